@@ -1,0 +1,126 @@
+/** @file ff_table.h  Measured reflectance: one table for every format, and the registry of formats.
+ *
+ *  A table holds n samples, each a pair of directions with one value per channel. Values are handed out in 1/sr without the
+ *  cosine, whatever the file stored. Directions are stored as the file had them (four angle planes in the file's unit) or, for a
+ *  grid, given by formula, so that a MERL file costs its values and little else.
+ *  Frame, angles: as ff_model.h.
+ *  Memory   a table owns its arrays; release with ff_table_free.
+ *  Errors   ff_status and a caller-owned ff_error with path, line or byte. Nothing prints or aborts.
+ *  Threads  no global state; a const table may be read from many threads at once. */
+#ifndef FF_TABLE_H
+#define FF_TABLE_H
+#include "ff_status.h"
+#include <stddef.h>
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+enum { FF_CHANNEL_NAME = 64 };
+
+/** One colour channel. */
+typedef struct ff_channel {
+    char   name[FF_CHANNEL_NAME]; /**< "r", "465nm", ...                                              */
+    double wavelength_nm;         /**< NaN where the channel is not a wavelength                      */
+    double scale;                 /**< 1/sr per stored unit: value = scale * stored                   */
+} ff_channel;
+
+/** What the values of a file stand for. Readers convert to FF_BRDF; writers write FF_BRDF unless their format says otherwise. */
+typedef enum ff_quantity {
+    FF_BRDF = 0,              /**< f, 1/sr                       */
+    FF_BRDF_COS = 1,          /**< f cos(theta_o), 1/sr          */
+    FF_REFLECTANCE_FACTOR = 2 /**< pi f                          */
+} ff_quantity;
+
+struct ff_table;
+
+/** A regular parametrisation whose directions and weights follow from the sample's index. Immutable, static storage. */
+typedef struct ff_grid {
+    const char *name;   /**< "merl"                                                                        */
+    size_t      n;      /**< samples it has                                                                */
+    int         isotropic; /**< 1: the parametrisation cannot tell one azimuth of incidence from another   */
+    /** Unit vectors of samples first .. first+count-1 into six planes [count] wix wiy wiz wox woy woz. z may be <= 0. */
+    void (*directions)(size_t first, size_t count, double *const planes[6]);
+    /** Solid-angle weights (sr^2, the measure d wi d wo of the cell) into w [count]. */
+    void (*weights)(size_t first, size_t count, double *w);
+} ff_grid;
+
+typedef struct ff_table {
+    char         format[32];     /**< name of the format it was read from, "" when made in memory                   */
+    size_t       n, n_channels;
+    ff_channel  *channels;       /**< [n_channels]                                                                   */
+    double      *value;          /**< [n_channels][n], stored units; channel c of sample i at value[c*n + i]         */
+    double      *sigma;          /**< [n_channels][n], stored units, standard deviations; NULL when the file has none */
+    unsigned char *valid;        /**< [n]; 0 = the file says that this is not a measurement                          */
+    const ff_grid *grid;         /**< NULL: angles below hold the directions                                         */
+    double      *angle[4];       /**< [n] each: theta_i, phi_i, theta_o, phi_o in the file's unit; NULL with a grid  */
+    double       radians_per_unit; /**< 1 or pi/180                                                                  */
+    double      *weight;         /**< [n] solid-angle weights of scattered samples; NULL when the file defines none  */
+    int          isotropic;      /**< 1: only azimuth differences were measured (3D parametrisation, or one phi_i)   */
+    ff_quantity  quantity;       /**< as the file declared; `value` is converted already where not a constant factor */
+    size_t       n_invalid;      /**< samples with valid = 0                                                         */
+    size_t       n_negative;     /**< valid samples with a negative value in at least one channel: kept, as noise    */
+    char         note[1024];     /**< what a reader had to assume, sentences separated by newlines; "" when nothing  */
+} ff_table;
+
+/** Releases what the table owns and zeroes it. A zeroed table and NULL are legal. */
+void ff_table_free(ff_table *t);
+
+/** Allocates arrays for n samples (n >= 1) and n_channels (>= 1): values 0, all valid, scale 1, wavelengths NaN, names "c0"...
+ *  With a grid, n must be grid->n and no angle planes are made. with_sigma, with_weight: also those planes. FF_ERR_MEMORY
+ *  also when the sizes overflow. *out is overwritten, not freed. */
+ff_status ff_table_new(size_t n, size_t n_channels, const ff_grid *grid, int with_sigma, int with_weight, ff_table *out, ff_error *err);
+
+/** Unit vectors of samples first .. first+count-1 into six planes [count] wix wiy wiz wox woy woz. first+count <= n. */
+void ff_table_directions(const ff_table *t, size_t first, size_t count, double *const planes[6]);
+
+/** Values of channel c in 1/sr into out [count]; sigma likewise (requires t->sigma). */
+void ff_table_values(const ff_table *t, size_t c, size_t first, size_t count, double *out);
+void ff_table_sigmas(const ff_table *t, size_t c, size_t first, size_t count, double *out);
+
+/** 1 when the table defines solid-angle weights (a grid, or a weight plane). */
+int ff_table_has_weights(const ff_table *t);
+/** Solid-angle weights into out [count]; requires ff_table_has_weights. */
+void ff_table_weights(const ff_table *t, size_t first, size_t count, double *out);
+
+/** Index of a channel by name, -1 when there is none. */
+int ff_table_channel_find(const ff_table *t, const char *name);
+
+/* ---- formats --------------------------------------------------------------------------------------------------------------- */
+
+/** Everything the program knows about one format; defined in one file. Immutable, static storage. */
+typedef struct ff_format {
+    const char *name;       /**< "merl": key of --format                                                      */
+    const char *title;      /**< one line for lists                                                           */
+    const char *extensions; /**< usual ones, space separated, with the dot; a hint for writing, never for reading */
+    const char *source;     /**< where the layout is documented                                               */
+    /** Confidence 0..100 that a file is of this format, from its first n_head bytes and its size (-1 = a stream). */
+    int (*probe)(const unsigned char *head, size_t n_head, int64_t file_size);
+    ff_status (*read)(const char *path, ff_table *out, ff_error *err);
+    /** NULL where the format cannot be written. Writes to a temporary name beside path, then renames; "-" is stdout. */
+    ff_status (*write)(const char *path, const ff_table *t, ff_error *err);
+} ff_format;
+
+size_t           ff_format_count(void);
+const ff_format *ff_format_at(size_t i);           /**< NULL when i >= count */
+const ff_format *ff_format_find(const char *name); /**< NULL when unknown    */
+
+/** The format whose probe is most confident about the content of path. FF_ERR_OPEN, FF_ERR_READ, FF_ERR_FORMAT (none recognised it;
+ *  the message says what the first bytes look like and which formats exist). */
+ff_status ff_format_detect(const char *path, const ff_format **out, ff_error *err);
+
+/** The format that a name to be written asks for by its extension; NULL when none does. */
+const ff_format *ff_format_for_writing(const char *path);
+
+/** Reads path with the named format, or by content when format is NULL. *out is overwritten, not freed; untouched on failure. */
+ff_status ff_table_read(const char *path, const char *format, ff_table *out, ff_error *err);
+
+/** Writes with the named format, or by extension when format is NULL. The file appears whole or not at all. */
+ff_status ff_table_write(const char *path, const char *format, const ff_table *t, ff_error *err);
+
+/** The 90 x 90 x 180 half/difference-angle grid of Matusik et al. 2003 (samples at cell centres). */
+extern const ff_grid ff_grid_merl;
+
+#ifdef __cplusplus
+}
+#endif
+#endif

@@ -1,0 +1,181 @@
+/** @file ff_fit.h  Finding the parameters of a model in measured data.
+ *
+ *  A problem selects the usable samples of a table once and keeps the geometry that no parameter changes; every model is then
+ *  fitted to the same samples. The result depends on the data and the options, not on the number of threads nor on the run.
+ *
+ *  Objective  1/2 sum over samples i and channels c of rho(r_ic^2), r_ic = sqrt(w_i) (g(f(p)) - g(y)) with g and w of the loss
+ *             and the weighting below; the weights have mean 1, so that the objective of unit weights is the plain half sum.
+ *  Memory     problems and results own their arrays; release with the _free functions.
+ *  Errors     ff_status and ff_error. How a fit ended (converged, stalled, ...) is not a status: see ff_outcome.
+ *  Threads    a problem may serve one fit at a time; several problems are independent. */
+#ifndef FF_FIT_H
+#define FF_FIT_H
+#include "ff_model.h"
+#include "ff_table.h"
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/** What is compared. x = cos(theta_i), f the model, y the datum (both 1/sr). */
+typedef enum ff_loss {
+    FF_LOSS_COSINE = 0,    /**< (f - y) x                            Ngan et al. 2005                             */
+    FF_LOSS_LOG = 1,       /**< ln(1 + f x) - ln(1 + y x)            Low et al. 2012                              */
+    FF_LOSS_CUBE_ROOT = 2, /**< c(f x) - c(y x), c(t) = t / (t^2 + e^2)^(1/3), e = 1e-8: the odd cube root with a finite slope at 0 */
+    FF_LOSS_RELATIVE = 3,  /**< (f - y) / max(y, 0.001 mean y of the channel)                                    */
+    FF_LOSS_PLAIN = 4      /**< f - y                                                                            */
+} ff_loss;
+enum { FF_LOSS_COUNT = 5 };
+
+/** rho(s), s = r^2, b = scale: none s; huber; cauchy b^2 ln(1 + s/b^2); tukey. As in the Ceres Solver. */
+typedef enum ff_robust { FF_ROBUST_NONE = 0, FF_ROBUST_HUBER = 1, FF_ROBUST_CAUCHY = 2, FF_ROBUST_TUKEY = 3 } ff_robust;
+enum { FF_ROBUST_COUNT = 4 };
+
+/** Weight of a sample. AUTO takes the first the file offers: solid angle, sigma, sample. SIGMA divides each residual by the
+ *  standard deviation that the file gives (propagated through g). */
+typedef enum ff_weighting { FF_WEIGHT_AUTO = 0, FF_WEIGHT_SOLID_ANGLE = 1, FF_WEIGHT_SAMPLE = 2, FF_WEIGHT_SIGMA = 3 } ff_weighting;
+enum { FF_WEIGHT_COUNT = 4 };
+
+/** Which roughness parameters are free. AUTO: isotropic where the table is, correlated otherwise. */
+typedef enum ff_shape {
+    FF_SHAPE_AUTO = 0,
+    FF_SHAPE_ISOTROPIC = 1, /**< alpha_x = alpha_y, r_xy = 0 */
+    FF_SHAPE_AXIS = 2,      /**< alpha_x, alpha_y; r_xy = 0  */
+    FF_SHAPE_CORRELATED = 3 /**< alpha_x, alpha_y, r_xy      */
+} ff_shape;
+enum { FF_SHAPE_COUNT = 4 };
+
+/** RGB: the channels share the shape, each has its own f0 and kd. MEAN: one channel, their average. EACH: one fit per channel. */
+typedef enum ff_channel_mode { FF_CHANNELS_RGB = 0, FF_CHANNELS_MEAN = 1, FF_CHANNELS_EACH = 2 } ff_channel_mode;
+enum { FF_CHANNELS_COUNT = 3 };
+
+/** Names as on the command line; NULL for a number that is none. The _find functions return -1 when unknown. */
+const char *ff_loss_name(int loss);
+const char *ff_robust_name(int robust);
+const char *ff_weighting_name(int weighting);
+const char *ff_shape_name(int shape);
+const char *ff_channel_mode_name(int mode);
+int ff_loss_find(const char *name);
+int ff_robust_find(const char *name);
+int ff_weighting_find(const char *name);
+int ff_shape_find(const char *name);
+int ff_channel_mode_find(const char *name);
+
+/** How a fit ended. */
+typedef enum ff_outcome {
+    FF_CONVERGED = 0, /**< the steps or the gradient fell below their tolerances                      */
+    FF_STALLED = 1,   /**< no step lowers the objective, though the gradient is not small             */
+    FF_LIMIT = 2,     /**< max_iterations was reached                                                 */
+    FF_CANCELLED = 3  /**< the caller asked to stop                                                   */
+} ff_outcome;
+const char *ff_outcome_name(int outcome);
+
+/** Options of the selection (used by ff_problem_new) and of the fit. Fill with ff_fit_options_init, then change. */
+typedef struct ff_fit_options {
+    size_t          size;          /**< sizeof(ff_fit_options)                                                    */
+    ff_loss         loss;          /**< FF_LOSS_COSINE                                                            */
+    ff_robust       robust;        /**< FF_ROBUST_NONE                                                            */
+    double          robust_scale;  /**< b above, > 0, in units of the weighted residual                           */
+    ff_weighting    weighting;     /**< FF_WEIGHT_AUTO                                                            */
+    double          max_theta;     /**< radians, in (0, pi/2]; samples with theta_i or theta_o beyond it are left out; 80 degrees */
+    ff_channel_mode channels;      /**< FF_CHANNELS_RGB or _MEAN for a problem; EACH is for the caller: one problem per channel */
+    int             only_channel;  /**< >= 0: this channel alone; -1 = all                                        */
+    ff_shape        shape;         /**< FF_SHAPE_AUTO                                                             */
+    int             mean_slope;    /**< 1: slope_x, slope_y are free too (a tilted sample)                        */
+    int             threads;       /**< >= 1; 0 = one per processor                                               */
+    ff_isa          isa;           /**< FF_ISA_BEST                                                               */
+    int             max_iterations; /**< of the solver on all samples; 100                                        */
+    int             std_errors;    /**< 1: covariance, standard errors, correlations                              */
+    /** Start given by the caller instead of searched for: [n_shape] and [n_channels][n_channel]; both or neither. */
+    const double   *start_shape, *start_channel;
+    /** Polled between passes; not NULL and *cancel != 0 ends the fit with FF_CANCELLED. May be set by a signal handler. */
+    const volatile int *cancel;
+    /** Called between steps of the solver: iterations so far and the objective. May be NULL. */
+    void (*progress)(void *context, int iteration, double objective);
+    void *progress_context;
+} ff_fit_options;
+void ff_fit_options_init(ff_fit_options *o);
+
+/** What was kept and why the rest was not. */
+typedef struct ff_selection {
+    size_t samples;        /**< in the table                                                              */
+    size_t used;
+    size_t invalid;        /**< the file says: not a measurement (or not finite, or without a usable sigma) */
+    size_t below_horizon;  /**< a direction at or under the horizon                                       */
+    size_t grazing;        /**< beyond max_theta                                                          */
+    size_t negative;       /**< used samples with a negative value in at least one channel                */
+    size_t n_channels;     /**< of the problem                                                            */
+    ff_weighting weighting; /**< the one AUTO stood for                                                   */
+    int    isotropic;      /**< of the table                                                              */
+} ff_selection;
+
+typedef struct ff_problem ff_problem;
+
+/** Selects the samples of t by o and computes their geometry. t may be freed afterwards.
+ *  FF_ERR_DATA when nothing usable is left (the message counts why), FF_ERR_RANGE for an option, FF_ERR_UNSUPPORTED for
+ *  a weighting the table does not offer, FF_ERR_MEMORY. *out is written only on FF_OK. */
+ff_status ff_problem_new(const ff_table *t, const ff_fit_options *o, ff_problem **out, ff_error *err);
+void      ff_problem_free(ff_problem *p);
+void      ff_problem_selection(const ff_problem *p, ff_selection *out);
+const char *ff_problem_channel_name(const ff_problem *p, size_t c);
+
+/** One fitted number. */
+typedef struct ff_fit_value {
+    double value;
+    double std_error; /**< NaN when held, on a bound, or not determined by the data           */
+    int    at_bound;  /**< -1 on its lower bound, +1 on its upper, 0 otherwise                */
+    int    held;      /**< 1: not fitted (fixed by the shape, or held at its initial value)   */
+    int    tied;      /**< 1: not a parameter of its own, equal to another one (alpha_y of an isotropic shape) */
+    int    column;    /**< index into correlation, -1 when it has none                        */
+} ff_fit_value;
+
+enum { FF_MAX_WARNINGS = 16, FF_WARNING_LENGTH = 240 };
+
+/** Weighted root-mean-square residuals over all used samples and channels, whichever loss was minimised. */
+typedef struct ff_residual {
+    double objective;      /**< what was minimised                                   */
+    double rmse;           /**< f - y, 1/sr                                          */
+    double cosine_rmse;    /**< (f - y) cos(theta_i), 1/sr                           */
+    double log_rmse;       /**< of FF_LOSS_LOG                                       */
+    double cube_root_rmse; /**< of FF_LOSS_CUBE_ROOT                                 */
+    double max_abs;        /**< largest |f - y|, 1/sr, not weighted                  */
+} ff_residual;
+
+/** Orientation-free description of the roughness of the first lobe: alpha_major >= alpha_minor along phi and phi + pi/2. */
+typedef struct ff_ellipse {
+    double alpha_major, alpha_minor, phi; /**< phi in [0, pi)                         */
+    double phi_std_error;                 /**< radians; NaN when not determined       */
+    int    phi_determined;                /**< 0: the two axes differ by less than their error, or the shape is isotropic */
+} ff_ellipse;
+
+typedef struct ff_fit_result {
+    ff_model      model;
+    ff_shape      shape;          /**< never AUTO                                               */
+    ff_outcome    outcome;
+    int           iterations;     /**< solver steps on all samples                              */
+    int           passes;         /**< passes over all samples, the final ones included         */
+    double        time_s;         /**< wall clock                                               */
+    size_t        n_channels;
+    ff_fit_value *shape_value;    /**< [model.n_shape]                                          */
+    ff_fit_value *channel_value;  /**< [n_channels][model.n_channel]                            */
+    size_t        n_columns;      /**< parameters with a standard error                         */
+    double       *correlation;    /**< [n_columns][n_columns]; NULL when std_errors was 0       */
+    int           has_ellipse;
+    ff_ellipse    ellipse;
+    ff_residual   residual;
+    size_t        n_free;         /**< free parameters                                          */
+    double        aic, bic;       /**< n ln(2 objective / n) + 2k and + k ln n over n = used * channels residuals, k = n_free + 1;
+                                       with sigma weights 2 objective + 2 n_free, + n_free ln n     */
+    size_t        n_warnings;
+    char          warning[FF_MAX_WARNINGS][FF_WARNING_LENGTH];
+} ff_fit_result;
+
+/** Fits m to the samples of p. Options must be those p was made with, as far as they concern the selection.
+ *  FF_ERR_DATA (fewer residuals than parameters), FF_ERR_RANGE, FF_ERR_UNSUPPORTED (a shape the model cannot take),
+ *  FF_ERR_CANCELLED, FF_ERR_MEMORY. *out is written only on FF_OK; release it with ff_fit_result_free. */
+ff_status ff_problem_fit(ff_problem *p, const ff_model *m, const ff_fit_options *o, ff_fit_result *out, ff_error *err);
+void      ff_fit_result_free(ff_fit_result *r);
+
+#ifdef __cplusplus
+}
+#endif
+#endif

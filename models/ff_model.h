@@ -1,0 +1,169 @@
+/** @file ff_model.h  Microfacet reflectance models: registry, composition, evaluation with derivatives.
+ *
+ *  Frame    macro-normal = +z, tangent = +x; wi (to the light) and wo (to the viewer) are unit vectors pointing away from the
+ *           surface, h = (wi+wo)/|wi+wo|. theta is measured from z, phi from x counter-clockwise. Angles: radians.
+ *  Value    f = f_r(wi, wo) in 1/sr, the cosine NOT included.
+ *  Slopes   of a normal m: (-mx/mz, -my/mz).
+ *  Arrays   planes of double, owned by the caller, never kept after return; outputs must not overlap inputs. Nothing allocates.
+ *  Errors   ff_status; outputs are written only on FF_OK. Nothing aborts or prints.
+ *  Threads  descriptors are immutable; every function may be called from many threads at once. */
+#ifndef FF_MODEL_H
+#define FF_MODEL_H
+#include "ff_status.h"
+#include <stddef.h>
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/* ---- the registry: the terms a model is composed of ------------------------------------------------------------------------ */
+
+typedef enum ff_term_kind { FF_NDF = 0, FF_MASKING = 1, FF_FRESNEL = 2, FF_DIFFUSE = 3 } ff_term_kind;
+enum { FF_TERM_KINDS = 4 };
+
+/** What a term claims; the test suite checks each claim for every term that makes it, and the absence of none. */
+enum {
+    FF_RECIPROCAL = 1u << 0,      /**< f(wi, wo) = f(wo, wi)                                                   */
+    FF_PASSIVE = 1u << 1,         /**< reflects at most what arrives, for parameters in their box              */
+    FF_ISOTROPIC = 1u << 2,       /**< has no direction of its own: alpha_x = alpha_y, r_xy = 0 by construction */
+    FF_WEAK_FURNACE = 1u << 3,    /**< masking: the weak white furnace integral of its G1 is 1                 */
+    FF_FURNACE_ONLY = 1u << 4,    /**< masking: exists for the furnace test; `all` does not include it         */
+    FF_NEEDS_CENTRED = 1u << 5    /**< masking: undefined when the mean slope is not zero                      */
+};
+
+enum {
+    FF_PARAM_PER_CHANNEL = 1u << 0, /**< one value per colour channel                                           */
+    FF_PARAM_LINEAR = 1u << 1,      /**< the model is affine in it: the fit solves for it                        */
+    FF_PARAM_LOG = 1u << 2,         /**< positive scale: searched and fitted as its logarithm                    */
+    FF_PARAM_ATANH = 1u << 3,       /**< in (-1, 1): fitted as its inverse hyperbolic tangent                    */
+    FF_PARAM_HELD = 1u << 4         /**< stays at its initial value unless the caller frees it (mean slopes)     */
+};
+
+/** One parameter. The value of the model and its derivative are finite on the whole closed box [lo, hi]. */
+typedef struct ff_param {
+    const char *name;    /**< key in files and on the command line: "alpha_x"     */
+    const char *unit;    /**< "1" where there is none; never NULL                 */
+    const char *meaning; /**< one line, naming the symbol of the source           */
+    double      lo, hi, init; /**< lo <= init <= hi                               */
+    uint32_t    flags;   /**< FF_PARAM_...                                        */
+} ff_param;
+
+/** Everything a person is told about one term. Immutable, static storage. */
+typedef struct ff_term {
+    const char     *name;     /**< stable, lower case: "ggx", "smith-height-correlated"        */
+    const char     *title;    /**< one line for lists                                           */
+    const char     *source;   /**< paper and equations                                          */
+    const char     *note;     /**< what a user must know (validity, differences), "" when none  */
+    uint32_t        claims;   /**< FF_RECIPROCAL | ...                                          */
+    uint32_t        n_params; /**< length of params                                             */
+    const ff_param *params;   /**< of this term alone; NULL when n_params = 0                   */
+} ff_term;
+
+size_t         ff_term_count(ff_term_kind kind);             /**< 0 for a kind that does not exist        */
+const ff_term *ff_term_at(ff_term_kind kind, size_t i);      /**< NULL when i >= count                    */
+int            ff_term_find(ff_term_kind kind, const char *name); /**< index, or -1 when unknown          */
+const char    *ff_term_kind_name(ff_term_kind kind);         /**< "distribution", "masking", ...          */
+
+/* ---- composition ----------------------------------------------------------------------------------------------------------- */
+
+enum { FF_MAX_LOBES = 3, FF_MAX_SHAPE = 24, FF_MAX_CHANNEL_PARAMS = 8, FF_PARAM_NAME = 32, FF_MODEL_NAME = 256 };
+
+/** One specular lobe D F G / (4 iz oz): indices into the registry. */
+typedef struct ff_lobe {
+    int      ndf, masking, fresnel;
+    uint32_t shape0, n_shape;     /**< its slice of the model's shape parameters   */
+    uint32_t channel0, n_channel; /**< its slice of the per-channel parameters     */
+} ff_lobe;
+
+/** A parameter of a composed model: as in the registry, with the name it has there ("lobe2.alpha_x" for the second lobe). */
+typedef struct ff_model_param {
+    char            name[FF_PARAM_NAME];
+    const ff_param *info;  /**< static storage; info->name is the bare name                 */
+    uint32_t        lobe;  /**< 0-based; n_lobes for the diffuse term                       */
+} ff_model_param;
+
+/** A sum of lobes and at most one diffuse term. A plain value: copy it freely.
+ *  Its parameters are n_shape shared ones (roughness ...) followed, for each colour channel, by n_channel ones (f0 ..., kd). */
+typedef struct ff_model {
+    uint32_t       n_lobes;
+    ff_lobe        lobe[FF_MAX_LOBES];
+    int            diffuse;  /**< index into the registry, -1 = none */
+    uint32_t       n_shape, n_channel;
+    ff_model_param shape[FF_MAX_SHAPE];
+    ff_model_param channel[FF_MAX_CHANNEL_PARAMS];
+} ff_model;
+
+/** Parses a model expression: terms joined by '+', each a lobe NDF[/MASKING[/FRESNEL]] or a diffuse name; left out means
+ *  smith-height-correlated, schlick, no diffuse term. FF_ERR_UNKNOWN names the word and what is known; FF_ERR_SYNTAX,
+ *  FF_ERR_UNSUPPORTED (more than FF_MAX_LOBES lobes, two diffuse terms, no lobe and no diffuse). */
+ff_status ff_model_parse(const char *expr, ff_model *out, ff_error *err);
+
+/** Composes one lobe (indices into the registry) and a diffuse term (-1 = none). FF_ERR_RANGE for an index out of range. */
+ff_status ff_model_compose(int ndf, int masking, int fresnel, int diffuse, ff_model *out, ff_error *err);
+
+/** Writes the full expression of m, every default spelled out, into out [size]; always terminated. */
+void ff_model_expression(const ff_model *m, char *out, size_t size);
+
+/** Initial values: shape [n_shape], channel [n_channels][n_channel]. Either may be NULL. */
+void ff_model_defaults(const ff_model *m, size_t n_channels, double *shape, double *channel);
+
+/** Index of a parameter by name: >= 0 into shape; -1 - k for per-channel parameter k; FF_PARAM_NONE when unknown.
+ *  "alpha" is not a parameter (see ff_model_set). */
+enum { FF_PARAM_NONE = INT32_MIN };
+int ff_model_param_find(const ff_model *m, const char *name);
+
+/** Applies one assignment "name=v" or, for a per-channel parameter, "name=v1:v2:..." with one value (all channels) or n_channels.
+ *  "alpha=v" sets alpha_x and alpha_y (also "lobe2.alpha=v"). Numbers are read in the C locale.
+ *  FF_ERR_SYNTAX, FF_ERR_UNKNOWN (with the names that exist), FF_ERR_RANGE (with the box). */
+ff_status ff_model_set(const ff_model *m, size_t n_channels, const char *assignment, double *shape, double *channel, ff_error *err);
+
+/** Checks that every value is finite and in its box and that the combination has a meaning (V-cavity with a mean slope has none).
+ *  @param shape    [n_shape]
+ *  @param channel  [n_channels][n_channel] */
+ff_status ff_model_check(const ff_model *m, size_t n_channels, const double *shape, const double *channel, ff_error *err);
+
+/** Claims of the whole model for these parameters: FF_RECIPROCAL (not with a mean slope), FF_PASSIVE, FF_ISOTROPIC. */
+uint32_t ff_model_claims(const ff_model *m, const double *shape);
+
+/* ---- evaluation ------------------------------------------------------------------------------------------------------------ */
+
+/** n pairs of directions as six planes [n]. A z <= FF_COS_MIN is legal and gives f = df = 0. */
+typedef struct ff_dirs {
+    const double *wix, *wiy, *wiz, *wox, *woy, *woz;
+} ff_dirs;
+#define FF_COS_MIN 1e-8 /**< cosines at or below it count as at or under the horizon */
+
+/** Instruction sets the kernels are built for; FF_ISA_BEST is the widest this processor has. Results of two sets differ by rounding. */
+typedef enum ff_isa { FF_ISA_BEST = 0, FF_ISA_SCALAR = 1, FF_ISA_AVX2 = 2, FF_ISA_AVX512 = 3 } ff_isa;
+int         ff_isa_available(ff_isa isa); /**< 1 when built in and supported by this processor, else 0 */
+const char *ff_isa_name(ff_isa isa);      /**< "scalar", "avx2", "avx512"; for FF_ISA_BEST the one it stands for */
+int         ff_isa_find(const char *name); /**< the ff_isa of a name ("best" included), -1 when unknown */
+
+/** Evaluates f and, on request, its derivatives by the parameters.
+ *  @param shape    [n_shape]                 see ff_model_check
+ *  @param channel  [n_channels][n_channel]
+ *  @param f   [n_channels][ld] out  1/sr, >= 0; the same bits whether or not df is asked for
+ *  @param df  [n_channels][n_shape + n_channel][ld] out, or NULL:
+ *             df[(c (n_shape+n_channel) + k) ld + i] = d f[c ld + i] / d p_k, p = shape then channel c's own;
+ *             where the model has a kink (max, min), the derivative of the branch taken
+ *  @param ld  stride of a plane, >= n
+ *  FF_ERR_RANGE / FF_ERR_UNSUPPORTED as ff_model_check; FF_ERR_UNSUPPORTED for an isa that is not available. */
+ff_status ff_model_eval(const ff_model *m, ff_isa isa, size_t n_channels, const double *shape, const double *channel,
+                        const ff_dirs *w, size_t n, double *f, double *df, size_t ld);
+
+/** The factors of one lobe, planes [n] each, any of them NULL = not needed. */
+typedef struct ff_terms {
+    double *d;        /**< D(h), 1/sr                                                    */
+    double *lambda_i; /**< Smith's Lambda of wi; 0 where the masking uses none           */
+    double *lambda_o;
+    double *g;        /**< G2 (smith-masking-only: G1(wo))                               */
+    double *fresnel;  /**< F of colour channel `c`                                       */
+} ff_terms;
+
+/** The factors of lobe `lobe` for colour channel `c` (parameters as ff_model_eval). 0 in all planes below the horizon. */
+ff_status ff_model_terms(const ff_model *m, ff_isa isa, size_t n_channels, const double *shape, const double *channel,
+                         uint32_t lobe, size_t c, const ff_dirs *w, size_t n, const ff_terms *out);
+
+#ifdef __cplusplus
+}
+#endif
+#endif
