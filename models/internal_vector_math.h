@@ -1,0 +1,185 @@
+/* Elementary functions as plain inline arithmetic, so that loops which call them are vectorised for every instruction set and
+ * give the same answer with every C library. Accuracy is stated per function and checked against long double in the tests.
+ * Nothing here looks at errno, traps or the rounding mode. */
+#ifndef FF_INTERNAL_VECTOR_MATH_H
+#define FF_INTERNAL_VECTOR_MATH_H
+#include <math.h>
+#include <stdint.h>
+#include <string.h>
+
+#define FF_PI 3.14159265358979323846
+#define FF_SQRT_PI 1.77245385090551602730
+
+static inline uint64_t ff_bits(double x)
+{
+    uint64_t b;
+    memcpy(&b, &x, sizeof b);
+    return b;
+}
+
+static inline double ff_from_bits(uint64_t b)
+{
+    double x;
+    memcpy(&x, &b, sizeof x);
+    return x;
+}
+
+/* 1/sqrt(x), x in [1e-300, 1e300]; 2 ulp. A first guess from the exponent, then Newton; several times faster than a vector
+ * square root and division, which is what bounds the kernels. */
+static inline double ff_rsqrt(double x)
+{
+    double y = ff_from_bits(UINT64_C(0x5fe6eb50c7b537a9) - (ff_bits(x) >> 1));
+    const double h = 0.5 * x;
+    y = y * (1.5 - h * y * y);
+    y = y * (1.5 - h * y * y);
+    y = y * (1.5 - h * y * y);
+    return y + y * (0.5 - h * y * y);
+}
+
+/* 1/x, x in [1e-300, 1e300], positive; 2 ulp. */
+static inline double ff_recip(double x)
+{
+    double y = ff_from_bits(UINT64_C(0x7fde623822fc16e6) - ff_bits(x));
+    double e = 1 - x * y;
+    y += y * e;
+    e = 1 - x * y;
+    y += y * e;
+    e = 1 - x * y;
+    y += y * e;
+    e = 1 - x * y;
+    return y + y * e;
+}
+
+/* e^x for x <= 709; below -708 exactly 0; 2 ulp. */
+static inline double ff_exp(double x)
+{
+    const double magic = 6755399441055744.0; /* 1.5 * 2^52: adding it rounds to an integer kept in the low bits */
+    const double xc = x < -708 ? -708 : x;
+    const double k = xc * 1.4426950408889634074 + magic;
+    const double n = k - magic;
+    const double r = (xc - n * 6.93147180369123816490e-01) - n * 1.90821492927058770002e-10;
+    double p = 1.6059043836821613e-10; /* 1/13! ... Taylor: |r| <= ln(2)/2 leaves 1e-17 */
+    p = p * r + 2.0876756987868099e-09;
+    p = p * r + 2.5052108385441719e-08;
+    p = p * r + 2.7557319223985891e-07;
+    p = p * r + 2.7557319223985893e-06;
+    p = p * r + 2.4801587301587302e-05;
+    p = p * r + 1.9841269841269841e-04;
+    p = p * r + 1.3888888888888889e-03;
+    p = p * r + 8.3333333333333333e-03;
+    p = p * r + 4.1666666666666667e-02;
+    p = p * r + 1.6666666666666667e-01;
+    p = p * r + 0.5;
+    p = p * r + 1;
+    p = p * r + 1;
+    const double y = ff_from_bits(ff_bits(p) + (ff_bits(k) << 52));
+    return x < -708 ? 0 : y;
+}
+
+/* ln x for x a positive normal number; 2 ulp away from 1, absolute 1e-16 near it. */
+static inline double ff_log(double x)
+{
+    /* x = m 2^e with m in [sqrt(1/2), sqrt(2)): subtracting the bits of sqrt(1/2) makes the exponent round the right way */
+    const uint64_t b = ff_bits(x) - UINT64_C(0x3fe6a09e667f3bcd);
+    const uint64_t biased = (b >> 52) + 2048; /* the shift drops the sign, which the sum below restores modulo 2^12 */
+    const double e = ff_from_bits(UINT64_C(0x4330000000000000) | (biased & 0xfff)) - 4503599627370496.0;
+    const double exponent = e - 2048;
+    const double m = ff_from_bits((b & UINT64_C(0x000fffffffffffff)) + UINT64_C(0x3fe6a09e667f3bcd));
+    const double f = m - 1, s = f * ff_recip(2 + f), z = s * s;
+    double p = 0.0909090909090909091; /* 2 atanh(s) = 2s + 2s^3/3 + ..., s^2 <= 0.0295 */
+    p = 0.0909090909090909091 + z * (0.0769230769230769231 + z * (0.0666666666666666667 + z * 0.0588235294117647059));
+    p = 0.1111111111111111111 + z * p;
+    p = 0.1428571428571428571 + z * p;
+    p = 0.2 + z * p;
+    p = 0.3333333333333333333 + z * p;
+    /* f - s f is 2 s without the rounding of s itself: s (2 + f) = f */
+    const double log_m = f - s * (f - 2 * z * p);
+    return exponent * 6.93147180369123816490e-01 + (log_m + exponent * 1.90821492927058770002e-10);
+}
+
+/* ln(1 + u), u > -1; relative error 1e-15 also for small u. */
+static inline double ff_log1p(double u)
+{
+    const double w = 1 + u;
+    return ff_log(w) + (u - (w - 1)) * ff_recip(w);
+}
+
+/* x^y for x a positive normal number and y ln x in [-708, 709]; relative error 1e-15 |y ln x|. */
+static inline double ff_pow(double x, double y)
+{
+    return ff_exp(y * ff_log(x));
+}
+
+/* erfcx(a) = e^(a^2) erfc(a) for a >= 0; relative error 1e-15. Chebyshev in t = (a-3)/(a+3) of (1+2a) erfcx(a), after Shepherd
+ * and Laframboise 1981; the coefficients were made with 50 digits and are listed by rising power of t. */
+static inline double ff_erfcx(double a)
+{
+    const double inv = ff_recip((a + 3) * (1 + 2 * a));
+    const double t = (a - 3) * (1 + 2 * a) * inv;
+    double p = -1.8819366309448578957e-10;
+    p = p * t - 3.4514974876643280986e-11;
+    p = p * t + 2.0626322959832453872e-9;
+    p = p * t + 1.2019719440135792655e-9;
+    p = p * t - 1.1734464137789657048e-8;
+    p = p * t - 1.3906145791730994106e-8;
+    p = p * t + 4.6950946691614736373e-8;
+    p = p * t + 1.027799748827105812e-7;
+    p = p * t - 1.4683175494120583286e-7;
+    p = p * t - 6.1756176789923229375e-7;
+    p = p * t + 3.6039109257127711052e-7;
+    p = p * t + 3.4730241678415327668e-6;
+    p = p * t - 7.3314325974359697639e-7;
+    p = p * t - 2.0100843094844726218e-5;
+    p = p * t + 4.9499886622643469614e-6;
+    p = p * t + 1.2509943557128120702e-4;
+    p = p * t - 1.0515990108729848212e-4;
+    p = p * t - 7.7983228848230843277e-4;
+    p = p * t + 1.8886903716907627074e-3;
+    p = p * t + 2.5293918180474667515e-3;
+    p = p * t - 2.3770514919506851001e-2;
+    p = p * t + 6.8308027343845158991e-2;
+    p = p * t - 0.11927366341528022434;
+    p = p * t + 0.12964515870276474118;
+    p = p * t - 4.7562294353451092395e-2;
+    p = p * t - 0.13562110612458120994;
+    p = p * t + 1.2530080582697296527;
+    return p * (a + 3) * inv;
+}
+
+/* Angle in [0, pi] whose cosine and sine are proportional to c and s >= 0, not both 0; 3 ulp. Octant reduction and the series of
+ * atan on [0, tan(pi/8)] by two half-angle steps. */
+static inline double ff_angle(double s, double c)
+{
+    const double ac = fabs(c), hi = s > ac ? s : ac, lo = s > ac ? ac : s;
+    /* atan(lo/hi) = 4 atan(w): two half-angle steps bring the ratio below tan(pi/16) */
+    const double r1 = lo / (hi + sqrt(hi * hi + lo * lo));
+    const double w = r1 / (1 + sqrt(1 + r1 * r1)), z = w * w;
+    double p = -0.0526315789473684211;
+    p = 0.0588235294117647059 + z * p;
+    p = -0.0666666666666666667 + z * p;
+    p = 0.0769230769230769231 + z * p;
+    p = -0.0909090909090909091 + z * p;
+    p = 0.1111111111111111111 + z * p;
+    p = -0.1428571428571428571 + z * p;
+    p = 0.2 + z * p;
+    p = -0.3333333333333333333 + z * p;
+    const double first = 4 * (w + w * z * p);
+    const double quarter = s > ac ? FF_PI / 2 - first : first;
+    return c < 0 ? FF_PI - quarter : quarter;
+}
+
+/* Real cube root; 2 ulp for |x| >= 1e-290, finite for every finite x. */
+static inline double ff_cbrt(double x)
+{
+    const double a = fabs(x) + 1e-300;
+    /* dividing the exponent by 3 in integer arithmetic costs a multiplication of the high word only */
+    const uint64_t hi = ((ff_bits(a) >> 32) * UINT64_C(1431655766)) >> 32;
+    double y = ff_from_bits((hi + UINT64_C(715094163)) << 32); /* 5 bits */
+    for (int k = 0; k < 3; k++) {                              /* Halley: the error is cubed */
+        const double y3 = y * y * y;
+        y = y * (y3 + 2 * a) * ff_recip(2 * y3 + a);
+    }
+    return x < 0 ? -y : y;
+}
+
+#endif

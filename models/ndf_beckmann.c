@@ -1,0 +1,45 @@
+/* beckmann: Gaussian slopes. Beckmann and Spizzichino 1963; in the form of Heitz 2014 (RR-8468), Appendix and section 5.
+ *
+ *   p(q2)     = exp(-q2) / pi
+ *   Lambda(a) = (erf(a) - 1) / 2 + exp(-a^2) / (2 a sqrt(pi)),  a = 1 / sqrt(v)
+ *
+ * Evaluated as exp(-a^2) (1 / (a sqrt(pi)) - erfcx(a)) / 2, which keeps its relative accuracy where the printed form cancels.
+ * alpha is sqrt(2) times the rms slope along an axis. */
+#include "internal_terms.h"
+#include "internal_vector_math.h"
+
+static void profile(const ff_ndf_pass *pass, size_t n, const double *restrict q2, double *restrict p, double *restrict dlnp,
+                    double *restrict dlnp_own)
+{
+    (void)pass, (void)dlnp_own;
+    for (size_t i = 0; i < n; i++) {
+        p[i] = ff_exp(-q2[i]) * (1 / FF_PI);
+        dlnp[i] = -1;
+    }
+}
+
+static void lambda(const ff_ndf_pass *pass, size_t n, const double *restrict v, double *restrict lam, double *restrict dlam,
+                   double *restrict dlam_own)
+{
+    (void)pass, (void)dlam_own;
+    for (size_t i = 0; i < n; i++) {
+        const double inv_a = v[i] * ff_rsqrt(v[i]), a = ff_rsqrt(v[i]);
+        const double e = ff_exp(-a * a);
+        lam[i] = 0.5 * e * (inv_a / FF_SQRT_PI - ff_erfcx(a));
+        dlam[i] = e * a * (0.25 / FF_SQRT_PI); /* d(a Lambda)/da = -erfc(a)/2 */
+    }
+}
+
+static const ff_param params[] = {FF_STRETCH_PARAMS};
+
+const ff_ndf FF_ISA_NAME(ff_ndf_beckmann) = {
+    .term = {.name = "beckmann",
+             .title = "Gaussian slopes",
+             .source = "Beckmann and Spizzichino 1963; Walter et al. 2007, eq. 25; Heitz 2014, section 5 and Appendix A",
+             .note = "alpha is sqrt(2) times the rms slope along an axis; the masking is exact, not Walter's rational fit",
+             .claims = FF_RECIPROCAL | FF_PASSIVE,
+             .n_params = 5,
+             .params = params},
+    .profile = profile,
+    .lambda = lambda,
+};

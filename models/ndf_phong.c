@@ -1,0 +1,34 @@
+/* phong: D = (n + 2) / (2 pi) mz^n, isotropic. Walter et al. 2007, eq. 30.
+ *
+ * Its slopes are student-t with gamma = n/2 + 2 and alpha = sqrt(2 / (n + 2)), so that Smith's Lambda is exact in closed form
+ * and not borrowed from beckmann as in the source (which is off by 0.125 in G1 at n = 1). */
+#include "internal_terms.h"
+#include "internal_student_t.h"
+
+static void stretch(const double *params, ff_stretch *s, double jac[][FF_D_COUNT])
+{
+    const double n = params[0], alpha = sqrt(2 / (n + 2));
+    *s = (ff_stretch){.ax = alpha, .ay = alpha, .own = n / 2 + 2};
+    if (jac) {
+        for (int k = 0; k < FF_D_COUNT; k++) jac[0][k] = 0;
+        jac[0][FF_D_AX] = jac[0][FF_D_AY] = -alpha / (2 * (n + 2));
+        jac[0][FF_D_OWN] = 0.5;
+    }
+}
+
+static const ff_param params[] = {{"n", "1", "exponent n of (h.z)^n", 0, 2e6, 20, FF_PARAM_LOG}};
+
+const ff_ndf FF_ISA_NAME(ff_ndf_phong) = {
+    .term = {.name = "phong",
+             .title = "power of the cosine of the half vector",
+             .source = "Walter et al. 2007, eq. 30; Heitz 2014, section 7; Lambda of student-t with gamma = n/2 + 2",
+             .note = "isotropic; D = (n+2)/(2 pi) cos^n, the normalisation for distributions of normals",
+             .claims = FF_RECIPROCAL | FF_PASSIVE | FF_ISOTROPIC,
+             .n_params = 1,
+             .params = params},
+    .stretch = stretch,
+    .has_own = 1,
+    .prepare = ff_student_t_prepare,
+    .profile = ff_student_t_profile,
+    .lambda = ff_student_t_lambda,
+};
