@@ -19,16 +19,16 @@
 #define PI 3.14159265358979323846
 
 enum {
-    POINTS = 1024,   /* evaluated at once                                                    */
+    POINTS = 2048,   /* evaluated at once                                                    */
     GROUP = 4,       /* colour channels evaluated at once                                    */
     ORDER_FIRST = 8, /* Gauss-Legendre points of a panel; doubles                            */
     ORDER_LAST = 32,
     CENTRES = 16, /* directions at which panels of psi end                                */
     CUTS = 24     /* places on a ray at which panels of x end                             */
 };
-static const double tolerance = 1e-10;
+static const double tolerance = 1e-9;
 static const double panel_x = 1.5;   /* width of a panel of x                                 */
-static const double slope_far = 1e6; /* the furnace integral continues as a power law beyond  */
+static const double slope_far = 1e6; /* the furnace integral continues as a power law beyond this */
 
 typedef struct rule {
     int n;
@@ -85,6 +85,7 @@ typedef struct integrand {
     int furnace;
     int own_g1; /* furnace: V-cavity's G1 instead of the constant g1  */
     double g1;
+    double far, p_far, nu; /* furnace: P = p_far (q / far)^-nu beyond far       */
     /* points that wait for their evaluation: directions, weights */
     size_t n;
     double plane[6][POINTS], w[POINTS];
@@ -269,14 +270,15 @@ static void integrate_piece(integrand *k, const rule *g, vec2 e, double q0, doub
     }
 }
 
-/* The furnace integral beyond q = far, where the profile is a power law (or has vanished): its exponent is that between far / 2 and
- * far. integral of q P (v0 - b q) dq with P = P_far (q / far)^-nu, from far to end. */
-static double power_tail(integrand *k, vec2 e, double far, double end)
+/* P = D hz^4 far out, where it is a power law q^-nu or has vanished. It is the same along every ray: measured once. */
+static ff_status measure_tail(integrand *k)
 {
     double d[2], plane[3][2];
-    const double q[2] = {far / 2, far};
+    const vec2 e = ray_direction(k, 0);
+    k->far = slope_far / sqrt(dot2(e, e) + k->l22 * k->l22);
     for (int i = 0; i < 2; ++i) {
-        const vec2 s = {k->s0.x + q[i] * e.x, k->s0.y + q[i] * e.y};
+        const double q = k->far * (i + 1) / 2;
+        const vec2 s = {k->s0.x + q * e.x, k->s0.y + q * e.y};
         const double hz = 1 / sqrt(1 + dot2(s, s));
         plane[0][i] = -s.x * hz;
         plane[1][i] = -s.y * hz;
@@ -285,31 +287,36 @@ static double power_tail(integrand *k, vec2 e, double far, double end)
     const ff_dirs w = {plane[0], plane[1], plane[2], plane[0], plane[1], plane[2]};
     const ff_terms t = {.d = d};
     const ff_status status = ff_model_terms(&k->p->model, k->isa, 1, k->p->shape, k->p->channel, 0, 0, &w, 2, &t);
-    if (status != FF_OK) {
-        k->status = status;
-        return 0;
-    }
-    const double p0 = d[0] * pow(plane[2][0], 4), p1 = d[1] * pow(plane[2][1], 4);
-    if (!(p1 > 0)) return 0;
-    const double nu = log2(p0 / p1), b = dot2(k->oxy, e), v = k->v0 - b * far;
+    if (status != FF_OK) return status;
+    const double p0 = d[0] * pow(plane[2][0], 4);
+    k->p_far = d[1] * pow(plane[2][1], 4);
+    k->nu = k->p_far > 0 ? log2(p0 / k->p_far) : INFINITY;
+    return FF_OK;
+}
+
+/* The furnace integral beyond far: that of q P (v0 - b q) dq with P = p_far (q / far)^-nu, from far to end. */
+static double power_tail(const integrand *k, vec2 e, double end)
+{
+    if (!(k->p_far > 0)) return 0;
+    const double far = k->far, nu = k->nu, b = dot2(k->oxy, e), v = k->v0 - b * far;
     const double rest = isinf(end) ? 0 : far / end;
     const double area = far * far * (1 - pow(rest, nu - 2)) / (nu - 2),
                  moment = far * far * far * (1 - pow(rest, nu - 3)) / (nu - 3);
-    if (k->own_g1 && b < 0) return p1 * area * furnace_g1(k, v) * v / k->v0; /* there G1 V = 2 oz, constant */
-    return p1 * (k->v0 * area - b * moment) * furnace_g1(k, v) / k->v0;
+    if (k->own_g1 && b < 0) return k->p_far * area * furnace_g1(k, v) * v / k->v0; /* there G1 V = 2 oz, constant */
+    return k->p_far * (k->v0 * area - b * moment) * furnace_g1(k, v) / k->v0;
 }
 
 static void integrate_furnace_ray(integrand *k, const rule *g, double psi, double weight)
 {
     const vec2 e = ray_direction(k, psi);
-    const double b = dot2(k->oxy, e), far = slope_far / sqrt(dot2(e, e));
+    const double b = dot2(k->oxy, e), far = k->far;
     const double end = b > 0 ? k->v0 / b : INFINITY; /* V = 0 */
     cuts c = {1, {0}};
     cut_branches(k, e, 0, fmin(end, far), &c);
     c.q[c.n++] = fmin(end, far);
     cuts_sort(&c);
     for (int i = 0; i + 1 < c.n; ++i) integrate_piece(k, g, e, c.q[i], c.q[i + 1], weight);
-    if (end > far) k->sum[0] += weight * k->det * power_tail(k, e, far, end);
+    if (end > far) k->sum[0] += weight * k->det * power_tail(k, e, end);
 }
 
 /* wi is above the horizon inside a disc of slopes about -t, t = tan(theta_o) towards o: |s + t|^2 < 1 / oz^2. */
@@ -595,6 +602,7 @@ ff_status ff_albedo_weak_furnace(const ff_model *m, ff_isa isa, const double *sh
     k.furnace = 1;
     k.own_g1 = !masking->uses_lambda && (masking->term.claims & FF_WEAK_FURNACE) != 0;
     if (masking->uses_lambda) status = smith_g1(&p, isa, wo, &k.g1);
+    if (status == FF_OK) status = measure_tail(&k);
     if (status == FF_OK) status = integrate(&k, 1, result);
     if (status != FF_OK) return ff_error_set(err, status, NULL, 0, -1, "lobe %u of the model cannot be integrated", lobe + 1);
     *out = result[0];

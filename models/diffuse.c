@@ -12,7 +12,7 @@ static void lambert(const double *params, const ff_geometry *g, size_t n, double
 }
 
 static const ff_param lambert_params[] = {
-    {"kd", "1", "diffuse albedo, kd", 0, 1, 0.1, FF_PARAM_PER_CHANNEL | FF_PARAM_LINEAR}};
+    {"kd", "1", "diffuse albedo, kd", 0, 1, 0.1, FF_PARAM_PER_CHANNEL | FF_PARAM_LINEAR, 0}};
 
 const ff_optics FF_ISA_NAME(ff_diffuse_lambert) = {
     .term = {.name = "lambert",

@@ -33,7 +33,7 @@ enum {
 enum {
     FF_PARAM_PER_CHANNEL = 1u << 0, /**< one value per colour channel                                           */
     FF_PARAM_LINEAR = 1u << 1,      /**< the model is affine in it: the fit solves for it                        */
-    FF_PARAM_LOG = 1u << 2,         /**< positive scale: searched and fitted as its logarithm                    */
+    FF_PARAM_LOG = 1u << 2,         /**< a scale: searched and fitted as ln(p + offset)                          */
     FF_PARAM_ATANH = 1u << 3,       /**< in (-1, 1): fitted as its inverse hyperbolic tangent                    */
     FF_PARAM_HELD = 1u << 4         /**< stays at its initial value unless the caller frees it (mean slopes)     */
 };
@@ -45,6 +45,7 @@ typedef struct ff_param {
     const char *meaning; /**< one line, naming the symbol of the source           */
     double      lo, hi, init; /**< lo <= init <= hi                               */
     uint32_t    flags;   /**< FF_PARAM_...                                        */
+    double      offset;  /**< of FF_PARAM_LOG; lo + offset > 0                    */
 } ff_param;
 
 /** Everything a person is told about one term. Immutable, static storage. */

@@ -24,7 +24,7 @@ static void none(const double *params, const ff_geometry *g, size_t n, double *r
 }
 
 static const ff_param schlick_params[] = {
-    {"f0", "1", "reflectance at normal incidence, F0", 0, 1, 0.5, FF_PARAM_PER_CHANNEL | FF_PARAM_LINEAR}};
+    {"f0", "1", "reflectance at normal incidence, F0", 0, 1, 0.5, FF_PARAM_PER_CHANNEL | FF_PARAM_LINEAR, 0}};
 
 const ff_optics FF_ISA_NAME(ff_fresnel_schlick) = {
     .term = {.name = "schlick",

@@ -50,11 +50,11 @@ typedef struct ff_ndf {
 
 /* The parameters of a stretched distribution, for its term: alpha_x, alpha_y, r_xy, slope_x, slope_y. */
 #define FF_STRETCH_PARAMS                                                                                                            \
-    {"alpha_x", "1", "roughness along the tangent, alpha_x", 1e-4, 4, 0.3, FF_PARAM_LOG},                                            \
-        {"alpha_y", "1", "roughness across the tangent, alpha_y", 1e-4, 4, 0.3, FF_PARAM_LOG},                                       \
-        {"r_xy", "1", "correlation of the slopes, r_xy", -0.999, 0.999, 0, FF_PARAM_ATANH},                                          \
-        {"slope_x", "1", "mean slope of the surface along x", -1, 1, 0, FF_PARAM_HELD},                                              \
-        {"slope_y", "1", "mean slope of the surface along y", -1, 1, 0, FF_PARAM_HELD}
+    {"alpha_x", "1", "roughness along the tangent, alpha_x", 1e-4, 4, 0.3, FF_PARAM_LOG, 0},                                            \
+        {"alpha_y", "1", "roughness across the tangent, alpha_y", 1e-4, 4, 0.3, FF_PARAM_LOG, 0},                                       \
+        {"r_xy", "1", "correlation of the slopes, r_xy", -0.999, 0.999, 0, FF_PARAM_ATANH, 0},                                          \
+        {"slope_x", "1", "mean slope of the surface along x", -1, 1, 0, FF_PARAM_HELD, 0},                                              \
+        {"slope_y", "1", "mean slope of the surface along y", -1, 1, 0, FF_PARAM_HELD, 0}
 
 /* ---- geometry: what no parameter changes ----------------------------------------------------------------------------------- */
 

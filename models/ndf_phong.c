@@ -16,7 +16,7 @@ static void stretch(const double *params, ff_stretch *s, double jac[][FF_D_COUNT
     }
 }
 
-static const ff_param params[] = {{"n", "1", "exponent n of (h.z)^n", 0, 2e6, 20, FF_PARAM_LOG}};
+static const ff_param params[] = {{"n", "1", "exponent n of (h.z)^n", 0, 2e6, 20, FF_PARAM_LOG, 2}};
 
 const ff_ndf FF_ISA_NAME(ff_ndf_phong) = {
     .term = {.name = "phong",

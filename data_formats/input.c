@@ -1,0 +1,156 @@
+/* Opening inputs, and lines of text. */
+#define _GNU_SOURCE
+#include "internal_input.h"
+#include <errno.h>
+#include <fcntl.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+enum { FIRST_CAPACITY = 1 << 17 };
+
+ff_status ff_input_open(const char *path, int *fd, int64_t *size, ff_error *err)
+{
+    int opened = strcmp(path, "-") == 0 ? fcntl(STDIN_FILENO, F_DUPFD_CLOEXEC, 3) : open(path, O_RDONLY | O_CLOEXEC);
+    struct stat st;
+    if (opened < 0 || fstat(opened, &st) != 0) {
+        int reason = errno;
+        if (opened >= 0) close(opened);
+        return ff_error_set(err, FF_ERR_OPEN, path, 0, -1, "cannot be opened: %s", strerror(reason));
+    }
+    if (S_ISDIR(st.st_mode)) {
+        close(opened);
+        return ff_error_set(err, FF_ERR_OPEN, path, 0, -1, "found a directory, expected a file");
+    }
+    *fd = opened;
+    *size = S_ISREG(st.st_mode) ? (int64_t)st.st_size : -1;
+    return FF_OK;
+}
+
+ff_status ff_input_read(int fd, const char *path, int64_t offset, void *out, size_t bytes, size_t *got, ff_error *err)
+{
+    size_t done = 0;
+    while (done < bytes) {
+        ssize_t n = read(fd, (char *)out + done, bytes - done);
+        if (n < 0 && errno == EINTR) continue;
+        if (n < 0) {
+            const char *reason = strerror(errno);
+            return ff_error_set(err, FF_ERR_READ, path, 0, offset + (int64_t)done, "cannot be read further: %s", reason);
+        }
+        if (n == 0) break;
+        done += (size_t)n;
+    }
+    *got = done;
+    return FF_OK;
+}
+
+ff_status ff_lines_open(const char *path, ff_lines *lines, ff_error *err)
+{
+    ff_lines l = {.path = path, .fd = -1, .capacity = FIRST_CAPACITY};
+    int64_t size;
+    ff_status status = ff_input_open(path, &l.fd, &size, err);
+    if (status != FF_OK) return status;
+    l.buffer = malloc(l.capacity);
+    if (!l.buffer) {
+        close(l.fd);
+        return ff_error_set(err, FF_ERR_MEMORY, path, 0, -1, "no memory for a buffer of %zu bytes", l.capacity);
+    }
+    status = ff_input_read(l.fd, path, 0, l.buffer, 3, &l.end, err);
+    if (status != FF_OK) {
+        ff_lines_close(&l);
+        return status;
+    }
+    if (l.end == 3 && memcmp(l.buffer, "\xEF\xBB\xBF", 3) == 0) l.begin = 3;
+    *lines = l;
+    return FF_OK;
+}
+
+void ff_lines_close(ff_lines *lines)
+{
+    if (lines->fd >= 0) close(lines->fd);
+    free(lines->buffer);
+    *lines = (ff_lines){.fd = -1};
+}
+
+static ff_status line_too_long(const ff_lines *l, ff_error *err)
+{
+    return ff_error_set(err, FF_ERR_FORMAT, l->path, l->line + 1, -1,
+                        "found a line of more than %d bytes, expected lines of text: is this a binary file?", FF_LINE_BYTES);
+}
+
+/* Moves the unread bytes to the front, makes room and reads more. One byte stays free for the '\0' of a last line. */
+static ff_status lines_fill(ff_lines *l, ff_error *err)
+{
+    memmove(l->buffer, l->buffer + l->begin, l->end - l->begin);
+    l->offset += (int64_t)l->begin;
+    l->end -= l->begin;
+    l->begin = 0;
+    if (l->capacity - l->end < l->capacity / 2) {
+        if (l->end > FF_LINE_BYTES) return line_too_long(l, err);
+        char *larger = realloc(l->buffer, 2 * l->capacity);
+        if (!larger) return ff_error_set(err, FF_ERR_MEMORY, l->path, l->line + 1, -1, "no memory for a line this long");
+        l->buffer = larger;
+        l->capacity *= 2;
+    }
+    size_t room = l->capacity - 1 - l->end, got = 0;
+    ff_status status = ff_input_read(l->fd, l->path, l->offset + (int64_t)l->end, l->buffer + l->end, room, &got, err);
+    if (status != FF_OK) return status;
+    l->end += got;
+    l->at_end = got < room;
+    return FF_OK;
+}
+
+ff_status ff_lines_next(ff_lines *l, char **text, size_t *length, ff_error *err)
+{
+    char *newline;
+    size_t searched = 0;
+    while (!(newline = memchr(l->buffer + l->begin + searched, '\n', l->end - l->begin - searched)) && !l->at_end) {
+        searched = l->end - l->begin;
+        ff_status status = lines_fill(l, err);
+        if (status != FF_OK) return status;
+    }
+    *text = NULL;
+    *length = 0;
+    if (!newline && l->begin == l->end) return FF_OK;
+
+    char *start = l->buffer + l->begin, *stop = newline ? newline : l->buffer + l->end;
+    if (stop - start > FF_LINE_BYTES) return line_too_long(l, err);
+    l->unterminated = !newline;
+    l->begin = newline ? (size_t)(newline + 1 - l->buffer) : l->end;
+    l->line++;
+    const char *nul = memchr(start, '\0', (size_t)(stop - start));
+    if (nul)
+        return ff_error_set(err, FF_ERR_FORMAT, l->path, l->line, l->offset + (nul - l->buffer),
+                            "found a NUL byte (byte %lld of the file), expected UTF-8 text: is this a binary or UTF-16 file?",
+                            (long long)(l->offset + (nul - l->buffer)));
+    if (stop > start && stop[-1] == '\r') stop--;
+    *stop = '\0';
+    *text = start;
+    *length = (size_t)(stop - start);
+    return FF_OK;
+}
+
+const char *ff_quote(const char *text, size_t length, char out[FF_QUOTE])
+{
+    enum { ROOM = FF_QUOTE - 5 }; /* for "...", the closing quote and the end */
+    size_t at = 0;
+    out[at++] = '\'';
+    for (size_t i = 0; i < length; i++) {
+        unsigned char c = (unsigned char)text[i];
+        int plain = c >= 0x20 && c < 0x7F;
+        if (at + (plain ? 1 : 4) > ROOM) {
+            memcpy(out + at, "...", 3);
+            at += 3;
+            break;
+        }
+        if (plain)
+            out[at++] = (char)c;
+        else
+            at += (size_t)snprintf(out + at, 5, "\\x%02x", c);
+    }
+    out[at++] = '\'';
+    out[at] = '\0';
+    return out;
+}

@@ -1,0 +1,77 @@
+/** @file internal_table.h  What the formats share: rows of numbers on their way into a table, and checks of whole tables. */
+#ifndef FF_INTERNAL_TABLE_H
+#define FF_INTERNAL_TABLE_H
+#include "ff_table.h"
+
+/* ---- rows.c: a text file's rows, whose number is not known before its end -------------------------------------------------- */
+
+struct ff_row_chunk;
+
+/** Rows of `width` numbers, in chunks, so that growing copies nothing and each chunk is released as the table takes it over. */
+typedef struct ff_rows {
+    size_t width, n;
+    struct ff_row_chunk *last;
+} ff_rows;
+
+/** Numbers of a row: theta_i, phi_i, theta_o, phi_o; one per channel (NaN = not measured); with_sigma: one per channel;
+ *  with_weight: one. */
+size_t ff_rows_width(size_t n_channels, int with_sigma, int with_weight);
+
+/** Room for one more row of rows->width numbers, zeroed; NULL when memory is out. */
+double *ff_rows_add(ff_rows *rows);
+void ff_rows_free(ff_rows *rows);
+
+/** Makes a table of the rows, which must be at least one, and frees them, also on failure. A sample with a value that was not
+ *  measured is invalid; that value becomes 0. FF_ERR_MEMORY. */
+ff_status ff_rows_to_table(ff_rows *rows, size_t n_channels, int with_sigma, int with_weight, ff_table *out, ff_error *err);
+
+/** Reads the comma-separated numbers of one line into row[slot[k]], k = 0 .. n_columns-1. Spaces and quotes around a number are
+ *  legal. Empty cells give NaN where may_be_empty[k], else an error, as does everything that is not a finite number and a
+ *  wrong number of cells. names[k] are for the messages: FF_ERR_DATA for a cell, FF_ERR_FORMAT for the count, with path and line.
+ */
+typedef struct ff_columns {
+    size_t n;
+    char *const *names;
+    const size_t *slot;
+    const unsigned char *may_be_empty;
+} ff_columns;
+ff_status ff_row_read(const char *text, size_t length, const ff_columns *columns, double *row, const char *path, long line,
+                      ff_error *err);
+
+/** A header line cut at its commas; spaces and quotes around a name are dropped, "" inside quotes is a quote. */
+typedef struct ff_names {
+    char *text;
+    char **name; /**< [n], into text */
+    size_t n;
+} ff_names;
+enum { FF_NAMES_MAX = 4096 };
+/** FF_ERR_MEMORY; FF_ERR_FORMAT for more than FF_NAMES_MAX names, an empty, overlong, doubled or unprintable one. */
+ff_status ff_names_read(const char *text, size_t length, const char *path, long line, ff_names *out, ff_error *err);
+void ff_names_free(ff_names *names);
+/** The names in one string for a message, cut when there are many. */
+enum { FF_NAMES_LIST = 240 };
+const char *ff_names_list(const ff_names *names, char out[FF_NAMES_LIST]);
+
+/* ---- table.c ---------------------------------------------------------------------------------------------------------------- */
+
+/** Appends a sentence to t->note, on a line of its own; what does not fit any more is left out whole. */
+void ff_table_note(ff_table *t, const char *fmt, ...) __attribute__((format(printf, 2, 3)));
+
+/** The four angles of samples first .. first+count-1 in another unit (radians per unit): as stored where it is the same, so that
+ *  writing loses nothing; of a grid from its directions. out[k] [count]. */
+void ff_table_angles(const ff_table *t, double unit, size_t first, size_t count, double *const out[4]);
+
+/** 1 when every sample has the same phi_i. */
+int ff_table_one_incidence_azimuth(const ff_table *t);
+
+/** Counts invalid and negative samples. FF_ERR_DATA when no sample is valid. */
+ff_status ff_table_count(ff_table *t, const char *path, ff_error *err);
+
+/** What every writer requires: finite angles, weights >= 0, and of valid samples finite values and standard deviations > 0; at
+ *  least one valid sample.
+ *  FF_ERR_DATA names the sample. */
+ff_status ff_table_check(const ff_table *t, const char *path, ff_error *err);
+
+/** Wavelength in nm that a channel name like "465nm" or "465.5 nm" stands for, else NaN. */
+double ff_wavelength_of(const char *name);
+#endif

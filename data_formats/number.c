@@ -1,0 +1,187 @@
+/* Numbers in text: a short exact path for what files contain, the C library in the C locale for the rest.
+ *
+ * A decimal m 10^k is one multiplication or division away from its double. That is correctly rounded when both factors are exact
+ * (Clinger 1990: m < 2^53, |k| <= 22). Where long double has a 64-bit significand, m < 2^64 and |k| <= 27 are exact too, and
+ * rounding its result to double is right unless it sits exactly half-way between two doubles, which is tested. */
+#define _GNU_SOURCE
+#include "internal_number.h"
+#include <float.h>
+#include <locale.h>
+#include <math.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+static const double ten_to[23] = {1e0,  1e1,  1e2,  1e3,  1e4,  1e5,  1e6,  1e7,  1e8,  1e9,  1e10, 1e11,
+                                  1e12, 1e13, 1e14, 1e15, 1e16, 1e17, 1e18, 1e19, 1e20, 1e21, 1e22};
+
+#if LDBL_MANT_DIG == 64 && (defined(__x86_64__) || defined(__i386__))
+#define HAVE_EXTENDED 1
+static const long double ten_to_extended[28] = {1e0L,  1e1L,  1e2L,  1e3L,  1e4L,  1e5L,  1e6L,  1e7L,  1e8L,  1e9L,
+                                                1e10L, 1e11L, 1e12L, 1e13L, 1e14L, 1e15L, 1e16L, 1e17L, 1e18L, 1e19L,
+                                                1e20L, 1e21L, 1e22L, 1e23L, 1e24L, 1e25L, 1e26L, 1e27L};
+
+/* Rounds to double unless x lies exactly half-way, where the true number may lie on either side of it. */
+static int round_extended(long double x, double *value)
+{
+    uint64_t significand;
+    memcpy(&significand, &x, sizeof significand);
+    *value = (double)x;
+    return (significand & 0x7FFu) != 0x400u;
+}
+#else
+#define HAVE_EXTENDED 0
+#endif
+
+/* m 10^k correctly rounded into *value; 0 when this needs more than one exact operation. */
+static int scale_exactly(uint64_t m, int k, double *value)
+{
+    if (FLT_EVAL_METHOD == 0 && m <= (UINT64_C(1) << 53) && k >= -22 && k <= 22) {
+        *value = k < 0 ? (double)m / ten_to[-k] : (double)m * ten_to[k];
+        return 1;
+    }
+#if HAVE_EXTENDED
+    if (k >= -27 && k <= 27)
+        return round_extended(k < 0 ? (long double)m / ten_to_extended[-k] : (long double)m * ten_to_extended[k], value);
+#endif
+    return 0;
+}
+
+/* strtod in the C locale, which always exists; the text is known to hold a number. */
+static double read_slowly(const char *text)
+{
+    locale_t c_locale = newlocale(LC_ALL_MASK, "C", (locale_t)0);
+    double value = strtod_l(text, NULL, c_locale);
+    freelocale(c_locale);
+    return value;
+}
+
+static int is_digit(char c)
+{
+    return (unsigned)(c - '0') < 10u;
+}
+
+const char *ff_number_read(const char *text, double *value)
+{
+    enum { EXACT_DIGITS = 19, EXPONENT_MAX = 100000 };
+    const char *p = text;
+    int negative = *p == '-';
+    if (*p == '-' || *p == '+') p++;
+
+    uint64_t m = 0;
+    const char *first = p;
+    while (is_digit(*p)) m = 10 * m + (uint64_t)(*p++ - '0');
+    ptrdiff_t digits = p - first;
+    int exponent = 0;
+    if (*p == '.') {
+        const char *fraction = ++p;
+        while (is_digit(*p)) m = 10 * m + (uint64_t)(*p++ - '0');
+        digits += p - fraction;
+        if (p - fraction <= EXPONENT_MAX) exponent = -(int)(p - fraction);
+    }
+    if (digits == 0) return NULL;
+    if (*p == 'e' || *p == 'E') {
+        const char *q = p + 1;
+        int minus = *q == '-';
+        if (*q == '-' || *q == '+') q++;
+        if (!is_digit(*q)) return NULL;
+        int e = 0;
+        for (; is_digit(*q); q++)
+            if (e < EXPONENT_MAX) e = 10 * e + (*q - '0');
+        exponent += minus ? -e : e;
+        p = q;
+    }
+    /* Leading zeros do not count; only a long number is worth looking for them. */
+    if (digits > EXACT_DIGITS)
+        for (const char *z = first; digits > EXACT_DIGITS && (*z == '0' || *z == '.'); z++) digits -= *z == '0';
+    double magnitude;
+    if (digits > EXACT_DIGITS || !scale_exactly(m, exponent, &magnitude))
+        *value = read_slowly(text);
+    else
+        *value = negative ? -magnitude : magnitude;
+    return p;
+}
+
+/* Lays out the digits of m 10^k as %g would: fixed point near 1, an exponent elsewhere. m > 0. */
+static unsigned lay_out(uint64_t m, int k, char *out)
+{
+    while (m % 10 == 0) m /= 10, k++;
+    char digits[24];
+    int n = 0;
+    for (; m; m /= 10) digits[n++] = (char)('0' + m % 10); /* last digit first */
+    int point = n + k;                                     /* digits before the decimal point */
+    char *p = out;
+    if (point < -4 || point > 17) {
+        *p++ = digits[n - 1];
+        if (n > 1) *p++ = '.';
+        for (int i = n - 2; i >= 0; i--) *p++ = digits[i];
+        return (unsigned)(p - out) + (unsigned)snprintf(p, 6, "e%+03d", point - 1);
+    }
+    if (point <= 0) {
+        *p++ = '0';
+        *p++ = '.';
+        for (int i = point; i < 0; i++) *p++ = '0';
+    }
+    for (int i = n - 1; i >= 0; i--) {
+        *p++ = digits[i];
+        if (i > 0 && n - i == point) *p++ = '.';
+    }
+    for (int i = n; i < point; i++) *p++ = '0';
+    return (unsigned)(p - out);
+}
+
+/* Writes the number of `precision` digits next to `value` when it reads back as the same double: its length; 0 = it does not; -1 =
+ * the exact arithmetic above cannot tell. decade = floor(log10(value)). */
+static int write_quickly(double value, int decade, int precision, char *out)
+{
+#if HAVE_EXTENDED
+    int k = precision - 1 - decade;
+    if (k < -27 || k > 27) return -1;
+    long double x = k < 0 ? (long double)value / ten_to_extended[-k] : (long double)value * ten_to_extended[k];
+    uint64_t m = (uint64_t)(x + 0.5L);
+    double back;
+    if (m == 0 || !scale_exactly(m, -k, &back)) return -1;
+    return back == value ? (int)lay_out(m, -k, out) : 0;
+#else
+    (void)value, (void)decade, (void)precision, (void)out;
+    return -1;
+#endif
+}
+
+static unsigned write_slowly(double value, char *out)
+{
+    locale_t c_locale = newlocale(LC_ALL_MASK, "C", (locale_t)0), previous = uselocale(c_locale);
+    unsigned length = 0;
+    double back;
+    for (int precision = 15; precision <= 17; precision++) {
+        length = (unsigned)snprintf(out, FF_NUMBER_TEXT - 1, "%.*g", precision, value);
+        ff_number_read(out, &back);
+        if (back == value) break;
+    }
+    uselocale(previous);
+    freelocale(c_locale);
+    return length;
+}
+
+unsigned ff_number_write(double value, char out[FF_NUMBER_TEXT])
+{
+    unsigned sign = 0;
+    if (signbit(value)) {
+        out[sign++] = '-';
+        value = -value;
+    }
+    if (value == 0) {
+        out[sign] = '0';
+        return sign + 1;
+    }
+    if (value >= 1e-10 && value <= 1e22) {
+        int decade = (int)floor(log10(value));
+        int length = 0;
+        for (int precision = 15; precision <= 17 && length == 0; precision++)
+            length = write_quickly(value, decade, precision, out + sign);
+        if (length > 0) return sign + (unsigned)length;
+    }
+    return sign + write_slowly(value, out + sign);
+}

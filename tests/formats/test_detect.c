@@ -1,0 +1,162 @@
+/* The registry, and finding a format by content. */
+#include "check.h"
+#include <unistd.h>
+
+/* An allocation that cannot succeed shall fail here too when the test runs under AddressSanitizer, not end the program. */
+const char *__asan_default_options(void);
+const char *__asan_default_options(void)
+{
+    return "allocator_may_return_null=1";
+}
+
+static void test_registry(void)
+{
+    CHECK(ff_format_count() >= 3, "%zu formats", ff_format_count());
+    CHECK(ff_format_at(ff_format_count()) == NULL && ff_format_find("nonesuch") == NULL, "what does not exist");
+    for (size_t i = 0; i < ff_format_count(); i++) {
+        const ff_format *f = ff_format_at(i);
+        CHECK(f->name && f->title && f->extensions && f->source && f->probe && f->read, "format %zu is incomplete", i);
+        CHECK(ff_format_find(f->name) == f, "'%s' is not found, or twice there", f->name);
+        if (f->write) {
+            char path[64];
+            snprintf(path, sizeof path, "x.y%.*s", (int)strcspn(f->extensions, " "), f->extensions);
+            CHECK(ff_format_for_writing(path) == f, "%s is not written as %s", path, f->name);
+        }
+    }
+    CHECK(!ff_format_for_writing("x") && !ff_format_for_writing("-") && !ff_format_for_writing("csv"), "names without extension");
+    CHECK(ff_format_for_writing("X.CSV") == ff_format_find("csv"), "capitals");
+}
+
+static void expect(const char *label, const void *bytes, size_t n, const char *name)
+{
+    const char *path = check_path("thing.bin"); /* a name that says nothing */
+    check_write(path, bytes, n);
+    const ff_format *f = NULL;
+    ff_error err = {0};
+    ff_status s = ff_format_detect(path, &f, &err);
+    if (name)
+        CHECK(s == FF_OK && f && strcmp(f->name, name) == 0, "%s: %d %s %s", label, s, f ? f->name : "none", err.message);
+    else
+        CHECK(s != FF_OK && !f, "%s: claimed by %s", label, f ? f->name : "");
+}
+#define EXPECT(label, text, name) expect(label, text, sizeof(text) - 1, name)
+
+static void test_content(void)
+{
+    static const unsigned char merl[12] = {90, 0, 0, 0, 90, 0, 0, 0, 180, 0, 0, 0},
+                               big_endian[12] = {0, 0, 0, 90, 0, 0, 0, 90, 0, 0, 0, 180};
+    expect("merl header", merl, sizeof merl, "merl");
+    expect("merl of the other byte order", big_endian, sizeof big_endian, "merl");
+    EXPECT("csv", "theta_i,phi_i,theta_o,phi_o,f\n0,0,0,0,1\n", "csv");
+    EXPECT("csv with comments", "\n# hello\n# quantity: brdf\nf,theta_i,phi_i,theta_o,phi_o\n", "csv");
+    EXPECT("csv with a mark", "\xEF\xBB\xBFtheta_i,phi_i,theta_o,phi_o,f\r\n", "csv");
+    EXPECT("csv with semicolons", "theta_i;phi_i;theta_o;phi_o;f\n", "csv");
+    EXPECT("somebody's table", "incidence,emission,value\n1,2,3\n", "csv");
+    EXPECT("astm", "LAB_NAME x\nNUM_POINTS 1\nVARS theta_i,phi_i,theta_s,465nm\n0,0,0,1\n", "astm");
+    EXPECT("astm without its keys", "VARS theta_i,phi_i,theta_s,465nm\n0,0,0,1\n", "astm");
+    EXPECT("astm with crlf", "NUM_POINTS 1\r\nVARS theta_i,theta_s,b\r\n", "astm");
+    EXPECT("nothing", "", NULL);
+    EXPECT("prose", "To be or not to be", NULL);
+    EXPECT("binary with a csv header in it", "theta_i,phi_i,theta_o,phi_o,f\n\0\1\2", NULL);
+    EXPECT("png", "\x89PNG\r\n\x1a\n\0\0\0\rIHDR", NULL);
+}
+
+static void test_messages(void)
+{
+    const char *path = check_path("unknown");
+    check_fails("missing file", path, NULL, FF_ERR_OPEN, 0, WORDS("No such file"));
+    check_fails("missing file, named format", path, "csv", FF_ERR_OPEN, 0, WORDS("No such file"));
+    check_fails("directory", check_dir, NULL, FF_ERR_OPEN, 0, WORDS("directory", "expected a file"));
+    check_fails("directory as merl", check_dir, "merl", FF_ERR_OPEN, 0, WORDS("directory"));
+    check_fails("device", "/dev/zero", NULL, FF_ERR_UNSUPPORTED, 0, WORDS("device", "expected a file"));
+    check_write(path, "", 0);
+    check_fails("empty", path, NULL, FF_ERR_READ, 0, WORDS("byte 0", "empty"));
+    check_write(path, "\x89PNG\r\n\x1a\n", 8);
+    check_fails("png", path, NULL, FF_ERR_FORMAT, 0, WORDS("89 50 4e 47", "PNG", "merl, astm, csv"));
+    check_fails("unknown name", path, "nonesuch", FF_ERR_UNKNOWN, 0, WORDS("'nonesuch'", "merl, astm, csv"));
+    if (geteuid() != 0) {
+        chmod(path, 0);
+        check_fails("unreadable", path, NULL, FF_ERR_OPEN, 0, WORDS("ermission"));
+    }
+}
+
+static void test_table(void)
+{
+    ff_table t = {.n = 7};
+    ff_error err = {0};
+    CHECK(ff_table_new(0, 1, NULL, 0, 0, &t, &err) == FF_ERR_RANGE && t.n == 7, "no samples");
+    CHECK(ff_table_new(1, 0, NULL, 0, 0, &t, &err) == FF_ERR_RANGE && t.n == 7, "no channels");
+    CHECK(ff_table_new(5, 1, &ff_grid_merl, 0, 0, &t, &err) == FF_ERR_RANGE && t.n == 7, "not the grid's size");
+    CHECK(ff_table_new(SIZE_MAX / 8, 16, NULL, 0, 0, &t, &err) == FF_ERR_MEMORY && t.n == 7, "sizes that overflow");
+    CHECK(ff_table_new(SIZE_MAX / 64, 2, NULL, 0, 0, &t, &err) == FF_ERR_MEMORY && t.n == 7, "no such memory");
+    if (!CHECK(ff_table_new(3, 2, NULL, 1, 1, &t, &err) == FF_OK, "%s", err.message)) return;
+    CHECK(t.value[5] == 0 && t.sigma[5] == 0 && t.weight[2] == 0 && t.angle[3][2] == 0 && t.valid[2] == 1, "initial values");
+    CHECK(t.channels[1].scale == 1 && isnan(t.channels[1].wavelength_nm) && strcmp(t.channels[1].name, "c1") == 0, "channels");
+    CHECK(ff_table_channel_find(&t, "c1") == 1 && ff_table_channel_find(&t, "c2") == -1, "finding channels");
+    t.radians_per_unit = acos(-1) / 180;
+    t.angle[0][1] = 30, t.angle[1][1] = 90, t.angle[2][1] = 120, t.angle[3][1] = 180;
+    t.channels[1].scale = 2, t.value[4] = 3, t.sigma[4] = 0.5, t.weight[1] = 7;
+    double p[6], v, s, w, *const planes[6] = {p, p + 1, p + 2, p + 3, p + 4, p + 5};
+    ff_table_directions(&t, 1, 1, planes);
+    static const double expected[6] = {0, 0.5, 0.86602540378443865, -0.86602540378443865, 0, -0.5};
+    for (int k = 0; k < 6; k++) CHECK(fabs(p[k] - expected[k]) < 1e-15, "plane %d: %g", k, p[k]);
+    ff_table_values(&t, 1, 1, 1, &v);
+    ff_table_sigmas(&t, 1, 1, 1, &s);
+    ff_table_weights(&t, 1, 1, &w);
+    CHECK(v == 6 && s == 1 && w == 7 && ff_table_has_weights(&t), "%g %g %g", v, s, w);
+    ff_table_free(&t);
+    ff_table_free(&t);
+    ff_table_free(NULL);
+    CHECK(t.value == NULL && t.n == 0, "freed");
+}
+
+static void test_writing_by_name(void)
+{
+    ff_table t;
+    ff_error err = {0};
+    if (!CHECK(ff_table_new(1, 1, NULL, 0, 0, &t, &err) == FF_OK, "%s", err.message)) return;
+    ff_status s = ff_table_write(check_path("x.dat"), NULL, &t, &err);
+    CHECK(s == FF_ERR_UNKNOWN && strstr(err.message, "merl, astm, csv"), "%d %s", s, err.message);
+    s = ff_table_write(check_path("x.csv"), "nonesuch", &t, &err);
+    CHECK(s == FF_ERR_UNKNOWN && strstr(err.message, "nonesuch"), "%d %s", s, err.message);
+    CHECK(ff_table_write(check_path("x.csv"), NULL, &t, &err) == FF_OK, "%s", err.message);
+    s = ff_table_write("/dev/full", "csv", &t, &err);
+    CHECK(s == FF_ERR_WRITE && strcmp(err.path, "/dev/full") == 0, "%d %s", s, err.message);
+    s = ff_table_write(check_path("none/x.csv"), NULL, &t, &err);
+    CHECK(s == FF_ERR_WRITE, "%d %s", s, err.message);
+    static const double wrong[] = {NAN, INFINITY};
+    for (size_t f = 0; f < ff_format_count(); f++) {
+        const ff_format *format = ff_format_at(f);
+        if (!format->write || format == ff_format_find("merl")) continue;
+        const char *path = check_path("never");
+        for (int k = 0; k < 2; k++) {
+            t.value[0] = wrong[k];
+            s = format->write(path, &t, &err);
+            CHECK(s == FF_ERR_DATA && strstr(err.message, "c0") && strstr(err.message, "finite") && access(path, F_OK) != 0,
+                  "%s: %d %s", format->name, s, err.message);
+        }
+        t.value[0] = 1;
+        t.angle[2][0] = NAN;
+        s = format->write(path, &t, &err);
+        CHECK(s == FF_ERR_DATA && strstr(err.message, "theta_o") && access(path, F_OK) != 0, "%s: %d %s", format->name, s,
+              err.message);
+        t.angle[2][0] = 0;
+        t.valid[0] = 0;
+        s = format->write(path, &t, &err);
+        CHECK(s == FF_ERR_DATA && strstr(err.message, "valid") && access(path, F_OK) != 0, "%s: %d %s", format->name, s,
+              err.message);
+        t.valid[0] = 1;
+    }
+    ff_table_free(&t);
+    CHECK(check_leftovers() == 0, "%d unfinished files", check_leftovers());
+}
+
+int main(void)
+{
+    test_registry();
+    test_content();
+    test_messages();
+    test_table();
+    test_writing_by_name();
+    return check_result();
+}

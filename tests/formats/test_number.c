@@ -1,0 +1,158 @@
+/* Numbers: reading is correctly rounded (the C library is the second source), writing reads back as the same bits and is short. */
+#include "check.h"
+#include "internal_number.h"
+
+static void compare(const char *text)
+{
+    double mine = -99, theirs = strtod(text, NULL); /* the program runs in the C locale */
+    const char *end = ff_number_read(text, &mine);
+    CHECK(end && *end == '\0', "'%s' is not read to its end", text);
+    CHECK(check_same_bits(&mine, &theirs, 1), "'%s': %.17g, expected %.17g", text, mine, theirs);
+}
+
+static void test_reading(void)
+{
+    static const char *const texts[] = {"0",
+                                        "-0",
+                                        "1",
+                                        "+1",
+                                        "00012",
+                                        "1.",
+                                        ".5",
+                                        "-.5",
+                                        "1e5",
+                                        "1E-5",
+                                        "1e+05",
+                                        "0.1",
+                                        "123456789012345678",
+                                        "9007199254740993",
+                                        "9007199254740992.5",
+                                        "18446744073709551615",
+                                        "18446744073709551616",
+                                        "0.00000000000000000000000001",
+                                        "1e22",
+                                        "1e23",
+                                        "8.5e22",
+                                        "1e27",
+                                        "1e28",
+                                        "1e308",
+                                        "1e309",
+                                        "-1e400",
+                                        "1e-320",
+                                        "4.9e-324",
+                                        "2.4703282292062327e-324",
+                                        "1e-400",
+                                        "0e99999999999",
+                                        "1e99999999999",
+                                        "0.000000000000000000000000000000000000000000000000001e51",
+                                        "179769313486231580793728971405301e276",
+                                        "1.00000000000000011102230246251565",
+                                        "1.000000000000000111022302462515654042363166809082031250000000001",
+                                        "9214843084008499",
+                                        "30078505129381147446200",
+                                        "7.2057594037927933e16",
+                                        "0.500000000000000166533453693773481063544750213623046875"};
+    for (size_t k = 0; k < sizeof texts / sizeof texts[0]; k++) compare(texts[k]);
+    char text[64];
+    for (int k = 0; k < 400000; k++) {
+        unsigned digits = 1 + (unsigned)(check_random() % 21);
+        size_t n = 0;
+        unsigned point = (unsigned)(check_random() % (digits + 1));
+        for (unsigned d = 0; d < digits; d++) {
+            if (d == point) text[n++] = '.';
+            text[n++] = (char)('0' + check_random() % 10);
+        }
+        text[n] = '\0';
+        if (check_random() % 2) snprintf(text + n, 8, "e%d", (int)(check_random() % 70) - 35);
+        compare(text);
+    }
+    for (int k = 0; k < 200000; k++) { /* 17 digits of any double, and the middle between two doubles, cut at 19 digits */
+        snprintf(text, sizeof text, "%.17g", ldexp(0.5 + check_uniform(), (int)(check_random() % 140) - 70));
+        compare(text);
+        double x = 0.5 + check_uniform();
+        snprintf(text, sizeof text, "%.18Lf", ((long double)x + (long double)nextafter(x, 2)) / 2);
+        compare(text);
+    }
+}
+
+static void test_refusing(void)
+{
+    static const char *const texts[] = {"", "-", "+", ".", "e5", "-e", "nan", "inf", "-inf", "1e", "1e+", "x", " 1", "--1"};
+    double v;
+    for (size_t k = 0; k < sizeof texts / sizeof texts[0]; k++) CHECK(!ff_number_read(texts[k], &v), "'%s' was read", texts[k]);
+    const char *hex = "0x10";
+    CHECK(ff_number_read(hex, &v) == hex + 1 && v == 0, "hexadecimal");
+    const char *comma = "1,5";
+    CHECK(ff_number_read(comma, &v) == comma + 1 && v == 1, "decimal comma");
+}
+
+static void round_trip(double v)
+{
+    char text[FF_NUMBER_TEXT + 1], shortest[40];
+    double back;
+    unsigned n = ff_number_write(v, text);
+    CHECK(n < FF_NUMBER_TEXT, "%u characters", n);
+    text[n] = '\0';
+    back = strtod(text, NULL);
+    CHECK(check_same_bits(&v, &back, 1), "%.17g was written as '%s'", v, text);
+    int digits = 0, precision = 15;
+    for (const char *p = text; *p && *p != 'e'; p++) digits += *p >= '0' && *p <= '9' && (digits || *p != '0');
+    for (; precision < 17; precision++) {
+        snprintf(shortest, sizeof shortest, "%.*e", precision - 1, v);
+        if (strtod(shortest, NULL) == v) break;
+    }
+    if (fabs(v) < 1e15) CHECK(digits <= precision, "%.17g was written as '%s', %d digits suffice", v, text, precision);
+}
+
+static void test_writing(void)
+{
+    static const double values[] = {0.0,
+                                    -0.0,
+                                    1,
+                                    -1,
+                                    0.1,
+                                    0.3,
+                                    1.0 / 3,
+                                    100,
+                                    1e15,
+                                    1e16,
+                                    123456789,
+                                    1e17,
+                                    1e21,
+                                    1e22,
+                                    1e23,
+                                    1e-4,
+                                    1e-5,
+                                    1e-10,
+                                    1e-11,
+                                    0.999999999999999999,
+                                    9.9999999999999995e-8,
+                                    3.14159265358979323846,
+                                    57.29577951308232,
+                                    5e-324,
+                                    1.7976931348623157e308,
+                                    2.2250738585072014e-308,
+                                    9007199254740994,
+                                    4503599627370497.5};
+    for (size_t k = 0; k < sizeof values / sizeof values[0]; k++) round_trip(values[k]);
+    for (int k = 0; k < 200000; k++) {
+        uint64_t u = check_random();
+        double v;
+        memcpy(&v, &u, 8);
+        if (isfinite(v)) round_trip(v);
+        round_trip(ldexp(0.5 + check_uniform(), (int)(check_random() % 100) - 40));
+        round_trip((double)(check_random() % 100000) / 1000);
+    }
+    char text[FF_NUMBER_TEXT];
+    CHECK(ff_number_write(0.1, text) == 3 && memcmp(text, "0.1", 3) == 0, "0.1");
+    CHECK(ff_number_write(-250, text) == 4 && memcmp(text, "-250", 4) == 0, "-250");
+    CHECK(ff_number_write(1.5e-9, text) == 7 && memcmp(text, "1.5e-09", 7) == 0, "1.5e-09: %.7s", text);
+}
+
+int main(void)
+{
+    test_reading();
+    test_refusing();
+    test_writing();
+    return check_result();
+}
