@@ -1,6 +1,7 @@
 # facetfit_room(NAME SOURCES ... HEADERS ... LINK ... [ISA_SOURCES ...])
 #   makes the library facetfit_NAME (alias facetfit::NAME) of one room. Public headers are installed to include/facetfit.
 #   ISA_SOURCES are compiled once per instruction set, with FF_ISA_SUFFIX defined to scalar, avx2 or avx512.
+#   The rooms made so far are listed, lowest first, in the global property FACETFIT_ROOMS.
 #   `scalar` is the baseline of the target and always there; the others exist on x86-64 only.
 set(FACETFIT_ISAS scalar)
 if(CMAKE_SYSTEM_PROCESSOR MATCHES "^(x86_64|AMD64|amd64)$")
@@ -10,7 +11,7 @@ set(FACETFIT_FLAGS_scalar "")
 set(FACETFIT_FLAGS_avx2 -mavx2 -mfma)
 set(FACETFIT_FLAGS_avx512 -mavx512f -mavx512dq -mavx512vl -mavx512bw -mfma -mprefer-vector-width=512)
 # Kernels: no errno, no traps, products may be fused; NaN, infinities and the order of sums keep their meaning.
-set(FACETFIT_KERNEL_FLAGS -O3 -fno-math-errno -fno-trapping-math -ffp-contract=fast)
+set(FACETFIT_KERNEL_FLAGS -O3 -fno-math-errno -fno-trapping-math -ffp-contract=fast -fopenmp-simd)
 
 function(facetfit_room name)
   cmake_parse_arguments(A "" "" "SOURCES;HEADERS;LINK;ISA_SOURCES" ${ARGN})
@@ -35,9 +36,10 @@ function(facetfit_room name)
       target_compile_definitions(${target} PRIVATE FF_HAVE_${upper}=1)
     endif()
   endforeach()
-  target_include_directories(${target} PUBLIC $<BUILD_INTERFACE:${CMAKE_CURRENT_SOURCE_DIR}> $<INSTALL_INTERFACE:include/facetfit>)
+  target_include_directories(${target} PUBLIC $<BUILD_INTERFACE:${CMAKE_CURRENT_SOURCE_DIR}> $<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}/facetfit>)
   target_link_libraries(${target} PUBLIC ${A_LINK})
   set_target_properties(${target} PROPERTIES EXPORT_NAME ${name} VERSION ${PROJECT_VERSION} SOVERSION ${PROJECT_VERSION_MAJOR})
+  set_property(GLOBAL APPEND PROPERTY FACETFIT_ROOMS ${name})
   install(TARGETS ${target} EXPORT facetfit-targets
           ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR} LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR})
   install(FILES ${A_HEADERS} DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/facetfit)

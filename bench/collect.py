@@ -1,0 +1,194 @@
+#!/usr/bin/env python3
+"""Runs the benchmark programs of a build directory and prints one JSON object: machine, items, optimum, ratios.
+
+An item is {median, min, max, n, unit}. A ratio carries its target and whether it was met; nothing here fails on a number.
+Programs that are compared run by turns within this one call, so that a slow minute of the machine falls on both.
+"""
+import json
+import os
+import platform
+import statistics
+import subprocess
+import sys
+import time
+
+ROOT = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
+PARAMETERS = ["alpha_x", "alpha_y", "r_xy", "f0"]
+ROUNDS = 3
+COMPARE_MODELS = 4 * 6
+
+
+def say(text):
+    print(text, file=sys.stderr, flush=True)
+
+
+def item(values, unit):
+    return {"median": statistics.median(values), "min": min(values), "max": max(values), "n": len(values), "unit": unit}
+
+
+def program_json(*command):
+    say("$ " + " ".join(command))
+    return json.loads(subprocess.run(command, check=True, stdout=subprocess.PIPE).stdout)
+
+
+def measured_process(command):
+    """Runs a command to its end: wall seconds from start to exit and peak resident memory in MB."""
+    say("$ " + " ".join(command))
+    begin = time.clock_gettime(time.CLOCK_MONOTONIC)
+    process = subprocess.Popen(command, stdout=subprocess.DEVNULL)
+    _, status, usage = os.wait4(process.pid, 0)
+    wall = time.clock_gettime(time.CLOCK_MONOTONIC) - begin
+    process.returncode = os.waitstatus_to_exitcode(status)
+    if process.returncode != 0:
+        raise SystemExit(f"{command[0]} ended with exit status {process.returncode}")
+    return wall, usage.ru_maxrss * 1024e-6
+
+
+def machine(kernels):
+    with open("/proc/cpuinfo", encoding="utf-8") as f:
+        cpu = next((line.split(":", 1)[1].strip() for line in f if line.startswith("model name")), platform.processor())
+    return {"cpu": cpu, "cores": os.cpu_count(), "kernel": platform.release(), "compiler": kernels["compiler"],
+            "best_isa": kernels["best_isa"]}
+
+
+def solve(bench, items):
+    """The plain Ceres program with two linear solvers and the library, by turns. The faster of the two is the baseline."""
+    plain = {"DENSE_NORMAL_CHOLESKY": [], "DENSE_QR": []}
+    ours = {"given": [], "errors": [], "search": []}
+    ours_rss = []
+    for _ in range(ROUNDS):
+        for solver, runs in plain.items():
+            runs.append(program_json(f"{bench}/bench_plain_ceres", solver))
+        for mode, runs in ours.items():
+            answer = program_json(f"{bench}/bench_solve", mode, "5" if mode != "search" else "3")
+            runs += answer["runs"]
+            ours_rss.append(answer["peak_rss_mb"] - answer["base_rss_mb"])
+    for solver, runs in plain.items():
+        items[f"plain_ceres.{solver}.solve"] = item([r["solve_s"] for r in runs], "s")
+        items[f"plain_ceres.{solver}.total"] = item([r["total_s"] for r in runs], "s")
+        items[f"plain_ceres.{solver}.memory"] = item([r["peak_rss_mb"] - r["base_rss_mb"] for r in runs], "MB")
+        items[f"plain_ceres.{solver}.iterations"] = item([r["iterations"] for r in runs], "1")
+    for mode, runs in ours.items():
+        items[f"facetfit.{mode}.solve"] = item([r["solve_s"] for r in runs], "s")
+        items[f"facetfit.{mode}.total"] = item([r["problem_s"] + r["solve_s"] for r in runs], "s")
+        items[f"facetfit.{mode}.iterations"] = item([r["iterations"] for r in runs], "1")
+        items[f"facetfit.{mode}.passes"] = item([r["passes"] for r in runs], "1")
+    items["facetfit.memory"] = item(ours_rss, "MB")
+    best = min(plain, key=lambda s: items[f"plain_ceres.{s}.solve"]["median"])
+    return best, plain[best][0], {mode: runs[0] for mode, runs in ours.items()}
+
+
+def optimum(bench, plain, ours):
+    """How far the library's optimum is from that of the plain program, run on to convergence: relative, per way of starting.
+    With its default tolerances, as it is timed, the plain program stops a little before."""
+    timed = plain
+    plain = program_json(f"{bench}/bench_plain_ceres", plain["linear_solver"], "converged")
+
+    def against(run):
+        differences = [a / b - 1 for a, b in zip(run["parameters"], plain["parameters"])]
+        return {"outcome": run["outcome"], "cost": run["cost"],
+                "cost_relative_difference": run["cost"] / plain["cost"] - 1,
+                "parameters": dict(zip(PARAMETERS, run["parameters"])),
+                "parameter_relative_difference": dict(zip(PARAMETERS, differences))}
+    return {"plain_ceres_as_timed": against(timed), "plain_ceres": against(plain),
+            "facetfit": {mode: against(run) for mode, run in ours.items()}}
+
+
+def threads(bench, items):
+    runs = program_json(f"{bench}/bench_solve", "threads", "7")["runs"]
+    for n in (1, 2):
+        items[f"threads.{n}.solve"] = item([r["solve_s"] for r in runs if r["threads"] == n], "s")
+        items[f"threads.{n}.problem"] = item([r["problem_s"] for r in runs if r["threads"] == n], "s")
+    return len({tuple(r["parameters"]) + (r["cost"],) for r in runs}) == 1
+
+
+def kernel_items(kernels, items):
+    for k in kernels["kernels"]:
+        name = "value_and_derivatives" if k["derivatives"] else "value"
+        items[f"eval.{k['model']}.{k['isa']}.{k['where']}.{name}"] = item([r * 1e-6 for r in k["rate"]], "M samples/s")
+
+
+def merl_file(build, program):
+    """A full-size MERL file: of a real material where the shared tools are, simulated otherwise. Returns path and origin."""
+    data = os.environ.get("FACETFIT_DATA")
+    shared = os.path.dirname(os.path.abspath(data)) if data else os.path.join(ROOT, "..", "shared")
+    tool = os.path.join(shared, "tools", "make_merl.py")
+    path = os.path.join(build, "bench", "merl.binary")
+    origin = "gold-metallic-paint"
+    if not os.access(tool, os.X_OK) or subprocess.run([tool, origin, path], check=False, stdout=sys.stderr).returncode != 0:
+        origin = "simulated"
+        subprocess.run([program, "simulate", "ggx+lambert", "--set", "alpha=0.25,f0=0.9:0.6:0.3,kd=0.1:0.05:0.02", "--grid", "merl",
+                        "--noise", "0.02", "--seed", "1", "-o", path], check=True, stdout=sys.stderr)
+    return path, origin
+
+
+def merl(build, items):
+    program = os.path.join(build, "bin", "facetfit")
+    path, origin = merl_file(build, program)
+    fit = [program, "fit", path, "--model", "ggx+lambert", "--threads", "2"]
+    compare = [program, "compare", path, "--ndf", "all", "--masking", "all", "--diffuse", "lambert", "--threads", "2", "--json",
+               os.path.join(build, "bench", "compare.json")]
+    measured_process(fit)  # the file is in the page cache from here on
+    runs = [measured_process(fit) for _ in range(5)]
+    items["merl.fit.wall"] = item([wall for wall, _ in runs], "s")
+    items["merl.fit.rss"] = item([rss for _, rss in runs], "MB")
+    runs = [measured_process(compare) for _ in range(3)]
+    with open(compare[-1], encoding="utf-8") as f:
+        fits = len(json.load(f)["fits"])
+    items["merl.compare.wall"] = item([wall for wall, _ in runs], "s")
+    items["merl.compare.rss"] = item([rss for _, rss in runs], "MB")
+    return {"material": origin, "compare_fits": fits, "compare_fits_expected": COMPARE_MODELS}
+
+
+def ratio(value, target, unit, at_least):
+    return {"value": value, "target": target, "sense": "at least" if at_least else "at most", "unit": unit,
+            "met": value >= target if at_least else value <= target}
+
+
+def main(argv):
+    if len(argv) != 2:
+        print("usage: collect.py BUILD_DIR", file=sys.stderr)
+        return 2
+    build = os.path.abspath(argv[1])
+    bench = os.path.join(build, "bench")
+    items = {}
+    load = os.getloadavg()[0]
+    kernels = program_json(f"{bench}/bench_kernels")
+    kernel_items(kernels, items)
+    baseline, plain, ours = solve(bench, items)
+    same = threads(bench, items)
+    merl_info = merl(build, items)
+
+    def median(name):
+        return items[name]["median"]
+
+    def times(numerator, denominator):
+        return median(numerator) / median(denominator) if median(denominator) > 0 else float("inf")
+    best_isa = kernels["best_isa"]
+    ratios = {
+        "solve_vs_plain": ratio(times(f"plain_ceres.{baseline}.solve", "facetfit.given.solve"), 60, "1", True),
+        "fit_wall": ratio(median("merl.fit.wall"), 0.5, "s", False),
+        "fit_rss": ratio(median("merl.fit.rss"), 200, "MB", False),
+        "compare_wall": ratio(median("merl.compare.wall"), 10, "s", False),
+        "eval_ggx": ratio(median(f"eval.ggx.{best_isa}.cache.value"), 100, "M samples/s", True),
+        "eval_beckmann": ratio(median(f"eval.beckmann.{best_isa}.cache.value"), 50, "M samples/s", True),
+        "threads_2_over_1": ratio(times("threads.1.solve", "threads.2.solve"), 1.7, "1", True),
+    }
+    informative = {
+        "solve_vs_plain_dense_qr": times("plain_ceres.DENSE_QR.solve", "facetfit.given.solve"),
+        "total_vs_plain": times(f"plain_ceres.{baseline}.total", "facetfit.given.total"),
+        "search_vs_plain": times(f"plain_ceres.{baseline}.solve", "facetfit.search.solve"),
+        "memory_vs_plain": times(f"plain_ceres.{baseline}.memory", "facetfit.memory"),
+    }
+    info = dict(machine(kernels), load_before=load)
+    result = {"schema": "facetfit.bench/1", "machine": info, "baseline_linear_solver": baseline, "ratios": ratios,
+              "other_ratios": informative, "optimum": optimum(bench, plain, ours), "threads_same_bits": same, "merl": merl_info,
+              "items": items}
+    print(json.dumps(result, indent=1))
+    for name, r in ratios.items():
+        say(f"{name:18} {r['value']:10.4g} {r['unit']:12} {r['sense']} {r['target']:g}: {'met' if r['met'] else 'NOT MET'}")
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv))
