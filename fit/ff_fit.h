@@ -110,10 +110,11 @@ typedef struct ff_selection {
 
 typedef struct ff_problem ff_problem;
 
-/** Selects the samples of t by o and computes their geometry. t may be freed afterwards.
+/** Selects the samples of t by o and computes the geometry that the n_models models (at least one) will need, and no other:
+ *  only these may be fitted to it. t and models may be freed afterwards.
  *  FF_ERR_DATA when nothing usable is left (the message counts why), FF_ERR_RANGE for an option, FF_ERR_UNSUPPORTED for
  *  a weighting the table does not offer, FF_ERR_MEMORY. *out is written only on FF_OK. */
-ff_status ff_problem_new(const ff_table *t, const ff_fit_options *o, ff_problem **out, ff_error *err);
+ff_status ff_problem_new(const ff_table *t, const ff_model *models, size_t n_models, const ff_fit_options *o, ff_problem **out, ff_error *err);
 void      ff_problem_free(ff_problem *p);
 void      ff_problem_selection(const ff_problem *p, ff_selection *out);
 const char *ff_problem_channel_name(const ff_problem *p, size_t c);

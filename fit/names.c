@@ -1,0 +1,89 @@
+/* Names of the enumerations, as on the command line. */
+#include "ff_fit.h"
+#include "internal_fit.h"
+#include <string.h>
+
+static const char *const losses[FF_LOSS_COUNT] = {"cosine", "log", "cube-root", "relative", "plain"};
+static const char *const robusts[FF_ROBUST_COUNT] = {"none", "huber", "cauchy", "tukey"};
+static const char *const weightings[FF_WEIGHT_COUNT] = {"auto", "solid-angle", "sample", "sigma"};
+static const char *const shapes[FF_SHAPE_COUNT] = {"auto", "isotropic", "axis", "correlated"};
+static const char *const modes[FF_CHANNELS_COUNT] = {"rgb", "mean", "each"};
+static const char *const outcomes[] = {"converged", "stalled", "limit", "cancelled"};
+
+static const char *name_of(const char *const *names, int count, int i)
+{
+    return i >= 0 && i < count ? names[i] : NULL;
+}
+
+static int find_in(const char *const *names, int count, const char *name)
+{
+    for (int i = 0; i < count; i++)
+        if (strcmp(names[i], name) == 0) return i;
+    return -1;
+}
+
+const char *ff_loss_name(int loss)
+{
+    return name_of(losses, FF_LOSS_COUNT, loss);
+}
+
+const char *ff_robust_name(int robust)
+{
+    return name_of(robusts, FF_ROBUST_COUNT, robust);
+}
+
+const char *ff_weighting_name(int weighting)
+{
+    return name_of(weightings, FF_WEIGHT_COUNT, weighting);
+}
+
+const char *ff_shape_name(int shape)
+{
+    return name_of(shapes, FF_SHAPE_COUNT, shape);
+}
+
+const char *ff_channel_mode_name(int mode)
+{
+    return name_of(modes, FF_CHANNELS_COUNT, mode);
+}
+
+const char *ff_outcome_name(int outcome)
+{
+    return name_of(outcomes, 4, outcome);
+}
+
+int ff_loss_find(const char *name)
+{
+    return find_in(losses, FF_LOSS_COUNT, name);
+}
+
+int ff_robust_find(const char *name)
+{
+    return find_in(robusts, FF_ROBUST_COUNT, name);
+}
+
+int ff_weighting_find(const char *name)
+{
+    return find_in(weightings, FF_WEIGHT_COUNT, name);
+}
+
+int ff_shape_find(const char *name)
+{
+    return find_in(shapes, FF_SHAPE_COUNT, name);
+}
+
+int ff_channel_mode_find(const char *name)
+{
+    return find_in(modes, FF_CHANNELS_COUNT, name);
+}
+
+void ff_fit_options_init(ff_fit_options *o)
+{
+    memset(o, 0, sizeof *o);
+    o->size = sizeof *o;
+    o->robust_scale = 1;
+    o->max_theta = 80 * (3.14159265358979323846 / 180);
+    o->only_channel = -1;
+    o->max_iterations = 100;
+    o->std_errors = 1;
+}

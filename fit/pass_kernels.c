@@ -1,0 +1,352 @@
+/* One pass over a range of blocks: model, residuals, Jacobian columns, and their outer products summed in eight lanes.
+ * Compiled once per instruction set. The lanes are the same for each, so that the sums differ by the rounding of fused products only. */
+#include "internal_fit.h"
+#include "internal_vector_math.h"
+
+typedef double v8 __attribute__((vector_size(64), aligned(64)));
+
+/* ---- losses: r = w (g(f) - t), j = dr/df ------------------------------------------------------------------------------------ */
+
+/* Tabulated per block: everything a loss reads. */
+typedef struct loss_planes {
+    const double *restrict w, *restrict t, *restrict x; /* weight, target, cos(theta_i) */
+} loss_planes;
+
+static void loss_linear(const loss_planes *l, const double *restrict f, double *restrict r, double *restrict j)
+{
+    for (int i = 0; i < FF_BLOCK; i++) {
+        r[i] = l->w[i] * (f[i] - l->t[i]);
+        j[i] = l->w[i];
+    }
+}
+
+static void loss_log(const loss_planes *l, const double *restrict f, double *restrict r, double *restrict j)
+{
+    for (int i = 0; i < FF_BLOCK; i++) {
+        const double u = l->x[i] * f[i];
+        r[i] = l->w[i] * (ff_log1p(u) - l->t[i]);
+        j[i] = l->w[i] * l->x[i] * ff_recip(1 + u);
+    }
+}
+
+/* c(t) = t (t^2 + e^2)^(-1/3), c'(t) = (t^2/3 + e^2) (t^2 + e^2)^(-4/3) */
+#define FF_CUBE_ROOT_E2 1e-16
+
+static inline double cube_root(double t)
+{
+    const double inv = ff_recip(ff_cbrt(t * t + FF_CUBE_ROOT_E2));
+    return t * inv;
+}
+
+static inline double cube_root_slope(double t)
+{
+    const double s = t * t + FF_CUBE_ROOT_E2, inv = ff_recip(ff_cbrt(s));
+    return (t * t * (1.0 / 3) + FF_CUBE_ROOT_E2) * inv * ff_recip(s);
+}
+
+static void loss_cube_root(const loss_planes *l, const double *restrict f, double *restrict r, double *restrict j)
+{
+    for (int i = 0; i < FF_BLOCK; i++) {
+        const double u = l->x[i] * f[i];
+        r[i] = l->w[i] * (cube_root(u) - l->t[i]);
+        j[i] = l->w[i] * l->x[i] * cube_root_slope(u);
+    }
+}
+
+/* lanes[i mod 8] += v[i] */
+static void add_to_lanes(const double *restrict v, double *restrict lanes)
+{
+    v8 sum = *(const v8 *)lanes;
+    for (int i = 0; i < FF_BLOCK; i += 8) sum += *(const v8 *)(v + i);
+    *(v8 *)lanes = sum;
+}
+
+/* Robust losses of the Ceres Solver: rho(s) and rho'(s) of s = r^2, b2 = scale^2. All have rho'' <= 0, where Triggs' second-order
+ * term is dropped as there. */
+static void huber(double b2, const double *restrict r, double *restrict rho, double *restrict slope)
+{
+    const double b = sqrt(b2);
+    for (int i = 0; i < FF_BLOCK; i++) {
+        const double s = r[i] * r[i], a = fabs(r[i]), inv = ff_recip(a > 1e-290 ? a : 1e-290);
+        rho[i] = s > b2 ? 2 * b * a - b2 : s;
+        slope[i] = s > b2 ? b * inv : 1;
+    }
+}
+
+static void cauchy(double b2, const double *restrict r, double *restrict rho, double *restrict slope)
+{
+    const double inv_b2 = 1 / b2;
+    for (int i = 0; i < FF_BLOCK; i++) {
+        const double u = r[i] * r[i] * inv_b2;
+        rho[i] = b2 * ff_log1p(u);
+        slope[i] = ff_recip(1 + u);
+    }
+}
+
+static void tukey(double b2, const double *restrict r, double *restrict rho, double *restrict slope)
+{
+    const double inv_b2 = 1 / b2, third = b2 / 3;
+    for (int i = 0; i < FF_BLOCK; i++) {
+        const double v = 1 - r[i] * r[i] * inv_b2, in = v > 0 ? v : 0;
+        rho[i] = third * (1 - in * in * in);
+        slope[i] = in * in;
+    }
+}
+
+/* r and j are scaled by sqrt(rho'); rho is summed into cost2 [8]. */
+static void robustify(ff_robust robust, double b, double *restrict r, double *restrict j, double *restrict cost2)
+{
+    double rho[FF_BLOCK] __attribute__((aligned(64))), slope[FF_BLOCK];
+    switch (robust) {
+    case FF_ROBUST_HUBER: huber(b * b, r, rho, slope); break;
+    case FF_ROBUST_CAUCHY: cauchy(b * b, r, rho, slope); break;
+    case FF_ROBUST_TUKEY: tukey(b * b, r, rho, slope); break;
+    default: return;
+    }
+    for (int i = 0; i < FF_BLOCK; i++) {
+        const double root = sqrt(slope[i]);
+        r[i] *= root;
+        j[i] *= root;
+    }
+    add_to_lanes(rho, cost2);
+}
+
+/* ---- outer products ------------------------------------------------------------------------------------------------------------ */
+
+/* Sums of the products of M columns into the packed triangle, all of it in registers. M is a constant at each call. */
+static inline __attribute__((always_inline)) void gram_small(const int M, double (*restrict column)[FF_BLOCK], v8 *restrict acc)
+{
+    v8 sum[28];
+#pragma GCC unroll 28
+    for (int k = 0; k < M * (M + 1) / 2; k++) sum[k] = acc[k];
+    for (int i = 0; i < FF_BLOCK; i += 8) {
+        v8 x[7];
+        int k = 0;
+#pragma GCC unroll 7
+        for (int a = 0; a < M; a++) x[a] = *(const v8 *)&column[a][i];
+#pragma GCC unroll 7
+        for (int a = 0; a < M; a++)
+#pragma GCC unroll 7
+            for (int b = 0; b <= a; b++) sum[k++] += x[a] * x[b];
+    }
+#pragma GCC unroll 28
+    for (int k = 0; k < M * (M + 1) / 2; k++) acc[k] = sum[k];
+}
+
+/* The same for any number of columns, in tiles of 4 x 4. */
+static void gram_tiled(size_t m, double (*restrict column)[FF_BLOCK], v8 *restrict acc)
+{
+    for (size_t a0 = 0; a0 < m; a0 += 4)
+        for (size_t b0 = 0; b0 <= a0; b0 += 4) {
+            const double *restrict ca[4], *restrict cb[4];
+            for (size_t k = 0; k < 4; k++) { /* beyond the last column the first stands in; its products are not stored */
+                ca[k] = column[a0 + k < m ? a0 + k : 0];
+                cb[k] = column[b0 + k < m ? b0 + k : 0];
+            }
+            v8 sum[16];
+#pragma GCC unroll 16
+            for (int k = 0; k < 16; k++) sum[k] = (v8){0};
+            for (int i = 0; i < FF_BLOCK; i += 8) {
+                v8 x[4], y[4];
+#pragma GCC unroll 4
+                for (int k = 0; k < 4; k++) {
+                    x[k] = *(const v8 *)&ca[k][i];
+                    y[k] = *(const v8 *)&cb[k][i];
+                }
+#pragma GCC unroll 16
+                for (int k = 0; k < 16; k++) sum[k] += x[k / 4] * y[k % 4];
+            }
+            for (size_t k = 0; k < 16; k++) {
+                const size_t a = a0 + k / 4, b = b0 + k % 4;
+                if (a < m && b <= a) acc[ff_tri(a, b)] += sum[k];
+            }
+        }
+}
+
+static void gram(size_t m, double (*restrict column)[FF_BLOCK], double *restrict lanes)
+{
+    v8 *acc = (v8 *)lanes;
+    switch (m) {
+    case 1: gram_small(1, column, acc); break;
+    case 2: gram_small(2, column, acc); break;
+    case 3: gram_small(3, column, acc); break;
+    case 4: gram_small(4, column, acc); break;
+    case 5: gram_small(5, column, acc); break;
+    case 6: gram_small(6, column, acc); break;
+    case 7: gram_small(7, column, acc); break;
+    default: gram_tiled(m, column, acc);
+    }
+}
+
+/* ---- a block ------------------------------------------------------------------------------------------------------------------- */
+
+typedef struct __attribute__((aligned(64))) block_scratch {
+    double S[FF_MAX_LOBES][FF_BLOCK];
+    double dS[FF_MAX_LOBES][FF_D_COUNT][FF_BLOCK];
+    double combined[FF_MAX_SHAPE][FF_BLOCK]; /* shape columns that are a sum of several kernel derivatives */
+    double F[FF_MAX_LOBES][FF_BLOCK];
+    double d_optics[FF_MAX_CHANNEL_PARAMS][FF_BLOCK];
+    double f[FF_BLOCK], r[FF_BLOCK], j[FF_BLOCK];
+    double x[FF_BLOCK];
+    double column[FF_MAX_COLUMNS][FF_BLOCK];
+} block_scratch;
+
+/* d S / d (free shape parameter k): one of the kernels' planes, or a sum of them. */
+static const double *shape_plane(const ff_pass *pass, uint32_t k, block_scratch *s)
+{
+    const ff_shape_column *c = &pass->shape[k];
+    int only = -1, count = 0;
+    for (int d = 0; d < FF_D_COUNT; d++)
+        if (c->d[d] != 0) only = d, count++;
+    if (count == 1 && c->d[only] == 1) return s->dS[c->lobe][only];
+    double *restrict out = s->combined[k];
+    for (int i = 0; i < FF_BLOCK; i++) out[i] = 0;
+    for (int d = 0; d < FF_D_COUNT; d++) {
+        if (c->d[d] == 0) continue;
+        const double *restrict in = s->dS[c->lobe][d];
+        for (int i = 0; i < FF_BLOCK; i++) out[i] += c->d[d] * in[i];
+    }
+    return out;
+}
+
+/* Which kernel derivatives of a lobe some shape column reads. The stretch derivatives come together. */
+static void lobe_derivatives(const ff_pass *pass, uint32_t lobe, block_scratch *s, double *dS[FF_D_COUNT])
+{
+    int stretch = 0, slope = 0, own = 0;
+    for (uint32_t k = 0; k < pass->n_shape; k++) {
+        const double *d = pass->shape[k].d;
+        if (pass->shape[k].lobe != lobe) continue;
+        stretch |= d[FF_D_AX] != 0 || d[FF_D_AY] != 0 || d[FF_D_R] != 0;
+        slope |= d[FF_D_X0] != 0 || d[FF_D_Y0] != 0;
+        own |= d[FF_D_OWN] != 0;
+    }
+    for (int d = 0; d < FF_D_COUNT; d++) {
+        const int wanted = d == FF_D_OWN ? own : d == FF_D_X0 || d == FF_D_Y0 ? slope : stretch;
+        dS[d] = wanted ? s->dS[lobe][d] : NULL;
+    }
+}
+
+static void product(const double *restrict a, const double *restrict b, const double *restrict j, double *restrict out)
+{
+    for (int i = 0; i < FF_BLOCK; i++) out[i] = a[i] * b[i] * j[i];
+}
+
+static void scaled(const double *restrict a, const double *restrict j, double *restrict out)
+{
+    for (int i = 0; i < FF_BLOCK; i++) out[i] = a[i] * j[i];
+}
+
+/* Residuals of the fit's quality, whichever loss is minimised. A datum below -1/cos, where the log loss has no value, counts as there. */
+static void statistics(const double *restrict f, const double *restrict y, const double *restrict x, const double *restrict sw, double *restrict stat)
+{
+    double part[FF_STAT_COUNT][FF_BLOCK] __attribute__((aligned(64)));
+    for (int i = 0; i < FF_BLOCK; i++) {
+        const double w = sw[i] * sw[i], e = f[i] - y[i], low = -0.999999, ly = x[i] * y[i] > low ? x[i] * y[i] : low;
+        const double el = ff_log1p(x[i] * f[i]) - ff_log1p(ly), ec = cube_root(x[i] * f[i]) - cube_root(x[i] * y[i]);
+        part[FF_STAT_WEIGHT][i] = w;
+        part[FF_STAT_PLAIN][i] = w * e * e;
+        part[FF_STAT_COSINE][i] = w * e * e * x[i] * x[i];
+        part[FF_STAT_LOG][i] = w * el * el;
+        part[FF_STAT_CUBE_ROOT][i] = w * ec * ec;
+        part[FF_STAT_MAX][i] = w > 0 ? fabs(e) : 0;
+    }
+    for (int k = 0; k < FF_STAT_MAX; k++) add_to_lanes(part[k], stat + k * 8);
+    double *largest = stat + FF_STAT_MAX * 8;
+    for (int i = 0; i < FF_BLOCK; i += 8)
+        for (int lane = 0; lane < 8; lane++) largest[lane] = part[FF_STAT_MAX][i + lane] > largest[lane] ? part[FF_STAT_MAX][i + lane] : largest[lane];
+}
+
+/* cos(theta_i) of the block, from the tangents. */
+static void cosines(const ff_geometry *g, double *restrict x)
+{
+    const double *restrict t2 = g->plane[FF_G_TI2], *restrict tx = g->plane[FF_G_TIX], *restrict ty = g->plane[FF_G_TIY];
+    if (g->plane[FF_G_COS_I])
+        memcpy(x, g->plane[FF_G_COS_I], FF_BLOCK * sizeof *x);
+    else if (t2)
+        for (int i = 0; i < FF_BLOCK; i++) x[i] = ff_rsqrt(1 + t2[i]);
+    else
+        for (int i = 0; i < FF_BLOCK; i++) x[i] = ff_rsqrt(1 + tx[i] * tx[i] + ty[i] * ty[i]);
+}
+
+/* Adds column * r to the score of a parameter. */
+static void add_score(const double *restrict column, const double *restrict r, double *restrict score)
+{
+    for (int i = 0; i < FF_BLOCK; i++) score[i] += column[i] * r[i];
+}
+
+static void channel_block(const ff_pass *pass, size_t block, size_t c, const ff_geometry *g, const double *const *shape, block_scratch *s,
+                          const ff_chunk_sums *sums)
+{
+    const ff_model *m = pass->m;
+    const struct ff_problem *p = pass->p;
+    const double *channel = pass->channel + c * m->n_channel;
+    double *d_optics[FF_MAX_CHANNEL_PARAMS];
+    for (uint32_t k = 0; k < m->n_channel; k++) d_optics[k] = s->d_optics[k];
+    /* model and the derivatives by the linear parameters, before the loss */
+    uint32_t n_linear = 0;
+    for (uint32_t l = 0; l < m->n_lobes; l++) {
+        const ff_lobe *lobe = &m->lobe[l];
+        pass->kernels->fresnel[lobe->fresnel]->eval(channel + lobe->channel0, g, FF_BLOCK, s->F[l], d_optics + lobe->channel0);
+        const double *restrict S = s->S[l], *restrict F = s->F[l];
+        if (l == 0)
+            for (int i = 0; i < FF_BLOCK; i++) s->f[i] = S[i] * F[i];
+        else
+            for (int i = 0; i < FF_BLOCK; i++) s->f[i] += S[i] * F[i];
+        n_linear += lobe->n_channel;
+    }
+    if (m->diffuse >= 0) {
+        double *restrict fd = s->j; /* free until the loss */
+        pass->kernels->diffuse[m->diffuse]->eval(channel + n_linear, g, FF_BLOCK, fd, d_optics + n_linear);
+        if (m->n_lobes)
+            for (int i = 0; i < FF_BLOCK; i++) s->f[i] += fd[i];
+        else
+            memcpy(s->f, fd, sizeof s->f);
+    }
+    const loss_planes l = {ff_problem_plane(p, block, p->weight + p->weight_stride * (int)c), ff_problem_plane(p, block, p->target + (int)c), s->x};
+    if (p->surrogate || p->loss == FF_LOSS_COSINE || p->loss == FF_LOSS_RELATIVE || p->loss == FF_LOSS_PLAIN)
+        loss_linear(&l, s->f, s->r, s->j);
+    else if (p->loss == FF_LOSS_LOG)
+        loss_log(&l, s->f, s->r, s->j);
+    else
+        loss_cube_root(&l, s->f, s->r, s->j);
+    if (pass->robust != FF_ROBUST_NONE) robustify(pass->robust, pass->robust_scale, s->r, s->j, sums->cost2);
+    /* columns */
+    size_t n = 0;
+    for (uint32_t k = 0; k < pass->n_shape; k++) product(shape[k], s->F[pass->shape[k].lobe], s->j, s->column[n++]);
+    for (uint32_t lb = 0; lb < m->n_lobes; lb++)
+        for (uint32_t k = 0; k < m->lobe[lb].n_channel; k++) product(s->S[lb], s->d_optics[m->lobe[lb].channel0 + k], s->j, s->column[n++]);
+    for (uint32_t k = n_linear; k < m->n_channel; k++) scaled(s->d_optics[k], s->j, s->column[n++]);
+    memcpy(s->column[n], s->r, sizeof s->r);
+    const size_t m1 = n + 1;
+    gram(m1, s->column, sums->gram + c * (m1 * (m1 + 1) / 2) * 8);
+    if (!pass->final) return;
+    for (uint32_t k = 0; k < pass->n_shape; k++) add_score(s->column[k], s->r, sums->score + k * FF_BLOCK);
+    for (uint32_t k = 0; k < m->n_channel; k++)
+        add_score(s->column[pass->n_shape + k], s->r, sums->score + (pass->n_shape + c * m->n_channel + k) * FF_BLOCK);
+    statistics(s->f, ff_problem_plane(p, block, p->value + (int)c), s->x, ff_problem_plane(p, block, p->sample_weight), sums->stat);
+}
+
+void FF_ISA_NAME(ff_pass_chunk)(const ff_pass *pass, size_t first, size_t n_blocks, const ff_chunk_sums *sums);
+void FF_ISA_NAME(ff_pass_chunk)(const ff_pass *pass, size_t first, size_t n_blocks, const ff_chunk_sums *sums)
+{
+    const struct ff_problem *p = pass->p;
+    const ff_model *m = pass->m;
+    const size_t P = pass->n_shape + p->n_channels * m->n_channel;
+    const int needs_x = pass->final || (!p->surrogate && (p->loss == FF_LOSS_LOG || p->loss == FF_LOSS_CUBE_ROOT));
+    block_scratch s;
+    for (size_t block = first; block < first + n_blocks; block++) {
+        ff_geometry g;
+        for (int k = 0; k < FF_G_COUNT; k++) g.plane[k] = p->geometry[k] < 0 ? NULL : ff_problem_plane(p, block, p->geometry[k]);
+        if (needs_x) cosines(&g, s.x);
+        for (uint32_t l = 0; l < m->n_lobes; l++) {
+            double *dS[FF_D_COUNT];
+            lobe_derivatives(pass, l, &s, dS);
+            pass->kernels->lobe(&pass->lobe[l], &g, FF_BLOCK, s.S[l], dS);
+        }
+        const double *shape[FF_MAX_SHAPE];
+        for (uint32_t k = 0; k < pass->n_shape; k++) shape[k] = shape_plane(pass, k, &s);
+        if (pass->final) memset(sums->score, 0, P * FF_BLOCK * sizeof(double));
+        for (size_t c = 0; c < p->n_channels; c++) channel_block(pass, block, c, &g, shape, &s, sums);
+        if (pass->final && P) gram(P, (double(*)[FF_BLOCK])sums->score, sums->meat);
+    }
+}
