@@ -39,8 +39,9 @@ struct ff_problem {
     char   (*channel_name)[FF_CHANNEL_NAME];
     ff_pool *pool;
     ff_isa   isa;
-    /* What starts are searched on: see ff_problem_thin. */
-    struct ff_problem *thin, *thin_linear;
+    /* What starts are searched on, and what they are then refined on before all samples are: see ff_problem_thin. The last is
+     * NULL where there are too few samples to make it worth while. */
+    struct ff_problem *thin, *thin_linear, *middle;
 };
 
 static inline double *ff_problem_plane(const struct ff_problem *p, size_t block, int plane)
@@ -55,7 +56,7 @@ static inline size_t ff_problem_doubles(const struct ff_problem *p)
 }
 
 /* A smaller problem that stands for p: the samples with the largest weighted values, all of them, and every k-th of the rest with k
- * times the weight; some `wanted` in all. size [n]: the magnitudes. linear: with the loss replaced by its linearisation about the data.
+ * times the weight; some `wanted` in all. size [n]: the magnitudes |w g(y)|. linear: with the loss replaced by its linearisation about the data.
  * Shares the pool; goes with p. */
 ff_status ff_problem_thin(const struct ff_problem *p, const float *size, size_t wanted, int linear, struct ff_problem **out);
 
@@ -171,11 +172,14 @@ typedef struct ff_solution {
     ff_outcome outcome;
     int        iterations, passes;
     double     cost2;
+    ff_normal  normal;   /* of a final pass at the solution, where one was made (has_final); else zero. The caller's to free */
+    int        has_final;
 } ff_solution;
 
-/* Minimises from shape, channel (in and out). at_bound [P]: -1, 0, +1 in coordinates. */
-ff_status ff_solve(const ff_layout *l, const struct ff_problem *p, const ff_fit_options *o, int parallel, int max_iterations, double *shape,
-                   double *channel, int *at_bound, ff_solution *out, ff_error *err);
+/* Minimises from shape, channel (in and out) until a step would lower the objective by less than `tolerance` of itself.
+ * speculate: passes that look like being the last are made final ones. at_bound [P]: -1, 0, +1 in coordinates. */
+ff_status ff_solve(const ff_layout *l, const struct ff_problem *p, const ff_fit_options *o, int parallel, int speculate, double tolerance,
+                   int max_iterations, double *shape, double *channel, int *at_bound, ff_solution *out, ff_error *err);
 
 /* ---- covariance ---------------------------------------------------------------------------------------------------------------- */
 

@@ -34,14 +34,13 @@ static void loss_log(const loss_planes *l, const double *restrict f, double *res
 
 static inline double cube_root(double t)
 {
-    const double inv = ff_recip(ff_cbrt(t * t + FF_CUBE_ROOT_E2));
-    return t * inv;
+    return t * ff_rcbrt(t * t + FF_CUBE_ROOT_E2);
 }
 
 static inline double cube_root_slope(double t)
 {
-    const double s = t * t + FF_CUBE_ROOT_E2, inv = ff_recip(ff_cbrt(s));
-    return (t * t * (1.0 / 3) + FF_CUBE_ROOT_E2) * inv * ff_recip(s);
+    const double inv = ff_rcbrt(t * t + FF_CUBE_ROOT_E2), inv2 = inv * inv;
+    return (t * t * (1.0 / 3) + FF_CUBE_ROOT_E2) * inv2 * inv2;
 }
 
 static void loss_cube_root(const loss_planes *l, const double *restrict f, double *restrict r, double *restrict j)
@@ -242,7 +241,7 @@ static void statistics(const double *restrict f, const double *restrict y, const
     double part[FF_STAT_COUNT][FF_BLOCK] __attribute__((aligned(64)));
     for (int i = 0; i < FF_BLOCK; i++) {
         const double w = sw[i] * sw[i], e = f[i] - y[i], low = -0.999999, ly = x[i] * y[i] > low ? x[i] * y[i] : low;
-        const double el = ff_log1p(x[i] * f[i]) - ff_log1p(ly), ec = cube_root(x[i] * f[i]) - cube_root(x[i] * y[i]);
+        const double el = ff_log((1 + x[i] * f[i]) * ff_recip(1 + ly)), ec = cube_root(x[i] * f[i]) - cube_root(x[i] * y[i]);
         part[FF_STAT_WEIGHT][i] = w;
         part[FF_STAT_PLAIN][i] = w * e * e;
         part[FF_STAT_COSINE][i] = w * e * e * x[i] * x[i];

@@ -6,7 +6,7 @@
 #include <string.h>
 #include <sys/mman.h>
 
-enum { FF_THIN = 12000 }; /* samples that a start is searched on */
+enum { FF_THIN = 12000, FF_MIDDLE_FROM = 200000 }; /* samples that a start is searched on; problems that have a middle */
 enum { FF_SLAB = 2048 }; /* samples of a table looked at in one go; its directions fit in the second-level cache */
 
 /* Memory of the blocks, in large pages where the system has them: a pass walks through all of it. */
@@ -254,7 +254,9 @@ static void build_block(void *context, size_t block, int worker)
 
 /* ---- the thin problem -------------------------------------------------------------------------------------------------------------- */
 
-/* Bins of magnitudes: exponent and four bits of the mantissa. */
+/* Bins of magnitudes: exponent and four bits of the mantissa of a positive float. */
+enum { FF_BINS = 0x1000 };
+
 static size_t bin_of(float m)
 {
     uint32_t bits;
@@ -265,7 +267,7 @@ static size_t bin_of(float m)
 /* The smallest bin such that no more than `count` samples lie in it or above. */
 static size_t threshold_bin(const size_t *histogram, size_t count)
 {
-    size_t sum = 0, bin = 0x1000;
+    size_t sum = 0, bin = FF_BINS;
     while (bin > 0 && sum + histogram[bin - 1] <= count) sum += histogram[--bin];
     return bin;
 }
@@ -279,13 +281,31 @@ static size_t stride_for(size_t rest, size_t wanted)
     return s;
 }
 
-static void copy_sample(const struct ff_problem *from, size_t i, struct ff_problem *to, size_t k, double weight)
+/* The samples of a thin problem and what each stands for. */
+typedef struct thinning {
+    const struct ff_problem *from;
+    struct ff_problem *to;
+    uint32_t *index;       /* [to->n]                                          */
+    double    rest_weight; /* root weight of those with rest[k] = 1            */
+    unsigned char *rest;   /* [to->n]                                          */
+} thinning;
+
+static int is_weight_plane(const struct ff_problem *p, size_t plane)
 {
-    const size_t fb = i / FF_BLOCK, fl = i % FF_BLOCK, tb = k / FF_BLOCK, tl = k % FF_BLOCK;
-    for (size_t p = 0; p < from->n_planes; p++) ff_problem_plane(to, tb, (int)p)[tl] = ff_problem_plane(from, fb, (int)p)[fl];
-    const int n_weights = from->weight_stride ? (int)from->n_channels : 1;
-    for (int w = 0; w < n_weights; w++) ff_problem_plane(to, tb, to->weight + w)[tl] *= sqrt(weight);
-    ff_problem_plane(to, tb, to->sample_weight)[tl] *= sqrt(weight);
+    const int n_weights = p->weight_stride ? (int)p->n_channels : 1, k = (int)plane;
+    return (k >= p->weight && k < p->weight + n_weights) || k == p->sample_weight;
+}
+
+static void thin_plane(void *context, size_t plane, int worker)
+{
+    const thinning *t = context;
+    const double factor = is_weight_plane(t->from, plane) ? t->rest_weight : 1;
+    (void)worker;
+    for (size_t k = 0; k < t->to->n; k++) {
+        const size_t i = t->index[k];
+        const double v = ff_problem_plane(t->from, i / FF_BLOCK, (int)plane)[i % FF_BLOCK];
+        ff_problem_plane(t->to, k / FF_BLOCK, (int)plane)[k % FF_BLOCK] = t->rest[k] ? v * factor : v;
+    }
 }
 
 /* Replaces loss by its tangent at the data: w g'(y) (f - y). A datum near 0, where the cube root is steep, counts as 1 % of the mean. */
@@ -312,38 +332,37 @@ static void linearise(struct ff_problem *p)
 ff_status ff_problem_thin(const struct ff_problem *p, const float *size, size_t wanted, int linear, struct ff_problem **out)
 {
     struct ff_problem *t = malloc(sizeof *t);
-    size_t *histogram = calloc(0x1000, sizeof *histogram);
-    if (!t || !histogram) {
-        free(t);
-        free(histogram);
-        return FF_ERR_MEMORY;
-    }
+    size_t histogram[FF_BINS] = {0};
+    if (!t) return FF_ERR_MEMORY;
     *t = *p;
     t->channel_name = NULL;
-    t->thin = t->thin_linear = NULL;
+    t->thin = t->thin_linear = t->middle = NULL;
     for (size_t i = 0; i < p->n; i++) histogram[bin_of(size[i])]++;
     const size_t bin = p->n > wanted ? threshold_bin(histogram, wanted / 3) : 0;
     size_t large = 0;
-    for (size_t b = bin; b < 0x1000; b++) large += histogram[b];
+    for (size_t b = bin; b < FF_BINS; b++) large += histogram[b];
     const size_t rest = p->n - large, stride = rest ? stride_for(rest, wanted - wanted / 3) : 1;
     const size_t kept = rest ? (rest + stride - 1) / stride : 0;
     t->n = large + kept;
     t->n_blocks = (t->n + FF_BLOCK - 1) / FF_BLOCK;
     t->data = block_memory(ff_problem_doubles(t) * sizeof *t->data);
-    if (t->data) {
+    thinning work = {p, t, malloc(t->n * sizeof(uint32_t)), kept ? sqrt((double)rest / (double)kept) : 1, malloc(t->n)};
+    const int failed = !t->data || !work.index || !work.rest;
+    if (!failed) {
         memset(t->data, 0, ff_problem_doubles(t) * sizeof *t->data);
-        const double rest_weight = kept ? (double)rest / (double)kept : 1;
-        size_t k = 0, skipped = 0;
-        for (size_t i = 0; i < p->n; i++) {
-            if (bin_of(size[i]) >= bin)
-                copy_sample(p, i, t, k++, 1);
-            else if (skipped++ % stride == 0)
-                copy_sample(p, i, t, k++, rest_weight);
+        for (size_t i = 0, k = 0, skipped = 0; i < p->n; i++) {
+            const int is_rest = bin_of(size[i]) < bin;
+            if (is_rest && skipped++ % stride != 0) continue;
+            work.index[k] = (uint32_t)i;
+            work.rest[k++] = (unsigned char)is_rest;
         }
+        ff_pool_run(p->pool, p->n_planes, thin_plane, &work);
         if (linear && is_curved(p->loss)) linearise(t);
     }
-    free(histogram);
-    if (!t->data) {
+    free(work.index);
+    free(work.rest);
+    if (failed) {
+        free(t->data);
         free(t);
         return FF_ERR_MEMORY;
     }
@@ -486,6 +505,7 @@ static ff_status build_all(build *b, const ff_model *models, size_t n_models, ff
     ff_pool_run(p->pool, p->n_blocks, build_block, b);
     ff_status st = ff_problem_thin(p, b->size, FF_THIN, 0, &p->thin);
     if (!st) st = ff_problem_thin(p, b->size, FF_THIN, 1, &p->thin_linear);
+    if (!st && p->n > FF_MIDDLE_FROM) st = ff_problem_thin(p, b->size, p->n / 8, 0, &p->middle);
     return st ? ff_error_set(err, st, NULL, 0, -1, "out of memory") : FF_OK;
 }
 
@@ -534,6 +554,7 @@ void ff_problem_free(ff_problem *p)
     if (!p) return;
     thin_free(p->thin);
     thin_free(p->thin_linear);
+    thin_free(p->middle);
     ff_pool_free(p->pool);
     free(p->data);
     free(p->channel_name);

@@ -9,6 +9,10 @@
 #include <string.h>
 #include <time.h>
 
+/* A problem that stands for another need not be minimised further than the two differ. */
+#define FF_ROUGH 1e-7
+#define FF_EXACT 1e-11
+
 /* ---- the compressed problem ------------------------------------------------------------------------------------------------------ */
 
 /* What the solver's evaluations share. */
@@ -27,6 +31,8 @@ typedef struct solver {
     double    *sub, *L, *D, *slope;
     double     explained;     /* |Q^T r|^2 of the last evaluation: what a Gauss-Newton step would gain */
     double     tolerance;     /* explained <= tolerance * cost2 is converged                         */
+    double     gain[2];       /* explained / cost2 of the last two points, the latest first; 0 = none */
+    int        speculate, last_is_final;
     int        left_box;      /* a step of the unbounded solver went outside                          */
     ff_status  status;        /* of a pass that failed                                               */
 } solver;
@@ -34,6 +40,14 @@ typedef struct solver {
 static int cancelled(const ff_fit_options *o)
 {
     return o->cancel && *o->cancel;
+}
+
+/* A pass that also gathers statistics and errors costs half as much again as a plain one, and a pass less is a pass less. Near the minimum
+ * the gains of successive steps fall quadratically at first, then by a constant factor. */
+static int next_looks_last(const solver *s)
+{
+    if (s->gain[0] <= 0) return 0;
+    return s->gain[1] > 0 ? s->gain[0] * (s->gain[0] / s->gain[1]) < s->tolerance : s->gain[0] < 1e-3;
 }
 
 /* One pass at s->x unless the last one was made there: cost and Jacobian at a point are one pass, not two. */
@@ -45,6 +59,8 @@ static ff_status pass_here(solver *s)
     ff_pass pass;
     ff_layout_unpack(l, s->x, s->shape);
     ff_layout_pass(l, s->p, s->o, s->shape, s->x + l->n_free, &pass);
+    pass.final = s->speculate && next_looks_last(s);
+    s->last_is_final = pass.final;
     s->passes++;
     s->have_last = 0;
     const ff_status st = ff_pass_run(&pass, s->parallel, &s->normal);
@@ -53,6 +69,8 @@ static ff_status pass_here(solver *s)
     ff_normal_assemble(l, &s->normal, s->slope, s->H, s->g);
     memcpy(s->last, s->x, l->P * sizeof *s->x);
     s->have_last = 1;
+    s->gain[1] = s->gain[0];
+    s->gain[0] = 0;
     return FF_OK;
 }
 
@@ -86,6 +104,7 @@ static ff_status evaluate(void *context, const double *x, double *residual, doub
     }
     residual[n] = sqrt(fmax(s->normal.cost2 - explained, 0));
     s->explained = explained;
+    s->gain[0] = explained / fmax(s->normal.cost2, 1e-300);
     if (!jacobian) return FF_OK;
     for (size_t i = 0; i < n; i++)
         for (size_t j = 0; j < n; j++) jacobian[i * n + j] = s->L[j * n + i] * s->D[j];
@@ -233,8 +252,8 @@ static ff_status solver_new(const ff_layout *l, const struct ff_problem *p, cons
     return FF_OK;
 }
 
-ff_status ff_solve(const ff_layout *l, const struct ff_problem *p, const ff_fit_options *o, int parallel, int max_iterations, double *shape,
-                   double *channel, int *at_bound, ff_solution *out, ff_error *err)
+ff_status ff_solve(const ff_layout *l, const struct ff_problem *p, const ff_fit_options *o, int parallel, int speculate, double tolerance,
+                   int max_iterations, double *shape, double *channel, int *at_bound, ff_solution *out, ff_error *err)
 {
     solver s;
     int *held = calloc(2 * l->P + 1, sizeof *held), *releases = held + l->P;
@@ -243,7 +262,8 @@ ff_status ff_solve(const ff_layout *l, const struct ff_problem *p, const ff_fit_
         free(held);
         return ff_error_set(err, st, NULL, 0, -1, "out of memory");
     }
-    s.tolerance = parallel ? 1e-12 : 1e-7; /* a polish of a candidate need not be exact */
+    s.tolerance = tolerance;
+    s.speculate = speculate;
     memcpy(s.shape, shape, l->m->n_shape * sizeof *shape);
     ff_layout_pack(l, shape, s.x);
     memcpy(s.x + l->n_free, channel, l->n_channels * l->m->n_channel * sizeof *channel);
@@ -266,7 +286,12 @@ ff_status ff_solve(const ff_layout *l, const struct ff_problem *p, const ff_fit_
         memcpy(shape, s.shape, l->m->n_shape * sizeof *shape);
         memcpy(channel, s.x + l->n_free, l->n_channels * l->m->n_channel * sizeof *channel);
         for (size_t k = 0; k < l->P; k++) at_bound[k] = bound_of(&s, k);
-        *out = (ff_solution){outcome, s.iterations, s.passes, s.normal.cost2};
+        *out = (ff_solution){.outcome = outcome, .iterations = s.iterations, .passes = s.passes, .cost2 = s.normal.cost2};
+        if (s.last_is_final && s.have_last && memcmp(s.x, s.last, l->P * sizeof *s.x) == 0) {
+            out->normal = s.normal;
+            out->has_final = 1;
+            s.normal = (ff_normal){0};
+        }
     }
     solver_free(&s);
     free(held);
@@ -296,7 +321,7 @@ static void polish_one(void *context, size_t i, int worker)
     int *at_bound = malloc((p->l->P + 1) * sizeof *at_bound);
     (void)worker;
     p->status[i] = at_bound ? ff_start_channels(p->l, p->linear, p->o, p->candidate[i].shape, 0, channel, &cost2) : FF_ERR_MEMORY;
-    if (!p->status[i]) p->status[i] = ff_solve(p->l, p->thin, p->o, 0, 40, p->candidate[i].shape, channel, at_bound, &solution, NULL);
+    if (!p->status[i]) p->status[i] = ff_solve(p->l, p->thin, p->o, 0, 0, FF_ROUGH, 40, p->candidate[i].shape, channel, at_bound, &solution, NULL);
     if (!p->status[i]) p->candidate[i].cost2 = solution.cost2;
     free(at_bound);
 }
@@ -330,13 +355,15 @@ static ff_status find_start(const ff_layout *l, struct ff_problem *p, const ff_f
     return st ? ff_error_set(err, st, NULL, 0, -1, "the search for a start failed: %s", ff_status_str(st)) : FF_OK;
 }
 
-/* From a given start most of the way is gone on the thin problem. */
+/* Most of the way is gone on fewer samples: from a given start on the thin problem, then on the middle one. */
 static ff_status approach(const ff_layout *l, struct ff_problem *p, const ff_fit_options *o, double *shape, double *channel, ff_error *err)
 {
+    const struct ff_problem *const levels[2] = {o->start_shape ? p->thin : NULL, p->middle};
     ff_solution solution;
     int *at_bound = malloc((l->P + 1) * sizeof *at_bound);
     ff_status st = at_bound ? FF_OK : ff_error_set(err, FF_ERR_MEMORY, NULL, 0, -1, "out of memory");
-    if (!st) st = ff_solve(l, p->thin, o, 0, 100, shape, channel, at_bound, &solution, err);
+    for (int k = 0; k < 2 && !st; k++)
+        if (levels[k]) st = ff_solve(l, levels[k], o, k == 1, 0, FF_ROUGH, 100, shape, channel, at_bound, &solution, err);
     free(at_bound);
     return st;
 }
@@ -526,31 +553,39 @@ static double seconds(void)
     return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
 }
 
-/* The last pass at the optimum: statistics, and the outer products of the errors. */
-static ff_status finish(const ff_layout *l, const struct ff_problem *p, const ff_fit_options *o, const double *shape, const double *channel,
-                        const int *at_bound, ff_fit_result *r, ff_error *err)
+/* The pass at the optimum with statistics and the outer products of the errors, unless the solver has made it already. */
+static ff_status final_pass(const ff_layout *l, const struct ff_problem *p, const ff_fit_options *o, const double *shape, const double *channel,
+                            ff_solution *solution)
 {
-    ff_normal normal;
     ff_pass pass;
-    double *cov = calloc(l->P * l->P + 1, sizeof *cov);
-    ff_status st = ff_normal_new(l->m, l->n_free, l->n_channels, &normal);
-    if (st || !cov) {
-        free(cov);
-        if (!st) ff_normal_free(&normal);
-        return ff_error_set(err, FF_ERR_MEMORY, NULL, 0, -1, "out of memory");
-    }
+    if (solution->has_final) return FF_OK;
+    const ff_status st = ff_normal_new(l->m, l->n_free, l->n_channels, &solution->normal);
+    if (st) return st;
     ff_layout_pass(l, p, o, shape, channel, &pass);
     pass.final = 1;
-    st = ff_pass_run(&pass, 1, &normal);
-    r->passes++;
-    if (!st) fill_residual(&normal, r);
+    solution->passes++;
+    return ff_pass_run(&pass, 1, &solution->normal);
+}
+
+/* Everything that is said of the optimum. */
+static ff_status finish(const ff_layout *l, const struct ff_problem *p, const ff_fit_options *o, const double *shape, const double *channel,
+                        const int *at_bound, ff_solution *solution, ff_fit_result *r, ff_error *err)
+{
+    double *cov = calloc(l->P * l->P + 1, sizeof *cov);
+    ff_status st = cov ? final_pass(l, p, o, shape, channel, solution) : FF_ERR_MEMORY;
     size_t n_free = 0;
     for (size_t k = 0; k < l->P; k++) n_free += at_bound[k] == 0;
-    if (!st) fill_criteria(p, n_free, r);
-    if (!st && o->std_errors) st = fill_errors(l, p, &normal, at_bound, cov, r);
+    if (!st) {
+        r->outcome = solution->outcome;
+        r->iterations = solution->iterations;
+        r->passes = solution->passes;
+        fill_values(l, shape, channel, at_bound, r);
+        fill_residual(&solution->normal, r);
+        fill_criteria(p, n_free, r);
+        if (o->std_errors) st = fill_errors(l, p, &solution->normal, at_bound, cov, r);
+    }
     if (!st) fill_ellipse(l, shape, o->std_errors ? cov : NULL, r);
     if (!st) fill_warnings(l, p, r);
-    ff_normal_free(&normal);
     free(cov);
     return st ? ff_error_set(err, st, NULL, 0, -1, "the last pass failed: %s", ff_status_str(st)) : FF_OK;
 }
@@ -598,23 +633,18 @@ ff_status ff_problem_fit(ff_problem *p, const ff_model *m, const ff_fit_options 
     int *at_bound = calloc(l.P + 1, sizeof *at_bound);
     r.shape_value = calloc(m->n_shape + 1, sizeof *r.shape_value);
     r.channel_value = calloc(size + 1, sizeof *r.channel_value);
-    ff_solution solution = {FF_CONVERGED, 0, 0, 0};
+    ff_solution solution = {.outcome = FF_CONVERGED};
     if (!channel || !at_bound || !r.shape_value || !r.channel_value) st = ff_error_set(err, FF_ERR_MEMORY, NULL, 0, -1, "out of memory");
     ff_model_defaults(m, C, shape, channel ? channel : NULL);
     if (!st && o->start_shape) {
         memcpy(shape, o->start_shape, m->n_shape * sizeof *shape);
         memcpy(channel, o->start_channel, size * sizeof *channel);
-        st = approach(&l, p, o, shape, channel, err);
     } else if (!st)
         st = find_start(&l, p, o, shape, channel, err);
-    if (!st) st = ff_solve(&l, p, o, 1, o->max_iterations, shape, channel, at_bound, &solution, err);
-    if (!st) {
-        r.outcome = solution.outcome;
-        r.iterations = solution.iterations;
-        r.passes = solution.passes;
-        fill_values(&l, shape, channel, at_bound, &r);
-        st = finish(&l, p, o, shape, channel, at_bound, &r, err);
-    }
+    if (!st) st = approach(&l, p, o, shape, channel, err);
+    if (!st) st = ff_solve(&l, p, o, 1, 1, FF_EXACT, o->max_iterations, shape, channel, at_bound, &solution, err);
+    if (!st) st = finish(&l, p, o, shape, channel, at_bound, &solution, &r, err);
+    ff_normal_free(&solution.normal);
     free(channel);
     free(at_bound);
     if (st) {

@@ -168,18 +168,18 @@ static inline double ff_angle(double s, double c)
     return c < 0 ? FF_PI - quarter : quarter;
 }
 
-/* Real cube root; 2 ulp for |x| >= 1e-290, finite for every finite x. */
-static inline double ff_cbrt(double x)
+/* x^(-1/3), x in [1e-290, 1e290]; 3 ulp. A first guess from the exponent, then Newton. */
+static inline double ff_rcbrt(double x)
 {
-    const double a = fabs(x) + 1e-300;
-    /* dividing the exponent by 3 in integer arithmetic costs a multiplication of the high word only */
-    const uint64_t hi = ((ff_bits(a) >> 32) * UINT64_C(1431655766)) >> 32;
-    double y = ff_from_bits((hi + UINT64_C(715094163)) << 32); /* 5 bits */
-    for (int k = 0; k < 3; k++) {                              /* Halley: the error is cubed */
-        const double y3 = y * y * y;
-        y = y * (y3 + 2 * a) * ff_recip(2 * y3 + a);
-    }
-    return x < 0 ? -y : y;
+    /* a third of the exponent in integer arithmetic: the multiplication is that of the high word only */
+    const uint64_t third = ((ff_bits(x) >> 32) * UINT64_C(1431655766)) >> 32;
+    double y = ff_from_bits((UINT64_C(0x553ef0ff) - third) << 32);
+    const double h = x * (1.0 / 3);
+    y = y * (4.0 / 3 - h * y * y * y);
+    y = y * (4.0 / 3 - h * y * y * y);
+    y = y * (4.0 / 3 - h * y * y * y);
+    y = y * (4.0 / 3 - h * y * y * y);
+    return y + y * (1.0 / 3 - h * y * y * y);
 }
 
 #endif
