@@ -524,6 +524,23 @@ static void warn_correlated(const ff_layout *l, const struct ff_problem *p, ff_f
         }
 }
 
+/* One warning for all channels whose parameter k lies on the same bound. */
+static void warn_channels_at_bound(const ff_layout *l, const struct ff_problem *p, uint32_t k, int bound, ff_fit_result *r)
+{
+    char names[120] = "";
+    double value = 0;
+    for (size_t c = 0; c < l->n_channels; c++) {
+        const ff_fit_value *v = &r->channel_value[c * l->m->n_channel + k];
+        const size_t used = strlen(names);
+        if (v->at_bound != bound) continue;
+        value = v->value;
+        snprintf(names + used, sizeof names - used, "%s%.32s", used ? ", " : "", p->channel_name[c]);
+    }
+    if (!names[0]) return;
+    warn(r, "%s%s%s%s is on its %s bound, %g: no standard error there", l->m->channel[k].name, l->n_channels > 1 ? " (" : "", l->n_channels > 1 ? names : "",
+         l->n_channels > 1 ? ")" : "", bound < 0 ? "lower" : "upper", value);
+}
+
 static void fill_warnings(const ff_layout *l, const struct ff_problem *p, ff_fit_result *r)
 {
     char label[80];
@@ -532,8 +549,12 @@ static void fill_warnings(const ff_layout *l, const struct ff_problem *p, ff_fit
     for (size_t k = 0; k < l->P; k++) {
         const ff_fit_value *v = value_at(l, r, k);
         parameter_label(l, p, k, label, sizeof label);
-        if (v->at_bound) warn(r, "%s is on its %s bound, %g: it has no standard error, and the others are given it", label, v->at_bound < 0 ? "lower" : "upper", v->value);
+        if (k < l->n_free && v->at_bound) warn(r, "%s is on its %s bound, %g", label, v->at_bound < 0 ? "lower" : "upper", v->value);
         if (!v->at_bound && r->correlation && isnan(v->std_error)) warn(r, "%s is not determined by these data", label);
+    }
+    for (uint32_t k = 0; k < l->m->n_channel; k++) {
+        warn_channels_at_bound(l, p, k, -1, r);
+        warn_channels_at_bound(l, p, k, +1, r);
     }
     if (r->correlation) warn_correlated(l, p, r);
     if (r->correlation && r->has_ellipse && l->mode != FF_ISOTROPIC_MODE && !r->ellipse.phi_determined)

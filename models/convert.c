@@ -176,7 +176,7 @@ static const char peak[] = "equal peak D(z)";
 static const char peak_limits[] = "ggx then looks rougher, for its tail has infinite slope variance: fit instead where data exist";
 static const char burley[] = "Burley 2012, section 5.4";
 static const char burley_assumes[] = "the renderer squares its roughness (Disney, UE4, glTF, Filament); some take alpha itself";
-static const char burley_limits[] = "exact; for 0 < roughness <= 1";
+static const char burley_limits[] = "exact for 0 < roughness <= 1";
 static const char rms[] = "Heitz 2014 (RR-8468), section 3.4: covariance Q^-1 / 2";
 static const char rms_assumes[] = "Gaussian slopes; sigma is the rms slope along one axis, not over both";
 static const char exact[] = "exact";

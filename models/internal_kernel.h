@@ -39,6 +39,7 @@ typedef struct ff_ndf {
     /* 1 when the distribution has a parameter `own`, so that the kernels' own derivatives exist. */
     int has_own;
     void (*prepare)(ff_ndf_pass *pass);
+    /* The kernels see at most FF_BLOCK samples a call. */
     /* p(q2) and d ln p / d q2, d ln p / d own (dlnp_own may be NULL). q2 in [0, 1e300]. */
     void (*profile)(const ff_ndf_pass *pass, size_t n, const double *restrict q2, double *restrict p, double *restrict dlnp,
                     double *restrict dlnp_own);

@@ -116,47 +116,29 @@ static inline double horner(const double *restrict c, double t)
     return even + t * odd;
 }
 
-/* What value and derivative share, for one v. */
-typedef struct tail {
-    double a, e, root, log_a, t, excess; /* a, E, sqrt(A), ln A, t, a^2 / nu */
-} tail;
-
-static inline tail tail_at(const double *restrict c, double v)
-{
-    tail s;
-    const double inv_root_v = ff_rsqrt(v), inv_a = v * inv_root_v;
-    s.a = inv_root_v;
-    const double w = c[C_NU] * v; /* 1 / excess; ln A = ln(1 + w) - ln w for large a, ln(1 + 1/w) for small a */
-    s.excess = ff_recip(w);
-    s.log_a = w < 1 ? ff_log1p(w < 1 ? w : 1) - ff_log(w) : ff_log1p(w < 1 ? 1 : s.excess);
-    s.e = ff_exp(-c[C_NU] * s.log_a);
-    s.root = (1 + s.excess) * ff_rsqrt(1 + s.excess);
-    const double t = c[C_T_SCALE] * ff_recip(1 + 3 * inv_a) - 1;
-    s.t = t > 1 ? 1 : t;
-    return s;
-}
-
 void ff_student_t_lambda(const ff_ndf_pass *pass, size_t n, const double *restrict v, double *restrict lam, double *restrict dlam,
                          double *restrict dlam_own)
 {
     double c[8], poly[2][FF_POLY]; /* local copies: the compiler then knows that the stores below leave them alone */
+    double e[FF_BLOCK], t[FF_BLOCK], front[FF_BLOCK], bracket[FF_BLOCK], excess[FF_BLOCK], log_A[FF_BLOCK];
     memcpy(c, pass->c, sizeof c);
     memcpy(poly, pass->poly, sizeof poly);
     for (size_t i = 0; i < n; i++) {
-        const tail s = tail_at(c, v[i]);
-        const double inv_a = v[i] * s.a;
-        const double front = c[C_K] * s.root * inv_a; /* (Lambda + Q) / E; d Lambda / da = -(Lambda + Q) / a */
-        const double bracket = front - horner(poly[0], s.t);
-        lam[i] = s.e * (bracket > 0 ? bracket : 0); /* rounding may leave -1e-17 where E vanishes */
-        dlam[i] = 0.5 * s.e * front * s.a * s.a;
+        const double a = ff_rsqrt(v[i]), inv_a = v[i] * a;
+        excess[i] = ff_recip(c[C_NU] * v[i]); /* a^2 / nu = A - 1 */
+        log_A[i] = ff_log1p(excess[i]);
+        e[i] = ff_exp(-c[C_NU] * log_A[i]);
+        const double root = (1 + excess[i]) * ff_rsqrt(1 + excess[i]), s = c[C_T_SCALE] * ff_recip(1 + 3 * inv_a) - 1;
+        t[i] = s > 1 ? 1 : s;
+        front[i] = root * inv_a; /* K front = (Lambda + Q) / E, and d Lambda / da = -(Lambda + Q) / a */
+        bracket[i] = c[C_K] * front[i] - horner(poly[0], t[i]);
+        lam[i] = e[i] * (bracket[i] > 0 ? bracket[i] : 0); /* rounding may leave -1e-17 where E vanishes */
+        dlam[i] = 0.5 * c[C_K] * e[i] * front[i] * a * a;
     }
     if (!dlam_own) return;
     for (size_t i = 0; i < n; i++) {
-        const tail s = tail_at(c, v[i]);
-        const double inv_a = v[i] * s.a, inv_A = ff_recip(1 + s.excess);
-        const double bracket = c[C_K] * s.root * inv_a - horner(poly[0], s.t);
-        const double dln_e = s.excess * inv_A - s.log_a;
-        const double dfront = (c[C_DK] - 0.5 * c[C_K] * s.excess * inv_A * c[C_INV_NU]) * s.root * inv_a;
-        dlam_own[i] = s.e * (dln_e * bracket + dfront - horner(poly[1], s.t));
+        const double share = excess[i] * ff_recip(1 + excess[i]); /* (A - 1) / A */
+        const double dfront = (c[C_DK] - 0.5 * c[C_K] * share * c[C_INV_NU]) * front[i];
+        dlam_own[i] = e[i] * ((share - log_A[i]) * bracket[i] + dfront - horner(poly[1], t[i]));
     }
 }
