@@ -1,0 +1,170 @@
+/* facetfit compare FILE: every combination on the same samples. */
+#define _GNU_SOURCE
+#include "internal_cli.h"
+#include <stdlib.h>
+#include <string.h>
+
+enum { TERMS = 64 };
+
+/* Indices of the terms that a list names. */
+typedef struct term_list {
+    size_t n;
+    int term[TERMS];
+} term_list;
+
+static void list_all(ff_term_kind kind, term_list *list)
+{
+    for (size_t i = 0; i < ff_term_count(kind); ++i) {
+        if (ff_term_at(kind, i)->claims & FF_FURNACE_ONLY || list->n == TERMS) continue;
+        list->term[list->n++] = (int)i;
+    }
+}
+
+static int unknown_term(const cli_args *args, ff_term_kind kind, const char *word)
+{
+    char known[512] = "";
+    for (size_t i = 0; i < ff_term_count(kind); ++i)
+        snprintf(known + strlen(known), sizeof known - strlen(known), "%s%s", i ? ", " : "", ff_term_at(kind, i)->name);
+    return cli_usage(args, "unknown %s '%s'; known are %s", ff_term_kind_name(kind), word, known);
+}
+
+/* A list as asked for on the command line; a term that stands there twice is taken once. */
+static int read_list(const cli_args *args, cli_flag_id flag, ff_term_kind kind, const char *otherwise, term_list *list)
+{
+    const char *text = cli_value(args, flag, otherwise);
+    int status = EXIT_DONE;
+    list->n = 0;
+    if (!strcmp(text, "all")) {
+        list_all(kind, list);
+        return EXIT_DONE;
+    }
+    char *copy = strdup(text), *rest = copy, *word;
+    if (!copy) return cli_failed(FF_ERR_MEMORY, NULL);
+    while (status == EXIT_DONE && (word = strsep(&rest, ","))) {
+        const int term = ff_term_find(kind, word);
+        int seen = 0;
+        for (size_t i = 0; i < list->n; ++i) seen |= list->term[i] == term;
+        if (term < 0) {
+            status = unknown_term(args, kind, word);
+        } else if (!seen && list->n < TERMS) {
+            list->term[list->n++] = term;
+        }
+    }
+    free(copy);
+    return status;
+}
+
+static int read_diffuse(const cli_args *args, int *diffuse)
+{
+    const char *name = cli_value(args, FLAG_DIFFUSE, "lambert");
+    *diffuse = strcmp(name, "none") ? ff_term_find(FF_DIFFUSE, name) : -1;
+    return *diffuse >= 0 || !strcmp(name, "none") ? EXIT_DONE : unknown_term(args, FF_DIFFUSE, name);
+}
+
+/* Every combination that means something, in the order NDF, masking, Fresnel. */
+static int compose_all(const term_list *ndf, const term_list *masking, const term_list *fresnel, int diffuse, ff_model *model,
+                       size_t *n)
+{
+    for (size_t d = 0; d < ndf->n; ++d)
+        for (size_t g = 0; g < masking->n; ++g)
+            for (size_t f = 0; f < fresnel->n; ++f) {
+                ff_error err = {0};
+                const ff_status status =
+                    ff_model_compose(ndf->term[d], masking->term[g], fresnel->term[f], diffuse, &model[*n], &err);
+                if (status != FF_OK) return cli_failed(status, &err);
+                ++*n;
+            }
+    return EXIT_DONE;
+}
+
+/* Fits each model to each problem. A combination that these options rule out (V-cavity with a mean slope) is left out with a
+ * message; anything else ends the comparison. fit [n_problems n_models]. */
+static ff_status fit_all(cli_fitting *f, const ff_model *model, size_t n_models, ff_fit_result *fit, size_t *n_fits, ff_error *err)
+{
+    size_t models = n_models;
+    for (size_t p = 0; p < f->n_problems; ++p) {
+        for (size_t m = 0; m < n_models; ++m) {
+            char expression[FF_MODEL_NAME], label[FF_MODEL_NAME + 64];
+            ff_model_expression(&model[m], expression, sizeof expression);
+            snprintf(label, sizeof label, "%zu of %zu: %s", p * n_models + m + 1, f->n_problems * n_models, expression);
+            const ff_status status = cli_fitting_run(f, p, &model[m], label, &fit[*n_fits], err);
+            if (status == FF_OK) {
+                ++*n_fits;
+            } else if (status == FF_ERR_UNSUPPORTED) {
+                if (p == 0) cli_message("left out %s: %s", expression, err->message);
+            } else {
+                return status;
+            }
+        }
+        if (p == 0) models = *n_fits;
+    }
+    return models > 0 ? FF_OK : ff_error_set(err, FF_ERR_UNSUPPORTED, NULL, 0, -1, "no combination is left to compare");
+}
+
+static ff_status write_json(const void *report, FILE *out)
+{
+    return ff_report_fits_json(report, out);
+}
+
+static ff_status write_text(const void *report, FILE *out)
+{
+    return ff_report_compare_text(report, out);
+}
+
+/* Says which fits did not converge; the answer is no when the best of a problem is among them. */
+static int say_outcomes(const ff_report_fits *r)
+{
+    const size_t n = r->n_fits / r->n_problems;
+    size_t *rank = malloc(n * sizeof *rank);
+    int status = EXIT_DONE;
+    if (!rank) return cli_failed(FF_ERR_MEMORY, NULL);
+    for (size_t p = 0; p < r->n_problems; ++p) {
+        ff_report_rank(r, p, rank);
+        if (r->fit[rank[0]].outcome != FF_CONVERGED) status = EXIT_ANSWER_IS_NO;
+    }
+    for (size_t i = 0; i < r->n_fits; ++i) cli_fitting_say_outcome(&r->fit[i]);
+    free(rank);
+    return status;
+}
+
+static int compare(const cli_args *args, cli_fitting *f, const ff_model *model, size_t n_models)
+{
+    ff_error err = {0};
+    size_t n = 0;
+    int status;
+    ff_fit_result *fit = calloc(n_models * f->n_problems, sizeof *fit);
+    const ff_status failed = fit ? fit_all(f, model, n_models, fit, &n, &err) : FF_ERR_MEMORY;
+    if (failed == FF_OK) {
+        const ff_report_fits report = cli_fitting_report(args, f, fit, n);
+        status = cli_write_both(args, write_json, write_text, &report);
+        const int outcome = say_outcomes(&report);
+        if (status == EXIT_DONE) status = outcome;
+    } else {
+        status = cli_failed(failed, &err);
+    }
+    for (size_t i = 0; i < n; ++i) ff_fit_result_free(&fit[i]);
+    free(fit);
+    return status;
+}
+
+int cmd_compare(const cli_args *args)
+{
+    term_list ndf, masking, fresnel;
+    int diffuse, status;
+    if ((status = read_list(args, FLAG_NDF, FF_NDF, "all", &ndf)) ||
+        (status = read_list(args, FLAG_MASKING, FF_MASKING, "all", &masking)) ||
+        (status = read_list(args, FLAG_FRESNEL, FF_FRESNEL, "schlick", &fresnel)) || (status = read_diffuse(args, &diffuse)))
+        return status;
+    size_t n = 0;
+    cli_fitting f;
+    ff_model *model = malloc((ndf.n * masking.n * fresnel.n + 1) * sizeof *model);
+    if (!model) return cli_failed(FF_ERR_MEMORY, NULL);
+    status = compose_all(&ndf, &masking, &fresnel, diffuse, model, &n);
+    if (status == EXIT_DONE) status = cli_fitting_open(args, model, n, &f);
+    if (status == EXIT_DONE) {
+        status = compare(args, &f, model, n);
+        cli_fitting_close(&f);
+    }
+    free(model);
+    return status;
+}

@@ -1,0 +1,18 @@
+/* facetfit formats: the registry of file formats. */
+#include "internal_cli.h"
+
+static ff_status write_json(const void *head, FILE *out)
+{
+    return ff_report_formats_json(head, out);
+}
+
+static ff_status write_text(const void *head, FILE *out)
+{
+    (void)head;
+    return ff_report_formats_text(out);
+}
+
+int cmd_formats(const cli_args *args)
+{
+    return cli_write_both(args, write_json, write_text, &args->head);
+}

@@ -1,0 +1,173 @@
+/* What `fit` and `compare` share: options from flags, the data, problems, progress. */
+#define _GNU_SOURCE
+#include "internal_cli.h"
+#include "internal_number.h"
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+
+static const double pi = 3.14159265358979323846;
+
+/* ---- options -------------------------------------------------------------------------------------------------------------------
+ */
+
+static int read_robust(const cli_args *args, ff_fit_options *o)
+{
+    const char *text = cli_value(args, FLAG_ROBUST, NULL), *colon = text ? strchr(text, ':') : NULL;
+    char name[32];
+    if (!text || !strcmp(text, "none")) return EXIT_DONE;
+    snprintf(name, sizeof name, "%.*s", (int)strcspn(text, ":"), text);
+    const int robust = ff_robust_find(name);
+    if (robust < 0) return cli_usage(args, "--robust %s: expected huber, cauchy or tukey, a colon and a scale", text);
+    const char *end = colon ? ff_number_read(colon + 1, &o->robust_scale) : NULL;
+    if (!end || *end || !(o->robust_scale > 0) || !isfinite(o->robust_scale))
+        return cli_usage(args, "--robust %s: expected NAME:SCALE with a scale above 0, e.g. huber:0.1", text);
+    o->robust = (ff_robust)robust;
+    return EXIT_DONE;
+}
+
+static int read_options(const cli_args *args, ff_fit_options *o)
+{
+    double degrees = 80;
+    uint64_t threads = 0, iterations = 100;
+    int loss = FF_LOSS_COSINE, weighting = FF_WEIGHT_AUTO, shape = FF_SHAPE_AUTO, channels = FF_CHANNELS_RGB, status;
+    ff_fit_options_init(o);
+    if ((status = cli_choice(args, FLAG_LOSS, ff_loss_find, ff_loss_name, FF_LOSS_COUNT, &loss)) ||
+        (status = cli_choice(args, FLAG_WEIGHT, ff_weighting_find, ff_weighting_name, FF_WEIGHT_COUNT, &weighting)) ||
+        (status = cli_choice(args, FLAG_SHAPE, ff_shape_find, ff_shape_name, FF_SHAPE_COUNT, &shape)) ||
+        (status = cli_choice(args, FLAG_CHANNELS, ff_channel_mode_find, ff_channel_mode_name, FF_CHANNELS_COUNT, &channels)) ||
+        (status = cli_number(args, FLAG_MAX_THETA, 1, 90, &degrees)) ||
+        (status = cli_integer(args, FLAG_THREADS, 1024, &threads)) ||
+        (status = cli_integer(args, FLAG_MAX_ITERATIONS, 1000000, &iterations)) || (status = cli_isa(args, &o->isa)) ||
+        (status = read_robust(args, o)))
+        return status;
+    o->loss = (ff_loss)loss;
+    o->weighting = (ff_weighting)weighting;
+    o->shape = (ff_shape)shape;
+    o->channels = (ff_channel_mode)channels;
+    if (cli_given(args, FLAG_MAX_THETA)) o->max_theta = degrees * pi / 180;
+    o->threads = (int)threads;
+    if (cli_given(args, FLAG_MAX_ITERATIONS)) o->max_iterations = (int)iterations;
+    o->mean_slope = cli_given(args, FLAG_MEAN_SLOPE) > 0;
+    return EXIT_DONE;
+}
+
+/* ---- data ----------------------------------------------------------------------------------------------------------------------
+ */
+
+static ff_status make_problems(cli_fitting *f, const ff_model *models, size_t n_models, ff_error *err)
+{
+    const int each = f->options.channels == FF_CHANNELS_EACH;
+    const size_t wanted = each ? f->table.n_channels : 1;
+    ff_fit_options o = f->options;
+    f->problem = calloc(wanted, sizeof *f->problem);
+    if (!f->problem) return FF_ERR_MEMORY;
+    if (each) o.channels = FF_CHANNELS_RGB;
+    for (; f->n_problems < wanted; ++f->n_problems) {
+        if (each) o.only_channel = (int)f->n_problems;
+        const ff_status status = ff_problem_new(&f->table, models, n_models, &o, &f->problem[f->n_problems], err);
+        if (status != FF_OK) return status;
+    }
+    return FF_OK;
+}
+
+/* The table's values are in the problems now; what the report needs of it is small. */
+static void release_samples(ff_table *t)
+{
+    ff_table small = {.n = t->n, .quantity = t->quantity, .isotropic = t->isotropic};
+    memcpy(small.format, t->format, sizeof small.format);
+    ff_table_free(t);
+    *t = small;
+}
+
+int cli_fitting_open(const cli_args *args, const ff_model *models, size_t n_models, cli_fitting *out)
+{
+    cli_fitting f = {.path = args->word[0]};
+    ff_error err = {0};
+    int status = read_options(args, &f.options);
+    if (status != EXIT_DONE) return status;
+    f.progress = cli_given(args, FLAG_PROGRESS) ? 1 : !cli_given(args, FLAG_NO_PROGRESS) && isatty(STDERR_FILENO);
+    f.options.cancel = cli_catch_signals();
+    ff_status failed = ff_table_read(f.path, cli_value(args, FLAG_FORMAT, NULL), &f.table, &err);
+    if (failed != FF_OK) return cli_failed(failed, &err);
+    cli_notes(f.path, f.table.note);
+    failed = make_problems(&f, models, n_models, &err);
+    if (failed == FF_OK) {
+        release_samples(&f.table);
+        *out = f;
+        return EXIT_DONE;
+    }
+    cli_fitting_close(&f);
+    if (!err.path[0] && err.code == failed) snprintf(err.path, sizeof err.path, "%s", args->word[0]);
+    return cli_failed(failed, &err);
+}
+
+void cli_fitting_close(cli_fitting *f)
+{
+    for (size_t i = 0; i < f->n_problems; ++i) ff_problem_free(f->problem[i]);
+    free(f->problem);
+    ff_table_free(&f->table);
+    memset(f, 0, sizeof *f);
+}
+
+/* ---- fits ----------------------------------------------------------------------------------------------------------------------
+ */
+
+static void show(void *label, int iteration, double objective)
+{
+    char text[FF_REPORT_NUMBER];
+    fprintf(stderr, "\r\033[K%s: iteration %d, objective %.12s", (const char *)label, iteration, ff_report_number(objective, text));
+    fflush(stderr);
+}
+
+ff_status cli_fitting_run(cli_fitting *f, size_t problem, const ff_model *m, const char *label, ff_fit_result *out, ff_error *err)
+{
+    char words[FF_MODEL_NAME + 64];
+    ff_fit_options o = f->options;
+    if (o.channels == FF_CHANNELS_EACH) {
+        o.channels = FF_CHANNELS_RGB;
+        o.only_channel = (int)problem;
+    }
+    snprintf(words, sizeof words, "%s", label);
+    if (f->progress) {
+        o.progress = show;
+        o.progress_context = words;
+        fprintf(stderr, "\r\033[K%s", words);
+        fflush(stderr);
+    }
+    ff_status status = ff_problem_fit(f->problem[problem], m, &o, out, err);
+    if (f->progress) fputs("\r\033[K", stderr);
+    if (status == FF_OK && out->outcome == FF_CANCELLED) {
+        ff_fit_result_free(out);
+        status = ff_error_set(err, FF_ERR_CANCELLED, NULL, 0, -1, "cancelled");
+    }
+    if (status == FF_ERR_DATA && !err->path[0]) snprintf(err->path, sizeof err->path, "%s", f->path);
+    return status;
+}
+
+int cli_fitting_say_outcome(const ff_fit_result *fit)
+{
+    char expression[FF_MODEL_NAME];
+    if (fit->outcome == FF_CONVERGED) return EXIT_DONE;
+    ff_model_expression(&fit->model, expression, sizeof expression);
+    if (fit->outcome == FF_LIMIT) {
+        cli_message("%s did not converge within %d iteration%s", expression, fit->iterations, fit->iterations == 1 ? "" : "s");
+    } else {
+        cli_message("%s did not converge: %s after %d iteration%s", expression, ff_outcome_name((int)fit->outcome), fit->iterations,
+                    fit->iterations == 1 ? "" : "s");
+    }
+    return EXIT_ANSWER_IS_NO;
+}
+
+ff_report_fits cli_fitting_report(const cli_args *args, const cli_fitting *f, const ff_fit_result *fit, size_t n_fits)
+{
+    return (ff_report_fits){.head = args->head,
+                            .path = f->path,
+                            .table = &f->table,
+                            .options = &f->options,
+                            .n_problems = f->n_problems,
+                            .problem = (const ff_problem *const *)f->problem,
+                            .n_fits = n_fits,
+                            .fit = fit};
+}

@@ -1,0 +1,295 @@
+/* The one table of flags: the parser, --help and the usage errors read it. */
+#include "internal_cli.h"
+#include <stdlib.h>
+#include <string.h>
+
+enum {
+    C_FIT = 1u << 0,
+    C_COMPARE = 1u << 1,
+    C_CONVERT = 1u << 2,
+    C_EVAL = 1u << 3,
+    C_SIMULATE = 1u << 4,
+    C_FURNACE = 1u << 5,
+    C_INFO = 1u << 6,
+    C_MODELS = 1u << 7,
+    C_FORMATS = 1u << 8,
+    C_FITTING = C_FIT | C_COMPARE,
+    C_SCENE = C_EVAL | C_SIMULATE | C_FURNACE,
+    C_ALL = (1u << 9) - 1
+};
+
+/* Bit i is command i of this table. */
+static const cli_command commands[] = {
+    {"fit", "FILE", "find the parameters of one model in measured data",
+     "Prints parameters with standard errors, the roughness ellipse, residuals and warnings.\n"
+     "Exit status 1 when the fit did not converge.\n",
+     1, 1, cmd_fit},
+    {"compare", "FILE", "fit every distribution under every masking to the same samples",
+     "Rows are ranked by the objective; the best is marked '*'. 'all' leaves out maskings that exist for the furnace test alone.\n"
+     "Exit status 1 when the best fit did not converge.\n",
+     1, 1, cmd_compare},
+    {"convert", "[--from NAME --to NAME NAME=VALUE ...]", "roughness of one convention in terms of another",
+     "Prints 'name value' lines; without --by, every criterion as a third word. What is assumed goes to stderr.\n"
+     "Angles are in degrees. Without --from, lists the conversions.\n",
+     0, 8, cmd_convert},
+    {"eval", "EXPR [FILE]", "values of a model for pairs of directions",
+     "Reads CSV with the columns theta_i,phi_i,theta_o,phi_o in degrees (others are ignored) from FILE or stdin ('-') and prints "
+     "the\n"
+     "same rows with f in 1/sr (f_r,f_g,f_b when parameters are given for three channels).\n",
+     1, 2, cmd_eval},
+    {"simulate", "EXPR", "make a data set from a model",
+     "Values are f (1 + noise g1) + noise-floor g2 with standard normal g1, g2. MERL files hold no negative values: there a value "
+     "that\n"
+     "noise pushes below 0 is stored as 0, and a message counts them.\n",
+     1, 1, cmd_simulate},
+    {"furnace", "EXPR", "directional albedo of a model, or its weak white furnace integral",
+     "Prints 'mu,albedo' rows, mu the cosine of the view. With --weak, exit status 1 when a masking that claims an integral of 1\n"
+     "misses it by more than 1e-6.\n",
+     1, 1, cmd_furnace},
+    {"info", "FILE", "what is in a file", "", 1, 1, cmd_info},
+    {"models", "", "distributions, maskings, Fresnel and diffuse terms with their parameters", "", 0, 0, cmd_models},
+    {"formats", "", "file formats", "", 0, 0, cmd_formats},
+};
+enum { COMMANDS = sizeof commands / sizeof commands[0] };
+
+typedef struct flag {
+    const char *name;
+    char letter;          /* short form, 0 = none      */
+    const char *argument; /* NULL for a switch         */
+    unsigned commands;
+    const char *help;
+} flag;
+
+/* Indexed by cli_flag_id. */
+static const flag flags[FLAG_COUNT] = {
+    [FLAG_MODEL] = {"model", 0, "EXPR", C_FIT, "sum of lobes NDF[/MASKING[/FRESNEL]] and a diffuse name (ggx+lambert)"},
+    [FLAG_NDF] = {"ndf", 0, "LIST|all", C_COMPARE, "distributions, separated by commas (all)"},
+    [FLAG_MASKING] = {"masking", 0, "LIST|all", C_COMPARE, "masking functions (all)"},
+    [FLAG_FRESNEL] = {"fresnel", 0, "LIST|all", C_COMPARE, "Fresnel terms (schlick)"},
+    [FLAG_DIFFUSE] = {"diffuse", 0, "NAME|none", C_COMPARE, "diffuse term (lambert)"},
+    [FLAG_SET] = {"set", 0, "P=V,...", C_SCENE, "parameters; v1:v2:v3 gives one value per channel; alpha=v sets both axes"},
+    [FLAG_SHAPE] = {"shape", 0, "NAME", C_FITTING, "auto, isotropic, axis or correlated (auto)"},
+    [FLAG_LOSS] = {"loss", 0, "NAME", C_FITTING, "cosine, log, cube-root, relative or plain (cosine)"},
+    [FLAG_ROBUST] = {"robust", 0, "NAME:SCALE", C_FITTING,
+                     "huber, cauchy or tukey, SCALE in units of the weighted residual (none)"},
+    [FLAG_WEIGHT] = {"weight", 0, "NAME", C_FITTING, "solid-angle, sigma or sample (auto: the first the file offers)"},
+    [FLAG_MAX_THETA] = {"max-theta", 0, "DEG", C_FITTING, "leave out samples beyond this angle (80)"},
+    [FLAG_CHANNELS] = {"channels", 0, "rgb|mean|each", C_FITTING, "share the shape, average first, or fit each alone (rgb)"},
+    [FLAG_MEAN_SLOPE] = {"mean-slope", 0, NULL, C_FITTING, "fit the mean slope too: a sample mounted at a tilt"},
+    [FLAG_MAX_ITERATIONS] = {"max-iterations", 0, "N", C_FITTING, "of the solver (100)"},
+    [FLAG_FROM] = {"from", 0, "NAME", C_CONVERT, "convention of the numbers given"},
+    [FLAG_TO] = {"to", 0, "NAME", C_CONVERT, "convention wanted"},
+    [FLAG_BY] = {"by", 0, "CRITERION", C_CONVERT, "what is to be equal, where there is a choice (all of them)"},
+    [FLAG_LIST] = {"list", 0, NULL, C_CONVERT, "list the conversions"},
+    [FLAG_TERMS] = {"terms", 0, NULL, C_EVAL, "also D, Lambda of both directions, G and F"},
+    [FLAG_GRID] = {"grid", 0, "NAME", C_SIMULATE,
+                   "merl, goniometer[:STEP] or scattered:N[:FRACTION near the mirror direction] (goniometer:5)"},
+    [FLAG_NOISE] = {"noise", 0, "REL", C_SIMULATE, "standard deviation of multiplicative noise (0)"},
+    [FLAG_NOISE_FLOOR] = {"noise-floor", 0, "ABS", C_SIMULATE, "standard deviation of additive noise, 1/sr (0)"},
+    [FLAG_SIGMA] = {"sigma", 0, NULL, C_SIMULATE, "write the standard deviations too (csv)"},
+    [FLAG_SEED] = {"seed", 0, "N", C_SIMULATE, "of noise and scattered directions (1)"},
+    [FLAG_OUTPUT] = {"output", 'o', "FILE", C_SIMULATE, "where to write; '-' is stdout"},
+    [FLAG_WEAK] = {"weak", 0, NULL, C_FURNACE, "the weak white furnace integral instead of the albedo"},
+    [FLAG_MU] = {"mu", 0, "LIST", C_FURNACE, "cosines of the view, in (0, 1] (1,0.9,...,0.1)"},
+    [FLAG_PHI] = {"phi", 0, "DEG", C_FURNACE, "azimuth of the view (0)"},
+    [FLAG_FORMAT] = {"format", 0, "NAME", C_FITTING | C_INFO | C_SIMULATE, "of FILE (reading: by content; writing: by extension)"},
+    [FLAG_THREADS] = {"threads", 0, "N", C_FITTING, "the result does not depend on it (one per processor)"},
+    [FLAG_ISA] = {"isa", 0, "NAME", C_FITTING | C_SCENE, "best, scalar, avx2 or avx512 (best)"},
+    [FLAG_JSON] = {"json", 0, "FILE|-", C_ALL & ~(unsigned)C_SIMULATE, "write JSON; '-' is stdout and nothing else goes there"},
+    [FLAG_PROGRESS] = {"progress", 0, NULL, C_FITTING, "show progress (when stderr is a terminal)"},
+    [FLAG_NO_PROGRESS] = {"no-progress", 0, NULL, C_FITTING, "do not"},
+    [FLAG_HELP] = {"help", 'h', NULL, C_ALL, "this text"},
+};
+
+size_t cli_command_count(void)
+{
+    return COMMANDS;
+}
+
+const cli_command *cli_command_at(size_t i)
+{
+    return i < COMMANDS ? &commands[i] : NULL;
+}
+
+const char *cli_flag_name(cli_flag_id flag)
+{
+    return flags[flag].name;
+}
+
+static unsigned bit_of(const cli_command *command)
+{
+    return 1u << (command - commands);
+}
+
+/* ---- suggestions ---------------------------------------------------------------------------------------------------------------
+ */
+
+/* Levenshtein's distance of two short words; long ones are not near. */
+static size_t distance(const char *a, const char *b)
+{
+    enum { LONGEST = 40 };
+    const size_t na = strlen(a), nb = strlen(b);
+    size_t row[LONGEST + 1];
+    if (na > LONGEST || nb > LONGEST) return LONGEST;
+    for (size_t j = 0; j <= nb; ++j) row[j] = j;
+    for (size_t i = 1; i <= na; ++i) {
+        size_t diagonal = row[0];
+        row[0] = i;
+        for (size_t j = 1; j <= nb; ++j) {
+            const size_t replace = diagonal + (a[i - 1] != b[j - 1]), insert = row[j] + 1, drop = row[j - 1] + 1;
+            diagonal = row[j];
+            row[j] = replace < insert ? replace : insert;
+            if (drop < row[j]) row[j] = drop;
+        }
+    }
+    return row[nb];
+}
+
+const char *cli_nearest(const char *word, const char *const *names, size_t n)
+{
+    const char *nearest = NULL;
+    size_t least = strlen(word) < 4 ? 2 : 3 + strlen(word) / 8; /* one slip in a short word, two in a long one */
+    for (size_t i = 0; i < n; ++i) {
+        const size_t d = distance(word, names[i]);
+        if (d >= least) continue;
+        least = d;
+        nearest = names[i];
+    }
+    return nearest;
+}
+
+/* ---- parsing -------------------------------------------------------------------------------------------------------------------
+ */
+
+static int find_long(const char *name, size_t length)
+{
+    for (int i = 0; i < FLAG_COUNT; ++i)
+        if (strlen(flags[i].name) == length && !strncmp(flags[i].name, name, length)) return i;
+    return -1;
+}
+
+static int find_letter(char letter)
+{
+    for (int i = 0; i < FLAG_COUNT; ++i)
+        if (flags[i].letter && flags[i].letter == letter) return i;
+    return -1;
+}
+
+static int unknown_flag(const cli_args *args, const char *word)
+{
+    const char *names[FLAG_COUNT];
+    char bare[64];
+    size_t n = 0;
+    for (int i = 0; i < FLAG_COUNT; ++i)
+        if (flags[i].commands & bit_of(args->command)) names[n++] = flags[i].name;
+    snprintf(bare, sizeof bare, "%.*s", (int)strcspn(word + strspn(word, "-"), "="), word + strspn(word, "-"));
+    const char *nearest = cli_nearest(bare, names, n);
+    if (nearest) return cli_usage(args, "unknown flag %s; did you mean --%s?", word, nearest);
+    return cli_usage(args, "unknown flag %s", word);
+}
+
+static int misplaced_flag(const cli_args *args, const flag *f)
+{
+    char where[128] = "";
+    for (size_t i = 0; i < COMMANDS; ++i)
+        if (f->commands & 1u << i)
+            snprintf(where + strlen(where), sizeof where - strlen(where), "%s%s", *where ? ", " : "", commands[i].name);
+    return cli_usage(args, "--%s is not a flag of '%s'; it belongs to %s", f->name, args->command->name, where);
+}
+
+/* One word that starts with '-': the flag, and its value from after '=' or from the next word. */
+static int parse_flag(cli_args *args, int argc, char **argv, int *i)
+{
+    const char *word = argv[*i], *value = NULL;
+    const int is_long = word[1] == '-';
+    const size_t length = is_long ? strcspn(word + 2, "=") : 1;
+    const int id = is_long ? find_long(word + 2, length) : word[2] == '\0' ? find_letter(word[1]) : -1;
+    if (id < 0) return unknown_flag(args, word);
+    const flag *f = &flags[id];
+    if (!(f->commands & bit_of(args->command))) return misplaced_flag(args, f);
+    if (is_long && word[2 + length] == '=') value = word + 2 + length + 1;
+    if (value && !f->argument) return cli_usage(args, "--%s takes no value", f->name);
+    if (!value && f->argument) {
+        if (*i + 1 >= argc) return cli_usage(args, "--%s needs a value: %s", f->name, f->argument);
+        value = argv[++*i];
+    }
+    args->flag[args->n_given] = id;
+    args->value[args->n_given++] = value;
+    return EXIT_DONE;
+}
+
+int cli_args_parse(const cli_command *command, int argc, char **argv, cli_args *out)
+{
+    int only_words = 0, status = EXIT_DONE;
+    const size_t n = (size_t)argc;
+    *out = (cli_args){.command = command};
+    out->word = malloc(n * sizeof *out->word);
+    out->value = malloc(n * sizeof *out->value);
+    out->flag = malloc(n * sizeof *out->flag);
+    if (!out->word || !out->value || !out->flag) return cli_failed(FF_ERR_MEMORY, NULL);
+    for (int i = 1; i < argc && status == EXIT_DONE; ++i) {
+        const char *word = argv[i];
+        if (!only_words && !strcmp(word, "--")) {
+            only_words = 1;
+        } else if (only_words || word[0] != '-' || word[1] == '\0') {
+            out->word[out->n_words++] = word;
+        } else {
+            status = parse_flag(out, argc, argv, &i);
+        }
+    }
+    if (status != EXIT_DONE || cli_given(out, FLAG_HELP)) return status;
+    if (out->n_words < command->least)
+        return cli_usage(out, "%s is missing: facetfit %s %s", out->n_words ? "a word" : command->usage, command->name,
+                         command->usage);
+    if (out->n_words > command->most) return cli_usage(out, "unexpected '%s'", out->word[command->most]);
+    return EXIT_DONE;
+}
+
+void cli_args_free(cli_args *args)
+{
+    free(args->word);
+    free(args->value);
+    free(args->flag);
+    *args = (cli_args){.command = NULL};
+}
+
+int cli_given(const cli_args *args, cli_flag_id id)
+{
+    int n = 0;
+    for (size_t i = 0; i < args->n_given; ++i) n += args->flag[i] == (int)id;
+    return n;
+}
+
+const char *cli_value(const cli_args *args, cli_flag_id id, const char *otherwise)
+{
+    for (size_t i = args->n_given; i-- > 0;)
+        if (args->flag[i] == (int)id) return args->value[i];
+    return otherwise;
+}
+
+/* ---- help ----------------------------------------------------------------------------------------------------------------------
+ */
+
+void cli_help_command(const cli_command *command, FILE *out)
+{
+    fprintf(out, "facetfit %s %s%s[flags]\n\n%s.\n%s\n", command->name, command->usage, *command->usage ? " " : "",
+            command->summary, command->more);
+    for (int i = 0; i < FLAG_COUNT; ++i) {
+        const flag *f = &flags[i];
+        char left[64];
+        if (!(f->commands & bit_of(command))) continue;
+        snprintf(left, sizeof left, "%s%c%s--%s%s%s", f->letter ? "-" : " ", f->letter ? f->letter : ' ', f->letter ? ", " : "  ",
+                 f->name, f->argument ? " " : "", f->argument ? f->argument : "");
+        fprintf(out, "  %-28s %s\n", left, f->help);
+    }
+}
+
+void cli_help(FILE *out)
+{
+    fputs("facetfit finds microfacet BRDF parameters in measured reflectance.\n\nfacetfit COMMAND ...\n\n", out);
+    for (size_t i = 0; i < COMMANDS; ++i) fprintf(out, "  %-10s %s\n", commands[i].name, commands[i].summary);
+    fputs("\n'facetfit COMMAND --help' lists the flags of a command; 'facetfit --version' prints the version.\n"
+          "Exit status: 0 done, 1 the answer is no (not converged, a check failed), 2 usage, 3 input, 4 output, 5 internal, 130 "
+          "Ctrl-C.\n",
+          out);
+}

@@ -1,0 +1,183 @@
+/* The program: one table of flags, one table of commands, what the commands share. Data go to stdout, messages to stderr. */
+#ifndef FF_INTERNAL_CLI_H
+#define FF_INTERNAL_CLI_H
+#include "ff_fit.h"
+#include "ff_model.h"
+#include "ff_output.h"
+#include "ff_report.h"
+#include "ff_status.h"
+#include "ff_table.h"
+
+/* Exit status of the program. */
+enum { EXIT_DONE = 0, EXIT_ANSWER_IS_NO = 1, EXIT_USAGE = 2, EXIT_INPUT = 3, EXIT_OUTPUT = 4, EXIT_INTERNAL = 5 };
+
+/* ---- commands ----------------------------------------------------------------------------------------------------------------*/
+
+typedef struct cli_args cli_args;
+
+typedef struct cli_command {
+    const char *name;
+    const char *usage;   /* what follows the name, flags aside */
+    const char *summary; /* one line                            */
+    const char *more;    /* the rest of --help                  */
+    size_t      least, most; /* positional words                */
+    int (*run)(const cli_args *args); /* exit status            */
+} cli_command;
+
+size_t             cli_command_count(void);
+const cli_command *cli_command_at(size_t i);
+int cmd_fit(const cli_args *args);
+int cmd_compare(const cli_args *args);
+int cmd_convert(const cli_args *args);
+int cmd_eval(const cli_args *args);
+int cmd_simulate(const cli_args *args);
+int cmd_furnace(const cli_args *args);
+int cmd_info(const cli_args *args);
+int cmd_models(const cli_args *args);
+int cmd_formats(const cli_args *args);
+
+/* ---- flags -------------------------------------------------------------------------------------------------------------------*/
+
+/* Order of the table in flags.c. */
+typedef enum cli_flag_id {
+    FLAG_MODEL,
+    FLAG_NDF,
+    FLAG_MASKING,
+    FLAG_FRESNEL,
+    FLAG_DIFFUSE,
+    FLAG_SET,
+    FLAG_SHAPE,
+    FLAG_LOSS,
+    FLAG_ROBUST,
+    FLAG_WEIGHT,
+    FLAG_MAX_THETA,
+    FLAG_CHANNELS,
+    FLAG_MEAN_SLOPE,
+    FLAG_MAX_ITERATIONS,
+    FLAG_FROM,
+    FLAG_TO,
+    FLAG_BY,
+    FLAG_LIST,
+    FLAG_TERMS,
+    FLAG_GRID,
+    FLAG_NOISE,
+    FLAG_NOISE_FLOOR,
+    FLAG_SIGMA,
+    FLAG_SEED,
+    FLAG_OUTPUT,
+    FLAG_WEAK,
+    FLAG_MU,
+    FLAG_PHI,
+    FLAG_FORMAT,
+    FLAG_THREADS,
+    FLAG_ISA,
+    FLAG_JSON,
+    FLAG_PROGRESS,
+    FLAG_NO_PROGRESS,
+    FLAG_HELP,
+    FLAG_COUNT
+} cli_flag_id;
+
+/* A command line taken apart. Words are those of argv. */
+struct cli_args {
+    const cli_command *command;
+    size_t             n_words, n_given;
+    const char       **word;   /* [n_words] positional           */
+    int               *flag;   /* [n_given] cli_flag_id          */
+    const char       **value;  /* [n_given] NULL for a switch    */
+    ff_report_head     head;   /* the whole command line         */
+};
+
+/* Takes argv apart for `command` (argv[0] is its first word). Exit status; cli_args_free afterwards, whatever it is. */
+int  cli_args_parse(const cli_command *command, int argc, char **argv, cli_args *out);
+void cli_args_free(cli_args *args);
+
+const char *cli_flag_name(cli_flag_id flag);
+int         cli_given(const cli_args *args, cli_flag_id flag);                          /* how often               */
+const char *cli_value(const cli_args *args, cli_flag_id flag, const char *otherwise);   /* of the last one         */
+
+void cli_help_command(const cli_command *command, FILE *out);
+void cli_help(FILE *out);
+/* The word in names [n] that is closest to `word`, NULL when none is close. */
+const char *cli_nearest(const char *word, const char *const *names, size_t n);
+
+/* ---- messages and numbers ----------------------------------------------------------------------------------------------------*/
+
+void cli_message(const char *format, ...) __attribute__((format(printf, 1, 2)));     /* "facetfit: ..." on stderr */
+int  cli_usage(const cli_args *args, const char *format, ...) __attribute__((format(printf, 2, 3))); /* with a hint; EXIT_USAGE */
+int  cli_exit_status(ff_status status);
+int  cli_failed(ff_status status, const ff_error *err); /* message and exit status */
+void cli_notes(const char *path, const char *notes);    /* lines of a table's note, as messages */
+
+/* Numbers of a flag, in [lo, hi]. EXIT_DONE or EXIT_USAGE with a message; *out keeps its value when the flag is not given. */
+int cli_number(const cli_args *args, cli_flag_id flag, double lo, double hi, double *out);
+int cli_integer(const cli_args *args, cli_flag_id flag, uint64_t hi, uint64_t *out);
+/* Index of the flag's value by `find`; names of all by `name` for the message. *out keeps its value when the flag is not given. */
+int cli_choice(const cli_args *args, cli_flag_id flag, int (*find)(const char *), const char *(*name)(int), int count, int *out);
+int cli_isa(const cli_args *args, ff_isa *out);
+
+/* ---- a model and its parameters ----------------------------------------------------------------------------------------------*/
+
+typedef struct cli_scene {
+    ff_model model;
+    size_t   n_channels;
+    double   shape[FF_MAX_SHAPE];
+    double  *channel; /* [n_channels][model.n_channel] */
+} cli_scene;
+
+/* The expression with every --set applied. As many channels as the longest list v1:v2:..., at least `least_channels`. */
+int  cli_scene_make(const cli_args *args, const char *expression, size_t least_channels, cli_scene *out);
+void cli_scene_free(cli_scene *scene);
+/* "" for one channel, "_r", "_g", "_b" for three, "_c0" ... otherwise. */
+const char *cli_channel_suffix(size_t n_channels, size_t c, char out[24]);
+
+/* ---- outputs -----------------------------------------------------------------------------------------------------------------*/
+
+/* Writes a whole document to path ("-" is stdout) through `write`. Exit status. */
+typedef ff_status (*cli_writer)(const void *context, FILE *out);
+int cli_write(const char *path, cli_writer write, const void *context);
+/* --json F: F alone when it is "-", else F and the text on stdout. */
+int cli_write_both(const cli_args *args, cli_writer json, cli_writer text, const void *context);
+
+/* A table of numbers, row by row, as CSV or as JSON {columns, rows} with --json. */
+typedef struct cli_rows {
+    ff_output csv, json;
+    int       with_csv, with_json;
+    ff_json   writer;
+    size_t    column;
+} cli_rows;
+int  cli_rows_open(const cli_args *args, const char *schema, cli_rows *rows);
+void cli_rows_column(cli_rows *rows, const char *name);  /* each column once, then cli_rows_end_header */
+void cli_rows_end_header(cli_rows *rows);
+void cli_rows_number(cli_rows *rows, double x);          /* each cell, then cli_rows_end_row */
+void cli_rows_end_row(cli_rows *rows);
+int  cli_rows_commit(cli_rows *rows);
+void cli_rows_abort(cli_rows *rows);
+
+/* ---- Ctrl-C ------------------------------------------------------------------------------------------------------------------*/
+
+/* From here on SIGINT and SIGTERM set the flag that is returned; a second one ends the program at once. */
+const volatile int *cli_catch_signals(void);
+
+/* ---- fit and compare ---------------------------------------------------------------------------------------------------------*/
+
+/* Data, options and problems that both share. */
+typedef struct cli_fitting {
+    const char     *path;
+    ff_table        table;
+    ff_fit_options  options;
+    size_t          n_problems;
+    ff_problem    **problem;
+    int             progress; /* 1: shown on stderr */
+} cli_fitting;
+/* Reads args->word[0]; the n_models models are those that will be fitted. Exit status; close only after EXIT_DONE. */
+int  cli_fitting_open(const cli_args *args, const ff_model *models, size_t n_models, cli_fitting *out);
+void cli_fitting_close(cli_fitting *f);
+/* One fit with its progress; `label` names it there. */
+ff_status cli_fitting_run(cli_fitting *f, size_t problem, const ff_model *m, const char *label, ff_fit_result *out, ff_error *err);
+/* Says so when the fit did not converge; EXIT_DONE or EXIT_ANSWER_IS_NO. */
+int cli_fitting_say_outcome(const ff_fit_result *fit);
+/* Fits for the report; `fit` [n_fits]. */
+ff_report_fits cli_fitting_report(const cli_args *args, const cli_fitting *f, const ff_fit_result *fit, size_t n_fits);
+
+#endif

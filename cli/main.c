@@ -1,0 +1,67 @@
+/* facetfit: chooses the command. See internal_cli.h. */
+#include "internal_cli.h"
+#include <string.h>
+
+static ff_status write_help(const void *context, FILE *out)
+{
+    if (context) {
+        cli_help_command(context, out);
+    } else {
+        cli_help(out);
+    }
+    return FF_OK;
+}
+
+static ff_status write_version(const void *context, FILE *out)
+{
+    fprintf(out, "facetfit %s\n", (const char *)context);
+    return FF_OK;
+}
+
+static const cli_command *find_command(const char *name)
+{
+    for (size_t i = 0; i < cli_command_count(); ++i)
+        if (!strcmp(cli_command_at(i)->name, name)) return cli_command_at(i);
+    return NULL;
+}
+
+static int unknown_command(const char *word)
+{
+    const char *names[32];
+    size_t n = 0;
+    for (; n < cli_command_count() && n < 32; ++n) names[n] = cli_command_at(n)->name;
+    const char *nearest = cli_nearest(word, names, n);
+    if (nearest) {
+        cli_message("unknown command '%s'; did you mean '%s'?", word, nearest);
+    } else {
+        cli_message("unknown command '%s'", word);
+    }
+    cli_message("see 'facetfit --help'");
+    return EXIT_USAGE;
+}
+
+static int run(const cli_command *command, int argc, char **argv)
+{
+    cli_args args;
+    int status = cli_args_parse(command, argc - 1, argv + 1, &args);
+    args.head = (ff_report_head){FACETFIT_VERSION, (size_t)argc, (const char *const *)argv};
+    if (status == EXIT_DONE) status = cli_given(&args, FLAG_HELP) ? cli_write("-", write_help, command) : command->run(&args);
+    cli_args_free(&args);
+    return status;
+}
+
+int main(int argc, char **argv)
+{
+    const char *word = argc > 1 ? argv[1] : NULL;
+    if (!word) {
+        cli_help(stderr);
+        return EXIT_USAGE;
+    }
+    if (!strcmp(word, "--help") || !strcmp(word, "-h") || !strcmp(word, "help")) {
+        const cli_command *command = argc > 2 ? find_command(argv[2]) : NULL;
+        return argc > 2 && !command ? unknown_command(argv[2]) : cli_write("-", write_help, command);
+    }
+    if (!strcmp(word, "--version")) return cli_write("-", write_version, FACETFIT_VERSION);
+    const cli_command *command = find_command(word);
+    return command ? run(command, argc, argv) : unknown_command(word);
+}

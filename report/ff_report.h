@@ -1,0 +1,70 @@
+/** @file ff_report.h  What a person or a program reads about fits, tables and the registries: text and JSON.
+ *
+ *  Everything goes to a stream of the caller's, whose errors stay in the stream (ferror; ff_output_commit looks). The _text
+ *  functions are for people: aligned columns, units, the digits that the standard errors allow. The _json functions write one
+ *  document whose "schema" names its shape; keys are never removed or changed in meaning within a version, only added.
+ *  Numbers  do not depend on the locale.
+ *  Errors   ff_status: FF_ERR_MEMORY; the text is then incomplete.
+ *  Threads  no global state. */
+#ifndef FF_REPORT_H
+#define FF_REPORT_H
+#include "ff_fit.h"
+#include "ff_json.h"
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/** What was asked, for the head of every JSON document. */
+typedef struct ff_report_head {
+    const char        *version;
+    size_t             n_command;
+    const char *const *command; /**< [n_command] words of the command line                      */
+} ff_report_head;
+
+/** Writes "schema", "version" and "command" into the open object of j. */
+void ff_report_head_json(ff_json *j, const char *schema, const ff_report_head *head);
+
+/** Fits of one data set. A problem is a choice of channels: one for rgb and mean, one per channel for each. Every model is fitted
+ *  to every problem; fit k belongs to problem k / (n_fits / n_problems). */
+typedef struct ff_report_fits {
+    ff_report_head           head;
+    const char              *path;       /**< of the data                                       */
+    const ff_table          *table;      /**< format and notes                                  */
+    const ff_fit_options    *options;
+    size_t                   n_problems;
+    const ff_problem *const *problem;    /**< [n_problems]                                      */
+    size_t                   n_fits;     /**< a multiple of n_problems                          */
+    const ff_fit_result     *fit;        /**< [n_fits]                                          */
+} ff_report_fits;
+
+/** Indices of the fits of problem p by rising objective, into rank [n_fits / n_problems]; equal ones keep their order. */
+void ff_report_rank(const ff_report_fits *r, size_t p, size_t *rank);
+
+/** Fits one after another: parameters, ellipse, residuals, warnings. */
+ff_status ff_report_fit_text(const ff_report_fits *r, FILE *out);
+
+/** Fits as rows, best first and marked '*', then the best objective of every masking. */
+ff_status ff_report_compare_text(const ff_report_fits *r, FILE *out);
+
+/** Schema facetfit.fit/1, of `fit` and `compare`. */
+ff_status ff_report_fits_json(const ff_report_fits *r, FILE *out);
+
+/** What is in a table: size, channels, range of angles and values. */
+ff_status ff_report_table_text(const char *path, const ff_table *t, FILE *out);
+ff_status ff_report_table_json(const ff_report_head *head, const char *path, const ff_table *t, FILE *out); /**< facetfit.info/1 */
+
+/** The registries. */
+ff_status ff_report_models_text(FILE *out);
+ff_status ff_report_models_json(const ff_report_head *head, FILE *out); /**< facetfit.models/1 */
+ff_status ff_report_formats_text(FILE *out);
+ff_status ff_report_formats_json(const ff_report_head *head, FILE *out); /**< facetfit.formats/1 */
+
+/** Text that is independent of the locale and reads back as the same double ("nan", "inf" where not finite).
+ *  @param out  [FF_REPORT_NUMBER] */
+enum { FF_REPORT_NUMBER = 48 };
+const char *ff_report_number(double x, char *out);
+
+#ifdef __cplusplus
+}
+#endif
+#endif

@@ -1,0 +1,202 @@
+/* Schema facetfit.fit/1: one document for `fit` and `compare`. */
+#include "ff_report.h"
+#include "internal_report.h"
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+
+static const double degrees = 180 / 3.14159265358979323846;
+
+static void put_selection(ff_json *j, const ff_report_fits *r)
+{
+    ff_selection s;
+    ff_problem_selection(r->problem[0], &s);
+    ff_json_object(j, "data", FF_JSON_BLOCK);
+    ff_json_string(j, "path", r->path);
+    ff_json_string(j, "format", r->table->format);
+    ff_json_integer(j, "samples", (int64_t)s.samples);
+    ff_json_integer(j, "used", (int64_t)s.used);
+    ff_json_object(j, "rejected", FF_JSON_LINE);
+    ff_json_integer(j, "invalid", (int64_t)s.invalid);
+    ff_json_integer(j, "grazing", (int64_t)s.grazing);
+    ff_json_integer(j, "below_horizon", (int64_t)s.below_horizon);
+    ff_json_close(j);
+    ff_json_integer(j, "negative", (int64_t)s.negative);
+    ff_json_array(j, "channels", FF_JSON_LINE);
+    for (size_t p = 0; p < r->n_problems; ++p) {
+        ff_problem_selection(r->problem[p], &s);
+        for (size_t c = 0; c < s.n_channels; ++c) ff_json_string(j, NULL, ff_problem_channel_name(r->problem[p], c));
+    }
+    ff_json_close(j);
+    ff_json_bool(j, "isotropic", s.isotropic);
+    ff_json_string(j, "weighting", ff_weighting_name((int)s.weighting));
+    ff_json_close(j);
+}
+
+static void put_loss(ff_json *j, const ff_fit_options *o)
+{
+    ff_json_object(j, "loss", FF_JSON_LINE);
+    ff_json_string(j, "name", ff_loss_name((int)o->loss));
+    if (o->robust == FF_ROBUST_NONE) {
+        ff_json_null(j, "robust");
+    } else {
+        ff_json_object(j, "robust", FF_JSON_LINE);
+        ff_json_string(j, "name", ff_robust_name((int)o->robust));
+        ff_json_number(j, "scale", o->robust_scale);
+        ff_json_close(j);
+    }
+    ff_json_number(j, "max_theta_deg", ff_report_degrees(o->max_theta));
+    ff_json_close(j);
+}
+
+static void put_bound(ff_json *j, const char *key, int at_bound)
+{
+    ff_json_string(j, key, at_bound < 0 ? "lower" : at_bound > 0 ? "upper" : NULL);
+}
+
+static void put_shape(ff_json *j, const ff_fit_result *f)
+{
+    for (uint32_t k = 0; k < f->model.n_shape; ++k) {
+        const ff_fit_value *v = &f->shape_value[k];
+        ff_json_object(j, f->model.shape[k].name, FF_JSON_LINE);
+        ff_json_number(j, "value", v->value);
+        ff_json_number(j, "std_error", v->std_error);
+        put_bound(j, "at_bound", v->at_bound);
+        ff_json_bool(j, "held", v->held);
+        ff_json_bool(j, "tied", v->tied);
+        ff_json_close(j);
+    }
+}
+
+static void put_channels(ff_json *j, const ff_fit_result *f)
+{
+    const size_t n = f->n_channels, stride = f->model.n_channel;
+    for (uint32_t k = 0; k < f->model.n_channel; ++k) {
+        const ff_fit_value *v = f->channel_value + k;
+        ff_json_object(j, f->model.channel[k].name, FF_JSON_LINE);
+        ff_json_array(j, "value", FF_JSON_LINE);
+        for (size_t c = 0; c < n; ++c) ff_json_number(j, NULL, v[c * stride].value);
+        ff_json_close(j);
+        ff_json_array(j, "std_error", FF_JSON_LINE);
+        for (size_t c = 0; c < n; ++c) ff_json_number(j, NULL, v[c * stride].std_error);
+        ff_json_close(j);
+        ff_json_array(j, "at_bound", FF_JSON_LINE);
+        for (size_t c = 0; c < n; ++c) put_bound(j, NULL, v[c * stride].at_bound);
+        ff_json_close(j);
+        ff_json_bool(j, "held", v->held);
+        ff_json_close(j);
+    }
+}
+
+/* Names in the order of the columns, then the matrix by rows. */
+static void put_correlation(ff_json *j, const ff_problem *p, const ff_fit_result *f)
+{
+    if (!f->correlation) {
+        ff_json_null(j, "correlation");
+        return;
+    }
+    ff_json_object(j, "correlation", FF_JSON_BLOCK);
+    ff_json_array(j, "names", FF_JSON_LINE);
+    for (size_t column = 0; column < f->n_columns; ++column) {
+        char name[FF_REPORT_NAME];
+        ff_json_string(j, NULL, ff_report_column_name(p, f, column, name));
+    }
+    ff_json_close(j);
+    ff_json_array(j, "matrix", FF_JSON_BLOCK);
+    for (size_t a = 0; a < f->n_columns; ++a) {
+        ff_json_array(j, NULL, FF_JSON_LINE);
+        for (size_t b = 0; b < f->n_columns; ++b) ff_json_number(j, NULL, f->correlation[a * f->n_columns + b]);
+        ff_json_close(j);
+    }
+    ff_json_close(j);
+    ff_json_close(j);
+}
+
+static void put_ellipse(ff_json *j, const ff_fit_result *f)
+{
+    if (!f->has_ellipse) {
+        ff_json_null(j, "ellipse");
+        return;
+    }
+    ff_json_object(j, "ellipse", FF_JSON_LINE);
+    ff_json_number(j, "alpha_major", f->ellipse.alpha_major);
+    ff_json_number(j, "alpha_minor", f->ellipse.alpha_minor);
+    ff_json_number(j, "phi_deg", f->ellipse.phi * degrees);
+    ff_json_number(j, "phi_std_error_deg", f->ellipse.phi_std_error * degrees);
+    ff_json_bool(j, "phi_determined", f->ellipse.phi_determined);
+    ff_json_close(j);
+}
+
+static void put_residual(ff_json *j, const ff_residual *r)
+{
+    ff_json_object(j, "residual", FF_JSON_LINE);
+    ff_json_number(j, "objective", r->objective);
+    ff_json_number(j, "rmse", r->rmse);
+    ff_json_number(j, "cosine_rmse", r->cosine_rmse);
+    ff_json_number(j, "log_rmse", r->log_rmse);
+    ff_json_number(j, "cube_root_rmse", r->cube_root_rmse);
+    ff_json_number(j, "max_abs", r->max_abs);
+    ff_json_close(j);
+}
+
+static void put_fit(ff_json *j, const ff_problem *p, const ff_fit_result *f)
+{
+    char expression[FF_MODEL_NAME];
+    const ff_lobe *lobe = f->model.n_lobes ? &f->model.lobe[0] : NULL;
+    ff_model_expression(&f->model, expression, sizeof expression);
+    ff_json_object(j, NULL, FF_JSON_BLOCK);
+    ff_json_string(j, "model", expression);
+    ff_json_string(j, "ndf", lobe ? ff_term_at(FF_NDF, (size_t)lobe->ndf)->name : NULL);
+    ff_json_string(j, "masking", lobe ? ff_term_at(FF_MASKING, (size_t)lobe->masking)->name : NULL);
+    ff_json_string(j, "fresnel", lobe ? ff_term_at(FF_FRESNEL, (size_t)lobe->fresnel)->name : NULL);
+    ff_json_string(j, "diffuse", f->model.diffuse >= 0 ? ff_term_at(FF_DIFFUSE, (size_t)f->model.diffuse)->name : NULL);
+    ff_json_string(j, "shape", ff_shape_name((int)f->shape));
+    ff_json_array(j, "channels", FF_JSON_LINE);
+    for (size_t c = 0; c < f->n_channels; ++c) ff_json_string(j, NULL, ff_problem_channel_name(p, c));
+    ff_json_close(j);
+    ff_json_string(j, "outcome", ff_outcome_name((int)f->outcome));
+    ff_json_integer(j, "iterations", f->iterations);
+    ff_json_integer(j, "passes", f->passes);
+    ff_json_number(j, "time_s", f->time_s);
+    ff_json_object(j, "parameters", FF_JSON_BLOCK);
+    put_shape(j, f);
+    put_channels(j, f);
+    ff_json_close(j);
+    put_ellipse(j, f);
+    put_residual(j, &f->residual);
+    ff_json_integer(j, "free_parameters", (int64_t)f->n_free);
+    ff_json_number(j, "aic", f->aic);
+    ff_json_number(j, "bic", f->bic);
+    put_correlation(j, p, f);
+    ff_json_array(j, "warnings", FF_JSON_BLOCK);
+    for (size_t i = 0; i < f->n_warnings; ++i) ff_json_string(j, NULL, f->warning[i]);
+    ff_json_close(j);
+    ff_json_close(j);
+}
+
+ff_status ff_report_fits_json(const ff_report_fits *r, FILE *out)
+{
+    ff_json j;
+    const size_t models = r->n_fits / r->n_problems;
+    size_t *rank = malloc((models ? models : 1) * sizeof *rank);
+    if (!rank) return FF_ERR_MEMORY;
+    ff_json_begin(&j, out);
+    ff_json_object(&j, NULL, FF_JSON_BLOCK);
+    ff_report_head_json(&j, "facetfit.fit/1", &r->head);
+    put_selection(&j, r);
+    put_loss(&j, r->options);
+    ff_json_array(&j, "fits", FF_JSON_BLOCK);
+    for (size_t i = 0; i < r->n_fits; ++i) put_fit(&j, r->problem[i / models], &r->fit[i]);
+    ff_json_close(&j);
+    /* One problem after another: fits of different channels are not compared. */
+    ff_json_array(&j, "ranking", FF_JSON_LINE);
+    for (size_t p = 0; p < r->n_problems; ++p) {
+        ff_report_rank(r, p, rank);
+        for (size_t i = 0; i < models; ++i) ff_json_integer(&j, NULL, (int64_t)rank[i]);
+    }
+    ff_json_close(&j);
+    ff_json_close(&j);
+    ff_json_end(&j);
+    free(rank);
+    return FF_OK;
+}

@@ -1,0 +1,339 @@
+/* Fits as people read them. */
+#include "internal_report.h"
+#include "internal_text.h"
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* ---- what was fitted ----------------------------------------------------------------------------------------------------------
+ */
+
+static const char *plural(size_t n)
+{
+    return n == 1 ? "" : "s";
+}
+
+static void put_count(FILE *out, const char **separator, size_t n, const char *what)
+{
+    if (n == 0) return;
+    fprintf(out, "%s%zu %s", *separator, n, what);
+    *separator = ", ";
+}
+
+static void put_selection(const ff_report_fits *r, FILE *out)
+{
+    char number[FF_TEXT_NUMBER], grazing[FF_TEXT_NUMBER + 32];
+    const char *separator = "; left out: ";
+    ff_selection s;
+    ff_problem_selection(r->problem[0], &s);
+    fprintf(out, "%s: %s, %zu sample%s, %zu used", r->path, r->table->format, s.samples, plural(s.samples), s.used);
+    snprintf(grazing, sizeof grazing, "beyond %s degrees", ff_text_number(ff_report_degrees(r->options->max_theta), 6, number));
+    put_count(out, &separator, s.invalid, "invalid");
+    put_count(out, &separator, s.below_horizon, "below the horizon");
+    put_count(out, &separator, s.grazing, grazing);
+    fputc('\n', out);
+    fprintf(out, "loss %s, weights by %s", ff_loss_name((int)r->options->loss), ff_weighting_name((int)s.weighting));
+    if (r->options->robust != FF_ROBUST_NONE)
+        fprintf(out, ", robust %s at %s", ff_robust_name((int)r->options->robust),
+                ff_text_number(r->options->robust_scale, 6, number));
+    if (s.negative > 0) fprintf(out, "; %zu used sample%s with a negative value (kept as noise)", s.negative, plural(s.negative));
+    fputc('\n', out);
+}
+
+/* "channel r: " where every channel has its own fit. */
+static void put_problem(const ff_report_fits *r, size_t p, FILE *out)
+{
+    if (r->n_problems > 1) fprintf(out, "channel %s: ", ff_problem_channel_name(r->problem[p], 0));
+}
+
+/* ---- fit ------------------------------------------------------------------------------------------------------------------------
+ */
+
+static const char *value_note(const ff_fit_value *v, const ff_param *info)
+{
+    if (v->tied) return strcmp(info->name, "alpha_y") ? "tied" : "= alpha_x";
+    if (v->at_bound) return v->at_bound < 0 ? "on its lower bound" : "on its upper bound";
+    return v->held ? "held" : "";
+}
+
+static void put_value(ff_text_table *t, const char *name, const ff_fit_value *v, const ff_param *info)
+{
+    char value[FF_TEXT_NUMBER], error[FF_TEXT_NUMBER];
+    ff_text_with_error(v->value, v->held || v->at_bound ? NAN : v->std_error, value, error);
+    if (v->tied) strcpy(error, "-");
+    ff_text_row(t);
+    ff_text_cell(t, "%s", name);
+    ff_text_cell(t, "%s", value);
+    ff_text_cell(t, "%s", error);
+    ff_text_cell(t, "%s", info->unit);
+    ff_text_cell(t, "%s", value_note(v, info));
+}
+
+static void head_row(ff_text_table *t, const char *const *names, size_t n)
+{
+    ff_text_row(t);
+    for (size_t i = 0; i < n; ++i) ff_text_cell(t, "%s", names[i]);
+}
+
+static ff_status put_parameters(const ff_problem *p, const ff_fit_result *f, FILE *out)
+{
+    static const char *const head[] = {"parameter", "value", "std error", "unit", ""};
+    ff_text_table t = {.right = {0, 1, 1}};
+    char name[FF_REPORT_NAME];
+    head_row(&t, head, 5);
+    for (uint32_t k = 0; k < f->model.n_shape; ++k) {
+        const ff_fit_value *v = &f->shape_value[k];
+        const ff_param *info = f->model.shape[k].info;
+        if (v->held && v->value == 0 && info->flags & FF_PARAM_HELD) continue; /* no mean slope was asked for */
+        put_value(&t, f->model.shape[k].name, v, info);
+    }
+    for (uint32_t k = 0; k < f->model.n_channel; ++k)
+        for (size_t c = 0; c < f->n_channels; ++c)
+            put_value(&t, ff_report_channel_param(p, f, k, c, name), &f->channel_value[c * f->model.n_channel + k],
+                      f->model.channel[k].info);
+    return ff_text_print(&t, out, "  ");
+}
+
+static void put_ellipse(const ff_fit_result *f, FILE *out)
+{
+    const ff_ellipse *e = &f->ellipse;
+    char a[FF_TEXT_NUMBER], b[FF_TEXT_NUMBER], phi[FF_TEXT_NUMBER], error[FF_TEXT_NUMBER];
+    if (!f->has_ellipse) return;
+    fprintf(out, "\n  roughness ellipse: %s along, %s across", ff_text_number(e->alpha_major, 5, a),
+            ff_text_number(e->alpha_minor, 5, b));
+    if (e->phi_determined) {
+        ff_text_with_error(ff_report_degrees(e->phi), ff_report_degrees(e->phi_std_error), phi, error);
+        fprintf(out, ", phi = %s +- %s degrees\n", phi, error);
+    } else {
+        fprintf(out, "; its direction is not determined\n");
+    }
+}
+
+static void residual_row(ff_text_table *t, const char *name, const char *value, const char *unit)
+{
+    ff_text_row(t);
+    ff_text_cell(t, "%s", name);
+    ff_text_cell(t, "%s", value);
+    ff_text_cell(t, "%s", unit);
+}
+
+static ff_status put_residual(const ff_fit_result *f, FILE *out)
+{
+    static const char *const head[] = {"residual", "value", "unit"};
+    char n[FF_TEXT_NUMBER];
+    ff_text_table t = {.right = {0, 1}};
+    head_row(&t, head, 3);
+    residual_row(&t, "objective", ff_text_number(f->residual.objective, 5, n), "");
+    residual_row(&t, "rmse", ff_text_number(f->residual.rmse, 5, n), "1/sr");
+    residual_row(&t, "cosine rmse", ff_text_number(f->residual.cosine_rmse, 5, n), "1/sr");
+    residual_row(&t, "log rmse", ff_text_number(f->residual.log_rmse, 5, n), "1");
+    residual_row(&t, "cube-root rmse", ff_text_number(f->residual.cube_root_rmse, 5, n), "sr^-1/3");
+    residual_row(&t, "largest", ff_text_number(f->residual.max_abs, 5, n), "1/sr");
+    residual_row(&t, "AIC", ff_text_fixed(f->aic, 1, n), "");
+    residual_row(&t, "BIC", ff_text_fixed(f->bic, 1, n), "");
+    return ff_text_print(&t, out, "  ");
+}
+
+static void put_warnings(const ff_fit_result *f, FILE *out)
+{
+    if (f->n_warnings > 0) fputc('\n', out);
+    for (size_t i = 0; i < f->n_warnings; ++i) fprintf(out, "  warning: %s\n", f->warning[i]);
+}
+
+static ff_status put_fit(const ff_report_fits *r, size_t i, FILE *out)
+{
+    const ff_fit_result *f = &r->fit[i];
+    const size_t p = i / (r->n_fits / r->n_problems);
+    char expression[FF_MODEL_NAME], time[FF_TEXT_NUMBER];
+    ff_model_expression(&f->model, expression, sizeof expression);
+    fputc('\n', out);
+    put_problem(r, p, out);
+    fprintf(out, "%s, %s: %s after %d iteration%s, %d pass%s, %s s\n\n", expression, ff_shape_name((int)f->shape),
+            ff_outcome_name((int)f->outcome), f->iterations, plural((size_t)f->iterations), f->passes, f->passes == 1 ? "" : "es",
+            ff_text_number(f->time_s, 2, time));
+    ff_status status = put_parameters(r->problem[p], f, out);
+    put_ellipse(f, out);
+    fputc('\n', out);
+    if (status == FF_OK) status = put_residual(f, out);
+    put_warnings(f, out);
+    return status;
+}
+
+ff_status ff_report_fit_text(const ff_report_fits *r, FILE *out)
+{
+    ff_status status = FF_OK;
+    put_selection(r, out);
+    for (size_t i = 0; i < r->n_fits && status == FF_OK; ++i) status = put_fit(r, i, out);
+    return status;
+}
+
+/* ---- compare --------------------------------------------------------------------------------------------------------------------
+ */
+
+/* Free shape parameters: the roughness by its numbers alone, everything else as name=value. "0.2", "0.2/0.45 r=0.4 gamma=2.1" */
+static void shape_cell(const ff_fit_result *f, char *out, size_t size)
+{
+    size_t at = 0;
+    out[0] = '\0';
+    for (uint32_t k = 0; k < f->model.n_shape; ++k) {
+        const ff_fit_value *v = &f->shape_value[k];
+        const char *name = f->model.shape[k].name;
+        char number[FF_TEXT_NUMBER], label[FF_PARAM_NAME + 2];
+        if (v->tied || v->held || at >= size) continue;
+        snprintf(label, sizeof label, "%s%s=", at ? " " : "", strcmp(name, "r_xy") ? name : "r");
+        if (!strcmp(name, "alpha_x")) label[0] = '\0';
+        if (!strcmp(name, "alpha_y")) strcpy(label, "/");
+        at += (size_t)snprintf(out + at, size - at, "%s%s%s", label, ff_text_number(v->value, 4, number), v->at_bound ? "!" : "");
+    }
+}
+
+/* One number per channel, "0.91/0.62/0.31"; '!' marks one on its bound. */
+static void channel_cell(const ff_fit_result *f, uint32_t k, char *out, size_t size)
+{
+    size_t at = 0;
+    out[0] = '\0';
+    for (size_t c = 0; c < f->n_channels && at < size; ++c) {
+        const ff_fit_value *v = &f->channel_value[c * f->model.n_channel + k];
+        char number[FF_TEXT_NUMBER];
+        at += (size_t)snprintf(out + at, size - at, "%s%s%s", c ? "/" : "", ff_text_number(v->value, 3, number),
+                               v->at_bound ? "!" : "");
+    }
+}
+
+static void channel_cell_of(const ff_fit_result *f, const char *name, char *out, size_t size)
+{
+    snprintf(out, size, "-");
+    for (uint32_t k = 0; k < f->model.n_channel; ++k)
+        if (!strcmp(f->model.channel[k].info->name, name)) channel_cell(f, k, out, size);
+}
+
+static const char *masking_name(const ff_fit_result *f)
+{
+    return ff_term_at(FF_MASKING, (size_t)f->model.lobe[0].masking)->name;
+}
+
+static const char *ndf_name(const ff_fit_result *f)
+{
+    return ff_term_at(FF_NDF, (size_t)f->model.lobe[0].ndf)->name;
+}
+
+static int several_fresnels(const ff_report_fits *r)
+{
+    int several = 0;
+    for (size_t i = 1; i < r->n_fits; ++i) several |= r->fit[i].model.lobe[0].fresnel != r->fit[0].model.lobe[0].fresnel;
+    return several;
+}
+
+static void compare_row(ff_text_table *t, const ff_fit_result *f, const ff_fit_result *best, double aic_best, int fresnel)
+{
+    char cell[FF_TEXT_CELL], n[FF_TEXT_NUMBER];
+    ff_text_row(t);
+    ff_text_cell(t, "%s", f == best ? "*" : "");
+    ff_text_cell(t, "%s", ndf_name(f));
+    ff_text_cell(t, "%s", masking_name(f));
+    if (fresnel) ff_text_cell(t, "%s", ff_term_at(FF_FRESNEL, (size_t)f->model.lobe[0].fresnel)->name);
+    shape_cell(f, cell, sizeof cell);
+    ff_text_cell(t, "%s", cell);
+    channel_cell_of(f, "f0", cell, sizeof cell);
+    ff_text_cell(t, "%s", cell);
+    channel_cell_of(f, "kd", cell, sizeof cell);
+    ff_text_cell(t, "%s", cell);
+    ff_text_cell(t, "%s", ff_text_number(f->residual.objective, 5, n));
+    ff_text_cell(t, "%s", ff_text_number(f->residual.rmse, 4, n));
+    ff_text_cell(t, "%s", ff_text_number(f->residual.cosine_rmse, 4, n));
+    ff_text_cell(t, "%s", ff_text_number(f->residual.log_rmse, 4, n));
+    ff_text_cell(t, "%s", ff_text_fixed(f->aic - aic_best, 1, n));
+    ff_text_cell(t, "%s", f->outcome == FF_CONVERGED ? "" : ff_outcome_name((int)f->outcome));
+}
+
+static ff_status put_rows(const ff_report_fits *r, const size_t *rank, size_t n, FILE *out)
+{
+    const int fresnel = several_fresnels(r);
+    const ff_fit_result *best = &r->fit[rank[0]];
+    double aic_best = INFINITY;
+    ff_text_table t = {.columns = 0};
+    ff_text_row(&t);
+    ff_text_cell(&t, "%s", "");
+    ff_text_cell(&t, "distribution");
+    ff_text_cell(&t, "masking");
+    if (fresnel) ff_text_cell(&t, "fresnel");
+    ff_text_cell(&t, "alpha");
+    ff_text_cell(&t, "f0");
+    ff_text_cell(&t, "kd");
+    ff_text_cell(&t, "objective");
+    ff_text_cell(&t, "rmse");
+    ff_text_cell(&t, "cosine rmse");
+    ff_text_cell(&t, "log rmse");
+    ff_text_cell(&t, "delta AIC");
+    for (size_t c = 6 + (size_t)fresnel; c < 11 + (size_t)fresnel; ++c) t.right[c] = 1;
+    for (size_t i = 0; i < n; ++i) aic_best = fmin(aic_best, r->fit[rank[i]].aic);
+    for (size_t i = 0; i < n; ++i) compare_row(&t, &r->fit[rank[i]], best, aic_best, fresnel);
+    return ff_text_print(&t, out, "");
+}
+
+/* The best fit of every masking, by rank, its objective relative to the winner's. */
+static ff_status put_maskings(const ff_report_fits *r, const size_t *rank, size_t n, FILE *out)
+{
+    const double best = r->fit[rank[0]].residual.objective;
+    ff_text_table t = {.right = {0, 1}};
+    ff_text_row(&t);
+    ff_text_cell(&t, "by masking");
+    ff_text_cell(&t, "objective / best");
+    ff_text_cell(&t, "with");
+    for (size_t i = 0; i < n; ++i) {
+        const ff_fit_result *f = &r->fit[rank[i]];
+        char number[FF_TEXT_NUMBER];
+        int seen = 0;
+        for (size_t k = 0; k < i; ++k) seen |= r->fit[rank[k]].model.lobe[0].masking == f->model.lobe[0].masking;
+        if (seen) continue;
+        ff_text_row(&t);
+        ff_text_cell(&t, "%s", masking_name(f));
+        ff_text_cell(&t, "%s", f->residual.objective == best ? "1" : ff_text_number(f->residual.objective / best, 5, number));
+        ff_text_cell(&t, "%s", ndf_name(f));
+    }
+    return ff_text_print(&t, out, "");
+}
+
+static int any_on_bound(const ff_fit_result *f)
+{
+    int any = 0;
+    for (uint32_t k = 0; k < f->model.n_shape; ++k) any |= f->shape_value[k].at_bound;
+    for (size_t k = 0; k < f->n_channels * f->model.n_channel; ++k) any |= f->channel_value[k].at_bound;
+    return any;
+}
+
+static void put_legend(const ff_report_fits *r, FILE *out)
+{
+    int any = 0;
+    for (size_t i = 0; i < r->n_fits; ++i) any |= any_on_bound(&r->fit[i]);
+    if (any) fputs("\n! on its bound\n", out);
+}
+
+/* Warnings are many in a comparison: those of the winner. */
+static void put_winner(const ff_fit_result *f, FILE *out)
+{
+    char expression[FF_MODEL_NAME];
+    ff_model_expression(&f->model, expression, sizeof expression);
+    fprintf(out, "\n* best: %s, %s\n", expression, ff_shape_name((int)f->shape));
+    for (size_t i = 0; i < f->n_warnings; ++i) fprintf(out, "  warning: %s\n", f->warning[i]);
+}
+
+ff_status ff_report_compare_text(const ff_report_fits *r, FILE *out)
+{
+    const size_t n = r->n_fits / r->n_problems;
+    size_t *rank = malloc((n ? n : 1) * sizeof *rank);
+    ff_status status = rank ? FF_OK : FF_ERR_MEMORY;
+    put_selection(r, out);
+    for (size_t p = 0; p < r->n_problems && status == FF_OK; ++p) {
+        ff_report_rank(r, p, rank);
+        fputc('\n', out);
+        if (r->n_problems > 1) fprintf(out, "channel %s\n", ff_problem_channel_name(r->problem[p], 0));
+        status = put_rows(r, rank, n, out);
+        fputc('\n', out);
+        if (status == FF_OK) status = put_maskings(r, rank, n, out);
+        put_winner(&r->fit[rank[0]], out);
+    }
+    if (status == FF_OK) put_legend(r, out);
+    free(rank);
+    return status;
+}

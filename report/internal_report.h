@@ -1,0 +1,16 @@
+/* Shared by the text and the JSON of fits. */
+#ifndef FF_INTERNAL_REPORT_H
+#define FF_INTERNAL_REPORT_H
+#include "ff_report.h"
+
+enum { FF_REPORT_NAME = FF_PARAM_NAME + FF_CHANNEL_NAME + 4 };
+
+/* Radians as degrees, without the dust of the conversion: 80, not 80.000000000000014. */
+double ff_report_degrees(double radians);
+
+/* "alpha_x", "f0[r]": the parameter of a column of the correlation matrix. Returns out. */
+const char *ff_report_column_name(const ff_problem *p, const ff_fit_result *f, size_t column, char out[FF_REPORT_NAME]);
+
+/* "f0[r]", or "f0" when there is one channel. Returns out. */
+const char *ff_report_channel_param(const ff_problem *p, const ff_fit_result *f, uint32_t k, size_t c, char out[FF_REPORT_NAME]);
+#endif

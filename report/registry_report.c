@@ -1,0 +1,160 @@
+/* The registries of models and formats as lists. */
+#include "ff_report.h"
+#include "internal_text.h"
+#include <string.h>
+
+/* ---- models ---------------------------------------------------------------------------------------------------------------------
+ */
+
+static const struct {
+    uint32_t bit;
+    const char *name;
+} claims[] = {{FF_RECIPROCAL, "reciprocal"},     {FF_PASSIVE, "passive"},           {FF_ISOTROPIC, "isotropic"},
+              {FF_WEAK_FURNACE, "weak-furnace"}, {FF_FURNACE_ONLY, "furnace-only"}, {FF_NEEDS_CENTRED, "needs-centred"}},
+  flags[] = {{FF_PARAM_PER_CHANNEL, "per-channel"},
+             {FF_PARAM_LINEAR, "linear"},
+             {FF_PARAM_LOG, "log"},
+             {FF_PARAM_ATANH, "atanh"},
+             {FF_PARAM_HELD, "held"}};
+enum { N_CLAIMS = sizeof claims / sizeof claims[0], N_FLAGS = sizeof flags / sizeof flags[0] };
+
+static void put_parameters(ff_text_table *rows, const ff_term *term)
+{
+    for (uint32_t i = 0; i < term->n_params; ++i) {
+        const ff_param *p = &term->params[i];
+        char lo[FF_TEXT_NUMBER], hi[FF_TEXT_NUMBER], init[FF_TEXT_NUMBER];
+        ff_text_row(rows);
+        ff_text_cell(rows, "%s", p->name);
+        ff_text_cell(rows, "[%s, %s]", ff_text_exact(p->lo, lo), ff_text_exact(p->hi, hi));
+        ff_text_cell(rows, "%s", ff_text_exact(p->init, init));
+        ff_text_cell(rows, "%s", p->unit);
+        ff_text_cell(rows, "%s%s%s", p->meaning, p->flags & FF_PARAM_PER_CHANNEL ? ", per channel" : "",
+                     p->flags & FF_PARAM_HELD ? ", held unless freed" : "");
+    }
+}
+
+static ff_status put_term(const ff_term *term, FILE *out)
+{
+    ff_text_table rows = {.right = {0, 0, 1}};
+    fprintf(out, "  %s\n      %s\n      source: %s\n", term->name, term->title, term->source);
+    if (term->note[0]) fprintf(out, "      note: %s\n", term->note);
+    if (term->n_params == 0) return FF_OK;
+    put_parameters(&rows, term);
+    return ff_text_print(&rows, out, "      ");
+}
+
+ff_status ff_report_models_text(FILE *out)
+{
+    ff_status status = FF_OK;
+    fputs("A model is a sum of lobes NDF[/MASKING[/FRESNEL]] and a diffuse name: ggx, beckmann/v-cavity, "
+          "ggx/smith-separable/schlick+lambert.\n"
+          "Left out: masking smith-height-correlated, Fresnel schlick, no diffuse term.\n"
+          "Parameters: name, [least, most], initial value, unit, meaning.\n",
+          out);
+    for (int kind = 0; kind < FF_TERM_KINDS; ++kind) {
+        fprintf(out, "\n%s\n", ff_term_kind_name((ff_term_kind)kind));
+        for (size_t i = 0; i < ff_term_count((ff_term_kind)kind) && status == FF_OK; ++i)
+            status = put_term(ff_term_at((ff_term_kind)kind, i), out);
+    }
+    return status;
+}
+
+static void put_bits(ff_json *j, const char *key, uint32_t bits, int of_claims)
+{
+    ff_json_array(j, key, FF_JSON_LINE);
+    for (int i = 0; i < (of_claims ? N_CLAIMS : N_FLAGS); ++i)
+        if (bits & (of_claims ? claims[i].bit : flags[i].bit)) ff_json_string(j, NULL, of_claims ? claims[i].name : flags[i].name);
+    ff_json_close(j);
+}
+
+static void term_json(ff_json *j, ff_term_kind kind, const ff_term *term)
+{
+    ff_json_object(j, NULL, FF_JSON_BLOCK);
+    ff_json_string(j, "kind", ff_term_kind_name(kind));
+    ff_json_string(j, "name", term->name);
+    ff_json_string(j, "title", term->title);
+    ff_json_string(j, "source", term->source);
+    ff_json_string(j, "note", term->note);
+    put_bits(j, "claims", term->claims, 1);
+    ff_json_array(j, "parameters", FF_JSON_BLOCK);
+    for (uint32_t i = 0; i < term->n_params; ++i) {
+        const ff_param *p = &term->params[i];
+        ff_json_object(j, NULL, FF_JSON_LINE);
+        ff_json_string(j, "name", p->name);
+        ff_json_string(j, "unit", p->unit);
+        ff_json_string(j, "meaning", p->meaning);
+        ff_json_number(j, "min", p->lo);
+        ff_json_number(j, "max", p->hi);
+        ff_json_number(j, "initial", p->init);
+        put_bits(j, "flags", p->flags, 0);
+        ff_json_close(j);
+    }
+    ff_json_close(j);
+    ff_json_close(j);
+}
+
+ff_status ff_report_models_json(const ff_report_head *head, FILE *out)
+{
+    ff_json j;
+    ff_json_begin(&j, out);
+    ff_json_object(&j, NULL, FF_JSON_BLOCK);
+    ff_report_head_json(&j, "facetfit.models/1", head);
+    ff_json_array(&j, "terms", FF_JSON_BLOCK);
+    for (int kind = 0; kind < FF_TERM_KINDS; ++kind)
+        for (size_t i = 0; i < ff_term_count((ff_term_kind)kind); ++i)
+            term_json(&j, (ff_term_kind)kind, ff_term_at((ff_term_kind)kind, i));
+    ff_json_close(&j);
+    ff_json_close(&j);
+    ff_json_end(&j);
+    return FF_OK;
+}
+
+/* ---- formats --------------------------------------------------------------------------------------------------------------------
+ */
+
+ff_status ff_report_formats_text(FILE *out)
+{
+    ff_text_table rows = {.columns = 0};
+    ff_text_row(&rows);
+    ff_text_cell(&rows, "format");
+    ff_text_cell(&rows, "reads");
+    ff_text_cell(&rows, "writes");
+    ff_text_cell(&rows, "names");
+    ff_text_cell(&rows, "what it is");
+    for (size_t i = 0; i < ff_format_count(); ++i) {
+        const ff_format *f = ff_format_at(i);
+        ff_text_row(&rows);
+        ff_text_cell(&rows, "%s", f->name);
+        ff_text_cell(&rows, "%s", f->read ? "yes" : "no");
+        ff_text_cell(&rows, "%s", f->write ? "yes" : "no");
+        ff_text_cell(&rows, "%s", f->extensions);
+        ff_text_cell(&rows, "%s (%s)", f->title, f->source);
+    }
+    const ff_status status = ff_text_print(&rows, out, "");
+    fputs("\nA format is recognised by the content of the file; --format NAME overrides.\n", out);
+    return status;
+}
+
+ff_status ff_report_formats_json(const ff_report_head *head, FILE *out)
+{
+    ff_json j;
+    ff_json_begin(&j, out);
+    ff_json_object(&j, NULL, FF_JSON_BLOCK);
+    ff_report_head_json(&j, "facetfit.formats/1", head);
+    ff_json_array(&j, "formats", FF_JSON_BLOCK);
+    for (size_t i = 0; i < ff_format_count(); ++i) {
+        const ff_format *f = ff_format_at(i);
+        ff_json_object(&j, NULL, FF_JSON_LINE);
+        ff_json_string(&j, "name", f->name);
+        ff_json_string(&j, "title", f->title);
+        ff_json_string(&j, "extensions", f->extensions);
+        ff_json_string(&j, "source", f->source);
+        ff_json_bool(&j, "reads", f->read != NULL);
+        ff_json_bool(&j, "writes", f->write != NULL);
+        ff_json_close(&j);
+    }
+    ff_json_close(&j);
+    ff_json_close(&j);
+    ff_json_end(&j);
+    return FF_OK;
+}

@@ -1,0 +1,151 @@
+#include "ff_simulate.h"
+#include "internal_sampling.h"
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum { BLOCK = 1024 };
+
+void ff_simulate_options_init(ff_simulate_options *o)
+{
+    memset(o, 0, sizeof *o);
+    o->size = sizeof *o;
+    o->sampling = (ff_sampling){FF_SAMPLING_GONIOMETER, 5, 1, 0};
+    o->seed = 1;
+}
+
+static void name_channels(ff_table *t)
+{
+    static const char *const rgb[] = {"r", "g", "b"};
+    for (size_t c = 0; c < t->n_channels; ++c) {
+        if (t->n_channels == 3) {
+            snprintf(t->channels[c].name, FF_CHANNEL_NAME, "%s", rgb[c]);
+        } else if (t->n_channels == 1) {
+            snprintf(t->channels[c].name, FF_CHANNEL_NAME, "f");
+        } else {
+            snprintf(t->channels[c].name, FF_CHANNEL_NAME, "c%zu", c);
+        }
+    }
+}
+
+static double noisy(const ff_simulate_options *o, double f, size_t sample, size_t channel)
+{
+    double y = f;
+    if (o->relative > 0) y *= 1 + o->relative * ff_random_normal(o->seed, (uint32_t)channel, 2 * (uint64_t)sample);
+    if (o->floor > 0) y += o->floor * ff_random_normal(o->seed, (uint32_t)channel, 2 * (uint64_t)sample + 1);
+    return y;
+}
+
+/* Stores one block of one channel; f in 1/sr. The count of values that were below 0 and are not any more. */
+static size_t store(const ff_simulate_options *o, ff_table *t, size_t c, size_t first, size_t n, const double *f)
+{
+    double *value = t->value + c * t->n + first, *sigma = t->sigma ? t->sigma + c * t->n + first : NULL;
+    size_t raised = 0;
+    for (size_t i = 0; i < n; ++i) {
+        if (!t->valid[first + i]) continue;
+        double y = noisy(o, f[i], first + i, c);
+        if (o->nonnegative && y < 0) {
+            y = 0;
+            ++raised;
+        }
+        value[i] = y;
+        if (sigma) sigma[i] = hypot(o->relative * f[i], o->floor);
+    }
+    return raised;
+}
+
+static void mark_below_horizon(ff_table *t, size_t first, size_t n, const double *iz, const double *oz)
+{
+    for (size_t i = 0; i < n; ++i) {
+        if (iz[i] > FF_COS_MIN && oz[i] > FF_COS_MIN) continue;
+        t->valid[first + i] = 0;
+        t->n_invalid++;
+    }
+}
+
+/* A value of exactly 0 under multiplicative noise has no standard deviation, and a weight of 1/0 is no weight. */
+static void drop_without_sigma(ff_table *t)
+{
+    for (size_t c = 0; t->sigma && c < t->n_channels; ++c)
+        for (size_t i = 0; i < t->n; ++i) {
+            if (!t->valid[i] || t->sigma[c * t->n + i] > 0) continue;
+            t->valid[i] = 0;
+            t->n_invalid++;
+        }
+}
+
+static void count_negative(ff_table *t)
+{
+    for (size_t i = 0; i < t->n; ++i) {
+        int negative = 0;
+        for (size_t c = 0; c < t->n_channels; ++c) negative |= t->valid[i] && t->value[c * t->n + i] < 0;
+        t->n_negative += (size_t)negative;
+    }
+}
+
+static ff_status fill(const ff_model *m, const double *shape, const double *channel, const ff_simulate_options *o, ff_table *t,
+                      ff_error *err)
+{
+    double plane[6][BLOCK], *const planes[6] = {plane[0], plane[1], plane[2], plane[3], plane[4], plane[5]};
+    double *f = malloc(t->n_channels * BLOCK * sizeof *f);
+    ff_status status =
+        f ? FF_OK : ff_error_set(err, FF_ERR_MEMORY, NULL, 0, -1, "no memory for a block of %zu channels", t->n_channels);
+    size_t raised = 0;
+    for (size_t first = 0; first < t->n && status == FF_OK; first += BLOCK) {
+        const size_t n = t->n - first < BLOCK ? t->n - first : BLOCK;
+        const ff_dirs w = {plane[0], plane[1], plane[2], plane[3], plane[4], plane[5]};
+        if (o->cancel && *o->cancel) {
+            status = ff_error_set(err, FF_ERR_CANCELLED, NULL, 0, -1, "cancelled at sample %zu of %zu", first, t->n);
+            break;
+        }
+        ff_table_directions(t, first, n, planes);
+        mark_below_horizon(t, first, n, plane[2], plane[5]);
+        status = ff_model_eval(m, o->isa, t->n_channels, shape, channel, &w, n, f, NULL, BLOCK);
+        if (status != FF_OK) ff_error_set(err, status, NULL, 0, -1, "the model cannot be evaluated");
+        for (size_t c = 0; c < t->n_channels && status == FF_OK; ++c) raised += store(o, t, c, first, n, f + c * BLOCK);
+    }
+    free(f);
+    drop_without_sigma(t);
+    if (raised > 0)
+        snprintf(t->note, sizeof t->note,
+                 "%zu values fell below 0 by noise and are stored as 0, since a negative value would mean \"not measured\"",
+                 raised);
+    return status;
+}
+
+static ff_status check_options(const ff_simulate_options *o, ff_error *err)
+{
+    if (o->size != sizeof *o) return ff_error_set(err, FF_ERR_INTERNAL, NULL, 0, -1, "ff_simulate_options of another version");
+    if (!(o->relative >= 0 && isfinite(o->relative)))
+        return ff_error_set(err, FF_ERR_RANGE, NULL, 0, -1, "relative noise %g, expected a number >= 0", o->relative);
+    if (!(o->floor >= 0 && isfinite(o->floor)))
+        return ff_error_set(err, FF_ERR_RANGE, NULL, 0, -1, "noise floor %g 1/sr, expected a number >= 0", o->floor);
+    if (o->sigma && o->relative == 0 && o->floor == 0)
+        return ff_error_set(err, FF_ERR_RANGE, NULL, 0, -1,
+                            "without noise there is no sigma to write: give a relative noise or a noise floor");
+    if (!ff_isa_available(o->isa))
+        return ff_error_set(err, FF_ERR_UNSUPPORTED, NULL, 0, -1, "this processor has no %s", ff_isa_name(o->isa));
+    return FF_OK;
+}
+
+ff_status ff_simulate(const ff_model *m, size_t n_channels, const double *shape, const double *channel,
+                      const ff_simulate_options *o, ff_table *out, ff_error *err)
+{
+    ff_table t;
+    ff_status status = check_options(o, err);
+    if (status == FF_OK) status = ff_model_check(m, n_channels, shape, channel, err);
+    if (status != FF_OK) return status;
+    const int isotropic = (ff_model_claims(m, shape) & FF_ISOTROPIC) != 0;
+    status = ff_sampling_table(&o->sampling, o->seed, isotropic, n_channels, o->sigma, &t, err);
+    if (status != FF_OK) return status;
+    name_channels(&t);
+    status = fill(m, shape, channel, o, &t, err);
+    if (status != FF_OK) {
+        ff_table_free(&t);
+        return status;
+    }
+    count_negative(&t);
+    *out = t;
+    return FF_OK;
+}

@@ -1,0 +1,154 @@
+#!/usr/bin/env python3
+"""json_test.py PROGRAM: every JSON document parses strictly and has the keys of the contract, whatever the path looks like."""
+import json
+import math
+import os
+import subprocess
+import sys
+import tempfile
+
+PROGRAM = os.path.abspath(sys.argv[1])
+failures = 0
+
+
+def check(condition, what):
+    global failures
+    if not condition:
+        failures += 1
+        print("failed:", what)
+
+
+def strict(text):
+    """JSON without NaN, Infinity and repeated keys."""
+    def constant(name):
+        raise ValueError("not JSON: " + name)
+
+    def pairs(items):
+        keys = [k for k, _ in items]
+        if len(keys) != len(set(keys)):
+            raise ValueError("repeated key in %s" % keys)
+        return dict(items)
+    return json.loads(text.decode("utf-8"), parse_constant=constant, object_pairs_hook=pairs)
+
+
+def document(*args, status=0, stdin=b""):
+    p = subprocess.run([PROGRAM, *args, "--json", "-"], input=stdin, capture_output=True)
+    check(p.returncode == status, "%s: status %d, %s" % (args, p.returncode, p.stderr))
+    d = strict(p.stdout)
+    check(d["version"].count(".") == 2 and d["command"][1] == args[0], "head of %s" % (args,))
+    return d
+
+
+def number(x):
+    return isinstance(x, (int, float)) and not isinstance(x, bool) and math.isfinite(x)
+
+
+def number_or_null(x):
+    return x is None or number(x)
+
+
+def keys(d, wanted, what):
+    missing = [k for k in wanted.split() if k not in d]
+    check(not missing, "%s lacks %s" % (what, missing))
+
+
+def check_fit(f):
+    keys(f, "model ndf masking fresnel diffuse shape outcome iterations passes time_s parameters ellipse residual aic bic warnings", "fit")
+    keys(f["residual"], "objective rmse cosine_rmse log_rmse cube_root_rmse max_abs", "residual")
+    check(all(number(v) for v in f["residual"].values()), "residuals of %s" % f["model"])
+    keys(f["ellipse"] or {"alpha_major": 0, "alpha_minor": 0, "phi_deg": 0}, "alpha_major alpha_minor phi_deg", "ellipse")
+    keys(f["parameters"], "f0" if f["diffuse"] is None else "f0 kd", "parameters of " + f["model"])
+    for name, p in f["parameters"].items():
+        keys(p, "value std_error at_bound", name)
+        values = p["value"] if isinstance(p["value"], list) else [p["value"]]
+        errors = p["std_error"] if isinstance(p["value"], list) else [p["std_error"]]
+        bounds = p["at_bound"] if isinstance(p["value"], list) else [p["at_bound"]]
+        check(len(values) == len(errors) == len(bounds), "lengths of " + name)
+        check(all(number(v) for v in values) and all(number_or_null(e) for e in errors), "numbers of " + name)
+        check(all(b in (None, "lower", "upper") for b in bounds), "bounds of " + name)
+        if name in ("f0", "kd"):
+            check(isinstance(p["value"], list) and len(values) == len(f["channels"]), name + " per channel")
+    c = f["correlation"]
+    n = len(c["names"])
+    check(n == len(set(c["names"])) and len(c["matrix"]) == n and all(len(r) == n for r in c["matrix"]), "correlation of %s" % f["model"])
+    for i in range(n):
+        for j in range(n):
+            check(abs(c["matrix"][i][j] - c["matrix"][j][i]) < 1e-6 and abs(c["matrix"][i][j]) < 1 + 1e-9, "correlation %d %d" % (i, j))
+
+
+def check_fits(d, path, n_fits, loss="cosine", robust=None, max_theta=80):
+    check(d["schema"] == "facetfit.fit/1", "schema")
+    keys(d, "data loss fits ranking", "document")
+    keys(d["data"], "path format samples used rejected channels isotropic", "data")
+    check(d["data"]["path"] == path, "path %r" % d["data"]["path"])
+    keys(d["data"]["rejected"], "invalid grazing below_horizon", "rejected")
+    check(d["data"]["samples"] == d["data"]["used"] + sum(d["data"]["rejected"].values()), "samples add up")
+    check(d["loss"]["name"] == loss and d["loss"]["robust"] == robust and d["loss"]["max_theta_deg"] == max_theta, "loss %s" % d["loss"])
+    check(len(d["fits"]) == n_fits and sorted(d["ranking"]) == list(range(n_fits)), "%d fits, ranking %s" % (len(d["fits"]), d["ranking"]))
+    for f in d["fits"]:
+        check_fit(f)
+
+
+def fits(directory):
+    path = os.path.join(directory, "a.csv")
+    subprocess.run([PROGRAM, "simulate", "ggx+lambert", "--set", "alpha_x=0.2,alpha_y=0.45,r_xy=0.4,f0=0.9:0.6:0.3,kd=0.1", "--grid",
+                    "goniometer:10", "--noise", "0.02", "-o", path], check=True)
+    check_fits(document("fit", path), path, 1)
+    check_fits(document("fit", path, "--model", "beckmann"), path, 1)
+    check_fits(document("fit", path, "--loss", "log", "--robust", "huber:0.1", "--max-theta", "75"), path, 1, "log",
+               {"name": "huber", "scale": 0.1}, 75)
+    d = document("compare", path, "--ndf", "beckmann,ggx", "--masking", "v-cavity,smith-height-correlated")
+    check_fits(d, path, 4)
+    order = [(f["ndf"], f["masking"]) for f in d["fits"]]
+    check(order == [(n, m) for n in ("beckmann", "ggx") for m in ("v-cavity", "smith-height-correlated")], "order %s" % order)
+    objective = [d["fits"][i]["residual"]["objective"] for i in d["ranking"]]
+    check(objective == sorted(objective) and d["fits"][d["ranking"][0]]["ndf"] == "ggx", "ranking %s" % objective)
+    d = document("fit", path, "--channels", "each")
+    check_fits(d, path, 3)
+    check([f["channels"] for f in d["fits"]] == [["r"], ["g"], ["b"]] and d["data"]["channels"] == ["r", "g", "b"], "each channel")
+    everything = document("compare", path)
+    check("smith-masking-only" not in [f["masking"] for f in everything["fits"]], "'all' includes the furnace's masking")
+    check(len(everything["fits"]) == 24 or len(everything["fits"]) % 6 == 0, "%d combinations" % len(everything["fits"]))
+    return path
+
+
+def hostile_paths(directory, path):
+    """Quotes, control characters and bytes that are no UTF-8 must not break the document."""
+    for name in (b'quo"te\\.csv', b"new\nline\t\x01.csv", "mesur\u00e9 \u6e2c\u5b9a.csv".encode(), b"latin\xe9\xff.csv",
+                 b"over\xc0\xaflong\xed\xa0\x80.csv"):
+        copy = os.path.join(directory.encode(), name)
+        with open(path, "rb") as source, open(copy, "wb") as target:
+            target.write(source.read())
+        d = document("info", copy)
+        expected = copy.decode("utf-8", "replace")
+        check(d["path"] == expected or "\ufffd" in d["path"] and "\ufffd" in expected, "path %r" % d["path"])
+
+
+def others(path):
+    d = document("info", path)
+    keys(d, "path format samples invalid negative quantity isotropic theta_i_deg theta_o_deg channels notes", "info")
+    check(d["schema"] == "facetfit.info/1" and d["samples"] > 100 and len(d["channels"]) == 3, "info")
+    check(all(c["min"] <= c["median"] <= c["max"] and c["wavelength_nm"] is None for c in d["channels"]), "values of info")
+    d = document("models")
+    names = {t["name"] for t in d["terms"]}
+    check({"ggx", "beckmann", "v-cavity", "schlick", "lambert"} <= names and len(names) >= 10, "models %s" % names)
+    check(all(p["min"] <= p["initial"] <= p["max"] for t in d["terms"] for p in t["parameters"]), "boxes")
+    check({f["name"] for f in document("formats")["formats"]} >= {"merl", "astm", "csv"}, "formats")
+    d = document("convert", "--from", "beckmann", "--to", "ggx", "m=0.5")
+    check([c["by"] for c in d["conversions"]] == ["mean-slope", "peak"] and d["conversions"][1]["output"] == {"alpha": 0.5}, "convert")
+    check(len(document("convert", "--list")["conversions"]) >= 14, "convert --list")
+    rows = b"theta_i,phi_i,theta_o,phi_o\n30,0,30,180\n0,0,10,0\n"
+    d = document("eval", "ggx+lambert", "--set", "f0=0.1:0.2:0.3", "--terms", stdin=rows)
+    check(len(d["rows"]) == 2 and all(len(r) == len(d["columns"]) for r in d["rows"]) and d["columns"][:7] ==
+          ["theta_i", "phi_i", "theta_o", "phi_o", "f_r", "f_g", "f_b"], "eval %s" % d["columns"])
+    check(document("eval", "lambert", stdin=b"theta_i,phi_i,theta_o,phi_o\n")["rows"] == [], "eval without rows")
+    d = document("furnace", "lambert", "--mu", "1,0.5", "--set", "kd=0.5")
+    check(d["columns"] == ["mu", "albedo"] and [[round(x, 9) for x in r] for r in d["rows"]] == [[1, 0.5], [0.5, 0.5]], "furnace")
+
+
+with tempfile.TemporaryDirectory() as directory:
+    path = fits(directory)
+    hostile_paths(directory, path)
+    others(path)
+print("%d failures" % failures)
+sys.exit(1 if failures else 0)

@@ -1,0 +1,188 @@
+/* Conversions of roughness: values by hand, round trips, what is refused and why, the ellipse at its two hard ends. */
+#include "ff_test.h"
+#include "ff_convert.h"
+#include <float.h>
+
+#define PI 3.14159265358979323846
+
+static ff_status convert(const char *from, const char *to, const char *by, const double *in, double *out, ff_error *err)
+{
+    const int i = ff_conversion_find(from, to, by, 0);
+    if (i < 0) {
+        FF_CHECK(0, "no conversion %s -> %s by %s", from, to, by ? by : "any");
+        exit(1);
+    }
+    return ff_conversion_apply(ff_conversion_at((size_t)i), in, out, err);
+}
+
+static double convert1(const char *from, const char *to, const char *by, double x)
+{
+    double out = NAN;
+    ff_error err = {0};
+    FF_CHECK(convert(from, to, by, &x, &out, &err) == FF_OK, "%s -> %s of %g: %s", from, to, x, err.message);
+    return out;
+}
+
+static void by_hand(void)
+{
+    FF_CHECK(convert1("beckmann", "phong", NULL, 0.25) == 30, "2/0.0625 - 2");
+    FF_CHECK_CLOSE(convert1("phong", "beckmann", NULL, 30), 0.25, 1e-15, 0);
+    FF_CHECK_CLOSE(convert1("phong", "beckmann", NULL, 0), 1, 1e-15, 0);
+    FF_CHECK_CLOSE(convert1("phong", "beckmann", NULL, -1), sqrt(2), 1e-15, 0);
+    FF_CHECK_CLOSE(convert1("beckmann", "ggx", "mean-slope", 1), 0.5641895835477563, 1e-15, 0);
+    FF_CHECK_CLOSE(convert1("ggx", "beckmann", "mean-slope", 1), 1.7724538509055159, 1e-15, 0);
+    FF_CHECK(convert1("beckmann", "ggx", "peak", 0.3) == 0.3, "equal peak");
+    FF_CHECK(convert1("roughness", "alpha", NULL, 0.5) == 0.25, "squared");
+    FF_CHECK(convert1("alpha", "roughness", NULL, 0.25) == 0.5, "root");
+    FF_CHECK(convert1("roughness", "alpha", NULL, 0) == 0, "a mirror");
+    FF_CHECK_CLOSE(convert1("kelemen-ward", "kelemen-phong", NULL, 0.8), 2.125, 1e-14, 0); /* 2.1 in figure 3 of the paper */
+    FF_CHECK_CLOSE(convert1("kelemen-ward", "kelemen-phong", NULL, 0.4), 11.5, 1e-14, 0);  /* 11.5 there                  */
+    FF_CHECK_CLOSE(convert1("beckmann", "rms-slope", NULL, 0.2), 0.2 / sqrt(2), 1e-15, 0);
+    FF_CHECK_CLOSE(convert1("rms-slope", "beckmann", NULL, 0.2), 0.2 * sqrt(2), 1e-15, 0);
+}
+
+/* The criterion that each entry names, by quadrature of the two distributions rather than by the formula of the entry. */
+static void criteria_hold(void)
+{
+    const double m = 0.37, g = convert1("beckmann", "ggx", "mean-slope", m), n = convert1("beckmann", "phong", NULL, m);
+    double mean_b = 0, mean_g = 0;
+    /* E|s_x| = integral of |s| P2(s) over one axis, s = tan(t) */
+    const int steps = 200000;
+    for (int i = 0; i < steps; ++i) {
+        const double t = (i + 0.5) * (PI / 2) / steps, s = tan(t), ds = (PI / 2) / steps / (cos(t) * cos(t));
+        mean_b += 2 * s * exp(-s * s / (m * m)) / (m * sqrt(PI)) * ds;
+        mean_g += 2 * s * g * g / (2 * pow(g * g + s * s, 1.5)) * ds;
+    }
+    FF_CHECK_CLOSE(mean_b, mean_g, 1e-4, 0);
+    FF_CHECK_CLOSE((n + 2) / (2 * PI), 1 / (PI * m * m), 1e-14, 0); /* equal D(z): phong and beckmann */
+}
+
+static void round_trips(void)
+{
+    static const char *const pairs[][3] = {
+        {"beckmann", "phong", NULL},  {"beckmann", "ggx", "mean-slope"},       {"beckmann", "ggx", "peak"},
+        {"roughness", "alpha", NULL}, {"kelemen-ward", "kelemen-phong", NULL}, {"beckmann", "rms-slope", NULL}};
+    for (size_t p = 0; p < sizeof pairs / sizeof pairs[0]; ++p)
+        for (double x = 1e-3; x < 0.999; x *= 1.7) {
+            const double there = convert1(pairs[p][0], pairs[p][1], pairs[p][2], x);
+            FF_CHECK_CLOSE(convert1(pairs[p][1], pairs[p][0], pairs[p][2], there), x, 1e-14, 0);
+        }
+}
+
+static void every_entry_has_its_inverse_and_its_words(void)
+{
+    for (size_t i = 0; i < ff_conversion_count(); ++i) {
+        const ff_conversion *c = ff_conversion_at(i);
+        FF_CHECK(ff_conversion_find(c->to, c->from, c->by, 0) >= 0, "%s -> %s", c->to, c->from);
+        FF_CHECK(*c->formula && *c->source && *c->assumes && *c->limits, "%s -> %s says too little", c->from, c->to);
+        FF_CHECK(c->n_in > 0 && c->n_out > 0 && c->apply, "%s -> %s", c->from, c->to);
+        for (size_t j = i + 1; j < ff_conversion_count(); ++j) {
+            const ff_conversion *d = ff_conversion_at(j);
+            FF_CHECK(strcmp(c->from, d->from) || strcmp(c->to, d->to) || strcmp(c->by, d->by), "%s -> %s twice", c->from, c->to);
+        }
+    }
+    FF_CHECK(ff_conversion_at(ff_conversion_count()) == NULL, "past the end");
+    FF_CHECK(ff_conversion_find("beckmann", "nothing", NULL, 0) == -1, "unknown");
+    FF_CHECK(ff_conversion_find("beckmann", "ggx", "looks", 0) == -1, "unknown criterion");
+    FF_CHECK(ff_conversion_find("beckmann", "ggx", NULL, (size_t)ff_conversion_find("beckmann", "ggx", "mean-slope", 0) + 1) >= 0,
+             "the second one");
+}
+
+static void refuses(const char *from, const char *to, double x, const char *words)
+{
+    double out = 4711;
+    ff_error err = {0};
+    FF_CHECK(convert(from, to, NULL, &x, &out, &err) == FF_ERR_RANGE, "%s -> %s of %g gives %g", from, to, x, out);
+    FF_CHECK(out == 4711, "output written by a refusal");
+    FF_CHECK(strstr(err.message, words) != NULL, "'%s' lacks '%s'", err.message, words);
+}
+
+static void what_has_no_answer(void)
+{
+    refuses("beckmann", "phong", 1, "n = 0");
+    refuses("beckmann", "phong", 2, "n = -1.5");
+    refuses("beckmann", "phong", 2, "(0, 1)");
+    refuses("beckmann", "phong", 0, "(0, 1)");
+    refuses("beckmann", "phong", -0.1, "(0, 1)");
+    refuses("beckmann", "phong", NAN, "nan");
+    refuses("beckmann", "phong", INFINITY, "inf");
+    refuses("beckmann", "phong", 1e-200, "outside"); /* n overflows */
+    refuses("phong", "beckmann", -2, "(-2, inf)");
+    refuses("phong", "beckmann", -3, "(-2, inf)");
+    refuses("phong", "beckmann", NAN, "nan");
+    refuses("kelemen-phong", "kelemen-ward", -1, "(-1, inf)");
+    refuses("kelemen-ward", "kelemen-phong", 1.5, "n = -0.111111");
+    refuses("roughness", "alpha", -0.5, "[0, inf)");
+    refuses("ggx", "beckmann", 0, "(0, inf)");
+}
+
+static void doubts(void)
+{
+    const ff_conversion *c = ff_conversion_at((size_t)ff_conversion_find("beckmann", "phong", NULL, 0));
+    double in = 0.25, out;
+    ff_conversion_apply(c, &in, &out, NULL);
+    FF_CHECK(ff_conversion_doubt(c, &in, &out) == NULL, "n = 30 is in the good range");
+    in = 0.5; /* n = 6 */
+    ff_conversion_apply(c, &in, &out, NULL);
+    FF_CHECK(ff_conversion_doubt(c, &in, &out) && strstr(ff_conversion_doubt(c, &in, &out), "n <= 8"), "n = 6 is not");
+}
+
+/* Long double reference: eigenvalues of the matrix. */
+static void check_ellipse(double ax, double ay, double r)
+{
+    const double in[3] = {ax, ay, r};
+    double e[3], back[3];
+    ff_error err = {0};
+    FF_CHECK(convert("correlated", "ellipse", NULL, in, e, &err) == FF_OK, "%s", err.message);
+    const long double A = (long double)ax * ax, B = (long double)ay * ay, C = (long double)r * ax * ay;
+    const long double half_difference = ((long double)ax - ay) * ((long double)ax + ay) / 2;
+    const long double R = hypotl(half_difference, C), det = A * B * (1 - (long double)r) * (1 + (long double)r);
+    const long double major = sqrtl((A + B) / 2 + R), minor = sqrtl(det) / major;
+    FF_CHECK_CLOSE(e[0], (double)major, 4e-16, 0);
+    FF_CHECK_CLOSE(e[1], (double)minor, 8e-16, 0);
+    FF_CHECK(e[0] >= e[1] * (1 - 4e-16), "%g %g %g: major %.17g minor %.17g", ax, ay, r, e[0], e[1]);
+    FF_CHECK(e[2] >= 0 && e[2] < PI, "phi %.17g", e[2]);
+    long double phi = atan2l(C, half_difference) / 2;
+    if (phi < 0) phi += acosl(-1);
+    if (R > 0) FF_CHECK_CLOSE(fabs(remainder(e[2] - (double)phi, PI)), 0, 0, 4e-16 * PI);
+    if (convert("ellipse", "correlated", NULL, e, back, &err) != FF_OK) {
+        FF_CHECK(1 - fabs(r) < 1e-12, "%g %g %g does not come back: %s", ax, ay, r, err.message);
+        return;
+    }
+    /* An axis much shorter than the ellipse is long inherits the rounding of phi. */
+    const double slack = 4e-16 * e[0];
+    FF_CHECK_CLOSE(back[0], ax, 2e-15, slack);
+    FF_CHECK_CLOSE(back[1], ay, 2e-15, slack);
+    FF_CHECK_CLOSE(back[2], r, 0, 2e-15 + 4 * slack / fmin(ax, ay));
+}
+
+static void ellipse(void)
+{
+    static const double alphas[] = {1e-4, 0.05, 0.2, 0.2 + 1e-15, 0.45, 0.9, 0.9 + 1.2e-16, 1.5, 4};
+    static const double rs[] = {0, 1e-300, 1e-17, -1e-17, 0.4, -0.4, 0.9, -0.9, 0.999999999, 1 - 1e-15, -1 + 1e-15};
+    for (size_t i = 0; i < sizeof alphas / sizeof alphas[0]; ++i)
+        for (size_t j = 0; j < sizeof alphas / sizeof alphas[0]; ++j)
+            for (size_t k = 0; k < sizeof rs / sizeof rs[0]; ++k) check_ellipse(alphas[i], alphas[j], rs[k]);
+    check_ellipse(1e-200, 3e-200, 0.5);
+    check_ellipse(1e200, 3e200, 0.5);
+
+    double e[3];
+    ff_error err = {0};
+    convert("correlated", "ellipse", NULL, (const double[]){0.2, 0.45, 0}, e, &err);
+    FF_CHECK(e[0] == 0.45 && e[1] == 0.2, "the longer axis comes first");
+    FF_CHECK_CLOSE(e[2], PI / 2, 1e-16, 0);
+    convert("correlated", "ellipse", NULL, (const double[]){0.3, 0.3, -0.5}, e, &err); /* eigenvalues 0.09 (1 +- 0.5) */
+    FF_CHECK_CLOSE(e[0], 0.3 * sqrt(1.5), 1e-15, 0);
+    FF_CHECK_CLOSE(e[1], 0.3 * sqrt(0.5), 1e-15, 0);
+    FF_CHECK_CLOSE(e[2], 3 * PI / 4, 1e-15, 0);
+    convert("ellipse", "correlated", NULL, (const double[]){0.45, 0.2, PI / 2}, e, &err);
+    FF_CHECK(e[0] == 0.2 && e[1] == 0.45 && e[2] == 0, "a right angle gives r_xy = 0 exactly: %g %g %g", e[0], e[1], e[2]);
+    FF_CHECK(convert("ellipse", "correlated", NULL, (const double[]){0.2, 0.45, 0}, e, &err) == FF_ERR_RANGE, "minor above major");
+    FF_CHECK(convert("correlated", "ellipse", NULL, (const double[]){0.2, 0.45, 1}, e, &err) == FF_ERR_RANGE, "r_xy = 1");
+    const ff_conversion *c = ff_conversion_at((size_t)ff_conversion_find("correlated", "ellipse", NULL, 0));
+    FF_CHECK(ff_conversion_apply(c, (const double[]){0.3, 0.3, 0}, e, &err) == FF_OK && e[2] == 0, "a circle");
+    FF_CHECK(ff_conversion_doubt(c, (const double[]){0.3, 0.3, 0}, e) != NULL, "a circle has no direction");
+}
+
+FF_TEST_MAIN(FF_TEST(by_hand), FF_TEST(criteria_hold), FF_TEST(round_trips), FF_TEST(every_entry_has_its_inverse_and_its_words),
+             FF_TEST(what_has_no_answer), FF_TEST(doubts), FF_TEST(ellipse))
