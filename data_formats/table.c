@@ -1,5 +1,6 @@
 /* The table: memory, directions, values, weights. */
 #define _GNU_SOURCE
+#include "internal_directions.h"
 #include "internal_table.h"
 #include "internal_number.h"
 #include <math.h>
@@ -73,26 +74,14 @@ ff_status ff_table_new(size_t n, size_t n_channels, const ff_grid *grid, int wit
     return FF_OK;
 }
 
-static void direction(double theta, double phi, double *x, double *y, double *z)
-{
-    double s = sin(theta);
-    *x = s * cos(phi);
-    *y = s * sin(phi);
-    *z = cos(theta);
-}
-
 void ff_table_directions(const ff_table *t, size_t first, size_t count, double *const planes[6])
 {
     if (t->grid) {
         t->grid->directions(first, count, planes);
         return;
     }
-    double u = t->radians_per_unit;
-    for (size_t k = 0; k < count; k++) {
-        size_t i = first + k;
-        direction(u * t->angle[0][i], u * t->angle[1][i], &planes[0][k], &planes[1][k], &planes[2][k]);
-        direction(u * t->angle[2][i], u * t->angle[3][i], &planes[3][k], &planes[4][k], &planes[5][k]);
-    }
+    const double *const angle[4] = {t->angle[0] + first, t->angle[1] + first, t->angle[2] + first, t->angle[3] + first};
+    FF_ISA_PICK(FF_ISA_BEST, ff_directions)(t->radians_per_unit, angle, count, planes);
 }
 
 static void scaled(double scale, const double *stored, size_t count, double *out)

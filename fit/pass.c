@@ -14,15 +14,7 @@ void ff_pass_chunk_avx512(const ff_pass *pass, size_t first_block, size_t n_bloc
 
 ff_pass_chunk_fn ff_pass_chunk_get(ff_isa isa)
 {
-    const char *name = ff_isa_name(isa);
-    if (!ff_isa_available(isa)) return NULL;
-#ifdef FF_HAVE_AVX512
-    if (strcmp(name, "avx512") == 0) return ff_pass_chunk_avx512;
-#endif
-#ifdef FF_HAVE_AVX2
-    if (strcmp(name, "avx2") == 0) return ff_pass_chunk_avx2;
-#endif
-    return strcmp(name, "scalar") == 0 ? ff_pass_chunk_scalar : NULL;
+    return ff_isa_available(isa) ? FF_ISA_PICK(isa, ff_pass_chunk) : NULL;
 }
 
 ff_status ff_normal_new(const ff_model *m, uint32_t n_shape, size_t n_channels, ff_normal *out)

@@ -2,15 +2,10 @@
  * block of samples. Compiled code of this header exists once per instruction set; see isa.c for the choice. */
 #ifndef FF_INTERNAL_KERNEL_H
 #define FF_INTERNAL_KERNEL_H
-#include "ff_model.h"
+#include "internal_isa.h"
 
 /* Samples of a block. All planes of a pass over a block stay in the first-level cache. */
 enum { FF_BLOCK = 128 };
-
-#define FF_CONCAT_(a, b) a##_##b
-#define FF_CONCAT(a, b) FF_CONCAT_(a, b)
-/* name_scalar, name_avx2, name_avx512 in sources that are compiled once per instruction set */
-#define FF_ISA_NAME(name) FF_CONCAT(name, FF_ISA_SUFFIX)
 
 /* ---- a distribution: one 1D profile p(q2) and one 1D Lambda(a) ------------------------------------------------------------- */
 

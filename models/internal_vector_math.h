@@ -146,6 +146,34 @@ static inline double ff_erfcx(double a)
     return p * (a + 3) * inv;
 }
 
+/* sin x and cos x for |x| <= 1e5; absolute error 2e-16. Reduction by multiples of pi/2 in three parts, Taylor series on [-pi/4, pi/4]. */
+static inline void ff_sincos(double x, double *sin_x, double *cos_x)
+{
+    const double magic = 6755399441055744.0; /* 1.5 * 2^52, as in ff_exp */
+    const double shifted = x * 0.63661977236758134308 + magic, k = shifted - magic;
+    const uint64_t quadrant = ff_bits(shifted);
+    const double r = ((x - k * 1.57079632673412561417e+00) - k * 6.07710050630396597660e-11) - k * 2.02226624879595063154e-21, z = r * r;
+    double s = -7.6471637318198164759e-13; /* -1/15! */
+    s = s * z + 1.6059043836821614599e-10;
+    s = s * z - 2.5052108385441718775e-08;
+    s = s * z + 2.7557319223985890653e-06;
+    s = s * z - 1.9841269841269841270e-04;
+    s = s * z + 8.3333333333333333333e-03;
+    s = s * z - 1.6666666666666666667e-01;
+    s = r + r * z * s;
+    double c = 4.7794773323873852974e-14; /* 1/16! */
+    c = c * z - 1.1470745597729724714e-11;
+    c = c * z + 2.0876756987868098979e-09;
+    c = c * z - 2.7557319223985890653e-07;
+    c = c * z + 2.4801587301587301587e-05;
+    c = c * z - 1.3888888888888888889e-03;
+    c = c * z + 4.1666666666666666667e-02;
+    c = (1 - 0.5 * z) + z * z * c;
+    const double a = quadrant & 1 ? c : s, b = quadrant & 1 ? s : c;
+    *sin_x = ff_from_bits(ff_bits(a) ^ (quadrant & 2) << 62);
+    *cos_x = ff_from_bits(ff_bits(b) ^ ((quadrant + 1) & 2) << 62);
+}
+
 /* Angle in [0, pi] whose cosine and sine are proportional to c and s >= 0, not both 0; 3 ulp. Octant reduction and the series of
  * atan on [0, tan(pi/8)] by two half-angle steps. */
 static inline double ff_angle(double s, double c)

@@ -27,7 +27,7 @@ int ff_isa_available(ff_isa isa)
     }
 }
 
-static ff_isa resolve(ff_isa isa)
+ff_isa ff_isa_resolve(ff_isa isa)
 {
     if (isa != FF_ISA_BEST) return isa;
     if (ff_isa_available(FF_ISA_AVX512)) return FF_ISA_AVX512;
@@ -36,7 +36,7 @@ static ff_isa resolve(ff_isa isa)
 
 const char *ff_isa_name(ff_isa isa)
 {
-    switch (resolve(isa)) {
+    switch (ff_isa_resolve(isa)) {
     case FF_ISA_SCALAR: return "scalar";
     case FF_ISA_AVX2: return "avx2";
     case FF_ISA_AVX512: return "avx512";
@@ -54,13 +54,5 @@ int ff_isa_find(const char *name)
 
 const ff_kernels *ff_kernels_get(ff_isa isa)
 {
-    isa = resolve(isa);
-    if (!ff_isa_available(isa)) return NULL;
-#ifdef FF_HAVE_AVX512
-    if (isa == FF_ISA_AVX512) return &ff_kernels_avx512;
-#endif
-#ifdef FF_HAVE_AVX2
-    if (isa == FF_ISA_AVX2) return &ff_kernels_avx2;
-#endif
-    return &ff_kernels_scalar;
+    return ff_isa_available(isa) ? FF_ISA_PICK(isa, &ff_kernels) : NULL;
 }
