@@ -60,6 +60,9 @@ static inline size_t ff_problem_doubles(const struct ff_problem *p)
  * Shares the pool; goes with p. */
 ff_status ff_problem_thin(const struct ff_problem *p, const float *size, size_t wanted, int linear, struct ff_problem **out);
 
+/* FF_ERR_RANGE for an option that names nothing or lies outside its range, whatever the data. */
+ff_status ff_fit_options_check(const ff_fit_options *o, ff_error *err);
+
 /* ---- one pass ---------------------------------------------------------------------------------------------------------------- */
 
 enum { FF_MAX_COLUMNS = FF_MAX_SHAPE + FF_MAX_CHANNEL_PARAMS + 1 };
@@ -160,12 +163,13 @@ typedef struct ff_candidate {
  * Exact (all active sets are tried). Returns the minimum. */
 double ff_bounded_least_squares(const double *gram, size_t n, const double *lo, const double *hi, double *q);
 
-/* The best starting points on the linear stand-in `lin`, best first, at most max; channel parameters by ff_start_channels. */
-ff_status ff_start_search(const ff_layout *l, const struct ff_problem *lin, const ff_fit_options *o, ff_candidate *out, size_t max, size_t *n_out);
+/* The best starting points on the thin problem of p, best first, at most max; channel parameters by ff_start_channels. */
+ff_status ff_start_search(const ff_layout *l, const struct ff_problem *p, const ff_fit_options *o, ff_candidate *out, size_t max, size_t *n_out);
 
-/* The per-channel parameters that minimise the linear stand-in for a shape: channel [n_channels][n_channel]. */
-ff_status ff_start_channels(const ff_layout *l, const struct ff_problem *lin, const ff_fit_options *o, const double *shape, int parallel,
-                            double *channel, double *cost2);
+/* The per-channel parameters [n_channels][n_channel] that minimise the thin problem of p for a shape: exact where the residual is linear
+ * in them, else by a few Gauss-Newton steps from the linear stand-in. On the calling thread. */
+ff_status ff_start_channels(const ff_layout *l, const struct ff_problem *p, const ff_fit_options *o, const double *shape, double *channel,
+                            double *cost2);
 
 /* What the iteration of ff_solve leaves. */
 typedef struct ff_solution {

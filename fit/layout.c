@@ -103,6 +103,9 @@ void ff_layout_pass(const ff_layout *l, const struct ff_problem *p, const ff_fit
         ff_shape_column *c = &pass->shape[k];
         c->lobe = m->shape[l->index[k]].lobe;
         memcpy(c->d, jac[c->lobe][l->index[k] - m->lobe[c->lobe].shape0], sizeof c->d);
-        if (pass->lobe[c->lobe].mode == FF_ISOTROPIC_MODE) c->d[FF_D_AY] = 0; /* FF_D_AX is the derivative by both */
+        if (pass->lobe[c->lobe].mode == FF_ISOTROPIC_MODE)
+            c->d[FF_D_AY] = 0; /* FF_D_AX is the derivative by both */
+        else if (l->tied[k])
+            c->d[FF_D_AY] = 1;
     }
 }

@@ -379,17 +379,25 @@ static void thin_free(struct ff_problem *p)
 
 /* ---- the whole --------------------------------------------------------------------------------------------------------------------- */
 
-static ff_status check_options(const ff_table *t, const ff_fit_options *o, ff_error *err)
+ff_status ff_fit_options_check(const ff_fit_options *o, ff_error *err)
 {
     if (o->size != sizeof *o) return ff_error_set(err, FF_ERR_RANGE, NULL, 0, -1, "the options were not initialised by ff_fit_options_init");
-    if (!ff_loss_name((int)o->loss) || !ff_robust_name((int)o->robust) || !ff_weighting_name((int)o->weighting) || !ff_shape_name((int)o->shape))
-        return ff_error_set(err, FF_ERR_RANGE, NULL, 0, -1, "an option names no known loss, robust loss, weighting or shape");
+    if (!ff_loss_name((int)o->loss) || !ff_robust_name((int)o->robust) || !ff_weighting_name((int)o->weighting) || !ff_shape_name((int)o->shape) ||
+        !ff_channel_mode_name((int)o->channels))
+        return ff_error_set(err, FF_ERR_RANGE, NULL, 0, -1, "an option names no known loss, robust loss, weighting, shape or mode of channels");
     if (!(o->max_theta > 0 && o->max_theta <= 1.5707963267948968))
         return ff_error_set(err, FF_ERR_RANGE, NULL, 0, -1, "the largest angle must lie in (0, 90] degrees, found %g", o->max_theta * (180 / 3.14159265358979323846));
     if (o->robust != FF_ROBUST_NONE && !(o->robust_scale > 0 && isfinite(o->robust_scale)))
         return ff_error_set(err, FF_ERR_RANGE, NULL, 0, -1, "the scale of a robust loss must be positive, found %g", o->robust_scale);
     if (o->threads < 0 || o->max_iterations < 0)
-        return ff_error_set(err, FF_ERR_RANGE, NULL, 0, -1, "the number of threads and of iterations must not be negative");
+        return ff_error_set(err, FF_ERR_RANGE, NULL, 0, -1, "the options for the number of threads and of iterations must not be negative");
+    return FF_OK;
+}
+
+static ff_status check_options(const ff_table *t, const ff_fit_options *o, ff_error *err)
+{
+    const ff_status s = ff_fit_options_check(o, err);
+    if (s) return s;
     if (o->only_channel >= 0 && (size_t)o->only_channel >= t->n_channels)
         return ff_error_set(err, FF_ERR_RANGE, NULL, 0, -1, "channel %d does not exist: the data have %zu", o->only_channel, t->n_channels);
     if (!ff_isa_available(o->isa)) return ff_error_set(err, FF_ERR_UNSUPPORTED, NULL, 0, -1, "this processor does not have the instruction set asked for");

@@ -305,7 +305,7 @@ enum { FF_CANDIDATES = 4 };
 /* Candidates that are minimised on the thin problem, each on its own thread. */
 typedef struct polish {
     const ff_layout         *l;
-    const struct ff_problem *thin, *linear;
+    const struct ff_problem *p;
     const ff_fit_options    *o;
     ff_candidate *candidate;
     double       *channel; /* [candidates][n_channels n_channel] */
@@ -320,8 +320,8 @@ static void polish_one(void *context, size_t i, int worker)
     ff_solution solution;
     int *at_bound = malloc((p->l->P + 1) * sizeof *at_bound);
     (void)worker;
-    p->status[i] = at_bound ? ff_start_channels(p->l, p->linear, p->o, p->candidate[i].shape, 0, channel, &cost2) : FF_ERR_MEMORY;
-    if (!p->status[i]) p->status[i] = ff_solve(p->l, p->thin, p->o, 0, 0, FF_ROUGH, 40, p->candidate[i].shape, channel, at_bound, &solution, NULL);
+    p->status[i] = at_bound ? ff_start_channels(p->l, p->p, p->o, p->candidate[i].shape, channel, &cost2) : FF_ERR_MEMORY;
+    if (!p->status[i]) p->status[i] = ff_solve(p->l, p->p->thin, p->o, 0, 0, FF_ROUGH, 40, p->candidate[i].shape, channel, at_bound, &solution, NULL);
     if (!p->status[i]) p->candidate[i].cost2 = solution.cost2;
     free(at_bound);
 }
@@ -335,9 +335,9 @@ static ff_status find_start(const ff_layout *l, struct ff_problem *p, const ff_f
     const size_t size = l->n_channels * l->m->n_channel;
     double *channels = calloc(FF_CANDIDATES * (size + 1), sizeof *channels);
     if (!channels) st = FF_ERR_MEMORY;
-    if (!st) st = ff_start_search(l, p->thin_linear, o, candidate, FF_CANDIDATES, &n);
+    if (!st) st = ff_start_search(l, p, o, candidate, FF_CANDIDATES, &n);
     if (!st) {
-        polish work = {l, p->thin, p->thin_linear, o, candidate, channels, status};
+        polish work = {l, p, o, candidate, channels, status};
         ff_pool_run(p->pool, n, polish_one, &work);
         size_t best = n;
         for (size_t i = 0; i < n; i++) {
@@ -643,10 +643,12 @@ static ff_status check_fit(const ff_layout *l, const struct ff_problem *p, const
 ff_status ff_problem_fit(ff_problem *p, const ff_model *m, const ff_fit_options *o, ff_fit_result *out, ff_error *err)
 {
     const double began = seconds();
+    ff_status st = ff_fit_options_check(o, err);
+    if (st) return st;
     const size_t C = p->n_channels, size = C * m->n_channel;
     ff_layout l;
     ff_fit_result r = {.model = *m, .n_channels = C, .shape = shape_of(m, p, o->shape, o->mean_slope)};
-    ff_status st = ff_layout_init(m, C, r.shape, o->mean_slope, &l, err);
+    st = ff_layout_init(m, C, r.shape, o->mean_slope, &l, err);
     if (!st) st = check_fit(&l, p, o, err);
     if (st) return st;
     l.m = &r.model;

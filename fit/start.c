@@ -85,35 +85,65 @@ double ff_bounded_least_squares(const double *gram, size_t n, const double *lo, 
 
 /* ---- one shape --------------------------------------------------------------------------------------------------------------------- */
 
-ff_status ff_start_channels(const ff_layout *l, const struct ff_problem *lin, const ff_fit_options *o, const double *shape, int parallel,
-                            double *channel, double *cost2)
+/* The bounded minimum of all channels by the gram of their linear columns at `at`; out may be at. Returns the sum of the minima. */
+static double step_channels(const ff_model *m, const ff_normal *normal, const double *at, double *out)
 {
-    const ff_model *m = l->m;
-    const size_t nl = m->n_channel, C = l->n_channels;
-    ff_layout linear = *l; /* no shape columns: value and linear columns only */
-    linear.n_free = 0;
-    ff_normal normal;
-    ff_status s = ff_normal_new(m, 0, C, &normal);
-    if (s) return s;
-    ff_pass pass;
-    double lo[FF_MAX_CHANNEL_PARAMS], hi[FF_MAX_CHANNEL_PARAMS];
-    for (size_t k = 0; k < nl; k++) {
-        lo[k] = m->channel[k].info->lo;
-        hi[k] = m->channel[k].info->hi;
+    const size_t nl = m->n_channel, tri = normal->m1 * (normal->m1 + 1) / 2;
+    double sum = 0;
+    for (size_t c = 0; c < normal->n_channels; c++) {
+        const double *gram = normal->gram + c * tri;
+        double lo[FF_MAX_CHANNEL_PARAMS], hi[FF_MAX_CHANNEL_PARAMS], step[FF_MAX_CHANNEL_PARAMS] = {0};
+        for (size_t k = 0; k < nl; k++) {
+            lo[k] = m->channel[k].info->lo - at[c * nl + k];
+            hi[k] = m->channel[k].info->hi - at[c * nl + k];
+        }
+        sum += nl ? ff_bounded_least_squares(gram, nl, lo, hi, step) : gram[0];
+        for (size_t k = 0; k < nl; k++) out[c * nl + k] = fmin(fmax(at[c * nl + k] + step[k], m->channel[k].info->lo), m->channel[k].info->hi);
     }
-    memset(channel, 0, C * nl * sizeof *channel);
-    ff_layout_pass(&linear, lin, o, shape, channel, &pass);
-    pass.robust = FF_ROBUST_NONE;
-    s = ff_pass_run(&pass, parallel, &normal);
-    if (!s) {
-        *cost2 = 0;
-        const size_t tri = normal.m1 * (normal.m1 + 1) / 2;
-        for (size_t c = 0; c < C; c++) {
-            const double *gram = normal.gram + c * tri;
-            *cost2 += nl ? ff_bounded_least_squares(gram, nl, lo, hi, channel + c * nl) : gram[0];
+    return sum;
+}
+
+/* A pass over a thin problem that leaves the gram of the linear columns. plain: without the robust loss, whose weights mean nothing far from
+ * the data. */
+static ff_status linear_pass(const ff_layout *l, const struct ff_problem *p, const ff_fit_options *o, const double *shape, const double *channel,
+                             int plain, ff_normal *normal)
+{
+    ff_layout linear = *l; /* no shape columns */
+    ff_pass pass;
+    linear.n_free = 0;
+    ff_layout_pass(&linear, p, o, shape, channel, &pass);
+    if (plain) pass.robust = FF_ROBUST_NONE;
+    return ff_pass_run(&pass, 0, normal);
+}
+
+ff_status ff_start_channels(const ff_layout *l, const struct ff_problem *p, const ff_fit_options *o, const double *shape, double *channel,
+                            double *cost2)
+{
+    enum { STEPS = 4 };
+    const size_t size = l->n_channels * l->m->n_channel;
+    const int exact = !p->thin_linear->surrogate && o->robust == FF_ROBUST_NONE;
+    ff_normal normal = {0};
+    ff_status s = ff_normal_new(l->m, 0, l->n_channels, &normal);
+    double *trial = calloc(size + 1, sizeof *trial);
+    if (!trial) s = s ? s : FF_ERR_MEMORY;
+    if (!s) s = linear_pass(l, p->thin_linear, o, shape, trial, 1, &normal);
+    if (!s) *cost2 = step_channels(l->m, &normal, trial, channel);
+    if (!s && !exact) {
+        memcpy(trial, channel, size * sizeof *trial);
+        *cost2 = INFINITY;
+        for (int step = 0; step <= STEPS && !s; step++) {
+            s = linear_pass(l, p->thin, o, shape, trial, 0, &normal);
+            if (s) break;
+            if (normal.cost2 < *cost2) { /* go on from here */
+                *cost2 = normal.cost2;
+                memcpy(channel, trial, size * sizeof *trial);
+                step_channels(l->m, &normal, channel, trial);
+            } else /* too far: half way back */
+                for (size_t k = 0; k < size; k++) trial[k] = 0.5 * (trial[k] + channel[k]);
         }
     }
     ff_normal_free(&normal);
+    free(trial);
     return s;
 }
 
@@ -122,7 +152,7 @@ ff_status ff_start_channels(const ff_layout *l, const struct ff_problem *lin, co
 /* Evaluates a list of shapes, spread over the pool. */
 typedef struct scan {
     const ff_layout *l;
-    const struct ff_problem *lin;
+    const struct ff_problem *p;
     const ff_fit_options *o;
     ff_candidate *candidate;
     double *channel; /* [threads][n_channels n_channel] */
@@ -137,7 +167,7 @@ static void scan_one(void *context, size_t i, int worker)
         s->status[worker] = FF_ERR_CANCELLED;
         return;
     }
-    const ff_status st = ff_start_channels(s->l, s->lin, s->o, s->candidate[i].shape, 0, s->channel + (size_t)worker * (size + 1), &s->candidate[i].cost2);
+    const ff_status st = ff_start_channels(s->l, s->p, s->o, s->candidate[i].shape, s->channel + (size_t)worker * (size + 1), &s->candidate[i].cost2);
     if (st) s->status[worker] = st;
 }
 
@@ -151,9 +181,9 @@ static int by_cost(const void *a, const void *b)
 
 static ff_status scan_all(const scan *s, size_t n)
 {
-    const int threads = ff_pool_threads(s->lin->pool);
+    const int threads = ff_pool_threads(s->p->pool);
     for (int t = 0; t < threads; t++) s->status[t] = FF_OK;
-    ff_pool_run(s->lin->pool, n, scan_one, (void *)s);
+    ff_pool_run(s->p->pool, n, scan_one, (void *)s);
     for (int t = 0; t < threads; t++)
         if (s->status[t]) return s->status[t];
     qsort(s->candidate, n, sizeof *s->candidate, by_cost);
@@ -167,7 +197,6 @@ static void search_range(const ff_param *info, double *lo, double *hi)
     *hi = ff_coordinate(info, info->hi);
     if (strcmp(info->name, "alpha_x") == 0) {
         *lo = log(0.002);
-        *hi = log(1.7);
     }
 }
 
@@ -274,18 +303,18 @@ static size_t keep_distinct(const ff_layout *l, ff_candidate *c, size_t n, size_
     return kept;
 }
 
-ff_status ff_start_search(const ff_layout *l, const struct ff_problem *lin, const ff_fit_options *o, ff_candidate *out, size_t max, size_t *n_out)
+ff_status ff_start_search(const ff_layout *l, const struct ff_problem *p, const ff_fit_options *o, ff_candidate *out, size_t max, size_t *n_out)
 {
     enum { MAX_GRID = 4096, SEEDS = 4 };
     const ff_model *m = l->m;
-    const int threads = ff_pool_threads(lin->pool), correlated = l->mode != FF_ISOTROPIC_MODE;
+    const int threads = ff_pool_threads(p->pool), correlated = l->mode != FF_ISOTROPIC_MODE;
     double defaults[FF_MAX_SHAPE];
     ff_model_defaults(m, 1, defaults, NULL);
     ff_candidate *grid = malloc(MAX_GRID * sizeof *grid);
     double *channel = malloc((size_t)threads * (l->n_channels * m->n_channel + 1) * sizeof *channel);
     ff_status *status = malloc((size_t)threads * sizeof *status), s = FF_ERR_MEMORY;
     if (grid && channel && status) {
-        const scan sc = {l, lin, o, grid, channel, status};
+        const scan sc = {l, p, o, grid, channel, status};
         size_t n = fill_grid(l, defaults, grid, MAX_GRID);
         s = scan_all(&sc, n);
         /* ellipses grow from the best isotropic candidates, lobe by lobe */

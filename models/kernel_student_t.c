@@ -13,13 +13,22 @@ static double complex gamma_ratio(double complex z)
     return factor * csqrt(z) * cexp(series);
 }
 
+/* The imaginary part of nu: so small that its square vanishes, and what comes out in the imaginary part is the derivative. */
+#define FF_STEP 1e-40
+
+/* Does a term still count, in the value or in the derivative? For a whole nu the series of the value ends, that of the derivative does not. */
+static int matters(double complex term)
+{
+    return fabs(creal(term)) > DBL_EPSILON / 1024 || fabs(cimag(term)) > DBL_EPSILON / 1024 * FF_STEP;
+}
+
 /* m(a) of the header's head: the tail of the slope distribution over E. a >= 0. */
 static double complex tail_over_e(double a, double complex nu, double complex inv_beta)
 {
     const double complex y = a * a / (nu + a * a), x = nu / (nu + a * a);
     if (creal(y) < 1.5 / (creal(nu) + 2.5)) { /* 1/2 - its complement, by the series of 2F1(1 - nu, 1/2; 3/2; y) */
         double complex term = 1, sum = 1;
-        for (int k = 0; k < 500 && cabs(term) > DBL_EPSILON / 16; k++) {
+        for (int k = 0; k < 500 && matters(term); k++) {
             term *= (k + 1 - nu) / (k + 1.0) * y;
             sum += term / (2 * k + 3);
         }
@@ -36,7 +45,7 @@ static double complex tail_over_e(double a, double complex nu, double complex in
         d = 1 / (1 + odd * d);
         c = 1 + odd / c;
         h *= d * c;
-        if (fabs(creal(d * c) - 1) < DBL_EPSILON && fabs(cimag(d * c)) < 1e-36) break;
+        if (fabs(creal(d * c) - 1) < DBL_EPSILON && fabs(cimag(d * c)) < DBL_EPSILON * FF_STEP) break;
     }
     return csqrt(y) * h * inv_beta / (2 * nu);
 }
@@ -66,13 +75,13 @@ enum { C_NU, C_K, C_DK, C_T_SCALE, C_INV_NU };
 
 void ff_student_t_prepare(ff_ndf_pass *pass)
 {
-    const double nu = pass->own - 1, step = 1e-40;
-    const double complex znu = nu + step * I, ratio = gamma_ratio(znu), inv_beta = ratio / FF_SQRT_PI;
+    const double nu = pass->own - 1;
+    const double complex znu = nu + FF_STEP * I, ratio = gamma_ratio(znu), inv_beta = ratio / FF_SQRT_PI;
     const double complex k = csqrt(znu) * ratio / (FF_SQRT_PI * (2 * znu - 1));
     pass->c[C_NU] = nu;
     pass->c[C_INV_NU] = 1 / nu;
     pass->c[C_K] = creal(k);
-    pass->c[C_DK] = cimag(k) / step;
+    pass->c[C_DK] = cimag(k) / FF_STEP;
     /* t covers the a at which E is above 1e-300: all of them unless nu is large. s = a/(a+3) = (t+1)/2 s_max. */
     const double span = expm1(690 / nu), a_max = sqrt(nu * span), s_max = a_max < 1e8 ? a_max / (a_max + 3) : 1;
     pass->c[C_T_SCALE] = 2 / s_max;
@@ -81,7 +90,7 @@ void ff_student_t_prepare(ff_ndf_pass *pass)
         const double s = 0.5 * s_max * (1 + cos(FF_PI * (j + 0.5) / FF_POLY));
         const double complex z = tail_over_e(3 * s / (1 - s), znu, inv_beta);
         m[j] = creal(z);
-        dm[j] = cimag(z) / step;
+        dm[j] = cimag(z) / FF_STEP;
     }
     power_series(m, pass->poly[0]);
     power_series(dm, pass->poly[1]);
