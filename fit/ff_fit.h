@@ -87,7 +87,7 @@ typedef struct ff_fit_options {
     int             std_errors;    /**< 1: covariance, standard errors, correlations                              */
     /** Start given by the caller instead of searched for: [n_shape] and [n_channels][n_channel]; both or neither. */
     const double   *start_shape, *start_channel;
-    /** Polled between passes; not NULL and *cancel != 0 ends the fit with FF_CANCELLED. May be set by a signal handler. */
+    /** Polled between passes; not NULL and *cancel != 0 ends the fit with FF_CANCELLED. May be set by a signal handler or another thread. */
     const volatile int *cancel;
     /** Called between steps of the solver: iterations so far and the objective. May be NULL. */
     void (*progress)(void *context, int iteration, double objective);

@@ -63,6 +63,9 @@ ff_status ff_problem_thin(const struct ff_problem *p, const float *size, size_t 
 /* FF_ERR_RANGE for an option that names nothing or lies outside its range, whatever the data. */
 ff_status ff_fit_options_check(const ff_fit_options *o, ff_error *err);
 
+/* Has the caller asked to stop? */
+int ff_fit_cancelled(const ff_fit_options *o);
+
 /* ---- one pass ---------------------------------------------------------------------------------------------------------------- */
 
 enum { FF_MAX_COLUMNS = FF_MAX_SHAPE + FF_MAX_CHANNEL_PARAMS + 1 };

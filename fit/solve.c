@@ -37,9 +37,9 @@ typedef struct solver {
     ff_status  status;        /* of a pass that failed                                               */
 } solver;
 
-static int cancelled(const ff_fit_options *o)
+int ff_fit_cancelled(const ff_fit_options *o)
 {
-    return o->cancel && *o->cancel;
+    return o->cancel && __atomic_load_n(o->cancel, __ATOMIC_RELAXED);
 }
 
 /* A pass that also gathers statistics and errors costs half as much again as a plain one, and a pass less is a pass less. Near the minimum
@@ -55,7 +55,7 @@ static ff_status pass_here(solver *s)
 {
     const ff_layout *l = s->l;
     if (s->have_last && memcmp(s->x, s->last, l->P * sizeof *s->x) == 0) return FF_OK;
-    if (cancelled(s->o)) return FF_ERR_CANCELLED;
+    if (ff_fit_cancelled(s->o)) return FF_ERR_CANCELLED;
     ff_pass pass;
     ff_layout_unpack(l, s->x, s->shape);
     ff_layout_pass(l, s->p, s->o, s->shape, s->x + l->n_free, &pass);
@@ -118,7 +118,7 @@ static int iterated(void *context, int iteration, double cost)
 {
     solver *s = context;
     if (s->o->progress && s->parallel) s->o->progress(s->o->progress_context, s->iterations + iteration, cost);
-    if (cancelled(s->o)) return -1;
+    if (ff_fit_cancelled(s->o)) return -1;
     if (s->left_box) return 1; /* to be taken up again with bounds */
     const int here = s->have_last && fabs(0.5 * s->normal.cost2 - cost) <= 1e-12 * cost;
     return here && s->explained <= s->tolerance * s->normal.cost2;

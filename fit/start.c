@@ -163,7 +163,7 @@ static void scan_one(void *context, size_t i, int worker)
 {
     const scan *s = context;
     const size_t size = s->l->n_channels * s->l->m->n_channel;
-    if (s->o->cancel && *s->o->cancel) {
+    if (ff_fit_cancelled(s->o)) {
         s->status[worker] = FF_ERR_CANCELLED;
         return;
     }

@@ -92,8 +92,8 @@ static inline double ff_log(double x)
     p = 0.1428571428571428571 + z * p;
     p = 0.2 + z * p;
     p = 0.3333333333333333333 + z * p;
-    /* f - s f is 2 s without the rounding of s itself: s (2 + f) = f */
-    const double log_m = f - s * (f - 2 * z * p);
+    /* 2 s = f - f^2/2 + s f^2/2, since s (2 + f) = f: the rounding of s then weighs little */
+    const double half = 0.5 * f * f, log_m = f - (half - s * (half + 2 * z * p));
     return exponent * 6.93147180369123816490e-01 + (log_m + exponent * 1.90821492927058770002e-10);
 }
 
@@ -174,7 +174,7 @@ static inline void ff_sincos(double x, double *sin_x, double *cos_x)
     *cos_x = ff_from_bits(ff_bits(b) ^ ((quadrant + 1) & 2) << 62);
 }
 
-/* Angle in [0, pi] whose cosine and sine are proportional to c and s >= 0, not both 0; 3 ulp. Octant reduction and the series of
+/* Angle in [0, pi] whose cosine and sine are proportional to c and s >= 0, not both 0; 6 ulp. Octant reduction and the series of
  * atan on [0, tan(pi/8)] by two half-angle steps. */
 static inline double ff_angle(double s, double c)
 {

@@ -1,0 +1,21 @@
+#include "compressed_point.h"
+#include "internal_fit.h"
+
+ff_status compressed_point(const ff_problem *p, const ff_model *m, const ff_fit_options *o, size_t n_channels, const double *shape,
+                           const double *channel, double *cost, double *gradient, double *gram)
+{
+    ff_layout layout;
+    ff_pass pass;
+    ff_normal normal;
+    ff_status st = ff_layout_init(m, n_channels, FF_SHAPE_CORRELATED, 0, &layout, NULL);
+    if (!st) st = ff_normal_new(m, layout.n_free, n_channels, &normal);
+    if (st) return st;
+    ff_layout_pass(&layout, p, o, shape, channel, &pass);
+    st = ff_pass_run(&pass, 1, &normal);
+    if (!st) {
+        *cost = 0.5 * normal.cost2;
+        ff_normal_assemble(&layout, &normal, NULL, gram, gradient);
+    }
+    ff_normal_free(&normal);
+    return st;
+}
