@@ -86,8 +86,10 @@ static inline double ff_log(double x)
     const double exponent = e - 2048;
     const double m = ff_from_bits((b & UINT64_C(0x000fffffffffffff)) + UINT64_C(0x3fe6a09e667f3bcd));
     const double f = m - 1, s = f * ff_recip(2 + f), z = s * s;
-    double p = 0.0909090909090909091; /* 2 atanh(s) = 2s + 2s^3/3 + ..., s^2 <= 0.0295 */
-    p = 0.0909090909090909091 + z * (0.0769230769230769231 + z * (0.0666666666666666667 + z * 0.0588235294117647059));
+    double p = 0.0588235294117647059 + z * 0.0526315789473684211; /* 2 atanh(s) = 2s + 2s^3/3 + ..., s^2 <= 0.0295 */
+    p = 0.0666666666666666667 + z * p;
+    p = 0.0769230769230769231 + z * p;
+    p = 0.0909090909090909091 + z * p;
     p = 0.1111111111111111111 + z * p;
     p = 0.1428571428571428571 + z * p;
     p = 0.2 + z * p;
@@ -174,7 +176,7 @@ static inline void ff_sincos(double x, double *sin_x, double *cos_x)
     *cos_x = ff_from_bits(ff_bits(b) ^ ((quadrant + 1) & 2) << 62);
 }
 
-/* Angle in [0, pi] whose cosine and sine are proportional to c and s >= 0, not both 0; 6 ulp. Octant reduction and the series of
+/* Angle in [0, pi] whose cosine and sine are proportional to c and s >= 0, not both 0; 4 ulp. Octant reduction and the series of
  * atan on [0, tan(pi/8)] by two half-angle steps. */
 static inline double ff_angle(double s, double c)
 {
@@ -182,7 +184,8 @@ static inline double ff_angle(double s, double c)
     /* atan(lo/hi) = 4 atan(w): two half-angle steps bring the ratio below tan(pi/16) */
     const double r1 = lo / (hi + sqrt(hi * hi + lo * lo));
     const double w = r1 / (1 + sqrt(1 + r1 * r1)), z = w * w;
-    double p = -0.0526315789473684211;
+    double p = 0.0476190476190476190;
+    p = -0.0526315789473684211 + z * p;
     p = 0.0588235294117647059 + z * p;
     p = -0.0666666666666666667 + z * p;
     p = 0.0769230769230769231 + z * p;

@@ -1,0 +1,738 @@
+/* Analytic derivatives against extrapolated differences: of every registered distribution, masking, Fresnel and diffuse term, and
+ * of the objective and its normal equations for every loss, robust loss and weighting. The checkers are themselves shown wrong
+ * derivatives. */
+#include "model_samples.h"
+
+#define TOLERANCE 1e-8 /* of the natural scale of a derivative */
+/* A difference whose own estimated error is above this says nothing about the analytic value. */
+#define RESOLVED 1e-9
+#define ROUNDING 1e-15 /* relative error of what is differenced, at least */
+
+typedef struct tally {
+    long checked, wrong, unresolved;
+    double worst;                 /* largest deviation in units of the scale */
+    char what[MODEL_LABEL + 256]; /* where the first wrong one was, or the worst */
+} tally;
+
+/* One analytic value against its extrapolated differences. scale > 0. */
+static void compare(const model_ridders *r, double analytic, double scale, tally *t, const char *label, const char *name,
+                    size_t where)
+{
+    if (!(r->error <= RESOLVED * scale)) {
+        t->unresolved++;
+        return;
+    }
+    const double deviation = fabs(analytic - r->value) / scale;
+    const int wrong = !(deviation <= TOLERANCE);
+    t->checked++;
+    if (t->wrong == 0 && (wrong || deviation > t->worst))
+        snprintf(t->what, sizeof t->what, "%s: d/d %s at %zu: %.15g, by differences %.15g, scale %.3g", label, name, where,
+                 analytic, r->value, scale);
+    if (!(deviation <= t->worst)) t->worst = deviation;
+    t->wrong += wrong;
+}
+
+/* ---- models
+ * ---------------------------------------------------------------------------------------------------------------------- */
+
+enum { PAIRS = 40, CHANNELS = 2 };
+
+/* Something that is done to a plane of derivatives before it is checked. */
+typedef void (*fault)(const model_pairs *w, double *df);
+
+static void evaluate(const fit_surface *s, const model_pairs *w, double *f, double *df)
+{
+    const ff_dirs dirs = model_dirs(w);
+    const ff_status st = ff_model_eval(&s->model, FF_ISA_BEST, s->n_channels, s->shape, s->channel, &dirs, w->n, f, df, w->n);
+    FF_CHECK(st == FF_OK, "%s", ff_status_str(st));
+}
+
+/* Adds to parameter k (shape, then per channel: that of every channel). */
+static void move(fit_surface *s, uint32_t k, const double *base, double step)
+{
+    const uint32_t n = s->model.n_shape;
+    if (k < n) s->shape[k] = base[0] + step;
+    for (size_t c = 0; k >= n && c < s->n_channels; c++) s->channel[c * s->model.n_channel + k - n] = base[c] + step;
+}
+
+/* Differences of f at one step; a sample where f changes by more than a factor of two, or vanishes, has to wait for shorter ones.
+ */
+static void add_differences(const double *f, const double *low, const double *high, double step, size_t n, model_ridders *r)
+{
+    for (size_t i = 0; i < n; i++) {
+        const double lesser = fmin(low[i], high[i]), greater = fmax(low[i], high[i]);
+        if (lesser > 0.5 * f[i] && greater < 2 * f[i])
+            model_ridders_add(&r[i], (high[i] - low[i]) / (2 * step), ROUNDING * f[i] / step);
+        else
+            model_ridders_drop(&r[i]);
+    }
+}
+
+/* Checks d f / d p_k in df [CHANNELS][params][n] at s. */
+static void check_parameter(const fit_surface *s, const model_pairs *w, uint32_t k, const double *f, const double *df, tally *t,
+                            const char *label)
+{
+    const ff_model *m = &s->model;
+    const size_t n = w->n, n_params = m->n_shape + m->n_channel;
+    const ff_model_param *param = k < m->n_shape ? &m->shape[k] : &m->channel[k - m->n_shape];
+    static double low[CHANNELS * PAIRS], high[CHANNELS * PAIRS];
+    static model_ridders r[CHANNELS * PAIRS];
+    double base[CHANNELS], step = HUGE_VAL;
+    for (size_t c = 0; c < CHANNELS; c++) {
+        base[c] = k < m->n_shape ? s->shape[k] : s->channel[c * m->n_channel + k - m->n_shape];
+        step = fmin(step, model_first_step(param->info, base[c]));
+    }
+    for (size_t i = 0; i < CHANNELS * n; i++) model_ridders_start(&r[i]);
+    for (int level = 0; level < MODEL_LEVELS; level++, step /= MODEL_RATIO) {
+        fit_surface moved = *s;
+        int open = level < MODEL_TABLEAU;
+        move(&moved, k, base, -step);
+        evaluate(&moved, w, low, NULL);
+        move(&moved, k, base, step);
+        evaluate(&moved, w, high, NULL);
+        add_differences(f, low, high, step, CHANNELS * n, r);
+        for (size_t i = 0; i < CHANNELS * n; i++) open |= f[i] > 0 && !(r[i].error <= 1e-11 * fabs(r[i].value));
+        if (!open) break;
+    }
+    for (size_t c = 0; c < CHANNELS; c++) {
+        const double size = fmax(fabs(base[c]), param->info->flags & FF_PARAM_LOG ? 0 : 1);
+        for (size_t i = 0; i < n; i++) {
+            const double *plane = df + (c * n_params + k) * n;
+            const model_ridders *ri = &r[c * n + i];
+            if (f[c * n + i] > 1e-250) { /* below it the differences are of subnormal numbers */
+                const double scale = f[c * n + i] / size + (isnan(ri->value) ? 0 : fabs(ri->value));
+                compare(ri, plane[i], scale, t, label, param->name, i);
+            } else
+                FF_CHECK(isfinite(plane[i]), "%s: d/d %s is %g where f is %g", label, param->name, plane[i], f[c * n + i]);
+        }
+    }
+}
+
+/* All derivatives of a model. spoil, when not NULL, is done to those of parameter `which`, which then is checked alone. */
+static void check_surface(const fit_surface *s, uint64_t *state, const char *label, fault spoil, uint32_t which, tally *t)
+{
+    static double f[CHANNELS * PAIRS], alone[CHANNELS * PAIRS], df[CHANNELS * (FF_MAX_SHAPE + FF_MAX_CHANNEL_PARAMS) * PAIRS];
+    static model_pairs w;
+    const ff_model *m = &s->model;
+    const uint32_t n_params = m->n_shape + m->n_channel;
+    w.n = 0;
+    model_pairs_random(m, s->shape, state, PAIRS, &w);
+    for (size_t i = 0; i < sizeof df / sizeof *df; i++) df[i] = NAN;
+    evaluate(s, &w, f, df);
+    evaluate(s, &w, alone, NULL);
+    FF_CHECK(memcmp(f, alone, sizeof f) == 0, "%s: f has other bits without derivatives", label);
+    for (uint32_t k = 0; k < n_params; k++) {
+        if (spoil && k != which) continue;
+        for (size_t c = 0; spoil && c < CHANNELS; c++) spoil(&w, df + (c * n_params + k) * w.n);
+        /* where a mean slope has no meaning there is nothing to take a difference of */
+        if (k < m->n_shape && (m->shape[k].info->flags & FF_PARAM_HELD) && model_needs_centred(m)) continue;
+        check_parameter(s, &w, k, f, df, t, label);
+    }
+}
+
+/* The same at random parameters. */
+static void check_model(const ff_model *m, model_freedom freedom, double reach, uint64_t *state, const char *label, fault spoil,
+                        uint32_t which, tally *t)
+{
+    fit_surface s = {.model = *m, .n_channels = CHANNELS};
+    model_random_parameters(m, CHANNELS, freedom, reach, state, s.shape, s.channel);
+    check_surface(&s, state, label, spoil, which, t);
+}
+
+/* Prints what a tally found; most differences must have been resolved. */
+static void report(const tally *t, const char *of)
+{
+    FF_CHECK(t->wrong == 0, "%ld of %ld derivatives of %s are wrong; %s", t->wrong, t->checked, of, t->what);
+    FF_CHECK(t->checked > 0 && t->unresolved <= t->checked / 50, "%s: %ld differences resolved, %ld not", of, t->checked,
+             t->unresolved);
+}
+
+static void every_combination(void)
+{
+    tally all = {0};
+    uint64_t state = 11;
+    for (size_t k = 0; k < model_combination_count(); k++) {
+        char label[MODEL_LABEL];
+        const ff_model m = model_combination(k, label);
+        tally t = {0};
+        check_model(&m, MODEL_ROUND, 0.5, &state, label, NULL, 0, &t);
+        if (k % 2)
+            check_model(&m, MODEL_CENTRED, 0.5, &state, label, NULL, 0, &t); /* half of the combinations each: they differ in */
+        else
+            check_model(&m, MODEL_TILTED, 0.5, &state, label, NULL, 0, &t); /* the diffuse term only                         */
+        report(&t, label);
+        all.checked += t.checked, all.unresolved += t.unresolved, all.worst = fmax(all.worst, t.worst);
+    }
+    printf("  %ld derivatives, worst %.1e of the scale, %ld not resolved\n", all.checked, all.worst, all.unresolved);
+}
+
+/* The whole box, corners nearly: roughness from 1e-4 to 4, correlation to 0.99. */
+static void wide_boxes(void)
+{
+    uint64_t state = 12;
+    for (size_t ndf = 0; ndf < ff_term_count(FF_NDF); ndf++) {
+        ff_model m;
+        tally t = {0};
+        const char *name = ff_term_at(FF_NDF, ndf)->name;
+        FF_CHECK(ff_model_compose((int)ndf, ff_term_find(FF_MASKING, "smith-height-correlated"), 0, -1, &m, NULL) == FF_OK, "%s",
+                 name);
+        for (int k = 0; k < 12; k++) check_model(&m, (model_freedom)(k % 3), 1, &state, name, NULL, 0, &t);
+        report(&t, name);
+        printf("  %-10s %ld derivatives, worst %.1e of the scale, %ld not resolved\n", name, t.checked, t.worst, t.unresolved);
+    }
+}
+
+/* Small whole numbers and the initial values, where a series may end early or a function has a branch of its own. */
+static void whole_numbers(void)
+{
+    uint64_t state = 15;
+    for (size_t ndf = 0; ndf < ff_term_count(FF_NDF); ndf++) {
+        ff_model m;
+        tally t = {0};
+        const char *name = ff_term_at(FF_NDF, ndf)->name;
+        FF_CHECK(ff_model_compose((int)ndf, ff_term_find(FF_MASKING, "smith-separable"), 0, -1, &m, NULL) == FF_OK, "%s", name);
+        check_model(&m, MODEL_ROUND, 0, &state, name, NULL, 0, &t);
+        for (int value = 0; value <= 20; value++) {
+            fit_surface s = {.model = m, .n_channels = CHANNELS};
+            int used = 0;
+            ff_model_defaults(&m, CHANNELS, s.shape, s.channel);
+            for (uint32_t k = 0; k < m.n_shape; k++) {
+                const ff_param *p = m.shape[k].info;
+                if (!(value > p->lo && value < p->hi)) continue;
+                s.shape[k] = value;
+                used = 1;
+            }
+            if (used) check_surface(&s, &state, name, NULL, 0, &t);
+        }
+        report(&t, name);
+    }
+}
+
+/* Sums of lobes: every distribution with the next one, each with another masking. */
+static void several_lobes(void)
+{
+    uint64_t state = 13;
+    const size_t n = ff_term_count(FF_NDF), n_masking = ff_term_count(FF_MASKING);
+    for (size_t k = 0; k < 2 * n; k++) {
+        char expression[MODEL_LABEL];
+        tally t = {0};
+        snprintf(expression, sizeof expression, "%s/%s+%s/%s%s%s", ff_term_at(FF_NDF, k % n)->name,
+                 ff_term_at(FF_MASKING, k % n_masking)->name, ff_term_at(FF_NDF, (k + 1) % n)->name,
+                 ff_term_at(FF_MASKING, (3 * k + 1) % n_masking)->name, k % 3 ? "+ggx" : "", k % 2 ? "+lambert" : "");
+        const ff_model m = model_parse(expression);
+        check_model(&m, (model_freedom)(k % 3), 0.5, &state, expression, NULL, 0, &t);
+        report(&t, expression);
+    }
+}
+
+/* ---- deliberately wrong derivatives are caught
+ * ------------------------------------------------------------------------------------ */
+
+static void as_it_is(const model_pairs *w, double *df)
+{
+    (void)w, (void)df;
+}
+
+static void by_hz3(const model_pairs *w, double *df)
+{
+    for (size_t i = 0; i < w->n; i++) {
+        const double h[3] = {w->w[0][i] + w->w[3][i], w->w[1][i] + w->w[4][i], w->w[2][i] + w->w[5][i]};
+        df[i] *= pow(h[2] / sqrt(h[0] * h[0] + h[1] * h[1] + h[2] * h[2]), 3);
+    }
+}
+
+static void by_sign(const model_pairs *w, double *df)
+{
+    for (size_t i = 0; i < w->n; i++) df[i] = -df[i];
+}
+
+static void by_a_millionth(const model_pairs *w, double *df)
+{
+    for (size_t i = 0; i < w->n; i++) df[i] *= 1 + 1e-6;
+}
+
+static void by_one_sample(const model_pairs *w, double *df)
+{
+    df[w->n - 1] = df[0];
+}
+
+static void wrong_derivatives_are_caught(void)
+{
+    static const fault faults[] = {by_hz3, by_sign, by_a_millionth, by_one_sample};
+    for (size_t ndf = 0; ndf < ff_term_count(FF_NDF); ndf++) {
+        ff_model m;
+        const char *name = ff_term_at(FF_NDF, ndf)->name;
+        FF_CHECK(ff_model_compose((int)ndf, ff_term_find(FF_MASKING, "smith-separable"), 0, 0, &m, NULL) == FF_OK, "%s", name);
+        for (uint32_t k = 0; k < m.n_shape + m.n_channel; k++) {
+            const char *param = k < m.n_shape ? m.shape[k].name : m.channel[k - m.n_shape].name;
+            tally right = {0};
+            uint64_t state = 14 + k, again = 14 + k;
+            check_model(&m, MODEL_TILTED, 0.3, &state, name, as_it_is, k, &right);
+            FF_CHECK(right.wrong == 0 && right.checked > PAIRS, "%s", right.what);
+            for (size_t f = 0; f < sizeof faults / sizeof *faults; f++, again = 14 + k) {
+                /* the diffuse term has one derivative for all samples: taking another sample's is no fault */
+                if (faults[f] == by_one_sample && k + 1 == m.n_shape + m.n_channel) continue;
+                tally t = {0};
+                check_model(&m, MODEL_TILTED, 0.3, &again, name, faults[f], k, &t);
+                FF_CHECK(t.wrong > 0, "%s: fault %zu of d/d %s was not seen", name, f, param);
+            }
+        }
+    }
+}
+
+/* ---- the objective
+ * ----------------------------------------------------------------------------------------------------------------- */
+
+enum { MAX_COORDINATES = 24 };
+
+/* A problem, the point it is looked at, and what the test knows of it without asking the fit. */
+typedef struct objective {
+    fit_surface s; /* where */
+    ff_fit_options o;
+    ff_table t;
+    model_pairs w;
+    ff_problem *p;
+    ff_layout l;
+    ff_normal normal;
+    double *weight; /* [n], of mean 1 */
+    char label[MODEL_LABEL + 96];
+} objective;
+
+typedef struct setting {
+    const char *expression, *truth, *point;
+    ff_shape shape;
+    int mean_slope;
+    int dark; /* 1: some data are far below the others, some negative */
+} setting;
+
+static double *doubles(size_t n)
+{
+    double *p = calloc(n, sizeof *p);
+    if (!p) exit(1);
+    return p;
+}
+
+/* A measurement of `truth` with noise and outliers, every kind of weight in its table. */
+static ff_table measurement(const setting *g, const model_pairs *w, size_t n_channels, uint64_t *state)
+{
+    const fit_surface truth = fit_surface_make(g->expression, n_channels, g->truth);
+    ff_table t;
+    if (ff_table_new(w->n, n_channels, NULL, 1, 1, &t, NULL)) exit(1);
+    t.radians_per_unit = 1;
+    t.isotropic = g->shape == FF_SHAPE_ISOTROPIC;
+    for (size_t i = 0; i < w->n; i++) {
+        for (int side = 0; side < 2; side++) {
+            t.angle[2 * side][i] = acos(w->w[3 * side + 2][i]);
+            t.angle[2 * side + 1][i] = atan2(w->w[3 * side + 1][i], w->w[3 * side][i]);
+        }
+        t.weight[i] = 0.2 + fit_uniform(state);
+    }
+    fit_evaluate(&truth, &t);
+    for (size_t k = 0; k < t.n * n_channels; k++) {
+        t.value[k] *= k % 9 == 4 ? 4 : 1 + 0.05 * fit_normal(state);
+        if (g->dark && k % 9 == 7) t.value[k] *= k % 2 ? 1e-6 : -1e-3;
+        t.sigma[k] = (0.02 + 0.1 * fit_uniform(state)) * fabs(t.value[k]);
+    }
+    return t;
+}
+
+static void objective_make(const setting *g, size_t n_channels, size_t n, ff_loss loss, ff_robust robust, ff_weighting weighting,
+                           objective *b)
+{
+    ff_error err = {0};
+    uint64_t state = 21 + n;
+    memset(b, 0, sizeof *b);
+    b->s = fit_surface_make(g->expression, n_channels, g->point);
+    snprintf(b->label, sizeof b->label, "%s, %s, robust %s, weight %s", g->expression, ff_loss_name((int)loss),
+             ff_robust_name((int)robust), ff_weighting_name((int)weighting));
+    model_pairs_random(&b->s.model, b->s.shape, &state, n, &b->w);
+    b->t = measurement(g, &b->w, n_channels, &state);
+    ff_fit_options_init(&b->o);
+    b->o.loss = loss, b->o.robust = robust, b->o.weighting = weighting;
+    b->o.shape = g->shape, b->o.mean_slope = g->mean_slope;
+    b->o.robust_scale = 1;
+    b->o.max_theta = 89 * FIT_DEGREE;
+    b->o.threads = 1;
+    FF_CHECK(ff_problem_new(&b->t, &b->s.model, 1, &b->o, &b->p, &err) == FF_OK, "%s: %s", b->label, err.message);
+    FF_CHECK(ff_layout_init(&b->s.model, n_channels, g->shape, g->mean_slope, &b->l, &err) == FF_OK, "%s: %s", b->label,
+             err.message);
+    FF_CHECK(ff_normal_new(&b->s.model, b->l.n_free, n_channels, &b->normal) == FF_OK, "%s", b->label);
+    if (!b->p || b->l.P > MAX_COORDINATES) exit(1);
+    b->weight = doubles(n);
+    double sum = 0;
+    for (size_t i = 0; i < n; i++) sum += weighting == FF_WEIGHT_SOLID_ANGLE ? b->t.weight[i] : 1;
+    for (size_t i = 0; i < n; i++) b->weight[i] = (weighting == FF_WEIGHT_SOLID_ANGLE ? b->t.weight[i] : 1) * (double)n / sum;
+}
+
+static void objective_free(objective *b)
+{
+    ff_problem_free(b->p);
+    ff_normal_free(&b->normal);
+    ff_table_free(&b->t);
+    free(b->weight);
+}
+
+/* Coordinates of where it is looked at, [P]. */
+static void coordinates(const objective *b, double *x)
+{
+    ff_layout_pack(&b->l, b->s.shape, x);
+    memcpy(x + b->l.n_free, b->s.channel, b->l.n_channels * b->s.model.n_channel * sizeof *x);
+}
+
+static fit_surface surface_at(const objective *b, const double *x)
+{
+    fit_surface s = b->s;
+    ff_layout_unpack(&b->l, x, s.shape);
+    memcpy(s.channel, x + b->l.n_free, b->l.n_channels * b->s.model.n_channel * sizeof *x);
+    return s;
+}
+
+/* A pass of the fit at x: b->normal. */
+static void pass_at(objective *b, const double *x, int final)
+{
+    const fit_surface s = surface_at(b, x);
+    ff_pass pass;
+    ff_layout_pass(&b->l, b->p, &b->o, s.shape, s.channel, &pass);
+    pass.final = final;
+    const ff_status st = ff_pass_run(&pass, 0, &b->normal);
+    FF_CHECK(st == FF_OK, "%s: %s", b->label, ff_status_str(st));
+}
+
+/* g and its slope as ff_fit.h states them, by the C library. */
+static double cube_root(double t)
+{
+    return t / cbrt(t * t + 1e-16);
+}
+
+static double loss_value(ff_loss loss, double f, double x)
+{
+    return loss == FF_LOSS_COSINE ? f * x : loss == FF_LOSS_LOG ? log1p(f * x) : loss == FF_LOSS_CUBE_ROOT ? cube_root(f * x) : f;
+}
+
+static double loss_slope(ff_loss loss, double f, double x)
+{
+    const double u = f * x, s = u * u + 1e-16;
+    if (loss == FF_LOSS_LOG) return x / (1 + u);
+    if (loss == FF_LOSS_CUBE_ROOT) return x * (u * u / 3 + 1e-16) / (s * cbrt(s));
+    return loss == FF_LOSS_COSINE ? x : 1;
+}
+
+/* Weighted residuals [n_channels][n] before the robust loss, from ff_model_eval and the definitions alone. */
+static void residuals(const objective *b, const double *x, double *r)
+{
+    const fit_surface s = surface_at(b, x);
+    const size_t n = b->w.n;
+    evaluate(&s, &b->w, r, NULL);
+    for (size_t c = 0; c < s.n_channels; c++) {
+        double mean = 0;
+        for (size_t i = 0; i < n; i++) mean += fabs(b->t.value[c * n + i]) / (double)n;
+        for (size_t i = 0; i < n; i++) {
+            const double y = b->t.value[c * n + i], cos_i = b->w.w[2][i];
+            double *ri = &r[c * n + i];
+            *ri = loss_value(b->o.loss, *ri, cos_i) - loss_value(b->o.loss, y, cos_i);
+            if (b->o.weighting == FF_WEIGHT_SIGMA) /* standard deviations, whatever the loss is scaled by */
+                *ri /= b->t.sigma[c * n + i] * loss_slope(b->o.loss, y, cos_i);
+            else
+                *ri *= sqrt(b->weight[i]) / (b->o.loss == FF_LOSS_RELATIVE ? fmax(y, 0.001 * mean) : 1);
+        }
+    }
+}
+
+static double rho(ff_robust robust, double s, double b)
+{
+    const double b2 = b * b, v = 1 - s / b2;
+    if (robust == FF_ROBUST_HUBER) return s > b2 ? 2 * b * sqrt(s) - b2 : s;
+    if (robust == FF_ROBUST_CAUCHY) return b2 * log1p(s / b2);
+    if (robust == FF_ROBUST_TUKEY) return s > b2 ? b2 / 3 : b2 / 3 * (1 - v * v * v);
+    return s;
+}
+
+static double rho_slope(ff_robust robust, double s, double b)
+{
+    const double b2 = b * b, v = 1 - s / b2;
+    if (robust == FF_ROBUST_HUBER) return s > b2 ? b / sqrt(s) : 1;
+    if (robust == FF_ROBUST_CAUCHY) return 1 / (1 + s / b2);
+    if (robust == FF_ROBUST_TUKEY) return s > b2 ? 0 : v * v;
+    return 1;
+}
+
+static int by_size(const void *a, const void *b)
+{
+    const double x = *(const double *)a, y = *(const double *)b;
+    return (x > y) - (x < y);
+}
+
+/* The scale of the robust loss: in the widest gap of the residuals' upper half, so that both branches are taken. */
+static void choose_scale(objective *b, const double *x)
+{
+    const size_t n = b->w.n * b->l.n_channels;
+    double *r = doubles(n), best = 0;
+    residuals(b, x, r);
+    for (size_t i = 0; i < n; i++) r[i] = fabs(r[i]);
+    qsort(r, n, sizeof *r, by_size);
+    for (size_t i = n / 2; i + n / 10 + 2 < n; i++)
+        if (r[i + 1] / r[i] > best) best = r[i + 1] / r[i], b->o.robust_scale = sqrt(r[i] * r[i + 1]);
+    free(r);
+}
+
+/* Is the objective what its definition says? */
+static void check_cost(const objective *b, const double *x)
+{
+    const size_t n = b->w.n * b->l.n_channels;
+    double *r = doubles(n), cost2 = 0;
+    residuals(b, x, r);
+    for (size_t i = 0; i < n; i++) cost2 += rho(b->o.robust, r[i] * r[i], b->o.robust_scale);
+    FF_CHECK(fabs(b->normal.cost2 - cost2) <= 1e-11 * cost2, "%s: cost2 %.15g, by definition %.15g", b->label, b->normal.cost2,
+             cost2);
+    free(r);
+}
+
+/* d value / d coordinate of all coordinates. */
+static void slopes(const objective *b, const double *x, double *slope)
+{
+    const fit_surface s = surface_at(b, x);
+    for (size_t k = 0; k < b->l.P; k++)
+        slope[k] = k < b->l.n_free ? ff_coordinate_slope(s.model.shape[b->l.index[k]].info, s.shape[b->l.index[k]]) : 1;
+}
+
+static const char *coordinate_name(const objective *b, size_t k)
+{
+    const ff_model *m = &b->s.model;
+    return k < b->l.n_free ? m->shape[b->l.index[k]].name : m->channel[(k - b->l.n_free) % m->n_channel].name;
+}
+
+/* J^T r of a pass against differences of its cost2 / 2, scale sqrt(H_kk cost2). spoil > 0: scales component `which` by 1 + spoil.
+ */
+static void check_gradient(objective *b, double spoil, size_t which, tally *t)
+{
+    const size_t P = b->l.P;
+    double x[MAX_COORDINATES], slope[MAX_COORDINATES], g[MAX_COORDINATES], H[MAX_COORDINATES * MAX_COORDINATES],
+        scale[MAX_COORDINATES];
+    coordinates(b, x);
+    if (b->o.robust != FF_ROBUST_NONE) choose_scale(b, x);
+    pass_at(b, x, 0);
+    check_cost(b, x);
+    slopes(b, x, slope);
+    ff_normal_assemble(&b->l, &b->normal, slope, H, g);
+    for (size_t k = 0; k < P; k++) scale[k] = sqrt(H[k * P + k] * b->normal.cost2);
+    if (spoil != 0) g[which] += spoil * scale[which];
+    for (size_t k = 0; k < P; k++) {
+        const double middle = x[k];
+        double step = 0.02;
+        model_ridders r;
+        if (spoil != 0 && k != which) continue;
+        model_ridders_start(&r);
+        for (int level = 0; level < 20 && !(r.error < 1e-12 * scale[k]); level++, step /= MODEL_RATIO) {
+            x[k] = middle + step;
+            pass_at(b, x, 0);
+            const double high = b->normal.cost2;
+            x[k] = middle - step;
+            pass_at(b, x, 0);
+            model_ridders_add(&r, (high - b->normal.cost2) / (4 * step), ROUNDING * high / step);
+        }
+        x[k] = middle;
+        compare(&r, g[k], scale[k], t, b->label, coordinate_name(b, k), k);
+    }
+}
+
+static const setting settings[] = {
+    {"ggx+lambert", "alpha=0.3 f0=0.5 kd=0.2", "alpha=0.4 f0=0.6 kd=0.15", FF_SHAPE_ISOTROPIC, 0, 0},
+    {"beckmann/smith-separable+lambert", "alpha_x=0.4 alpha_y=0.6 r_xy=0.3 f0=0.5 kd=0.2",
+     "alpha_x=0.5 alpha_y=0.55 r_xy=-0.2 f0=0.6 kd=0.15", FF_SHAPE_CORRELATED, 0, 0},
+    {"student-t+lambert", "alpha_x=0.3 alpha_y=0.5 r_xy=0.3 gamma=2.5 f0=0.5 kd=0.2",
+     "alpha_x=0.4 alpha_y=0.45 r_xy=-0.2 slope_x=0.1 slope_y=-0.05 gamma=3 f0=0.6 kd=0.15", FF_SHAPE_CORRELATED, 1, 0},
+    {"phong/v-cavity/schlick+lambert", "n=20 f0=0.5 kd=0.2", "n=12 f0=0.6 kd=0.15", FF_SHAPE_ISOTROPIC, 0, 0},
+    {"ggx/smith-separable+beckmann/v-cavity+lambert", "alpha_x=0.2 alpha_y=0.3 lobe2.alpha=0.6 f0=0.5 lobe2.f0=0.1 kd=0.2",
+     "alpha_x=0.25 alpha_y=0.35 lobe2.alpha=0.7 f0=0.6 lobe2.f0=0.2 kd=0.15", FF_SHAPE_AXIS, 0, 0},
+};
+enum { SETTINGS = sizeof settings / sizeof *settings };
+static const ff_weighting weightings[] = {FF_WEIGHT_SOLID_ANGLE, FF_WEIGHT_SAMPLE, FF_WEIGHT_SIGMA};
+
+static void every_objective(void)
+{
+    tally t = {0};
+    for (size_t k = 0; k < SETTINGS; k++)
+        for (int loss = 0; loss < FF_LOSS_COUNT; loss++)
+            for (int robust = 0; robust < FF_ROBUST_COUNT; robust++)
+                for (size_t w = 0; w < 3; w++) {
+                    objective b;
+                    objective_make(&settings[k], 3, 300, (ff_loss)loss, (ff_robust)robust, weightings[w], &b);
+                    check_gradient(&b, 0, 0, &t);
+                    objective_free(&b);
+                }
+    report(&t, "the objective");
+    printf("  %ld components, worst %.1e of the scale, %ld not resolved\n", t.checked, t.worst, t.unresolved);
+}
+
+/* Data near 0 and below it, where the relative loss has a floor and the cube root is steep. */
+static void dark_data(void)
+{
+    for (int loss = 0; loss < FF_LOSS_COUNT; loss++)
+        for (int robust = 0; robust < FF_ROBUST_COUNT; robust++)
+            for (size_t w = 0; w < 3; w++) {
+                setting g = settings[1];
+                objective b;
+                double x[MAX_COORDINATES];
+                g.dark = 1;
+                objective_make(&g, 3, 300, (ff_loss)loss, (ff_robust)robust, weightings[w], &b);
+                coordinates(&b, x);
+                if (robust) choose_scale(&b, x);
+                pass_at(&b, x, 0);
+                check_cost(&b, x);
+                objective_free(&b);
+            }
+}
+
+/* The fit composes the kernels by itself: every distribution and masking, in each layout that it can take. */
+static void every_term_in_the_fit(void)
+{
+    static const struct {
+        ff_shape shape;
+        int mean_slope;
+    } layouts[] = {
+        {FF_SHAPE_ISOTROPIC, 0}, {FF_SHAPE_AXIS, 0}, {FF_SHAPE_CORRELATED, 0}, {FF_SHAPE_CORRELATED, 1}, {FF_SHAPE_ISOTROPIC, 1}};
+    tally t = {0};
+    for (size_t k = 0; k < model_combination_count(); k++) {
+        char label[MODEL_LABEL];
+        const ff_model m = model_combination(k, label);
+        for (size_t i = 0; i < sizeof layouts / sizeof *layouts; i++) {
+            ff_layout l;
+            objective b;
+            const setting g = {label, "", "", layouts[i].shape, layouts[i].mean_slope, 0};
+            if (ff_layout_init(&m, 1, g.shape, g.mean_slope, &l, NULL)) continue; /* it cannot */
+            objective_make(&g, 1, 60, FF_LOSS_COSINE, FF_ROBUST_NONE, FF_WEIGHT_SAMPLE, &b);
+            for (uint32_t q = 0; q < l.n_free;
+                 q++) { /* away from the initial values, where several derivatives vanish by symmetry */
+                const ff_param *p = m.shape[l.index[q]].info;
+                double *v = &b.s.shape[l.index[q]];
+                *v = ff_coordinate_value(p, ff_coordinate(p, *v) + 0.1 * (1 + q));
+                if (l.tied[q]) v[1] = v[0];
+            }
+            check_gradient(&b, 0, 0, &t);
+            objective_free(&b);
+        }
+    }
+    report(&t, "the terms in the fit");
+    printf("  %ld components, worst %.1e of the scale, %ld not resolved\n", t.checked, t.worst, t.unresolved);
+}
+
+/* J of the robust residuals sqrt(rho') r' [P][n_channels n] by differences, and sqrt(rho') r into rr. */
+static void numeric_jacobian(const objective *b, const double *at, double *J, double *rr)
+{
+    const size_t n = b->w.n * b->l.n_channels;
+    double x[MAX_COORDINATES], *low = doubles(n), *high = doubles(n);
+    model_ridders *r = malloc(n * sizeof *r);
+    if (!r) exit(1);
+    memcpy(x, at, b->l.P * sizeof *x);
+    residuals(b, x, rr);
+    for (size_t k = 0; k < b->l.P; k++) {
+        double step = 0.05;
+        for (size_t i = 0; i < n; i++) model_ridders_start(&r[i]);
+        for (int level = 0; level < 16; level++, step /= MODEL_RATIO) {
+            x[k] = at[k] + step;
+            residuals(b, x, high);
+            x[k] = at[k] - step;
+            residuals(b, x, low);
+            for (size_t i = 0; i < n; i++)
+                model_ridders_add(&r[i], (high[i] - low[i]) / (2 * step), ROUNDING * fabs(high[i]) / step);
+        }
+        x[k] = at[k];
+        for (size_t i = 0; i < n; i++) J[k * n + i] = r[i].value * sqrt(rho_slope(b->o.robust, rr[i] * rr[i], b->o.robust_scale));
+    }
+    for (size_t i = 0; i < n; i++) rr[i] *= sqrt(rho_slope(b->o.robust, rr[i] * rr[i], b->o.robust_scale));
+    free(low);
+    free(high);
+    free(r);
+}
+
+/* The larger one, or NaN where one of them is. */
+static double worse(double a, double b)
+{
+    return isnan(a) || isnan(b) ? NAN : fmax(a, b);
+}
+
+/* J^T J, J^T r and the outer products of the samples' scores of a final pass against products of numeric residuals and Jacobian.
+ * Returns the largest deviation in units of the scales. */
+static double normal_deviation(const objective *b, const double *x)
+{
+    const size_t P = b->l.P, n = b->w.n, N = n * b->l.n_channels;
+    double slope[MAX_COORDINATES], g[MAX_COORDINATES], H[MAX_COORDINATES * MAX_COORDINATES], worst = 0;
+    double *J = doubles(P * N), *r = doubles(N), *score = doubles(P * n), norm2 = 0;
+    numeric_jacobian(b, x, J, r);
+    slopes(b, x, slope);
+    ff_normal_assemble(&b->l, &b->normal, slope, H, g);
+    for (size_t i = 0; i < N; i++) norm2 += r[i] * r[i];
+    for (size_t k = 0; k < P; k++)
+        for (size_t i = 0; i < N; i++) score[k * n + i % n] += J[k * N + i] * r[i];
+    for (size_t k = 0; k < P; k++) {
+        double gradient = 0, own = 0;
+        for (size_t i = 0; i < N; i++) gradient += J[k * N + i] * r[i], own += J[k * N + i] * J[k * N + i];
+        worst = worse(worst, fabs(gradient - g[k]) / sqrt(own * norm2));
+        for (size_t q = 0; q <= k; q++) {
+            double h = 0, meat = 0, hk = 0, hq = 0, sk = 0, sq = 0;
+            for (size_t i = 0; i < N; i++) {
+                h += J[k * N + i] * J[q * N + i];
+                hk += J[k * N + i] * J[k * N + i], hq += J[q * N + i] * J[q * N + i];
+            }
+            for (size_t i = 0; i < n; i++) {
+                meat += score[k * n + i] * score[q * n + i];
+                sk += score[k * n + i] * score[k * n + i], sq += score[q * n + i] * score[q * n + i];
+            }
+            worst = worse(worst, fabs(h - H[k * P + q]) / sqrt(hk * hq));
+            worst = worse(worst, fabs(h - H[q * P + k]) / sqrt(hk * hq));
+            worst = worse(worst, fabs(meat - b->normal.meat[ff_tri(k, q)] * slope[k] * slope[q]) / sqrt(sk * sq));
+        }
+    }
+    free(J);
+    free(r);
+    free(score);
+    return worst;
+}
+
+static void normal_equations(void)
+{
+    double worst = 0;
+    for (size_t k = 0; k < SETTINGS; k++)
+        for (int loss = 0; loss < FF_LOSS_COUNT; loss++)
+            for (int robust = 0; robust < FF_ROBUST_COUNT; robust++) {
+                objective b;
+                double x[MAX_COORDINATES];
+                objective_make(&settings[k], 2, 30, (ff_loss)loss, (ff_robust)robust, weightings[(k + (size_t)loss) % 3], &b);
+                coordinates(&b, x);
+                if (robust) choose_scale(&b, x);
+                pass_at(&b, x, 1);
+                check_cost(&b, x);
+                const double deviation = normal_deviation(&b, x);
+                FF_CHECK(deviation <= TOLERANCE, "%s: deviates by %.2g of the scale", b.label, deviation);
+                worst = fmax(worst, deviation);
+                /* a wrong one is caught: one entry of the gram, one of the scores' products */
+                const double gram = b.normal.gram[0], meat = b.normal.meat[0];
+                b.normal.gram[0] *= 1 + 1e-6;
+                FF_CHECK(!(normal_deviation(&b, x) <= TOLERANCE), "%s: a wrong J^T J was not seen", b.label);
+                b.normal.gram[0] = gram;
+                b.normal.meat[0] = meat * (1 + 1e-6);
+                FF_CHECK(!(normal_deviation(&b, x) <= TOLERANCE), "%s: wrong products of scores were not seen", b.label);
+                objective_free(&b);
+            }
+    printf("  worst %.1e of the scale\n", worst);
+}
+
+static void wrong_gradients_are_caught(void)
+{
+    for (size_t k = 0; k < SETTINGS; k++)
+        for (int robust = 0; robust < FF_ROBUST_COUNT; robust++) {
+            objective b;
+            objective_make(&settings[k], 3, 300, FF_LOSS_LOG, (ff_robust)robust, FF_WEIGHT_SAMPLE, &b);
+            for (size_t which = 0; which < b.l.P; which++) {
+                tally t = {0};
+                check_gradient(&b, 3e-8, which, &t);
+                FF_CHECK(t.wrong == 1, "%s: a gradient wrong by 3e-8 of its scale in %s was not seen", b.label,
+                         coordinate_name(&b, which));
+            }
+            objective_free(&b);
+        }
+}
+
+FF_TEST_MAIN(FF_TEST(every_combination), FF_TEST(wide_boxes), FF_TEST(whole_numbers), FF_TEST(several_lobes),
+             FF_TEST(wrong_derivatives_are_caught), FF_TEST(every_objective), FF_TEST(dark_data), FF_TEST(every_term_in_the_fit),
+             FF_TEST(normal_equations), FF_TEST(wrong_gradients_are_caught))

@@ -1,0 +1,199 @@
+/** @file model_samples.h  What the tests of models/ share: every combination of registered terms, seeded random parameters and
+ * pairs of directions, and derivatives by extrapolated differences. C. */
+#ifndef MODEL_SAMPLES_H
+#define MODEL_SAMPLES_H
+#include "fit_samples.h"
+#include "internal_fit.h"
+
+#define MODEL_PI 3.14159265358979323846
+enum { MODEL_PAIRS = 1024, MODEL_LABEL = FF_MODEL_NAME + 64 };
+
+/* ---- pairs of directions -------------------------------------------------------------------------------------------------------
+ */
+
+/** Planes wix wiy wiz wox woy woz of n <= MODEL_PAIRS pairs. */
+typedef struct model_pairs {
+    size_t n;
+    double w[6][MODEL_PAIRS];
+} model_pairs;
+
+static inline ff_dirs model_dirs(const model_pairs *p)
+{
+    return (ff_dirs){p->w[0], p->w[1], p->w[2], p->w[3], p->w[4], p->w[5]};
+}
+
+static inline void model_direction(double theta, double phi, double out[3])
+{
+    out[0] = sin(theta) * cos(phi);
+    out[1] = sin(theta) * sin(phi);
+    out[2] = cos(theta);
+}
+
+static inline void model_pairs_add(model_pairs *p, const double wi[3], const double wo[3])
+{
+    if (p->n == MODEL_PAIRS) {
+        printf("the test itself is wrong: more than %d pairs of directions\n", MODEL_PAIRS);
+        exit(1);
+    }
+    for (size_t k = 0; k < 3; k++) p->w[k][p->n] = wi[k], p->w[k + 3][p->n] = wo[k];
+    p->n++;
+}
+
+/** A direction uniform in solid angle up to 85 degrees. */
+static inline void model_random_direction(uint64_t *state, double out[3])
+{
+    const double theta = fit_theta(state, cos(85 * FIT_DEGREE));
+    model_direction(theta, 2 * MODEL_PI * fit_uniform(state), out);
+}
+
+/** Mirror image of wi about the normal of slope s; 0 when it is not well above the horizon. */
+static inline int model_mirror(const double wi[3], const double s[2], double wo[3])
+{
+    const double hz = 1 / sqrt(1 + s[0] * s[0] + s[1] * s[1]), h[3] = {-s[0] * hz, -s[1] * hz, hz};
+    const double c = wi[0] * h[0] + wi[1] * h[1] + wi[2] * h[2];
+    for (int k = 0; k < 3; k++) wo[k] = 2 * c * h[k] - wi[k];
+    const double length = sqrt(wo[0] * wo[0] + wo[1] * wo[1] + wo[2] * wo[2]);
+    for (int k = 0; k < 3; k++) wo[k] /= length;
+    return wo[2] > cos(85 * FIT_DEGREE);
+}
+
+/** Adds n random pairs; every second one mirrors wi about a facet within a few roughnesses of the mean slope of one of the lobes,
+ * so that a lobe of any width is met where it is not nothing. */
+static inline void model_pairs_random(const ff_model *m, const double *shape, uint64_t *state, size_t n, model_pairs *out)
+{
+    while (n > 0) {
+        double wi[3], wo[3];
+        model_random_direction(state, wi);
+        model_random_direction(state, wo);
+        if (n % 2 && m->n_lobes) {
+            ff_stretch l;
+            ff_model_stretch(m, (uint32_t)(n / 2) % m->n_lobes, shape, &l, NULL);
+            const double q = 0.1 * pow(30, fit_uniform(state)), phi = 2 * MODEL_PI * fit_uniform(state), u = q * cos(phi),
+                         v = q * sin(phi);
+            const double s[2] = {l.x0 + l.ax * u, l.y0 + l.ay * (l.r * u + sqrt(1 - l.r * l.r) * v)};
+            if (!model_mirror(wi, s, wo)) continue;
+        }
+        model_pairs_add(out, wi, wo);
+        n--;
+    }
+}
+
+/* ---- models and parameters
+ * ------------------------------------------------------------------------------------------------------- */
+
+/** One lobe of every distribution, masking and Fresnel term, with every diffuse term and with none: count, and number k with its
+ * name into label [MODEL_LABEL]. */
+static inline size_t model_combination_count(void)
+{
+    return ff_term_count(FF_NDF) * ff_term_count(FF_MASKING) * ff_term_count(FF_FRESNEL) * (ff_term_count(FF_DIFFUSE) + 1);
+}
+
+static inline ff_model model_combination(size_t k, char *label)
+{
+    ff_model m;
+    const size_t d = ff_term_count(FF_DIFFUSE) + 1, f = ff_term_count(FF_FRESNEL), g = ff_term_count(FF_MASKING);
+    if (ff_model_compose((int)(k / d / f / g), (int)(k / d / f % g), (int)(k / d % f), (int)(k % d) - 1, &m, NULL)) {
+        printf("the test itself is wrong: no combination %zu\n", k);
+        exit(1);
+    }
+    ff_model_expression(&m, label, MODEL_LABEL);
+    return m;
+}
+
+/** Parses an expression that must be right. */
+static inline ff_model model_parse(const char *expression)
+{
+    return fit_surface_make(expression, 1, "").model;
+}
+
+/** Must every lobe be without a mean slope? */
+static inline int model_needs_centred(const ff_model *m)
+{
+    for (uint32_t l = 0; l < m->n_lobes; l++)
+        if (ff_term_at(FF_MASKING, (size_t)m->lobe[l].masking)->claims & FF_NEEDS_CENTRED) return 1;
+    return 0;
+}
+
+/** What random parameters may be: equal roughness along both axes, any ellipse, any ellipse with a mean slope. */
+typedef enum model_freedom { MODEL_ROUND = 0, MODEL_CENTRED = 1, MODEL_TILTED = 2 } model_freedom;
+
+/** A value strictly inside the box, uniform in the coordinate that the parameter is fitted in; reach in (0, 1]: fraction of the box
+ *  about the initial value that is used. */
+static inline double model_random_value(const ff_param *p, double reach, uint64_t *state)
+{
+    const double lo = ff_coordinate(p, p->lo), hi = ff_coordinate(p, p->hi), init = ff_coordinate(p, p->init),
+                 u = 2 * fit_uniform(state) - 1;
+    const double x = init + 0.98 * reach * (u > 0 ? hi - init : init - lo) * u;
+    return p->flags & FF_PARAM_LOG ? exp(x) - p->offset : p->flags & FF_PARAM_ATANH ? tanh(x) : x;
+}
+
+static inline void model_random_parameters(const ff_model *m, size_t n_channels, model_freedom freedom, double reach,
+                                           uint64_t *state, double *shape, double *channel)
+{
+    for (uint32_t k = 0; k < m->n_shape; k++) {
+        const ff_param *p = m->shape[k].info;
+        shape[k] = model_random_value(p, reach, state);
+        if ((p->flags & FF_PARAM_HELD) && (freedom != MODEL_TILTED || model_needs_centred(m))) shape[k] = 0;
+        if (freedom != MODEL_ROUND) continue;
+        if (strcmp(p->name, "alpha_y") == 0) shape[k] = shape[k - 1];
+        if (strcmp(p->name, "r_xy") == 0) shape[k] = 0;
+    }
+    for (size_t i = 0; i < n_channels * m->n_channel; i++)
+        channel[i] = model_random_value(m->channel[i % m->n_channel].info, reach, state);
+}
+
+/* ---- derivatives by differences
+ * ---------------------------------------------------------------------------------------------------- */
+
+/** Ridders' extrapolation (Ridders 1982; Press et al., Numerical Recipes, section 5.7) of central differences at steps h,
+ * h/MODEL_RATIO, h/MODEL_RATIO^2 ... Every run of up to MODEL_TABLEAU successive steps is extrapolated and the one of least
+ * estimated error is kept, so that a function with a kink inside the first steps, or one that changes faster than they can see, is
+ * still resolved by later ones. */
+#define MODEL_RATIO 1.6
+enum { MODEL_TABLEAU = 9, MODEL_LEVELS = 34 };
+typedef struct model_ridders {
+    double row[3][MODEL_TABLEAU]; /**< the last rows of the tableau, latest first: extrapolations that end at a step */
+    int n;                        /**< entries of the latest                                                         */
+    double value, error;          /**< best so far; error infinite when there is none                                */
+} model_ridders;
+
+static inline void model_ridders_start(model_ridders *r)
+{
+    r->n = 0;
+    r->value = NAN;
+    r->error = HUGE_VAL;
+}
+
+/** The differences so far say nothing about the derivative: the steps were too long. */
+static inline void model_ridders_drop(model_ridders *r)
+{
+    r->n = 0;
+}
+
+/** The central difference at the next step. noise: what rounding may have done to it. */
+static inline void model_ridders_add(model_ridders *r, double difference, double noise)
+{
+    double(*row)[MODEL_TABLEAU] = r->row, factor = 1;
+    const int n = r->n < MODEL_TABLEAU - 1 ? r->n : MODEL_TABLEAU - 1;
+    memmove(row[1], row[0], 2 * sizeof *row);
+    row[0][0] = difference;
+    for (int k = 1; k <= n; k++) {
+        factor *= MODEL_RATIO * MODEL_RATIO;
+        row[0][k] = (factor * row[0][k - 1] - row[1][k - 1]) / (factor - 1);
+        if (k < 2) continue;
+        /* agreement along two steps of the diagonal: among thousands of derivatives two estimates agree by chance now and then */
+        const double along = fmax(fabs(row[0][k] - row[1][k - 1]), fabs(row[1][k - 1] - row[2][k - 2]));
+        const double error = fmax(noise, fmax(along, fabs(row[0][k] - row[0][k - 1])));
+        if (error < r->error) r->value = row[0][k], r->error = error;
+    }
+    r->n = n + 1;
+}
+
+/** The first step for a parameter at v: a tenth of its natural size, inside its box. */
+static inline double model_first_step(const ff_param *p, double v)
+{
+    const double size = p->flags & FF_PARAM_LOG ? v + p->offset : p->flags & FF_PARAM_ATANH ? 1 - v * v : 1;
+    return fmin(0.1 * size, 0.99 * fmin(p->hi - v, v - p->lo));
+}
+
+#endif
