@@ -2,8 +2,8 @@
 #include "internal_directions.h"
 #include "internal_vector_math.h"
 
-static void vectors(double unit, const double *restrict theta, const double *restrict phi, size_t n, double *restrict x, double *restrict y,
-                    double *restrict z)
+static void vectors(double unit, const double *restrict theta, const double *restrict phi, size_t n, double *restrict x,
+                    double *restrict y, double *restrict z)
 {
     for (size_t i = 0; i < n; i++) {
         double st, ct, sp, cp;

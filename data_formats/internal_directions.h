@@ -1,4 +1,5 @@
-/* Unit vectors of n pairs of angles theta_i phi_i theta_o phi_o (times unit: radians) into six planes [n]; one copy per instruction set. */
+/* Unit vectors of n pairs of angles theta_i phi_i theta_o phi_o (times unit: radians) into six planes [n]; one copy per instruction
+ * set. */
 #ifndef FF_INTERNAL_DIRECTIONS_H
 #define FF_INTERNAL_DIRECTIONS_H
 #include "internal_isa.h"

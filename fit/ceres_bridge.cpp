@@ -32,7 +32,9 @@ class CompressedCost final : public ceres::CostFunction
 class Iterated final : public ceres::IterationCallback
 {
   public:
-    explicit Iterated(const ff_ceres_problem &problem) : problem_(problem) {}
+    explicit Iterated(const ff_ceres_problem &problem) : problem_(problem)
+    {
+    }
 
     ceres::CallbackReturnType operator()(const ceres::IterationSummary &summary) override
     {
@@ -83,10 +85,17 @@ void Solve(const ff_ceres_problem &p, double *x, ff_ceres_summary *out)
     out->cost = summary.final_cost;
     switch (summary.termination_type) {
     case ceres::CONVERGENCE:
-    case ceres::USER_SUCCESS: out->end = FF_CERES_CONVERGED; break;
-    case ceres::NO_CONVERGENCE: out->end = FF_CERES_LIMIT; break;
-    case ceres::USER_FAILURE: out->end = FF_CERES_STOPPED; break;
-    default: out->end = FF_CERES_FAILED;
+    case ceres::USER_SUCCESS:
+        out->end = FF_CERES_CONVERGED;
+        break;
+    case ceres::NO_CONVERGENCE:
+        out->end = FF_CERES_LIMIT;
+        break;
+    case ceres::USER_FAILURE:
+        out->end = FF_CERES_STOPPED;
+        break;
+    default:
+        out->end = FF_CERES_FAILED;
     }
     for (size_t i = 0; i < p.n; i++) x[i] = at[i];
 }
@@ -96,7 +105,9 @@ void Solve(const ff_ceres_problem &p, double *x, ff_ceres_summary *out)
 extern "C" ff_status ff_ceres_solve(const ff_ceres_problem *p, double *x, ff_ceres_summary *out, ff_error *err)
 {
     try {
-        if (!Acceptable(*p, x)) return ff_error_set(err, FF_ERR_RANGE, nullptr, 0, -1, "the solver was given a start outside its bounds or no parameters");
+        if (!Acceptable(*p, x))
+            return ff_error_set(err, FF_ERR_RANGE, nullptr, 0, -1,
+                                "the solver was given a start outside its bounds or no parameters");
         Solve(*p, x, out);
         return FF_OK;
     } catch (const std::bad_alloc &) {

@@ -7,17 +7,18 @@
 extern "C" {
 #endif
 
-/** A least-squares problem min 1/2 |residual(x)|^2 with lower <= x <= upper, in compressed form: residual = [Q^T r; rest], Jacobian [R; 0]. */
+/** A least-squares problem min 1/2 |residual(x)|^2 with lower <= x <= upper, in compressed form: residual = [Q^T r; rest], Jacobian
+ * [R; 0]. */
 typedef struct ff_ceres_problem {
-    size_t        n;     /**< parameters, >= 1                                              */
+    size_t n;            /**< parameters, >= 1                                              */
     const double *lower; /**< [n], -INFINITY where there is no bound                        */
     const double *upper; /**< [n]                                                           */
     /** At x [n]: residual [n+1] and, unless NULL, jacobian [(n+1)][n] by rows. Not FF_OK: the point is refused. */
     ff_status (*evaluate)(void *context, const double *x, double *residual, double *jacobian);
     /** After each iteration: 0 goes on, > 0 ends the solve as converged, < 0 as stopped. May be NULL. */
     int (*iterated)(void *context, int iteration, double cost);
-    void  *context;
-    int    max_iterations;
+    void *context;
+    int max_iterations;
     double function_tolerance, gradient_tolerance, parameter_tolerance;
 } ff_ceres_problem;
 
@@ -26,8 +27,8 @@ typedef enum ff_ceres_end { FF_CERES_CONVERGED = 0, FF_CERES_LIMIT = 1, FF_CERES
 
 typedef struct ff_ceres_summary {
     ff_ceres_end end;
-    int          iterations;
-    double       cost; /**< 1/2 |residual|^2 at the returned x */
+    int iterations;
+    double cost; /**< 1/2 |residual|^2 at the returned x */
 } ff_ceres_summary;
 
 /** Minimises from x [n] (in, out). Arguments that Ceres would abort on are refused with FF_ERR_RANGE; no exception passes. */

@@ -67,10 +67,11 @@ static void solve_cholesky(const double *L, size_t n, const double *b, double *x
 }
 
 /* A ridge of this size on the scaled J^T J keeps the inverse finite; a parameter whose variance it sets is not determined. */
-#define FF_RIDGE 1e-13
+#define FF_RIDGE        1e-13
 #define FF_UNDETERMINED 1e10
 
-ff_status ff_covariance(const ff_layout *l, const ff_normal *n, const int *use, int sandwich, size_t n_samples, double *cov, int *determined)
+ff_status ff_covariance(const ff_layout *l, const ff_normal *n, const int *use, int sandwich, size_t n_samples, double *cov,
+                        int *determined)
 {
     const size_t P = l->P;
     size_t *index = malloc((P + 1) * sizeof *index), k = 0;
@@ -80,7 +81,8 @@ ff_status ff_covariance(const ff_layout *l, const ff_normal *n, const int *use, 
         free(work);
         return FF_ERR_MEMORY;
     }
-    double *H = work, *A = H + P * P, *L = A + P * P, *inverse = L + P * P, *M = inverse + P * P, *T = M + P * P, *g = T + P * P, *D = g + P, *e = D + P;
+    double *H = work, *A = H + P * P, *L = A + P * P, *inverse = L + P * P, *M = inverse + P * P, *T = M + P * P, *g = T + P * P,
+           *D = g + P, *e = D + P;
     for (size_t i = 0; i < P; i++)
         if (use[i]) index[k++] = i;
     ff_normal_assemble(l, n, NULL, H, g);

@@ -18,11 +18,12 @@ extern "C" {
 
 /** What is compared. x = cos(theta_i), f the model, y the datum (both 1/sr). */
 typedef enum ff_loss {
-    FF_LOSS_COSINE = 0,    /**< (f - y) x                            Ngan et al. 2005                             */
-    FF_LOSS_LOG = 1,       /**< ln(1 + f x) - ln(1 + y x)            Low et al. 2012                              */
-    FF_LOSS_CUBE_ROOT = 2, /**< c(f x) - c(y x), c(t) = t / (t^2 + e^2)^(1/3), e = 1e-8: the odd cube root with a finite slope at 0 */
-    FF_LOSS_RELATIVE = 3,  /**< (f - y) / max(y, 0.001 mean |y| of the channel, 1e-12)                           */
-    FF_LOSS_PLAIN = 4      /**< f - y                                                                            */
+    FF_LOSS_COSINE = 0, /**< (f - y) x                            Ngan et al. 2005                             */
+    FF_LOSS_LOG = 1,    /**< ln(1 + f x) - ln(1 + y x)            Low et al. 2012                              */
+    FF_LOSS_CUBE_ROOT =
+        2, /**< c(f x) - c(y x), c(t) = t / (t^2 + e^2)^(1/3), e = 1e-8: the odd cube root with a finite slope at 0 */
+    FF_LOSS_RELATIVE = 3, /**< (f - y) / max(y, 0.001 mean |y| of the channel, 1e-12)                           */
+    FF_LOSS_PLAIN = 4     /**< f - y                                                                            */
 } ff_loss;
 enum { FF_LOSS_COUNT = 5 };
 
@@ -71,23 +72,24 @@ const char *ff_outcome_name(int outcome);
 
 /** Options of the selection (used by ff_problem_new) and of the fit. Fill with ff_fit_options_init, then change. */
 typedef struct ff_fit_options {
-    size_t          size;          /**< sizeof(ff_fit_options)                                                    */
-    ff_loss         loss;          /**< FF_LOSS_COSINE                                                            */
-    ff_robust       robust;        /**< FF_ROBUST_NONE                                                            */
-    double          robust_scale;  /**< b above, > 0, in units of the weighted residual                           */
-    ff_weighting    weighting;     /**< FF_WEIGHT_AUTO                                                            */
-    double          max_theta;     /**< radians, in (0, pi/2]; samples with theta_i or theta_o beyond it are left out; 80 degrees */
-    ff_channel_mode channels;      /**< FF_CHANNELS_RGB or _MEAN for a problem; EACH is for the caller: one problem per channel */
-    int             only_channel;  /**< >= 0: this channel alone; -1 = all                                        */
-    ff_shape        shape;         /**< FF_SHAPE_AUTO                                                             */
-    int             mean_slope;    /**< 1: slope_x, slope_y are free too (a tilted sample)                        */
-    int             threads;       /**< >= 1; 0 = one per processor                                               */
-    ff_isa          isa;           /**< FF_ISA_BEST                                                               */
-    int             max_iterations; /**< of the solver on all samples; 100                                        */
-    int             std_errors;    /**< 1: covariance, standard errors, correlations                              */
+    size_t size;              /**< sizeof(ff_fit_options)                                                    */
+    ff_loss loss;             /**< FF_LOSS_COSINE                                                            */
+    ff_robust robust;         /**< FF_ROBUST_NONE                                                            */
+    double robust_scale;      /**< b above, > 0, in units of the weighted residual                           */
+    ff_weighting weighting;   /**< FF_WEIGHT_AUTO                                                            */
+    double max_theta;         /**< radians, in (0, pi/2]; samples with theta_i or theta_o beyond it are left out; 80 degrees */
+    ff_channel_mode channels; /**< FF_CHANNELS_RGB or _MEAN for a problem; EACH is for the caller: one problem per channel */
+    int only_channel;         /**< >= 0: this channel alone; -1 = all                                        */
+    ff_shape shape;           /**< FF_SHAPE_AUTO                                                             */
+    int mean_slope;           /**< 1: slope_x, slope_y are free too (a tilted sample)                        */
+    int threads;              /**< >= 1; 0 = one per processor                                               */
+    ff_isa isa;               /**< FF_ISA_BEST                                                               */
+    int max_iterations;       /**< of the solver on all samples; 100                                        */
+    int std_errors;           /**< 1: covariance, standard errors, correlations                              */
     /** Start given by the caller instead of searched for: [n_shape] and [n_channels][n_channel]; both or neither. */
-    const double   *start_shape, *start_channel;
-    /** Polled between passes; not NULL and *cancel != 0 ends the fit with FF_CANCELLED. May be set by a signal handler or another thread. */
+    const double *start_shape, *start_channel;
+    /** Polled between passes; not NULL and *cancel != 0 ends the fit with FF_CANCELLED. May be set by a signal handler or another
+     * thread. */
     const volatile int *cancel;
     /** Called between steps of the solver: iterations so far and the objective. May be NULL. */
     void (*progress)(void *context, int iteration, double objective);
@@ -97,15 +99,15 @@ void ff_fit_options_init(ff_fit_options *o);
 
 /** What was kept and why the rest was not. */
 typedef struct ff_selection {
-    size_t samples;        /**< in the table                                                              */
+    size_t samples; /**< in the table                                                              */
     size_t used;
-    size_t invalid;        /**< the file says: not a measurement (or not finite, or without a usable sigma) */
-    size_t below_horizon;  /**< a direction at or under the horizon                                       */
-    size_t grazing;        /**< beyond max_theta                                                          */
-    size_t negative;       /**< used samples with a negative value in at least one channel                */
-    size_t n_channels;     /**< of the problem                                                            */
+    size_t invalid;         /**< the file says: not a measurement (or not finite, or without a usable sigma) */
+    size_t below_horizon;   /**< a direction at or under the horizon                                       */
+    size_t grazing;         /**< beyond max_theta                                                          */
+    size_t negative;        /**< used samples with a negative value in at least one channel                */
+    size_t n_channels;      /**< of the problem                                                            */
     ff_weighting weighting; /**< the one AUTO stood for                                                   */
-    int    isotropic;      /**< of the table                                                              */
+    int isotropic;          /**< of the table                                                              */
 } ff_selection;
 
 typedef struct ff_problem ff_problem;
@@ -114,19 +116,20 @@ typedef struct ff_problem ff_problem;
  *  only these may be fitted to it. t and models may be freed afterwards.
  *  FF_ERR_DATA when nothing usable is left (the message counts why), FF_ERR_RANGE for an option, FF_ERR_UNSUPPORTED for
  *  a weighting the table does not offer, FF_ERR_MEMORY. *out is written only on FF_OK. */
-ff_status ff_problem_new(const ff_table *t, const ff_model *models, size_t n_models, const ff_fit_options *o, ff_problem **out, ff_error *err);
-void      ff_problem_free(ff_problem *p);
-void      ff_problem_selection(const ff_problem *p, ff_selection *out);
+ff_status ff_problem_new(const ff_table *t, const ff_model *models, size_t n_models, const ff_fit_options *o, ff_problem **out,
+                         ff_error *err);
+void ff_problem_free(ff_problem *p);
+void ff_problem_selection(const ff_problem *p, ff_selection *out);
 const char *ff_problem_channel_name(const ff_problem *p, size_t c);
 
 /** One fitted number. */
 typedef struct ff_fit_value {
     double value;
     double std_error; /**< NaN when held, on a bound, or not determined by the data           */
-    int    at_bound;  /**< -1 on its lower bound, +1 on its upper, 0 otherwise                */
-    int    held;      /**< 1: not fitted (fixed by the shape, or held at its initial value)   */
-    int    tied;      /**< 1: not a parameter of its own, equal to another one (alpha_y of an isotropic shape) */
-    int    column;    /**< index into correlation, -1 when it has none                        */
+    int at_bound;     /**< -1 on its lower bound, +1 on its upper, 0 otherwise                */
+    int held;         /**< 1: not fitted (fixed by the shape, or held at its initial value)   */
+    int tied;         /**< 1: not a parameter of its own, equal to another one (alpha_y of an isotropic shape) */
+    int column;       /**< index into correlation, -1 when it has none                        */
 } ff_fit_value;
 
 enum { FF_MAX_WARNINGS = 16, FF_WARNING_LENGTH = 240 };
@@ -145,36 +148,36 @@ typedef struct ff_residual {
 typedef struct ff_ellipse {
     double alpha_major, alpha_minor, phi; /**< phi in [0, pi)                         */
     double phi_std_error;                 /**< radians; NaN when not determined       */
-    int    phi_determined;                /**< 0: the two axes differ by less than their error, or the shape is isotropic */
+    int phi_determined;                   /**< 0: the two axes differ by less than their error, or the shape is isotropic */
 } ff_ellipse;
 
 typedef struct ff_fit_result {
-    ff_model      model;
-    ff_shape      shape;          /**< never AUTO                                               */
-    ff_outcome    outcome;
-    int           iterations;     /**< solver steps on all samples                              */
-    int           passes;         /**< passes over all samples, the final ones included         */
-    double        time_s;         /**< wall clock                                               */
-    size_t        n_channels;
-    ff_fit_value *shape_value;    /**< [model.n_shape]                                          */
-    ff_fit_value *channel_value;  /**< [n_channels][model.n_channel]                            */
-    size_t        n_columns;      /**< parameters with a standard error                         */
-    double       *correlation;    /**< [n_columns][n_columns]; NULL when std_errors was 0       */
-    int           has_ellipse;
-    ff_ellipse    ellipse;
-    ff_residual   residual;
-    size_t        n_free;         /**< free parameters                                          */
-    double        aic, bic;       /**< n ln(2 objective / n) + 2k and + k ln n over n = used * channels residuals, k = n_free + 1;
-                                       with sigma weights 2 objective + 2 n_free, + n_free ln n     */
-    size_t        n_warnings;
-    char          warning[FF_MAX_WARNINGS][FF_WARNING_LENGTH];
+    ff_model model;
+    ff_shape shape; /**< never AUTO                                               */
+    ff_outcome outcome;
+    int iterations; /**< solver steps on all samples                              */
+    int passes;     /**< passes over all samples, the final ones included         */
+    double time_s;  /**< wall clock                                               */
+    size_t n_channels;
+    ff_fit_value *shape_value;   /**< [model.n_shape]                                          */
+    ff_fit_value *channel_value; /**< [n_channels][model.n_channel]                            */
+    size_t n_columns;            /**< parameters with a standard error                         */
+    double *correlation;         /**< [n_columns][n_columns]; NULL when std_errors was 0       */
+    int has_ellipse;
+    ff_ellipse ellipse;
+    ff_residual residual;
+    size_t n_free;   /**< free parameters                                          */
+    double aic, bic; /**< n ln(2 objective / n) + 2k and + k ln n over n = used * channels residuals, k = n_free + 1;
+                          with sigma weights 2 objective + 2 n_free, + n_free ln n     */
+    size_t n_warnings;
+    char warning[FF_MAX_WARNINGS][FF_WARNING_LENGTH];
 } ff_fit_result;
 
 /** Fits m to the samples of p. Options must be those p was made with, as far as they concern the selection.
  *  FF_ERR_DATA (fewer residuals than parameters), FF_ERR_RANGE, FF_ERR_UNSUPPORTED (a shape the model cannot take),
  *  FF_ERR_CANCELLED, FF_ERR_MEMORY. *out is written only on FF_OK; release it with ff_fit_result_free. */
 ff_status ff_problem_fit(ff_problem *p, const ff_model *m, const ff_fit_options *o, ff_fit_result *out, ff_error *err);
-void      ff_fit_result_free(ff_fit_result *r);
+void ff_fit_result_free(ff_fit_result *r);
 
 #ifdef __cplusplus
 }

@@ -9,36 +9,37 @@
 typedef struct ff_pool ff_pool;
 /* threads >= 1, of which the caller's is one. NULL when out of memory; fewer threads than asked for are not an error. */
 ff_pool *ff_pool_new(int threads);
-void     ff_pool_free(ff_pool *pool);
-int      ff_pool_threads(const ff_pool *pool);
-/* Calls fn(context, item, worker) for item = 0 .. n-1, each once, in any order; worker in [0, threads). Returns when all are done. */
+void ff_pool_free(ff_pool *pool);
+int ff_pool_threads(const ff_pool *pool);
+/* Calls fn(context, item, worker) for item = 0 .. n-1, each once, in any order; worker in [0, threads). Returns when all are done.
+ */
 void ff_pool_run(ff_pool *pool, size_t n, void (*fn)(void *context, size_t item, int worker), void *context);
-int  ff_threads_default(void);
+int ff_threads_default(void);
 
 /* ---- samples ----------------------------------------------------------------------------------------------------------------- */
 
 enum { FF_CHUNK = 32 }; /* blocks that are summed before their sums are merged, in their order: the sums do not know of threads */
 
-/* One sample per lane. A chunk keeps each plane in one piece, so that the processor sees a few long streams and fetches ahead of them; the
- * pieces start a little more than a whole page apart, or they would contend for the same lines of the first-level cache. Lanes beyond n
- * have K = 0, weight 0, target 0. */
+/* One sample per lane. A chunk keeps each plane in one piece, so that the processor sees a few long streams and fetches ahead of
+ * them; the pieces start a little more than a whole page apart, or they would contend for the same lines of the first-level cache.
+ * Lanes beyond n have K = 0, weight 0, target 0. */
 enum { FF_PLANE_STRIDE = FF_CHUNK * FF_BLOCK + FF_BLOCK + 8 };
 struct ff_problem {
-    size_t   n, n_blocks, n_planes, n_channels;
-    double  *data;
+    size_t n, n_blocks, n_planes, n_channels;
+    double *data;
     /* Position of each plane inside a block, -1 = absent. */
-    int      geometry[FF_G_COUNT];
-    int      weight;         /* square root of the loss's weight, everything that multiplies g(f) - g(y)        */
-    int      weight_stride;  /* 0: one plane for all channels; 1: plane weight + c                              */
-    int      target;         /* plane target + c: g(y); for linear losses y                                     */
-    int      value;          /* plane value + c: y                                                              */
-    int      sample_weight;  /* square root of the sample's weight alone                                        */
-    ff_loss  loss;
-    int      surrogate;      /* 1: a linear stand-in for the loss, for the search of a start                     */
+    int geometry[FF_G_COUNT];
+    int weight;        /* square root of the loss's weight, everything that multiplies g(f) - g(y)        */
+    int weight_stride; /* 0: one plane for all channels; 1: plane weight + c                              */
+    int target;        /* plane target + c: g(y); for linear losses y                                     */
+    int value;         /* plane value + c: y                                                              */
+    int sample_weight; /* square root of the sample's weight alone                                        */
+    ff_loss loss;
+    int surrogate; /* 1: a linear stand-in for the loss, for the search of a start                     */
     ff_selection selection;
-    char   (*channel_name)[FF_CHANNEL_NAME];
+    char (*channel_name)[FF_CHANNEL_NAME];
     ff_pool *pool;
-    ff_isa   isa;
+    ff_isa isa;
     /* What starts are searched on, and what they are then refined on before all samples are: see ff_problem_thin. The last is
      * NULL where there are too few samples to make it worth while. */
     struct ff_problem *thin, *thin_linear, *middle;
@@ -56,8 +57,8 @@ static inline size_t ff_problem_doubles(const struct ff_problem *p)
 }
 
 /* A smaller problem that stands for p: the samples with the largest weighted values, all of them, and every k-th of the rest with k
- * times the weight; some `wanted` in all. size [n]: the magnitudes |w g(y)|. linear: with the loss replaced by its linearisation about the data.
- * Shares the pool; goes with p. */
+ * times the weight; some `wanted` in all. size [n]: the magnitudes |w g(y)|. linear: with the loss replaced by its linearisation
+ * about the data. Shares the pool; goes with p. */
 ff_status ff_problem_thin(const struct ff_problem *p, const float *size, size_t wanted, int linear, struct ff_problem **out);
 
 /* FF_ERR_RANGE for an option that names nothing or lies outside its range, whatever the data. */
@@ -73,21 +74,21 @@ enum { FF_MAX_COLUMNS = FF_MAX_SHAPE + FF_MAX_CHANNEL_PARAMS + 1 };
 /* One free shape parameter: the lobe it moves and its combination of the kernels' derivatives. */
 typedef struct ff_shape_column {
     uint32_t lobe;
-    double   d[FF_D_COUNT];
+    double d[FF_D_COUNT];
 } ff_shape_column;
 
 /* What one pass evaluates. Columns of a channel: the shape columns, its n_channel linear ones, and the residual. */
 typedef struct ff_pass {
-    const ff_kernels        *kernels;
+    const ff_kernels *kernels;
     const struct ff_problem *p;
-    const ff_model          *m;
-    ff_lobe_pass    lobe[FF_MAX_LOBES];
-    uint32_t        n_shape;
+    const ff_model *m;
+    ff_lobe_pass lobe[FF_MAX_LOBES];
+    uint32_t n_shape;
     ff_shape_column shape[FF_MAX_SHAPE];
-    const double   *channel; /* [n_channels][m->n_channel] */
-    ff_robust       robust;
-    double          robust_scale;
-    int             final;   /* 1: also the outer products of the score and the residual statistics */
+    const double *channel; /* [n_channels][m->n_channel] */
+    ff_robust robust;
+    double robust_scale;
+    int final; /* 1: also the outer products of the score and the residual statistics */
 } ff_pass;
 
 /* Sums of the residual statistics, over samples and channels, by sample weight. */
@@ -95,15 +96,15 @@ enum { FF_STAT_WEIGHT = 0, FF_STAT_PLAIN, FF_STAT_COSINE, FF_STAT_LOG, FF_STAT_C
 
 /* What a pass leaves. m1 = n_shape + n_channel + 1 columns of a channel, P = n_shape + n_channels n_channel parameters. */
 typedef struct ff_normal {
-    size_t  m1, P, n_channels;
-    double  cost2;   /* sum of rho(r^2): twice the objective                                    */
-    double *gram;    /* [n_channels][m1 (m1+1) / 2], lower triangle by rows: J^T J, J^T r, r^T r */
-    double *meat;    /* [P (P+1) / 2]: sum over samples of score score^T; only of a final pass   */
-    double  stat[FF_STAT_COUNT];
+    size_t m1, P, n_channels;
+    double cost2; /* sum of rho(r^2): twice the objective                                    */
+    double *gram; /* [n_channels][m1 (m1+1) / 2], lower triangle by rows: J^T J, J^T r, r^T r */
+    double *meat; /* [P (P+1) / 2]: sum over samples of score score^T; only of a final pass   */
+    double stat[FF_STAT_COUNT];
 } ff_normal;
 
 ff_status ff_normal_new(const ff_model *m, uint32_t n_shape, size_t n_channels, ff_normal *out);
-void      ff_normal_free(ff_normal *n);
+void ff_normal_free(ff_normal *n);
 
 /* Position in the packed lower triangle. */
 static inline size_t ff_tri(size_t row, size_t col)
@@ -115,28 +116,31 @@ static inline size_t ff_tri(size_t row, size_t col)
  * FF_ERR_MEMORY; FF_ERR_INTERNAL when a sum is not finite. */
 ff_status ff_pass_run(const ff_pass *pass, int parallel, ff_normal *out);
 
-/* The kernel of one chunk of blocks: adds to the lane sums [8] each. acc: cost2 lanes, gram lanes, stat lanes, meat lanes; see pass.c. */
+/* The kernel of one chunk of blocks: adds to the lane sums [8] each. acc: cost2 lanes, gram lanes, stat lanes, meat lanes; see
+ * pass.c. */
 typedef struct ff_chunk_sums {
-    double *cost2;  /* [8]                                   */
-    double *gram;   /* [n_channels][m1 (m1+1)/2][8]          */
-    double *stat;   /* [FF_STAT_COUNT][8]                    */
-    double *meat;   /* [P (P+1)/2][8]                        */
-    double *score;  /* scratch [P][FF_BLOCK], of a final pass */
+    double *cost2; /* [8]                                   */
+    double *gram;  /* [n_channels][m1 (m1+1)/2][8]          */
+    double *stat;  /* [FF_STAT_COUNT][8]                    */
+    double *meat;  /* [P (P+1)/2][8]                        */
+    double *score; /* scratch [P][FF_BLOCK], of a final pass */
 } ff_chunk_sums;
 typedef void (*ff_pass_chunk_fn)(const ff_pass *pass, size_t first_block, size_t n_blocks, const ff_chunk_sums *sums);
 ff_pass_chunk_fn ff_pass_chunk_get(ff_isa isa);
 
-/* ---- the full set of parameters of a fit --------------------------------------------------------------------------------------- */
+/* ---- the full set of parameters of a fit ---------------------------------------------------------------------------------------
+ */
 
-/* What is free and in which coordinates. Coordinates: the free shape parameters (log, atanh or as they are), then f0, kd ... of every channel. */
+/* What is free and in which coordinates. Coordinates: the free shape parameters (log, atanh or as they are), then f0, kd ... of
+ * every channel. */
 typedef struct ff_layout {
     const ff_model *m;
     ff_stretch_mode mode;
-    size_t   n_channels;
-    uint32_t n_free;                    /* free shape parameters                                                   */
-    uint32_t index[FF_MAX_SHAPE];       /* of each: its position in the model's shape parameters                   */
-    int      tied[FF_MAX_SHAPE];        /* 1: alpha_y of the same lobe follows                                      */
-    size_t   P;                         /* n_free + n_channels m->n_channel                                        */
+    size_t n_channels;
+    uint32_t n_free;              /* free shape parameters                                                   */
+    uint32_t index[FF_MAX_SHAPE]; /* of each: its position in the model's shape parameters                   */
+    int tied[FF_MAX_SHAPE];       /* 1: alpha_y of the same lobe follows                                      */
+    size_t P;                     /* n_free + n_channels m->n_channel                                        */
 } ff_layout;
 
 /* Chooses the free parameters for a shape. FF_ERR_UNSUPPORTED where the model cannot take it. */
@@ -152,9 +156,11 @@ void ff_layout_pack(const ff_layout *l, const double *shape, double *x);
 void ff_layout_unpack(const ff_layout *l, const double *x, double *shape);
 
 /* Fills pass for these parameters. */
-void ff_layout_pass(const ff_layout *l, const struct ff_problem *p, const ff_fit_options *o, const double *shape, const double *channel, ff_pass *pass);
+void ff_layout_pass(const ff_layout *l, const struct ff_problem *p, const ff_fit_options *o, const double *shape,
+                    const double *channel, ff_pass *pass);
 
-/* ---- start and solve ----------------------------------------------------------------------------------------------------------- */
+/* ---- start and solve -----------------------------------------------------------------------------------------------------------
+ */
 
 /* A candidate for the optimum. */
 typedef struct ff_candidate {
@@ -167,39 +173,45 @@ typedef struct ff_candidate {
 double ff_bounded_least_squares(const double *gram, size_t n, const double *lo, const double *hi, double *q);
 
 /* The best starting points on the thin problem of p, best first, at most max; channel parameters by ff_start_channels. */
-ff_status ff_start_search(const ff_layout *l, const struct ff_problem *p, const ff_fit_options *o, ff_candidate *out, size_t max, size_t *n_out);
+ff_status ff_start_search(const ff_layout *l, const struct ff_problem *p, const ff_fit_options *o, ff_candidate *out, size_t max,
+                          size_t *n_out);
 
-/* The per-channel parameters [n_channels][n_channel] that minimise the thin problem of p for a shape: exact where the residual is linear
- * in them, else by a few Gauss-Newton steps from the linear stand-in. On the calling thread. */
-ff_status ff_start_channels(const ff_layout *l, const struct ff_problem *p, const ff_fit_options *o, const double *shape, double *channel,
-                            double *cost2);
+/* The per-channel parameters [n_channels][n_channel] that minimise the thin problem of p for a shape: exact where the residual is
+ * linear in them, else by a few Gauss-Newton steps from the linear stand-in. On the calling thread. */
+ff_status ff_start_channels(const ff_layout *l, const struct ff_problem *p, const ff_fit_options *o, const double *shape,
+                            double *channel, double *cost2);
 
 /* What the iteration of ff_solve leaves. */
 typedef struct ff_solution {
     ff_outcome outcome;
-    int        iterations, passes;
-    double     cost2;
-    ff_normal  normal;   /* of a final pass at the solution, where one was made (has_final); else zero. The caller's to free */
-    int        has_final;
+    int iterations, passes;
+    double cost2;
+    ff_normal normal; /* of a final pass at the solution, where one was made (has_final); else zero. The caller's to free */
+    int has_final;
 } ff_solution;
 
 /* Minimises from shape, channel (in and out) until a step would lower the objective by less than `tolerance` of itself.
  * speculate: passes that look like being the last are made final ones. at_bound [P]: -1, 0, +1 in coordinates. */
-ff_status ff_solve(const ff_layout *l, const struct ff_problem *p, const ff_fit_options *o, int parallel, int speculate, double tolerance,
-                   int max_iterations, double *shape, double *channel, int *at_bound, ff_solution *out, ff_error *err);
+ff_status ff_solve(const ff_layout *l, const struct ff_problem *p, const ff_fit_options *o, int parallel, int speculate,
+                   double tolerance, int max_iterations, double *shape, double *channel, int *at_bound, ff_solution *out,
+                   ff_error *err);
 
-/* ---- covariance ---------------------------------------------------------------------------------------------------------------- */
+/* ---- covariance ----------------------------------------------------------------------------------------------------------------
+ */
 
-/* Full J^T J [P][P] and J^T r [P] from the channels' grams. slope [P]: d parameter / d coordinate, or NULL for the parameters themselves. */
+/* Full J^T J [P][P] and J^T r [P] from the channels' grams. slope [P]: d parameter / d coordinate, or NULL for the parameters
+ * themselves. */
 void ff_normal_assemble(const ff_layout *l, const ff_normal *n, const double *slope, double *H, double *g);
 
-/* Cholesky factor of a symmetric positive semidefinite A [n][n] after scaling its diagonal to 1: A = D L L^T D, L [n][n] lower, D [n]. A
- * pivot at or below `tolerance` leaves a zero column: that parameter is a combination of the ones before it. Returns the rank. */
+/* Cholesky factor of a symmetric positive semidefinite A [n][n] after scaling its diagonal to 1: A = D L L^T D, L [n][n] lower, D
+ * [n]. A pivot at or below `tolerance` leaves a zero column: that parameter is a combination of the ones before it. Returns the
+ * rank. */
 size_t ff_scaled_cholesky(const double *A, size_t n, double tolerance, double *L, double *D);
 
-/* Covariance [P][P] of the parameters (not coordinates) whose `use` is not 0, zero elsewhere; determined [P]: 0 where the data say nothing.
- * sandwich: heteroscedasticity-consistent with samples as clusters (HC1, MacKinnon and White 1985; clusters as in Liang and Zeger
- * 1986), else H^-1. n_samples clusters of n_channels residuals. FF_ERR_MEMORY. */
-ff_status ff_covariance(const ff_layout *l, const ff_normal *n, const int *use, int sandwich, size_t n_samples, double *cov, int *determined);
+/* Covariance [P][P] of the parameters (not coordinates) whose `use` is not 0, zero elsewhere; determined [P]: 0 where the data say
+ * nothing. sandwich: heteroscedasticity-consistent with samples as clusters (HC1, MacKinnon and White 1985; clusters as in Liang
+ * and Zeger 1986), else H^-1. n_samples clusters of n_channels residuals. FF_ERR_MEMORY. */
+ff_status ff_covariance(const ff_layout *l, const ff_normal *n, const int *use, int sandwich, size_t n_samples, double *cov,
+                        int *determined);
 
 #endif

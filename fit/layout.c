@@ -46,7 +46,8 @@ ff_status ff_layout_init(const ff_model *m, size_t n_channels, ff_shape shape, i
     for (uint32_t k = 0; k < m->n_lobes; k++) {
         const ff_term *ndf = &ff_ndf_at(m->lobe[k].ndf)->term, *masking = &ff_masking_at(m->lobe[k].masking)->term;
         if (shape != FF_SHAPE_ISOTROPIC && !has_parameter(m, k, "alpha_y"))
-            return ff_error_set(err, FF_ERR_UNSUPPORTED, NULL, 0, -1, "%s is isotropic: it cannot be fitted with the shape '%s'", ndf->name, ff_shape_name((int)shape));
+            return ff_error_set(err, FF_ERR_UNSUPPORTED, NULL, 0, -1, "%s is isotropic: it cannot be fitted with the shape '%s'",
+                                ndf->name, ff_shape_name((int)shape));
         if (mean_slope && (masking->claims & FF_NEEDS_CENTRED))
             return ff_error_set(err, FF_ERR_UNSUPPORTED, NULL, 0, -1, "%s is undefined with a mean slope", masking->name);
         if (mean_slope && !has_parameter(m, k, "slope_x"))
@@ -79,7 +80,8 @@ void ff_layout_unpack(const ff_layout *l, const double *x, double *shape)
     }
 }
 
-void ff_layout_pass(const ff_layout *l, const struct ff_problem *p, const ff_fit_options *o, const double *shape, const double *channel, ff_pass *pass)
+void ff_layout_pass(const ff_layout *l, const struct ff_problem *p, const ff_fit_options *o, const double *shape,
+                    const double *channel, ff_pass *pass)
 {
     const ff_model *m = l->m;
     memset(pass, 0, sizeof *pass);

@@ -103,7 +103,8 @@ ff_status ff_pass_run(const ff_pass *pass, int parallel, ff_normal *out)
         const double *s = r.result + c * r.n_sums;
         cost2 += *s++;
         for (size_t k = 0; k < r.n_gram; k++) out->gram[k] += *s++;
-        for (size_t k = 0; k < FF_STAT_COUNT; k++, s++) out->stat[k] = k == FF_STAT_MAX ? fmax(out->stat[k], *s) : out->stat[k] + *s;
+        for (size_t k = 0; k < FF_STAT_COUNT; k++, s++)
+            out->stat[k] = k == FF_STAT_MAX ? fmax(out->stat[k], *s) : out->stat[k] + *s;
         for (size_t k = 0; k < r.n_meat; k++) out->meat[k] += *s++;
     }
     free(r.lanes);

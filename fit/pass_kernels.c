@@ -1,5 +1,6 @@
 /* One pass over a range of blocks: model, residuals, Jacobian columns, and their outer products summed in eight lanes.
- * Compiled once per instruction set. The lanes are the same for each, so that the sums differ by the rounding of fused products only. */
+ * Compiled once per instruction set. The lanes are the same for each, so that the sums differ by the rounding of fused products
+ * only. */
 #include "internal_fit.h"
 #include "internal_vector_math.h"
 
@@ -97,10 +98,17 @@ static void robustify(ff_robust robust, double b, double *restrict r, double *re
 {
     double rho[FF_BLOCK] __attribute__((aligned(64))), slope[FF_BLOCK];
     switch (robust) {
-    case FF_ROBUST_HUBER: huber(b * b, r, rho, slope); break;
-    case FF_ROBUST_CAUCHY: cauchy(b * b, r, rho, slope); break;
-    case FF_ROBUST_TUKEY: tukey(b * b, r, rho, slope); break;
-    default: return;
+    case FF_ROBUST_HUBER:
+        huber(b * b, r, rho, slope);
+        break;
+    case FF_ROBUST_CAUCHY:
+        cauchy(b * b, r, rho, slope);
+        break;
+    case FF_ROBUST_TUKEY:
+        tukey(b * b, r, rho, slope);
+        break;
+    default:
+        return;
     }
     for (int i = 0; i < FF_BLOCK; i++) {
         const double root = sqrt(slope[i]);
@@ -110,7 +118,8 @@ static void robustify(ff_robust robust, double b, double *restrict r, double *re
     add_to_lanes(rho, cost2);
 }
 
-/* ---- outer products ------------------------------------------------------------------------------------------------------------ */
+/* ---- outer products ------------------------------------------------------------------------------------------------------------
+ */
 
 /* Sums of the products of M columns into the packed triangle, all of it in registers. M is a constant at each call. */
 static inline __attribute__((always_inline)) void gram_small(const int M, double (*restrict column)[FF_BLOCK], v8 *restrict acc)
@@ -166,18 +175,34 @@ static void gram(size_t m, double (*restrict column)[FF_BLOCK], double *restrict
 {
     v8 *acc = (v8 *)lanes;
     switch (m) {
-    case 1: gram_small(1, column, acc); break;
-    case 2: gram_small(2, column, acc); break;
-    case 3: gram_small(3, column, acc); break;
-    case 4: gram_small(4, column, acc); break;
-    case 5: gram_small(5, column, acc); break;
-    case 6: gram_small(6, column, acc); break;
-    case 7: gram_small(7, column, acc); break;
-    default: gram_tiled(m, column, acc);
+    case 1:
+        gram_small(1, column, acc);
+        break;
+    case 2:
+        gram_small(2, column, acc);
+        break;
+    case 3:
+        gram_small(3, column, acc);
+        break;
+    case 4:
+        gram_small(4, column, acc);
+        break;
+    case 5:
+        gram_small(5, column, acc);
+        break;
+    case 6:
+        gram_small(6, column, acc);
+        break;
+    case 7:
+        gram_small(7, column, acc);
+        break;
+    default:
+        gram_tiled(m, column, acc);
     }
 }
 
-/* ---- a block ------------------------------------------------------------------------------------------------------------------- */
+/* ---- a block -------------------------------------------------------------------------------------------------------------------
+ */
 
 typedef struct __attribute__((aligned(64))) block_scratch {
     double S[FF_MAX_LOBES][FF_BLOCK];
@@ -235,8 +260,10 @@ static void scaled(const double *restrict a, const double *restrict j, double *r
     for (int i = 0; i < FF_BLOCK; i++) out[i] = a[i] * j[i];
 }
 
-/* Residuals of the fit's quality, whichever loss is minimised. A datum below -1/cos, where the log loss has no value, counts as there. */
-static void statistics(const double *restrict f, const double *restrict y, const double *restrict x, const double *restrict sw, double *restrict stat)
+/* Residuals of the fit's quality, whichever loss is minimised. A datum below -1/cos, where the log loss has no value, counts as
+ * there. */
+static void statistics(const double *restrict f, const double *restrict y, const double *restrict x, const double *restrict sw,
+                       double *restrict stat)
 {
     double part[FF_STAT_COUNT][FF_BLOCK] __attribute__((aligned(64)));
     for (int i = 0; i < FF_BLOCK; i++) {
@@ -252,7 +279,8 @@ static void statistics(const double *restrict f, const double *restrict y, const
     for (int k = 0; k < FF_STAT_MAX; k++) add_to_lanes(part[k], stat + k * 8);
     double *largest = stat + FF_STAT_MAX * 8;
     for (int i = 0; i < FF_BLOCK; i += 8)
-        for (int lane = 0; lane < 8; lane++) largest[lane] = part[FF_STAT_MAX][i + lane] > largest[lane] ? part[FF_STAT_MAX][i + lane] : largest[lane];
+        for (int lane = 0; lane < 8; lane++)
+            largest[lane] = part[FF_STAT_MAX][i + lane] > largest[lane] ? part[FF_STAT_MAX][i + lane] : largest[lane];
 }
 
 /* cos(theta_i) of the block, from the tangents. */
@@ -273,8 +301,8 @@ static void add_score(const double *restrict column, const double *restrict r, d
     for (int i = 0; i < FF_BLOCK; i++) score[i] += column[i] * r[i];
 }
 
-static void channel_block(const ff_pass *pass, size_t block, size_t c, const ff_geometry *g, const double *const *shape, block_scratch *s,
-                          const ff_chunk_sums *sums)
+static void channel_block(const ff_pass *pass, size_t block, size_t c, const ff_geometry *g, const double *const *shape,
+                          block_scratch *s, const ff_chunk_sums *sums)
 {
     const ff_model *m = pass->m;
     const struct ff_problem *p = pass->p;
@@ -301,7 +329,8 @@ static void channel_block(const ff_pass *pass, size_t block, size_t c, const ff_
         else
             memcpy(s->f, fd, sizeof s->f);
     }
-    const loss_planes l = {ff_problem_plane(p, block, p->weight + p->weight_stride * (int)c), ff_problem_plane(p, block, p->target + (int)c), s->x};
+    const loss_planes l = {ff_problem_plane(p, block, p->weight + p->weight_stride * (int)c),
+                           ff_problem_plane(p, block, p->target + (int)c), s->x};
     if (p->surrogate || p->loss == FF_LOSS_COSINE || p->loss == FF_LOSS_RELATIVE || p->loss == FF_LOSS_PLAIN)
         loss_linear(&l, s->f, s->r, s->j);
     else if (p->loss == FF_LOSS_LOG)
@@ -313,7 +342,8 @@ static void channel_block(const ff_pass *pass, size_t block, size_t c, const ff_
     size_t n = 0;
     for (uint32_t k = 0; k < pass->n_shape; k++) product(shape[k], s->F[pass->shape[k].lobe], s->j, s->column[n++]);
     for (uint32_t lb = 0; lb < m->n_lobes; lb++)
-        for (uint32_t k = 0; k < m->lobe[lb].n_channel; k++) product(s->S[lb], s->d_optics[m->lobe[lb].channel0 + k], s->j, s->column[n++]);
+        for (uint32_t k = 0; k < m->lobe[lb].n_channel; k++)
+            product(s->S[lb], s->d_optics[m->lobe[lb].channel0 + k], s->j, s->column[n++]);
     for (uint32_t k = n_linear; k < m->n_channel; k++) scaled(s->d_optics[k], s->j, s->column[n++]);
     memcpy(s->column[n], s->r, sizeof s->r);
     const size_t m1 = n + 1;

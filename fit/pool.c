@@ -8,22 +8,22 @@
 #include <stdlib.h>
 
 struct ff_pool {
-    int             threads; /* that really run, the caller's included */
-    pthread_t      *handle;  /* [threads - 1]                          */
+    int threads;       /* that really run, the caller's included */
+    pthread_t *handle; /* [threads - 1]                          */
     pthread_mutex_t mutex;
-    pthread_cond_t  wake, done;
-    unsigned        round; /* counts the calls of run: a worker sleeps until it changes */
-    int             busy;  /* workers still in this round                               */
-    int             quit;
-    size_t          n;
-    atomic_size_t   next;
+    pthread_cond_t wake, done;
+    unsigned round; /* counts the calls of run: a worker sleeps until it changes */
+    int busy;       /* workers still in this round                               */
+    int quit;
+    size_t n;
+    atomic_size_t next;
     void (*fn)(void *, size_t, int);
     void *context;
 };
 
 typedef struct worker_start {
     ff_pool *pool;
-    int      worker;
+    int worker;
 } worker_start;
 
 static void take_items(ff_pool *pool, int worker)

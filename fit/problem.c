@@ -1,4 +1,5 @@
-/* From a table to blocks of planes: which samples are used, their weights and targets, and the geometry that no parameter changes. */
+/* From a table to blocks of planes: which samples are used, their weights and targets, and the geometry that no parameter changes.
+ */
 #define _GNU_SOURCE /* madvise */
 #include "internal_fit.h"
 #include <math.h>
@@ -19,9 +20,10 @@ static double *block_memory(size_t bytes)
     return data;
 }
 
-/* ---- losses as the samples see them ---------------------------------------------------------------------------------------------- */
+/* ---- losses as the samples see them
+ * ---------------------------------------------------------------------------------------------- */
 
-#define FF_CUBE_ROOT_E2 1e-16 /* as in pass_kernels.c */
+#define FF_CUBE_ROOT_E2   1e-16 /* as in pass_kernels.c */
 #define FF_RELATIVE_FLOOR 1e-3
 
 /* g(y) of a loss; linear losses keep y. x = cos(theta_i). */
@@ -52,32 +54,33 @@ static double loss_factor(ff_loss loss, double y, double x, double floor)
     return 1;
 }
 
-/* ---- selection --------------------------------------------------------------------------------------------------------------------- */
+/* ---- selection
+ * --------------------------------------------------------------------------------------------------------------------- */
 
 enum { FF_USED = 0, FF_INVALID, FF_BELOW, FF_GRAZING };
 
 typedef struct slab_result {
     size_t count[4], negative;
-    double weight;  /* of the used samples */
+    double weight; /* of the used samples */
 } slab_result;
 
 /* Everything the building needs; read by all threads. */
 typedef struct build {
-    const ff_table       *t;
+    const ff_table *t;
     const ff_fit_options *o;
-    struct ff_problem    *p;
+    struct ff_problem *p;
     ff_weighting weighting;
     const size_t *channel; /* [n_from] table channels that are read */
-    size_t  n_from;
-    double  cos_max;       /* cos(max_theta) */
-    uint32_t *index;       /* [table n]; the used samples of slab s from index + s FF_SLAB, then packed */
+    size_t n_from;
+    double cos_max;  /* cos(max_theta) */
+    uint32_t *index; /* [table n]; the used samples of slab s from index + s FF_SLAB, then packed */
     slab_result *slab;
-    double *channel_sum;   /* [slabs][n_channels] of |y| over used samples */
-    double  weight_scale;  /* 1 / mean weight */
-    double *floors;        /* [n_channels] */
-    double *buffer;        /* [threads][per_thread] */
-    float  *size;          /* [used] largest weighted value of each sample */
-    size_t  per_thread;
+    double *channel_sum; /* [slabs][n_channels] of |y| over used samples */
+    double weight_scale; /* 1 / mean weight */
+    double *floors;      /* [n_channels] */
+    double *buffer;      /* [threads][per_thread] */
+    float *size;         /* [used] largest weighted value of each sample */
+    size_t per_thread;
 } build;
 
 /* Values of problem channel c for table samples first .. first+n-1. scratch [n]. */
@@ -171,7 +174,8 @@ static void look_at_slab(void *context, size_t s, int worker)
     b->slab[s] = r;
 }
 
-/* ---- blocks ------------------------------------------------------------------------------------------------------------------------ */
+/* ---- blocks
+ * ------------------------------------------------------------------------------------------------------------------------ */
 
 /* Directions, weights and channel values of the samples of one block, gathered from their places in the table. */
 typedef struct gathered {
@@ -212,7 +216,8 @@ static void fill_targets(const build *b, size_t block, const uint32_t *index, si
             values_of(b, c, index[i], count, y + i, scratch);
             if (b->weighting == FF_WEIGHT_SIGMA) sigmas_of(b, c, index[i], count, sigma + i, scratch);
         }
-        double *weight = ff_problem_plane(p, block, p->weight + p->weight_stride * (int)c), *target = ff_problem_plane(p, block, p->target + (int)c);
+        double *weight = ff_problem_plane(p, block, p->weight + p->weight_stride * (int)c),
+               *target = ff_problem_plane(p, block, p->target + (int)c);
         double *value = ff_problem_plane(p, block, p->value + (int)c);
         for (size_t i = 0; i < FF_BLOCK; i++) {
             const int in = i < n;
@@ -252,7 +257,8 @@ static void build_block(void *context, size_t block, int worker)
     }
 }
 
-/* ---- the thin problem -------------------------------------------------------------------------------------------------------------- */
+/* ---- the thin problem
+ * -------------------------------------------------------------------------------------------------------------- */
 
 /* Bins of magnitudes: exponent and four bits of the mantissa of a positive float. */
 enum { FF_BINS = 0x1000 };
@@ -285,9 +291,9 @@ static size_t stride_for(size_t rest, size_t wanted)
 typedef struct thinning {
     const struct ff_problem *from;
     struct ff_problem *to;
-    uint32_t *index;       /* [to->n]                                          */
-    double    rest_weight; /* root weight of those with rest[k] = 1            */
-    unsigned char *rest;   /* [to->n]                                          */
+    uint32_t *index;     /* [to->n]                                          */
+    double rest_weight;  /* root weight of those with rest[k] = 1            */
+    unsigned char *rest; /* [to->n]                                          */
 } thinning;
 
 static int is_weight_plane(const struct ff_problem *p, size_t plane)
@@ -308,7 +314,8 @@ static void thin_plane(void *context, size_t plane, int worker)
     }
 }
 
-/* Replaces loss by its tangent at the data: w g'(y) (f - y). A datum near 0, where the cube root is steep, counts as 1 % of the mean. */
+/* Replaces loss by its tangent at the data: w g'(y) (f - y). A datum near 0, where the cube root is steep, counts as 1 % of the
+ * mean. */
 static void linearise(struct ff_problem *p)
 {
     const struct ff_problem old = *p;
@@ -318,7 +325,8 @@ static void linearise(struct ff_problem *p)
         const double *x = ff_problem_plane(p, b, p->geometry[FF_G_COS_I]);
         /* the planes of g(y) become weights per channel; their former place is taken by the values */
         for (size_t c = 0; c < p->n_channels; c++) {
-            const double *w = ff_problem_plane(&old, b, old.weight + old.weight_stride * (int)c), *y = ff_problem_plane(&old, b, old.value + (int)c);
+            const double *w = ff_problem_plane(&old, b, old.weight + old.weight_stride * (int)c),
+                         *y = ff_problem_plane(&old, b, old.value + (int)c);
             double *target = ff_problem_plane(&old, b, old.target + (int)c);
             for (int i = 0; i < FF_BLOCK; i++) target[i] = w[i] * slope_of(p->loss, fmax(fabs(y[i]), 0.01 * mean), x[i]);
         }
@@ -377,20 +385,26 @@ static void thin_free(struct ff_problem *p)
     free(p);
 }
 
-/* ---- the whole --------------------------------------------------------------------------------------------------------------------- */
+/* ---- the whole
+ * --------------------------------------------------------------------------------------------------------------------- */
 
 ff_status ff_fit_options_check(const ff_fit_options *o, ff_error *err)
 {
-    if (o->size != sizeof *o) return ff_error_set(err, FF_ERR_RANGE, NULL, 0, -1, "the options were not initialised by ff_fit_options_init");
-    if (!ff_loss_name((int)o->loss) || !ff_robust_name((int)o->robust) || !ff_weighting_name((int)o->weighting) || !ff_shape_name((int)o->shape) ||
-        !ff_channel_mode_name((int)o->channels))
-        return ff_error_set(err, FF_ERR_RANGE, NULL, 0, -1, "an option names no known loss, robust loss, weighting, shape or mode of channels");
+    if (o->size != sizeof *o)
+        return ff_error_set(err, FF_ERR_RANGE, NULL, 0, -1, "the options were not initialised by ff_fit_options_init");
+    if (!ff_loss_name((int)o->loss) || !ff_robust_name((int)o->robust) || !ff_weighting_name((int)o->weighting) ||
+        !ff_shape_name((int)o->shape) || !ff_channel_mode_name((int)o->channels))
+        return ff_error_set(err, FF_ERR_RANGE, NULL, 0, -1,
+                            "an option names no known loss, robust loss, weighting, shape or mode of channels");
     if (!(o->max_theta > 0 && o->max_theta <= 1.5707963267948968))
-        return ff_error_set(err, FF_ERR_RANGE, NULL, 0, -1, "the largest angle must lie in (0, 90] degrees, found %g", o->max_theta * (180 / 3.14159265358979323846));
+        return ff_error_set(err, FF_ERR_RANGE, NULL, 0, -1, "the largest angle must lie in (0, 90] degrees, found %g",
+                            o->max_theta * (180 / 3.14159265358979323846));
     if (o->robust != FF_ROBUST_NONE && !(o->robust_scale > 0 && isfinite(o->robust_scale)))
-        return ff_error_set(err, FF_ERR_RANGE, NULL, 0, -1, "the scale of a robust loss must be positive, found %g", o->robust_scale);
+        return ff_error_set(err, FF_ERR_RANGE, NULL, 0, -1, "the scale of a robust loss must be positive, found %g",
+                            o->robust_scale);
     if (o->threads < 0 || o->max_iterations < 0)
-        return ff_error_set(err, FF_ERR_RANGE, NULL, 0, -1, "the options for the number of threads and of iterations must not be negative");
+        return ff_error_set(err, FF_ERR_RANGE, NULL, 0, -1,
+                            "the options for the number of threads and of iterations must not be negative");
     return FF_OK;
 }
 
@@ -399,21 +413,26 @@ static ff_status check_options(const ff_table *t, const ff_fit_options *o, ff_er
     const ff_status s = ff_fit_options_check(o, err);
     if (s) return s;
     if (o->only_channel >= 0 && (size_t)o->only_channel >= t->n_channels)
-        return ff_error_set(err, FF_ERR_RANGE, NULL, 0, -1, "channel %d does not exist: the data have %zu", o->only_channel, t->n_channels);
-    if (!ff_isa_available(o->isa)) return ff_error_set(err, FF_ERR_UNSUPPORTED, NULL, 0, -1, "this processor does not have the instruction set asked for");
+        return ff_error_set(err, FF_ERR_RANGE, NULL, 0, -1, "channel %d does not exist: the data have %zu", o->only_channel,
+                            t->n_channels);
+    if (!ff_isa_available(o->isa))
+        return ff_error_set(err, FF_ERR_UNSUPPORTED, NULL, 0, -1, "this processor does not have the instruction set asked for");
     if (t->n == 0 || t->n_channels == 0) return ff_error_set(err, FF_ERR_DATA, NULL, 0, -1, "the data have no samples");
-    if (t->n > UINT32_MAX) return ff_error_set(err, FF_ERR_UNSUPPORTED, NULL, 0, -1, "more than %u samples in one table", UINT32_MAX);
+    if (t->n > UINT32_MAX)
+        return ff_error_set(err, FF_ERR_UNSUPPORTED, NULL, 0, -1, "more than %u samples in one table", UINT32_MAX);
     return FF_OK;
 }
 
 static ff_status choose_weighting(const ff_table *t, ff_weighting asked, ff_weighting *out, ff_error *err)
 {
     if (asked == FF_WEIGHT_SOLID_ANGLE && !ff_table_has_weights(t))
-        return ff_error_set(err, FF_ERR_UNSUPPORTED, NULL, 0, -1, "these samples are not a grid and have no weight column: solid-angle weights are not defined");
+        return ff_error_set(err, FF_ERR_UNSUPPORTED, NULL, 0, -1,
+                            "these samples are not a grid and have no weight column: solid-angle weights are not defined");
     if (asked == FF_WEIGHT_SIGMA && !t->sigma)
         return ff_error_set(err, FF_ERR_UNSUPPORTED, NULL, 0, -1, "the data have no standard deviations to weight by");
     *out = asked;
-    if (asked == FF_WEIGHT_AUTO) *out = ff_table_has_weights(t) ? FF_WEIGHT_SOLID_ANGLE : t->sigma ? FF_WEIGHT_SIGMA : FF_WEIGHT_SAMPLE;
+    if (asked == FF_WEIGHT_AUTO)
+        *out = ff_table_has_weights(t) ? FF_WEIGHT_SOLID_ANGLE : t->sigma ? FF_WEIGHT_SIGMA : FF_WEIGHT_SAMPLE;
     return FF_OK;
 }
 
@@ -428,7 +447,8 @@ static void lay_out(struct ff_problem *p, const ff_model *models, size_t n_model
     uint32_t need = 0;
     for (size_t i = 0; i < n_models; i++) {
         for (uint32_t l = 0; l < models[i].n_lobes; l++)
-            if (ff_ndf_at(models[i].lobe[l].ndf)->term.claims & FF_ISOTROPIC) need |= ff_model_planes(&models[i], FF_ISOTROPIC_MODE);
+            if (ff_ndf_at(models[i].lobe[l].ndf)->term.claims & FF_ISOTROPIC)
+                need |= ff_model_planes(&models[i], FF_ISOTROPIC_MODE);
         need |= ff_model_planes(&models[i], isotropic ? FF_ISOTROPIC_MODE : FF_CENTRED_MODE);
     }
     const int curved = is_curved(p->loss);
@@ -455,7 +475,8 @@ static ff_status name_channels(const ff_table *t, struct ff_problem *p, const ff
     p->channel_name = calloc(p->n_channels, sizeof *p->channel_name);
     if (!p->channel_name) return FF_ERR_MEMORY;
     for (size_t c = 0; c < p->n_channels; c++)
-        strcpy(p->channel_name[c], o->channels == FF_CHANNELS_MEAN && o->only_channel < 0 && t->n_channels > 1 ? "mean" : t->channels[channel[c]].name);
+        strcpy(p->channel_name[c],
+               o->channels == FF_CHANNELS_MEAN && o->only_channel < 0 && t->n_channels > 1 ? "mean" : t->channels[channel[c]].name);
     return FF_OK;
 }
 
@@ -470,9 +491,10 @@ static void pack_index(build *b, size_t slabs)
 
 static ff_status nothing_left(const ff_selection *s, const ff_fit_options *o, ff_error *err)
 {
-    return ff_error_set(err, FF_ERR_DATA, NULL, 0, -1,
-                        "no sample is left to fit: of %zu, %zu are not valid measurements, %zu lie at or below the horizon, %zu beyond %g degrees",
-                        s->samples, s->invalid, s->below_horizon, s->grazing, o->max_theta * (180 / 3.14159265358979323846));
+    return ff_error_set(
+        err, FF_ERR_DATA, NULL, 0, -1,
+        "no sample is left to fit: of %zu, %zu are not valid measurements, %zu lie at or below the horizon, %zu beyond %g degrees",
+        s->samples, s->invalid, s->below_horizon, s->grazing, o->max_theta * (180 / 3.14159265358979323846));
 }
 
 static ff_status build_all(build *b, const ff_model *models, size_t n_models, ff_error *err)
@@ -486,7 +508,8 @@ static ff_status build_all(build *b, const ff_model *models, size_t n_models, ff
     b->channel_sum = calloc(slabs * C, sizeof *b->channel_sum);
     b->floors = calloc(C, sizeof *b->floors);
     b->buffer = malloc(threads * b->per_thread * sizeof *b->buffer);
-    if (!b->index || !b->slab || !b->channel_sum || !b->floors || !b->buffer) return ff_error_set(err, FF_ERR_MEMORY, NULL, 0, -1, "out of memory");
+    if (!b->index || !b->slab || !b->channel_sum || !b->floors || !b->buffer)
+        return ff_error_set(err, FF_ERR_MEMORY, NULL, 0, -1, "out of memory");
     ff_pool_run(p->pool, slabs, look_at_slab, b);
     ff_selection *sel = &p->selection;
     double weight = 0;
@@ -517,7 +540,8 @@ static ff_status build_all(build *b, const ff_model *models, size_t n_models, ff
     return st ? ff_error_set(err, st, NULL, 0, -1, "out of memory") : FF_OK;
 }
 
-ff_status ff_problem_new(const ff_table *t, const ff_model *models, size_t n_models, const ff_fit_options *o, ff_problem **out, ff_error *err)
+ff_status ff_problem_new(const ff_table *t, const ff_model *models, size_t n_models, const ff_fit_options *o, ff_problem **out,
+                         ff_error *err)
 {
     build b = {.t = t, .o = o};
     ff_status s = check_options(t, o, err);
@@ -540,8 +564,10 @@ ff_status ff_problem_new(const ff_table *t, const ff_model *models, size_t n_mod
     p->n_channels = o->channels == FF_CHANNELS_MEAN ? 1 : b.n_from;
     p->loss = o->loss;
     p->isa = o->isa;
-    p->selection = (ff_selection){.samples = t->n, .n_channels = p->n_channels, .weighting = b.weighting, .isotropic = t->isotropic};
-    s = name_channels(t, p, o, channel) ? ff_error_set(err, FF_ERR_MEMORY, NULL, 0, -1, "out of memory") : build_all(&b, models, n_models, err);
+    p->selection =
+        (ff_selection){.samples = t->n, .n_channels = p->n_channels, .weighting = b.weighting, .isotropic = t->isotropic};
+    s = name_channels(t, p, o, channel) ? ff_error_set(err, FF_ERR_MEMORY, NULL, 0, -1, "out of memory")
+                                        : build_all(&b, models, n_models, err);
     free(b.index);
     free(b.slab);
     free(b.channel_sum);

@@ -13,28 +13,29 @@
 #define FF_ROUGH 1e-7
 #define FF_EXACT 1e-11
 
-/* ---- the compressed problem ------------------------------------------------------------------------------------------------------ */
+/* ---- the compressed problem
+ * ------------------------------------------------------------------------------------------------------ */
 
 /* What the solver's evaluations share. */
 typedef struct solver {
-    const ff_layout         *l;
+    const ff_layout *l;
     const struct ff_problem *p;
-    const ff_fit_options    *o;
-    int        parallel, passes, iterations, have_last;
-    double     shape[FF_MAX_SHAPE];
-    double    *x;             /* [P] all coordinates; the solver moves those in `moving`             */
-    double    *lower, *upper; /* [P]                                                                 */
-    size_t    *moving, n_moving;
-    ff_normal  normal;        /* of the last pass                                                    */
-    double    *last;          /* [P] where it was made                                               */
-    double    *H, *g;         /* [P][P], [P] in coordinates, of the last pass                        */
-    double    *sub, *L, *D, *slope;
-    double     explained;     /* |Q^T r|^2 of the last evaluation: what a Gauss-Newton step would gain */
-    double     tolerance;     /* explained <= tolerance * cost2 is converged                         */
-    double     gain[2];       /* explained / cost2 of the last two points, the latest first; 0 = none */
-    int        speculate, last_is_final;
-    int        left_box;      /* a step of the unbounded solver went outside                          */
-    ff_status  status;        /* of a pass that failed                                               */
+    const ff_fit_options *o;
+    int parallel, passes, iterations, have_last;
+    double shape[FF_MAX_SHAPE];
+    double *x;             /* [P] all coordinates; the solver moves those in `moving`             */
+    double *lower, *upper; /* [P]                                                                 */
+    size_t *moving, n_moving;
+    ff_normal normal; /* of the last pass                                                    */
+    double *last;     /* [P] where it was made                                               */
+    double *H, *g;    /* [P][P], [P] in coordinates, of the last pass                        */
+    double *sub, *L, *D, *slope;
+    double explained; /* |Q^T r|^2 of the last evaluation: what a Gauss-Newton step would gain */
+    double tolerance; /* explained <= tolerance * cost2 is converged                         */
+    double gain[2];   /* explained / cost2 of the last two points, the latest first; 0 = none */
+    int speculate, last_is_final;
+    int left_box;     /* a step of the unbounded solver went outside                          */
+    ff_status status; /* of a pass that failed                                               */
 } solver;
 
 int ff_fit_cancelled(const ff_fit_options *o)
@@ -42,8 +43,8 @@ int ff_fit_cancelled(const ff_fit_options *o)
     return o->cancel && __atomic_load_n(o->cancel, __ATOMIC_RELAXED);
 }
 
-/* A pass that also gathers statistics and errors costs half as much again as a plain one, and a pass less is a pass less. Near the minimum
- * the gains of successive steps fall quadratically at first, then by a constant factor. */
+/* A pass that also gathers statistics and errors costs half as much again as a plain one, and a pass less is a pass less. Near the
+ * minimum the gains of successive steps fall quadratically at first, then by a constant factor. */
 static int next_looks_last(const solver *s)
 {
     if (s->gain[0] <= 0) return 0;
@@ -65,7 +66,8 @@ static ff_status pass_here(solver *s)
     s->have_last = 0;
     const ff_status st = ff_pass_run(&pass, s->parallel, &s->normal);
     if (st) return st;
-    for (size_t k = 0; k < l->P; k++) s->slope[k] = k < l->n_free ? ff_coordinate_slope(l->m->shape[l->index[k]].info, s->shape[l->index[k]]) : 1;
+    for (size_t k = 0; k < l->P; k++)
+        s->slope[k] = k < l->n_free ? ff_coordinate_slope(l->m->shape[l->index[k]].info, s->shape[l->index[k]]) : 1;
     ff_normal_assemble(l, &s->normal, s->slope, s->H, s->g);
     memcpy(s->last, s->x, l->P * sizeof *s->x);
     s->have_last = 1;
@@ -112,8 +114,8 @@ static ff_status evaluate(void *context, const double *x, double *residual, doub
     return FF_OK;
 }
 
-/* Converged when a Gauss-Newton step can gain nothing that counts (the Newton decrement): this needs no further pass to see it. The last
- * evaluation was made at the current point when its cost is the current one. */
+/* Converged when a Gauss-Newton step can gain nothing that counts (the Newton decrement): this needs no further pass to see it. The
+ * last evaluation was made at the current point when its cost is the current one. */
 static int iterated(void *context, int iteration, double cost)
 {
     solver *s = context;
@@ -124,7 +126,8 @@ static int iterated(void *context, int iteration, double cost)
     return here && s->explained <= s->tolerance * s->normal.cost2;
 }
 
-/* ---- bounds ------------------------------------------------------------------------------------------------------------------------ */
+/* ---- bounds
+ * ------------------------------------------------------------------------------------------------------------------------ */
 
 /* -1, +1 where a coordinate sits on its bound, else 0. */
 static int bound_of(const solver *s, size_t k)
@@ -160,26 +163,33 @@ static int update_held(solver *s, int *held, int *releases)
 static void set_bounds(const ff_layout *l, double *lower, double *upper)
 {
     for (size_t k = 0; k < l->P; k++) {
-        const ff_param *info = k < l->n_free ? l->m->shape[l->index[k]].info : l->m->channel[(k - l->n_free) % l->m->n_channel].info;
+        const ff_param *info =
+            k < l->n_free ? l->m->shape[l->index[k]].info : l->m->channel[(k - l->n_free) % l->m->n_channel].info;
         lower[k] = k < l->n_free ? ff_coordinate(info, info->lo) : info->lo;
         upper[k] = k < l->n_free ? ff_coordinate(info, info->hi) : info->hi;
     }
 }
 
-/* ---- one minimisation -------------------------------------------------------------------------------------------------------------- */
+/* ---- one minimisation
+ * -------------------------------------------------------------------------------------------------------------- */
 
 static ff_outcome outcome_of(ff_ceres_end end)
 {
     switch (end) {
-    case FF_CERES_CONVERGED: return FF_CONVERGED;
-    case FF_CERES_LIMIT: return FF_LIMIT;
-    case FF_CERES_STOPPED: return FF_CANCELLED;
-    default: return FF_STALLED;
+    case FF_CERES_CONVERGED:
+        return FF_CONVERGED;
+    case FF_CERES_LIMIT:
+        return FF_LIMIT;
+    case FF_CERES_STOPPED:
+        return FF_CANCELLED;
+    default:
+        return FF_STALLED;
     }
 }
 
 /* Runs the solver over the moving coordinates from s->x; walls: with their bounds, else as if there were none. */
-static ff_status run_solver(solver *s, double *x, double *lower, double *upper, int walls, int max_iterations, ff_outcome *outcome, ff_error *err)
+static ff_status run_solver(solver *s, double *x, double *lower, double *upper, int walls, int max_iterations, ff_outcome *outcome,
+                            ff_error *err)
 {
     for (size_t i = 0; i < s->n_moving; i++) {
         const size_t k = s->moving[i];
@@ -188,8 +198,14 @@ static ff_status run_solver(solver *s, double *x, double *lower, double *upper, 
         upper[i] = walls ? s->upper[k] : INFINITY;
     }
     /* the gradient has the scale of the data, so only steps and the objective decide */
-    const ff_ceres_problem problem = {.n = s->n_moving, .lower = lower, .upper = upper, .evaluate = evaluate, .iterated = iterated, .context = s,
-                                      .max_iterations = max_iterations, .function_tolerance = s->tolerance,
+    const ff_ceres_problem problem = {.n = s->n_moving,
+                                      .lower = lower,
+                                      .upper = upper,
+                                      .evaluate = evaluate,
+                                      .iterated = iterated,
+                                      .context = s,
+                                      .max_iterations = max_iterations,
+                                      .function_tolerance = s->tolerance,
                                       .parameter_tolerance = sqrt(s->tolerance) * 1e-2};
     ff_ceres_summary summary;
     s->status = FF_OK;
@@ -203,8 +219,8 @@ static ff_status run_solver(solver *s, double *x, double *lower, double *upper, 
     return *outcome == FF_CANCELLED ? FF_ERR_CANCELLED : FF_OK;
 }
 
-/* Moves the coordinates that are not held until the solver is content. Bounds cost the solver extra evaluations, so it gets them only
- * when it ran into one. */
+/* Moves the coordinates that are not held until the solver is content. Bounds cost the solver extra evaluations, so it gets them
+ * only when it ran into one. */
 static ff_status solve_moving(solver *s, const int *held, int max_iterations, ff_outcome *outcome, ff_error *err)
 {
     const size_t P = s->l->P;
@@ -245,15 +261,17 @@ static ff_status solver_new(const ff_layout *l, const struct ff_problem *p, cons
         return FF_ERR_MEMORY;
     }
     double *next = s->x + P;
-    double **const vectors[] = {&s->lower, &s->upper, &s->last, &s->g, &s->D, &s->slope}, **const matrices[] = {&s->H, &s->sub, &s->L};
+    double **const vectors[] = {&s->lower, &s->upper, &s->last, &s->g, &s->D, &s->slope},
+                   **const matrices[] = {&s->H, &s->sub, &s->L};
     for (size_t k = 0; k < sizeof vectors / sizeof *vectors; k++, next += P) *vectors[k] = next;
     for (size_t k = 0; k < sizeof matrices / sizeof *matrices; k++, next += P * P) *matrices[k] = next;
     set_bounds(l, s->lower, s->upper);
     return FF_OK;
 }
 
-ff_status ff_solve(const ff_layout *l, const struct ff_problem *p, const ff_fit_options *o, int parallel, int speculate, double tolerance,
-                   int max_iterations, double *shape, double *channel, int *at_bound, ff_solution *out, ff_error *err)
+ff_status ff_solve(const ff_layout *l, const struct ff_problem *p, const ff_fit_options *o, int parallel, int speculate,
+                   double tolerance, int max_iterations, double *shape, double *channel, int *at_bound, ff_solution *out,
+                   ff_error *err)
 {
     solver s;
     int *held = calloc(2 * l->P + 1, sizeof *held), *releases = held + l->P;
@@ -298,18 +316,19 @@ ff_status ff_solve(const ff_layout *l, const struct ff_problem *p, const ff_fit_
     return st;
 }
 
-/* ---- from a search to a start ------------------------------------------------------------------------------------------------------ */
+/* ---- from a search to a start
+ * ------------------------------------------------------------------------------------------------------ */
 
 enum { FF_CANDIDATES = 4 };
 
 /* Candidates that are minimised on the thin problem, each on its own thread. */
 typedef struct polish {
-    const ff_layout         *l;
+    const ff_layout *l;
     const struct ff_problem *p;
-    const ff_fit_options    *o;
+    const ff_fit_options *o;
     ff_candidate *candidate;
-    double       *channel; /* [candidates][n_channels n_channel] */
-    ff_status    *status;  /* [candidates] */
+    double *channel;   /* [candidates][n_channels n_channel] */
+    ff_status *status; /* [candidates] */
 } polish;
 
 static void polish_one(void *context, size_t i, int worker)
@@ -321,13 +340,16 @@ static void polish_one(void *context, size_t i, int worker)
     int *at_bound = malloc((p->l->P + 1) * sizeof *at_bound);
     (void)worker;
     p->status[i] = at_bound ? ff_start_channels(p->l, p->p, p->o, p->candidate[i].shape, channel, &cost2) : FF_ERR_MEMORY;
-    if (!p->status[i]) p->status[i] = ff_solve(p->l, p->p->thin, p->o, 0, 0, FF_ROUGH, 40, p->candidate[i].shape, channel, at_bound, &solution, NULL);
+    if (!p->status[i])
+        p->status[i] =
+            ff_solve(p->l, p->p->thin, p->o, 0, 0, FF_ROUGH, 40, p->candidate[i].shape, channel, at_bound, &solution, NULL);
     if (!p->status[i]) p->candidate[i].cost2 = solution.cost2;
     free(at_bound);
 }
 
 /* shape, channel: where to start on all samples. */
-static ff_status find_start(const ff_layout *l, struct ff_problem *p, const ff_fit_options *o, double *shape, double *channel, ff_error *err)
+static ff_status find_start(const ff_layout *l, struct ff_problem *p, const ff_fit_options *o, double *shape, double *channel,
+                            ff_error *err)
 {
     ff_candidate candidate[FF_CANDIDATES];
     ff_status status[FF_CANDIDATES] = {FF_OK}, st = FF_OK;
@@ -356,7 +378,8 @@ static ff_status find_start(const ff_layout *l, struct ff_problem *p, const ff_f
 }
 
 /* Most of the way is gone on fewer samples: from a given start on the thin problem, then on the middle one. */
-static ff_status approach(const ff_layout *l, struct ff_problem *p, const ff_fit_options *o, double *shape, double *channel, ff_error *err)
+static ff_status approach(const ff_layout *l, struct ff_problem *p, const ff_fit_options *o, double *shape, double *channel,
+                          ff_error *err)
 {
     const struct ff_problem *const levels[2] = {o->start_shape ? p->thin : NULL, p->middle};
     ff_solution solution;
@@ -368,7 +391,8 @@ static ff_status approach(const ff_layout *l, struct ff_problem *p, const ff_fit
     return st;
 }
 
-/* ---- the result -------------------------------------------------------------------------------------------------------------------- */
+/* ---- the result
+ * -------------------------------------------------------------------------------------------------------------------- */
 
 static void warn(ff_fit_result *r, const char *fmt, ...) __attribute__((format(printf, 2, 3)));
 static void warn(ff_fit_result *r, const char *fmt, ...)
@@ -401,8 +425,10 @@ static ff_fit_value *value_at(const ff_layout *l, ff_fit_result *r, size_t k)
 
 static void fill_values(const ff_layout *l, const double *shape, const double *channel, const int *at_bound, ff_fit_result *r)
 {
-    for (uint32_t k = 0; k < l->m->n_shape; k++) r->shape_value[k] = (ff_fit_value){.value = shape[k], .std_error = NAN, .held = 1, .column = -1};
-    for (size_t k = 0; k < l->n_channels * l->m->n_channel; k++) r->channel_value[k] = (ff_fit_value){.value = channel[k], .std_error = NAN, .column = -1};
+    for (uint32_t k = 0; k < l->m->n_shape; k++)
+        r->shape_value[k] = (ff_fit_value){.value = shape[k], .std_error = NAN, .held = 1, .column = -1};
+    for (size_t k = 0; k < l->n_channels * l->m->n_channel; k++)
+        r->channel_value[k] = (ff_fit_value){.value = channel[k], .std_error = NAN, .column = -1};
     for (size_t k = 0; k < l->P; k++) {
         ff_fit_value *v = value_at(l, r, k);
         v->held = 0;
@@ -417,7 +443,8 @@ static void fill_values(const ff_layout *l, const double *shape, const double *c
 }
 
 /* Standard errors and correlations of the parameters that are free and not on a bound. */
-static ff_status fill_errors(const ff_layout *l, const struct ff_problem *p, const ff_normal *normal, const int *at_bound, double *cov, ff_fit_result *r)
+static ff_status fill_errors(const ff_layout *l, const struct ff_problem *p, const ff_normal *normal, const int *at_bound,
+                             double *cov, ff_fit_result *r)
 {
     const size_t P = l->P;
     int *use = malloc(2 * P * sizeof *use + 1), *determined = use + P;
@@ -537,19 +564,22 @@ static void warn_channels_at_bound(const ff_layout *l, const struct ff_problem *
         snprintf(names + used, sizeof names - used, "%s%.32s", used ? ", " : "", p->channel_name[c]);
     }
     if (!names[0]) return;
-    warn(r, "%s%s%s%s is on its %s bound, %g: no standard error there", l->m->channel[k].name, l->n_channels > 1 ? " (" : "", l->n_channels > 1 ? names : "",
-         l->n_channels > 1 ? ")" : "", bound < 0 ? "lower" : "upper", value);
+    warn(r, "%s%s%s%s is on its %s bound, %g: no standard error there", l->m->channel[k].name, l->n_channels > 1 ? " (" : "",
+         l->n_channels > 1 ? names : "", l->n_channels > 1 ? ")" : "", bound < 0 ? "lower" : "upper", value);
 }
 
 static void fill_warnings(const ff_layout *l, const struct ff_problem *p, ff_fit_result *r)
 {
     char label[80];
-    if (r->outcome == FF_LIMIT) warn(r, "stopped after %d iterations before it converged; --max-iterations allows more", r->iterations);
-    if (r->outcome == FF_STALLED) warn(r, "the solver found no step that lowers the objective; the parameters may not be the best ones");
+    if (r->outcome == FF_LIMIT)
+        warn(r, "stopped after %d iterations before it converged; --max-iterations allows more", r->iterations);
+    if (r->outcome == FF_STALLED)
+        warn(r, "the solver found no step that lowers the objective; the parameters may not be the best ones");
     for (size_t k = 0; k < l->P; k++) {
         const ff_fit_value *v = value_at(l, r, k);
         parameter_label(l, p, k, label, sizeof label);
-        if (k < l->n_free && v->at_bound) warn(r, "%s is on its %s bound, %g", label, v->at_bound < 0 ? "lower" : "upper", v->value);
+        if (k < l->n_free && v->at_bound)
+            warn(r, "%s is on its %s bound, %g", label, v->at_bound < 0 ? "lower" : "upper", v->value);
         if (!v->at_bound && r->correlation && isnan(v->std_error)) warn(r, "%s is not determined by these data", label);
     }
     for (uint32_t k = 0; k < l->m->n_channel; k++) {
@@ -563,7 +593,11 @@ static void fill_warnings(const ff_layout *l, const struct ff_problem *p, ff_fit
     const size_t n = p->n * p->n_channels;
     if (p->selection.weighting == FF_WEIGHT_SIGMA && n > l->P) {
         const double chi2 = 2 * r->residual.objective / (double)(n - l->P);
-        if (chi2 > 2 || chi2 < 0.5) warn(r, "chi^2 per degree of freedom is %.3g: the standard deviations of the data do not match the residuals, and the standard errors follow them", chi2);
+        if (chi2 > 2 || chi2 < 0.5)
+            warn(r,
+                 "chi^2 per degree of freedom is %.3g: the standard deviations of the data do not match the residuals, and the "
+                 "standard errors follow them",
+                 chi2);
     }
 }
 
@@ -575,8 +609,8 @@ static double seconds(void)
 }
 
 /* The pass at the optimum with statistics and the outer products of the errors, unless the solver has made it already. */
-static ff_status final_pass(const ff_layout *l, const struct ff_problem *p, const ff_fit_options *o, const double *shape, const double *channel,
-                            ff_solution *solution)
+static ff_status final_pass(const ff_layout *l, const struct ff_problem *p, const ff_fit_options *o, const double *shape,
+                            const double *channel, ff_solution *solution)
 {
     ff_pass pass;
     if (solution->has_final) return FF_OK;
@@ -589,8 +623,8 @@ static ff_status final_pass(const ff_layout *l, const struct ff_problem *p, cons
 }
 
 /* Everything that is said of the optimum. */
-static ff_status finish(const ff_layout *l, const struct ff_problem *p, const ff_fit_options *o, const double *shape, const double *channel,
-                        const int *at_bound, ff_solution *solution, ff_fit_result *r, ff_error *err)
+static ff_status finish(const ff_layout *l, const struct ff_problem *p, const ff_fit_options *o, const double *shape,
+                        const double *channel, const int *at_bound, ff_solution *solution, ff_fit_result *r, ff_error *err)
 {
     double *cov = calloc(l->P * l->P + 1, sizeof *cov);
     ff_status st = cov ? final_pass(l, p, o, shape, channel, solution) : FF_ERR_MEMORY;
@@ -629,10 +663,12 @@ static ff_status check_fit(const ff_layout *l, const struct ff_problem *p, const
         const int isotropic = (ff_ndf_at(l->m->lobe[k].ndf)->term.claims & FF_ISOTROPIC) || l->mode == FF_ISOTROPIC_MODE;
         const uint32_t need = ff_model_planes(l->m, isotropic ? FF_ISOTROPIC_MODE : FF_CENTRED_MODE);
         if ((need & have) != need)
-            return ff_error_set(err, FF_ERR_UNSUPPORTED, NULL, 0, -1, "the problem was not made for this model and shape: name them to ff_problem_new");
+            return ff_error_set(err, FF_ERR_UNSUPPORTED, NULL, 0, -1,
+                                "the problem was not made for this model and shape: name them to ff_problem_new");
     }
     if (p->n * p->n_channels < l->P)
-        return ff_error_set(err, FF_ERR_DATA, NULL, 0, -1, "%zu values (%zu samples of %zu channels) cannot determine %zu parameters", p->n * p->n_channels, p->n,
+        return ff_error_set(err, FF_ERR_DATA, NULL, 0, -1,
+                            "%zu values (%zu samples of %zu channels) cannot determine %zu parameters", p->n * p->n_channels, p->n,
                             p->n_channels, l->P);
     if ((o->start_shape == NULL) != (o->start_channel == NULL))
         return ff_error_set(err, FF_ERR_RANGE, NULL, 0, -1, "a start needs both its shape and its channel parameters");
@@ -657,7 +693,8 @@ ff_status ff_problem_fit(ff_problem *p, const ff_model *m, const ff_fit_options 
     r.shape_value = calloc(m->n_shape + 1, sizeof *r.shape_value);
     r.channel_value = calloc(size + 1, sizeof *r.channel_value);
     ff_solution solution = {.outcome = FF_CONVERGED};
-    if (!channel || !at_bound || !r.shape_value || !r.channel_value) st = ff_error_set(err, FF_ERR_MEMORY, NULL, 0, -1, "out of memory");
+    if (!channel || !at_bound || !r.shape_value || !r.channel_value)
+        st = ff_error_set(err, FF_ERR_MEMORY, NULL, 0, -1, "out of memory");
     ff_model_defaults(m, C, shape, channel ? channel : NULL);
     if (!st && o->start_shape) {
         memcpy(shape, o->start_shape, m->n_shape * sizeof *shape);

@@ -6,9 +6,11 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* ---- bounded least squares ------------------------------------------------------------------------------------------------------- */
+/* ---- bounded least squares
+ * ------------------------------------------------------------------------------------------------------- */
 
-/* Solves the k x k system A x = b, symmetric positive semidefinite, by elimination with diagonal pivots; a vanishing pivot gives 0. */
+/* Solves the k x k system A x = b, symmetric positive semidefinite, by elimination with diagonal pivots; a vanishing pivot gives 0.
+ */
 static void solve_small(double *A, double *b, size_t k, double *x)
 {
     double diagonal[FF_MAX_CHANNEL_PARAMS];
@@ -83,7 +85,8 @@ double ff_bounded_least_squares(const double *gram, size_t n, const double *lo, 
     return best;
 }
 
-/* ---- one shape --------------------------------------------------------------------------------------------------------------------- */
+/* ---- one shape
+ * --------------------------------------------------------------------------------------------------------------------- */
 
 /* The bounded minimum of all channels by the gram of their linear columns at `at`; out may be at. Returns the sum of the minima. */
 static double step_channels(const ff_model *m, const ff_normal *normal, const double *at, double *out)
@@ -98,15 +101,16 @@ static double step_channels(const ff_model *m, const ff_normal *normal, const do
             hi[k] = m->channel[k].info->hi - at[c * nl + k];
         }
         sum += nl ? ff_bounded_least_squares(gram, nl, lo, hi, step) : gram[0];
-        for (size_t k = 0; k < nl; k++) out[c * nl + k] = fmin(fmax(at[c * nl + k] + step[k], m->channel[k].info->lo), m->channel[k].info->hi);
+        for (size_t k = 0; k < nl; k++)
+            out[c * nl + k] = fmin(fmax(at[c * nl + k] + step[k], m->channel[k].info->lo), m->channel[k].info->hi);
     }
     return sum;
 }
 
-/* A pass over a thin problem that leaves the gram of the linear columns. plain: without the robust loss, whose weights mean nothing far from
- * the data. */
-static ff_status linear_pass(const ff_layout *l, const struct ff_problem *p, const ff_fit_options *o, const double *shape, const double *channel,
-                             int plain, ff_normal *normal)
+/* A pass over a thin problem that leaves the gram of the linear columns. plain: without the robust loss, whose weights mean nothing
+ * far from the data. */
+static ff_status linear_pass(const ff_layout *l, const struct ff_problem *p, const ff_fit_options *o, const double *shape,
+                             const double *channel, int plain, ff_normal *normal)
 {
     ff_layout linear = *l; /* no shape columns */
     ff_pass pass;
@@ -116,8 +120,8 @@ static ff_status linear_pass(const ff_layout *l, const struct ff_problem *p, con
     return ff_pass_run(&pass, 0, normal);
 }
 
-ff_status ff_start_channels(const ff_layout *l, const struct ff_problem *p, const ff_fit_options *o, const double *shape, double *channel,
-                            double *cost2)
+ff_status ff_start_channels(const ff_layout *l, const struct ff_problem *p, const ff_fit_options *o, const double *shape,
+                            double *channel, double *cost2)
 {
     enum { STEPS = 4 };
     const size_t size = l->n_channels * l->m->n_channel;
@@ -147,7 +151,8 @@ ff_status ff_start_channels(const ff_layout *l, const struct ff_problem *p, cons
     return s;
 }
 
-/* ---- the search ---------------------------------------------------------------------------------------------------------------------- */
+/* ---- the search
+ * ---------------------------------------------------------------------------------------------------------------------- */
 
 /* Evaluates a list of shapes, spread over the pool. */
 typedef struct scan {
@@ -155,7 +160,7 @@ typedef struct scan {
     const struct ff_problem *p;
     const ff_fit_options *o;
     ff_candidate *candidate;
-    double *channel; /* [threads][n_channels n_channel] */
+    double *channel;   /* [threads][n_channels n_channel] */
     ff_status *status; /* [threads] */
 } scan;
 
@@ -167,7 +172,8 @@ static void scan_one(void *context, size_t i, int worker)
         s->status[worker] = FF_ERR_CANCELLED;
         return;
     }
-    const ff_status st = ff_start_channels(s->l, s->p, s->o, s->candidate[i].shape, s->channel + (size_t)worker * (size + 1), &s->candidate[i].cost2);
+    const ff_status st = ff_start_channels(s->l, s->p, s->o, s->candidate[i].shape, s->channel + (size_t)worker * (size + 1),
+                                           &s->candidate[i].cost2);
     if (st) s->status[worker] = st;
 }
 
@@ -200,8 +206,8 @@ static void search_range(const ff_param *info, double *lo, double *hi)
     }
 }
 
-/* Free parameters that a search goes through point by point: the scale of each lobe and what shapes its profile. Aspect, correlation
- * and mean slope come after. */
+/* Free parameters that a search goes through point by point: the scale of each lobe and what shapes its profile. Aspect,
+ * correlation and mean slope come after. */
 static int is_searched(const ff_layout *l, uint32_t k)
 {
     const ff_param *info = l->m->shape[l->index[k]].info;
@@ -226,7 +232,8 @@ static void set_point(const ff_layout *l, uint32_t k, double coordinate, double 
 static void grid_sizes(const ff_layout *l, size_t *size)
 {
     const size_t for_lobes[FF_MAX_LOBES + 1] = {1, 22, 13, 8};
-    for (uint32_t k = 0; k < l->n_free; k++) size[k] = !is_searched(l, k) ? 1 : is_scale(l, k) ? for_lobes[l->m->n_lobes] : l->m->n_lobes > 1 ? 3 : 7;
+    for (uint32_t k = 0; k < l->n_free; k++)
+        size[k] = !is_searched(l, k) ? 1 : is_scale(l, k) ? for_lobes[l->m->n_lobes] : l->m->n_lobes > 1 ? 3 : 7;
 }
 
 /* Lobes of the same kind are ordered by their scale, narrowest first. */
@@ -266,7 +273,7 @@ static size_t fill_grid(const ff_layout *l, const double *defaults, ff_candidate
 static size_t fill_ellipses(const ff_layout *l, const ff_candidate *from, uint32_t lobe, int correlated, ff_candidate *out)
 {
     const double aspects[] = {1.6, 2.8, 6}, scales[] = {0.75, 1, 1.4};
-    const int    turns = correlated ? 8 : 2;
+    const int turns = correlated ? 8 : 2;
     size_t n = 0;
     const uint32_t ix = l->m->lobe[lobe].shape0;
     for (size_t s = 0; s < 3; s++)
@@ -303,7 +310,8 @@ static size_t keep_distinct(const ff_layout *l, ff_candidate *c, size_t n, size_
     return kept;
 }
 
-ff_status ff_start_search(const ff_layout *l, const struct ff_problem *p, const ff_fit_options *o, ff_candidate *out, size_t max, size_t *n_out)
+ff_status ff_start_search(const ff_layout *l, const struct ff_problem *p, const ff_fit_options *o, ff_candidate *out, size_t max,
+                          size_t *n_out)
 {
     enum { MAX_GRID = 4096, SEEDS = 4 };
     const ff_model *m = l->m;

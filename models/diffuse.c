@@ -11,15 +11,13 @@ static void lambert(const double *params, const ff_geometry *g, size_t n, double
     for (size_t i = 0; i < n; i++) d[0][i] = 1 / FF_PI;
 }
 
-static const ff_param lambert_params[] = {
-    {"kd", "1", "diffuse albedo, kd", 0, 1, 0.1, FF_PARAM_PER_CHANNEL | FF_PARAM_LINEAR, 0}};
+static const ff_param lambert_params[] = {{"kd", "1", "diffuse albedo, kd", 0, 1, 0.1, FF_PARAM_PER_CHANNEL | FF_PARAM_LINEAR, 0}};
 
-const ff_optics FF_ISA_NAME(ff_diffuse_lambert) = {
-    .term = {.name = "lambert",
-             .title = "the same in every direction: kd / pi",
-             .source = "Lambert 1760",
-             .note = "added to the lobes as it is, without coupling to their albedo",
-             .claims = FF_RECIPROCAL | FF_PASSIVE | FF_ISOTROPIC,
-             .n_params = 1,
-             .params = lambert_params},
-    .eval = lambert};
+const ff_optics FF_ISA_NAME(ff_diffuse_lambert) = {.term = {.name = "lambert",
+                                                            .title = "the same in every direction: kd / pi",
+                                                            .source = "Lambert 1760",
+                                                            .note = "added to the lobes as it is, without coupling to their albedo",
+                                                            .claims = FF_RECIPROCAL | FF_PASSIVE | FF_ISOTROPIC,
+                                                            .n_params = 1,
+                                                            .params = lambert_params},
+                                                   .eval = lambert};

@@ -12,14 +12,14 @@ static ff_stretch_mode mode_for(const ff_stretch *s)
 /* Everything that does not change between blocks. */
 typedef struct evaluation {
     const ff_kernels *k;
-    const ff_model   *m;
-    size_t            n_channels;
-    const double     *channel;
-    uint32_t          planes;
+    const ff_model *m;
+    size_t n_channels;
+    const double *channel;
+    uint32_t planes;
     /* The value always comes from the cheapest mode, so that it has the same bits with and without derivatives; those need the
      * general mode also where alpha_x = alpha_y. */
-    ff_lobe_pass      pass[FF_MAX_LOBES], dpass[FF_MAX_LOBES];
-    double            jac[FF_MAX_LOBES][FF_MAX_SHAPE][FF_D_COUNT];
+    ff_lobe_pass pass[FF_MAX_LOBES], dpass[FF_MAX_LOBES];
+    double jac[FF_MAX_LOBES][FF_MAX_SHAPE][FF_D_COUNT];
 } evaluation;
 
 /* derivatives: dpass is needed too. */
@@ -53,7 +53,8 @@ static void above_horizon(const ff_dirs *w, size_t n, double *up)
 }
 
 /* df of the lobe's own parameters from the kernels' derivatives: sum over d of jac[k][d] dS[d], times F. */
-static void shape_derivatives(const evaluation *e, uint32_t l, const double (*dS)[FF_BLOCK], const double *F, size_t n, double *df, size_t ld)
+static void shape_derivatives(const evaluation *e, uint32_t l, const double (*dS)[FF_BLOCK], const double *F, size_t n, double *df,
+                              size_t ld)
 {
     const ff_lobe *lobe = &e->m->lobe[l];
     /* In the isotropic mode FF_D_AX is the derivative by both alphas at once. */
@@ -116,8 +117,8 @@ static void eval_block(const evaluation *e, const ff_dirs *w, size_t n, double *
     }
 }
 
-ff_status ff_model_eval(const ff_model *m, ff_isa isa, size_t n_channels, const double *shape, const double *channel, const ff_dirs *w,
-                        size_t n, double *f, double *df, size_t ld)
+ff_status ff_model_eval(const ff_model *m, ff_isa isa, size_t n_channels, const double *shape, const double *channel,
+                        const ff_dirs *w, size_t n, double *f, double *df, size_t ld)
 {
     evaluation e = {.k = ff_kernels_get(isa), .m = m, .n_channels = n_channels, .channel = channel};
     const ff_status s = ff_model_check(m, n_channels, shape, channel, NULL);
@@ -131,8 +132,8 @@ ff_status ff_model_eval(const ff_model *m, ff_isa isa, size_t n_channels, const 
     return FF_OK;
 }
 
-ff_status ff_model_terms(const ff_model *m, ff_isa isa, size_t n_channels, const double *shape, const double *channel, uint32_t l, size_t c,
-                         const ff_dirs *w, size_t n, const ff_terms *out)
+ff_status ff_model_terms(const ff_model *m, ff_isa isa, size_t n_channels, const double *shape, const double *channel, uint32_t l,
+                         size_t c, const ff_dirs *w, size_t n, const ff_terms *out)
 {
     evaluation e = {.k = ff_kernels_get(isa), .m = m, .n_channels = n_channels, .channel = channel};
     const ff_status s = ff_model_check(m, n_channels, shape, channel, NULL);
@@ -144,7 +145,7 @@ ff_status ff_model_terms(const ff_model *m, ff_isa isa, size_t n_channels, const
     e.pass[l].mode = FF_TILTED_MODE; /* the terms are asked for one at a time, by people: the general form serves all */
     e.planes = ff_model_planes(m, FF_TILTED_MODE);
     for (size_t i = 0; i < n; i += FF_BLOCK) {
-        const size_t  count = n - i < FF_BLOCK ? n - i : FF_BLOCK;
+        const size_t count = n - i < FF_BLOCK ? n - i : FF_BLOCK;
         const ff_dirs block = dirs_at(w, i);
         double planes[FF_G_COUNT][FF_BLOCK], up[FF_BLOCK], term[5][FF_BLOCK];
         ff_geometry g = {{NULL}};

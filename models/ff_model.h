@@ -22,12 +22,12 @@ enum { FF_TERM_KINDS = 4 };
 
 /** What a term claims; the test suite checks each claim for every term that makes it, and the absence of none. */
 enum {
-    FF_RECIPROCAL = 1u << 0,      /**< f(wi, wo) = f(wo, wi)                                                   */
-    FF_PASSIVE = 1u << 1,         /**< reflects at most what arrives, for parameters in their box              */
-    FF_ISOTROPIC = 1u << 2,       /**< has no direction of its own: alpha_x = alpha_y, r_xy = 0 by construction */
-    FF_WEAK_FURNACE = 1u << 3,    /**< masking: the weak white furnace integral of its G1 is 1                 */
-    FF_FURNACE_ONLY = 1u << 4,    /**< masking: exists for the furnace test; `all` does not include it         */
-    FF_NEEDS_CENTRED = 1u << 5    /**< masking: undefined when the mean slope is not zero                      */
+    FF_RECIPROCAL = 1u << 0,   /**< f(wi, wo) = f(wo, wi)                                                   */
+    FF_PASSIVE = 1u << 1,      /**< reflects at most what arrives, for parameters in their box              */
+    FF_ISOTROPIC = 1u << 2,    /**< has no direction of its own: alpha_x = alpha_y, r_xy = 0 by construction */
+    FF_WEAK_FURNACE = 1u << 3, /**< masking: the weak white furnace integral of its G1 is 1                 */
+    FF_FURNACE_ONLY = 1u << 4, /**< masking: exists for the furnace test; `all` does not include it         */
+    FF_NEEDS_CENTRED = 1u << 5 /**< masking: undefined when the mean slope is not zero                      */
 };
 
 enum {
@@ -43,26 +43,26 @@ typedef struct ff_param {
     const char *name;    /**< key in files and on the command line: "alpha_x"     */
     const char *unit;    /**< "1" where there is none; never NULL                 */
     const char *meaning; /**< one line, naming the symbol of the source           */
-    double      lo, hi, init; /**< lo <= init <= hi                               */
-    uint32_t    flags;   /**< FF_PARAM_...                                        */
-    double      offset;  /**< of FF_PARAM_LOG; lo + offset > 0                    */
+    double lo, hi, init; /**< lo <= init <= hi                               */
+    uint32_t flags;      /**< FF_PARAM_...                                        */
+    double offset;       /**< of FF_PARAM_LOG; lo + offset > 0                    */
 } ff_param;
 
 /** Everything a person is told about one term. Immutable, static storage. */
 typedef struct ff_term {
-    const char     *name;     /**< stable, lower case: "ggx", "smith-height-correlated"        */
-    const char     *title;    /**< one line for lists                                           */
-    const char     *source;   /**< paper and equations                                          */
-    const char     *note;     /**< what a user must know (validity, differences), "" when none  */
-    uint32_t        claims;   /**< FF_RECIPROCAL | ...                                          */
-    uint32_t        n_params; /**< length of params                                             */
-    const ff_param *params;   /**< of this term alone; NULL when n_params = 0                   */
+    const char *name;       /**< stable, lower case: "ggx", "smith-height-correlated"        */
+    const char *title;      /**< one line for lists                                           */
+    const char *source;     /**< paper and equations                                          */
+    const char *note;       /**< what a user must know (validity, differences), "" when none  */
+    uint32_t claims;        /**< FF_RECIPROCAL | ...                                          */
+    uint32_t n_params;      /**< length of params                                             */
+    const ff_param *params; /**< of this term alone; NULL when n_params = 0                   */
 } ff_term;
 
-size_t         ff_term_count(ff_term_kind kind);             /**< 0 for a kind that does not exist        */
-const ff_term *ff_term_at(ff_term_kind kind, size_t i);      /**< NULL when i >= count                    */
-int            ff_term_find(ff_term_kind kind, const char *name); /**< index, or -1 when unknown          */
-const char    *ff_term_kind_name(ff_term_kind kind);         /**< "distribution", "masking", ...          */
+size_t ff_term_count(ff_term_kind kind);                /**< 0 for a kind that does not exist        */
+const ff_term *ff_term_at(ff_term_kind kind, size_t i); /**< NULL when i >= count                    */
+int ff_term_find(ff_term_kind kind, const char *name);  /**< index, or -1 when unknown          */
+const char *ff_term_kind_name(ff_term_kind kind);       /**< "distribution", "masking", ...          */
 
 /* ---- composition ----------------------------------------------------------------------------------------------------------- */
 
@@ -70,25 +70,25 @@ enum { FF_MAX_LOBES = 3, FF_MAX_SHAPE = 24, FF_MAX_CHANNEL_PARAMS = 8, FF_PARAM_
 
 /** One specular lobe D F G / (4 iz oz): indices into the registry. */
 typedef struct ff_lobe {
-    int      ndf, masking, fresnel;
+    int ndf, masking, fresnel;
     uint32_t shape0, n_shape;     /**< its slice of the model's shape parameters   */
     uint32_t channel0, n_channel; /**< its slice of the per-channel parameters     */
 } ff_lobe;
 
 /** A parameter of a composed model: as in the registry, with the name it has there ("lobe2.alpha_x" for the second lobe). */
 typedef struct ff_model_param {
-    char            name[FF_PARAM_NAME];
-    const ff_param *info;  /**< static storage; info->name is the bare name                 */
-    uint32_t        lobe;  /**< 0-based; n_lobes for the diffuse term                       */
+    char name[FF_PARAM_NAME];
+    const ff_param *info; /**< static storage; info->name is the bare name                 */
+    uint32_t lobe;        /**< 0-based; n_lobes for the diffuse term                       */
 } ff_model_param;
 
 /** A sum of lobes and at most one diffuse term. A plain value: copy it freely.
  *  Its parameters are n_shape shared ones (roughness ...) followed, for each colour channel, by n_channel ones (f0 ..., kd). */
 typedef struct ff_model {
-    uint32_t       n_lobes;
-    ff_lobe        lobe[FF_MAX_LOBES];
-    int            diffuse;  /**< index into the registry, -1 = none */
-    uint32_t       n_shape, n_channel;
+    uint32_t n_lobes;
+    ff_lobe lobe[FF_MAX_LOBES];
+    int diffuse; /**< index into the registry, -1 = none */
+    uint32_t n_shape, n_channel;
     ff_model_param shape[FF_MAX_SHAPE];
     ff_model_param channel[FF_MAX_CHANNEL_PARAMS];
 } ff_model;
@@ -133,11 +133,12 @@ typedef struct ff_dirs {
 } ff_dirs;
 #define FF_COS_MIN 1e-8 /**< cosines at or below it count as at or under the horizon */
 
-/** Instruction sets the kernels are built for; FF_ISA_BEST is the widest this processor has. Results of two sets differ by rounding. */
+/** Instruction sets the kernels are built for; FF_ISA_BEST is the widest this processor has. Results of two sets differ by
+ * rounding. */
 typedef enum ff_isa { FF_ISA_BEST = 0, FF_ISA_SCALAR = 1, FF_ISA_AVX2 = 2, FF_ISA_AVX512 = 3 } ff_isa;
-int         ff_isa_available(ff_isa isa); /**< 1 when built in and supported by this processor, else 0 */
-const char *ff_isa_name(ff_isa isa);      /**< "scalar", "avx2", "avx512"; for FF_ISA_BEST the one it stands for */
-int         ff_isa_find(const char *name); /**< the ff_isa of a name ("best" included), -1 when unknown */
+int ff_isa_available(ff_isa isa);    /**< 1 when built in and supported by this processor, else 0 */
+const char *ff_isa_name(ff_isa isa); /**< "scalar", "avx2", "avx512"; for FF_ISA_BEST the one it stands for */
+int ff_isa_find(const char *name);   /**< the ff_isa of a name ("best" included), -1 when unknown */
 
 /** Evaluates f and, on request, its derivatives by the parameters.
  *  @param shape    [n_shape]                 see ff_model_check
@@ -156,8 +157,8 @@ typedef struct ff_terms {
     double *d;        /**< D(h), 1/sr                                                    */
     double *lambda_i; /**< Smith's Lambda of wi; 0 where the masking uses none           */
     double *lambda_o;
-    double *g;        /**< G2 (smith-masking-only: G1(wo))                               */
-    double *fresnel;  /**< F of colour channel `c`                                       */
+    double *g;       /**< G2 (smith-masking-only: G1(wo))                               */
+    double *fresnel; /**< F of colour channel `c`                                       */
 } ff_terms;
 
 /** The factors of lobe `lobe` for colour channel `c` (parameters as ff_model_eval). 0 in all planes below the horizon. */

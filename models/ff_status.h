@@ -13,30 +13,30 @@ extern "C" {
 /** Outcome of a call. The numbers are explicit and never reused. */
 typedef int32_t ff_status;
 enum {
-    FF_OK = 0,               /**< done; outputs are written                                          */
-    FF_ERR_RANGE = 1,        /**< a number lies outside its documented range                         */
-    FF_ERR_UNKNOWN = 2,      /**< no model, parameter, format, loss ... of that name                 */
-    FF_ERR_SYNTAX = 3,       /**< a model expression, parameter list or number cannot be parsed      */
-    FF_ERR_UNSUPPORTED = 4,  /**< each part is known, the combination has no meaning                 */
-    FF_ERR_MEMORY = 5,       /**< an allocation failed                                               */
-    FF_ERR_OPEN = 6,         /**< an input cannot be opened                                          */
-    FF_ERR_READ = 7,         /**< an input ended early or the system refused to read it              */
-    FF_ERR_FORMAT = 8,       /**< an input is not what its format says                               */
-    FF_ERR_DATA = 9,         /**< an input is well-formed, its content is not usable                 */
-    FF_ERR_WRITE = 10,       /**< an output cannot be written; nothing was left behind               */
-    FF_ERR_CANCELLED = 11,   /**< the caller asked to stop                                           */
-    FF_ERR_INTERNAL = 12     /**< a defect of this library                                           */
+    FF_OK = 0,              /**< done; outputs are written                                          */
+    FF_ERR_RANGE = 1,       /**< a number lies outside its documented range                         */
+    FF_ERR_UNKNOWN = 2,     /**< no model, parameter, format, loss ... of that name                 */
+    FF_ERR_SYNTAX = 3,      /**< a model expression, parameter list or number cannot be parsed      */
+    FF_ERR_UNSUPPORTED = 4, /**< each part is known, the combination has no meaning                 */
+    FF_ERR_MEMORY = 5,      /**< an allocation failed                                               */
+    FF_ERR_OPEN = 6,        /**< an input cannot be opened                                          */
+    FF_ERR_READ = 7,        /**< an input ended early or the system refused to read it              */
+    FF_ERR_FORMAT = 8,      /**< an input is not what its format says                               */
+    FF_ERR_DATA = 9,        /**< an input is well-formed, its content is not usable                 */
+    FF_ERR_WRITE = 10,      /**< an output cannot be written; nothing was left behind               */
+    FF_ERR_CANCELLED = 11,  /**< the caller asked to stop                                           */
+    FF_ERR_INTERNAL = 12    /**< a defect of this library                                           */
 };
 
 enum { FF_ERROR_PATH = 512, FF_ERROR_MESSAGE = 768 };
 
 /** What went wrong and where. Zero-initialise; a call fills it only when it returns a status other than FF_OK. */
 typedef struct ff_error {
-    ff_status code;                  /**< the status that was returned                          */
-    char      path[FF_ERROR_PATH];   /**< file, or "" when none is concerned; cut at its end    */
-    long      line;                  /**< 1-based line of a text file, 0 = not known            */
-    int64_t   byte;                  /**< 0-based offset in a binary file, -1 = not known       */
-    char      message[FF_ERROR_MESSAGE]; /**< one sentence: what was found, what was expected   */
+    ff_status code;                 /**< the status that was returned                          */
+    char path[FF_ERROR_PATH];       /**< file, or "" when none is concerned; cut at its end    */
+    long line;                      /**< 1-based line of a text file, 0 = not known            */
+    int64_t byte;                   /**< 0-based offset in a binary file, -1 = not known       */
+    char message[FF_ERROR_MESSAGE]; /**< one sentence: what was found, what was expected   */
 } ff_error;
 
 /** Name of a status ("out of range"), for messages. Never NULL, also for numbers that are no status. */

@@ -26,21 +26,19 @@ static void none(const double *params, const ff_geometry *g, size_t n, double *r
 static const ff_param schlick_params[] = {
     {"f0", "1", "reflectance at normal incidence, F0", 0, 1, 0.5, FF_PARAM_PER_CHANNEL | FF_PARAM_LINEAR, 0}};
 
-const ff_optics FF_ISA_NAME(ff_fresnel_schlick) = {
-    .term = {.name = "schlick",
-             .title = "F0 + (1 - F0)(1 - cos)^5",
-             .source = "Schlick 1994, eq. 15",
-             .note = "",
-             .claims = FF_RECIPROCAL | FF_PASSIVE,
-             .n_params = 1,
-             .params = schlick_params},
-    .planes = 1u << FF_G_C,
-    .eval = schlick};
+const ff_optics FF_ISA_NAME(ff_fresnel_schlick) = {.term = {.name = "schlick",
+                                                            .title = "F0 + (1 - F0)(1 - cos)^5",
+                                                            .source = "Schlick 1994, eq. 15",
+                                                            .note = "",
+                                                            .claims = FF_RECIPROCAL | FF_PASSIVE,
+                                                            .n_params = 1,
+                                                            .params = schlick_params},
+                                                   .planes = 1u << FF_G_C,
+                                                   .eval = schlick};
 
-const ff_optics FF_ISA_NAME(ff_fresnel_none) = {
-    .term = {.name = "none",
-             .title = "F = 1: a perfect mirror in every facet",
-             .source = "",
-             .note = "the lobe then has no free scale",
-             .claims = FF_RECIPROCAL | FF_PASSIVE},
-    .eval = none};
+const ff_optics FF_ISA_NAME(ff_fresnel_none) = {.term = {.name = "none",
+                                                         .title = "F = 1: a perfect mirror in every facet",
+                                                         .source = "",
+                                                         .note = "the lobe then has no free scale",
+                                                         .claims = FF_RECIPROCAL | FF_PASSIVE},
+                                                .eval = none};

@@ -13,8 +13,8 @@ enum { FF_POLY = 44 };
 
 /* Constants of a distribution for one set of its own parameters; filled by prepare, read by the kernels. */
 typedef struct ff_ndf_pass {
-    double own;             /* gamma, ... : the parameter beyond the stretch   */
-    double c[8];            /* whatever the model wants to keep                */
+    double own;              /* gamma, ... : the parameter beyond the stretch   */
+    double c[8];             /* whatever the model wants to keep                */
     double poly[2][FF_POLY]; /* polynomial coefficients by rising power        */
 } ff_ndf_pass;
 
@@ -38,29 +38,32 @@ typedef struct ff_ndf {
     /* p(q2) and d ln p / d q2, d ln p / d own (dlnp_own may be NULL). q2 in [0, 1e300]. */
     void (*profile)(const ff_ndf_pass *pass, size_t n, const double *restrict q2, double *restrict p, double *restrict dlnp,
                     double *restrict dlnp_own);
-    /* Smith's Lambda of v = 1/a^2 = (alpha_o tan theta_o)^2 in [FF_V_MIN, 1e60], with d Lambda / d v and d Lambda / d own (may be NULL). */
+    /* Smith's Lambda of v = 1/a^2 = (alpha_o tan theta_o)^2 in [FF_V_MIN, 1e60], with d Lambda / d v and d Lambda / d own (may be
+     * NULL). */
     void (*lambda)(const ff_ndf_pass *pass, size_t n, const double *restrict v, double *restrict lam, double *restrict dlam,
                    double *restrict dlam_own);
 } ff_ndf;
 #define FF_V_MIN 1e-60 /* stands for normal incidence, where a is infinite */
 
 /* The parameters of a stretched distribution, for its term: alpha_x, alpha_y, r_xy, slope_x, slope_y. */
-#define FF_STRETCH_PARAMS                                                                                                            \
-    {"alpha_x", "1", "roughness along the tangent, alpha_x", 1e-4, 4, 0.3, FF_PARAM_LOG, 0},                                            \
-        {"alpha_y", "1", "roughness across the tangent, alpha_y", 1e-4, 4, 0.3, FF_PARAM_LOG, 0},                                       \
-        {"r_xy", "1", "correlation of the slopes, r_xy", -0.999, 0.999, 0, FF_PARAM_ATANH, 0},                                          \
-        {"slope_x", "1", "mean slope of the surface along x", -1, 1, 0, FF_PARAM_HELD, 0},                                              \
-        {"slope_y", "1", "mean slope of the surface along y", -1, 1, 0, FF_PARAM_HELD, 0}
+#define FF_STRETCH_PARAMS                                                                                                          \
+    {"alpha_x", "1", "roughness along the tangent, alpha_x", 1e-4, 4, 0.3, FF_PARAM_LOG, 0},                                       \
+        {"alpha_y", "1", "roughness across the tangent, alpha_y", 1e-4, 4, 0.3, FF_PARAM_LOG, 0},                                  \
+        {"r_xy", "1", "correlation of the slopes, r_xy", -0.999, 0.999, 0, FF_PARAM_ATANH, 0},                                     \
+        {"slope_x", "1", "mean slope of the surface along x", -1, 1, 0, FF_PARAM_HELD, 0},                                         \
+    {                                                                                                                              \
+        "slope_y", "1", "mean slope of the surface along y", -1, 1, 0, FF_PARAM_HELD, 0                                            \
+    }
 
 /* ---- geometry: what no parameter changes ----------------------------------------------------------------------------------- */
 
 enum {
-    FF_G_S2 = 0,  /* |s|^2, s the slope of h                                                 */
-    FF_G_TI2,     /* tan^2 theta_i                                                           */
+    FF_G_S2 = 0, /* |s|^2, s the slope of h                                                 */
+    FF_G_TI2,    /* tan^2 theta_i                                                           */
     FF_G_TO2,
-    FF_G_SX,      /* slope of h                                                              */
+    FF_G_SX, /* slope of h                                                              */
     FF_G_SY,
-    FF_G_TIX,     /* wi.x / wi.z                                                             */
+    FF_G_TIX, /* wi.x / wi.z                                                             */
     FF_G_TIY,
     FF_G_TOX,
     FF_G_TOY,
@@ -85,17 +88,17 @@ typedef enum ff_stretch_mode { FF_ISOTROPIC_MODE = 0, FF_CENTRED_MODE = 1, FF_TI
 
 typedef struct ff_lobe_pass {
     ff_stretch_mode mode;
-    int             ndf, masking;
-    ff_stretch      s;
-    ff_ndf_pass     ndf_pass;
+    int ndf, masking;
+    ff_stretch s;
+    ff_ndf_pass ndf_pass;
 } ff_lobe_pass;
 
 /* ---- masking, Fresnel, diffuse ----------------------------------------------------------------------------------------------- */
 
 typedef struct ff_masking {
-    ff_term  term;
-    int      uses_lambda; /* 0: li, lo are not read and the derivatives are 0, not written */
-    uint32_t planes;      /* extra geometry planes, 1u << FF_G_...                         */
+    ff_term term;
+    int uses_lambda; /* 0: li, lo are not read and the derivatives are 0, not written */
+    uint32_t planes; /* extra geometry planes, 1u << FF_G_...                         */
     /* G and d ln G / d Lambda_i, d ln G / d Lambda_o. */
     void (*eval)(const ff_geometry *g, size_t n, const double *restrict li, const double *restrict lo, double *restrict G,
                  double *restrict gi, double *restrict go);
@@ -103,7 +106,7 @@ typedef struct ff_masking {
 
 /* Fresnel (F) or a diffuse term (f, 1/sr; the caller zeroes what is below the horizon). */
 typedef struct ff_optics {
-    ff_term  term;
+    ff_term term;
     uint32_t planes;
     /* Value and derivatives by the term's own parameters, d[k] planes; d may be NULL. */
     void (*eval)(const double *params, const ff_geometry *g, size_t n, double *restrict f, double *const *d);
@@ -112,11 +115,11 @@ typedef struct ff_optics {
 /* ---- the kernels of one instruction set -------------------------------------------------------------------------------------- */
 
 typedef struct ff_kernels {
-    ff_isa                   isa;
-    const ff_ndf *const     *ndf; /* [ff_term_count(kind)] each, in the order of models.def */
+    ff_isa isa;
+    const ff_ndf *const *ndf; /* [ff_term_count(kind)] each, in the order of models.def */
     const ff_masking *const *masking;
-    const ff_optics *const  *fresnel;
-    const ff_optics *const  *diffuse;
+    const ff_optics *const *fresnel;
+    const ff_optics *const *diffuse;
     /* The planes that are not NULL in g, from n <= FF_BLOCK pairs of directions. */
     void (*geometry)(const ff_dirs *w, size_t n, const ff_geometry *g);
     /* S = D G / (4 iz oz) (with the projected view cosine when tilted) and its derivatives dS[FF_D_...], where the pointer is
@@ -139,9 +142,9 @@ uint32_t ff_model_planes(const ff_model *m, ff_stretch_mode mode);
 void ff_model_stretch(const ff_model *m, uint32_t l, const double *shape, ff_stretch *s, double jac[][FF_D_COUNT]);
 
 /* Descriptors by index in models.def; the range is the caller's matter. */
-const ff_ndf     *ff_ndf_at(int ndf);
+const ff_ndf *ff_ndf_at(int ndf);
 const ff_masking *ff_masking_at(int masking);
-const ff_optics  *ff_fresnel_at(int fresnel);
-const ff_optics  *ff_diffuse_at(int diffuse);
+const ff_optics *ff_fresnel_at(int fresnel);
+const ff_optics *ff_diffuse_at(int diffuse);
 
 #endif

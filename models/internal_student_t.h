@@ -14,7 +14,7 @@
 
 #define ff_student_t_prepare FF_ISA_NAME(ff_student_t_prepare)
 #define ff_student_t_profile FF_ISA_NAME(ff_student_t_profile)
-#define ff_student_t_lambda FF_ISA_NAME(ff_student_t_lambda)
+#define ff_student_t_lambda  FF_ISA_NAME(ff_student_t_lambda)
 
 void ff_student_t_prepare(ff_ndf_pass *pass);
 void ff_student_t_profile(const ff_ndf_pass *pass, size_t n, const double *restrict q2, double *restrict p, double *restrict dlnp,

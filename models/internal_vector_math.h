@@ -7,7 +7,7 @@
 #include <stdint.h>
 #include <string.h>
 
-#define FF_PI 3.14159265358979323846
+#define FF_PI      3.14159265358979323846
 #define FF_SQRT_PI 1.77245385090551602730
 
 static inline uint64_t ff_bits(double x)
@@ -148,13 +148,15 @@ static inline double ff_erfcx(double a)
     return p * (a + 3) * inv;
 }
 
-/* sin x and cos x for |x| <= 1e5; absolute error 2e-16. Reduction by multiples of pi/2 in three parts, Taylor series on [-pi/4, pi/4]. */
+/* sin x and cos x for |x| <= 1e5; absolute error 2e-16. Reduction by multiples of pi/2 in three parts, Taylor series on [-pi/4,
+ * pi/4]. */
 static inline void ff_sincos(double x, double *sin_x, double *cos_x)
 {
     const double magic = 6755399441055744.0; /* 1.5 * 2^52, as in ff_exp */
     const double shifted = x * 0.63661977236758134308 + magic, k = shifted - magic;
     const uint64_t quadrant = ff_bits(shifted);
-    const double r = ((x - k * 1.57079632673412561417e+00) - k * 6.07710050630396597660e-11) - k * 2.02226624879595063154e-21, z = r * r;
+    const double r = ((x - k * 1.57079632673412561417e+00) - k * 6.07710050630396597660e-11) - k * 2.02226624879595063154e-21,
+                 z = r * r;
     double s = -7.6471637318198164759e-13; /* -1/15! */
     s = s * z + 1.6059043836821614599e-10;
     s = s * z - 2.5052108385441718775e-08;

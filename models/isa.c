@@ -14,16 +14,19 @@ int ff_isa_available(ff_isa isa)
 {
     switch (isa) {
     case FF_ISA_BEST:
-    case FF_ISA_SCALAR: return 1;
+    case FF_ISA_SCALAR:
+        return 1;
 #ifdef FF_HAVE_AVX2
-    case FF_ISA_AVX2: return __builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma");
+    case FF_ISA_AVX2:
+        return __builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma");
 #endif
 #ifdef FF_HAVE_AVX512
     case FF_ISA_AVX512:
         return __builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512dq") && __builtin_cpu_supports("avx512vl") &&
                __builtin_cpu_supports("avx512bw") && __builtin_cpu_supports("fma");
 #endif
-    default: return 0;
+    default:
+        return 0;
     }
 }
 
@@ -37,10 +40,14 @@ ff_isa ff_isa_resolve(ff_isa isa)
 const char *ff_isa_name(ff_isa isa)
 {
     switch (ff_isa_resolve(isa)) {
-    case FF_ISA_SCALAR: return "scalar";
-    case FF_ISA_AVX2: return "avx2";
-    case FF_ISA_AVX512: return "avx512";
-    default: return "unknown";
+    case FF_ISA_SCALAR:
+        return "scalar";
+    case FF_ISA_AVX2:
+        return "avx2";
+    case FF_ISA_AVX512:
+        return "avx512";
+    default:
+        return "unknown";
     }
 }
 

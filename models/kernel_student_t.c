@@ -16,7 +16,8 @@ static double complex gamma_ratio(double complex z)
 /* The imaginary part of nu: so small that its square vanishes, and what comes out in the imaginary part is the derivative. */
 #define FF_STEP 1e-40
 
-/* Does a term still count, in the value or in the derivative? For a whole nu the series of the value ends, that of the derivative does not. */
+/* Does a term still count, in the value or in the derivative? For a whole nu the series of the value ends, that of the derivative
+ * does not. */
 static int matters(double complex term)
 {
     return fabs(creal(term)) > DBL_EPSILON / 1024 || fabs(cimag(term)) > DBL_EPSILON / 1024 * FF_STEP;

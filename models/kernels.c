@@ -14,7 +14,6 @@ static inline double floor_v(double v)
     return v > FF_V_MIN ? v : FF_V_MIN;
 }
 
-
 /* 1 above the horizon, else 0. */
 static inline double above(double wiz, double woz)
 {
@@ -169,9 +168,15 @@ static void lobe_stages(const ff_lobe_pass *pass, const ff_geometry *g, size_t n
     const ff_ndf *ndf = ndf_table[pass->ndf];
     const ff_masking *masking = masking_table[pass->masking];
     switch (pass->mode) {
-    case FF_ISOTROPIC_MODE: stretch_isotropic(pass, g, n, t); break;
-    case FF_CENTRED_MODE: stretch_centred(pass, g, n, t); break;
-    case FF_TILTED_MODE: stretch_tilted(pass, g, n, t); break;
+    case FF_ISOTROPIC_MODE:
+        stretch_isotropic(pass, g, n, t);
+        break;
+    case FF_CENTRED_MODE:
+        stretch_centred(pass, g, n, t);
+        break;
+    case FF_TILTED_MODE:
+        stretch_tilted(pass, g, n, t);
+        break;
     }
     ndf->profile(&pass->ndf_pass, n, t->q2, t->p, t->dlnp, own ? t->dlnp_own : NULL);
     if (masking->uses_lambda) {
@@ -201,13 +206,14 @@ static void derivatives_isotropic(const ff_lobe_pass *pass, size_t n, const lobe
     const double two_over_a = 2 / pass->s.ax;
     double *restrict da = dS[FF_D_AX];
     if (!da) return;
-    for (size_t i = 0; i < n; i++)
-        da[i] = S[i] * two_over_a * (ei[i] * t->vi[i] + eo[i] * t->vo[i] - 1 - t->q2[i] * t->dlnp[i]);
+    for (size_t i = 0; i < n; i++) da[i] = S[i] * two_over_a * (ei[i] * t->vi[i] + eo[i] * t->vo[i] - 1 - t->q2[i] * t->dlnp[i]);
 }
 
-/* With u = S^-1 (s - s0): d q2/d ax = -2 ux (ax ux + r ay uy), d q2/d r = -2 ax ay ux uy, d q2/d s0 = -2 u; and v = t^T S t / den^2. */
+/* With u = S^-1 (s - s0): d q2/d ax = -2 ux (ax ux + r ay uy), d q2/d r = -2 ax ay ux uy, d q2/d s0 = -2 u; and v = t^T S t /
+ * den^2. */
 static void derivatives_anisotropic(const ff_lobe_pass *pass, const ff_geometry *g, size_t n, const lobe_scratch *restrict t,
-                                    const double *restrict ei, const double *restrict eo, const double *restrict S, double *const *dS)
+                                    const double *restrict ei, const double *restrict eo, const double *restrict S,
+                                    double *const *dS)
 {
     const ff_stretch *s = &pass->s;
     const double ax = s->ax, ay = s->ay, r = s->r, axay = ax * ay;
@@ -225,9 +231,11 @@ static void derivatives_anisotropic(const ff_lobe_pass *pass, const ff_geometry 
             const double ux = m.xx * x + m.xy * y, uy = m.xy * x + m.yy * y, twice = 2 * S[i];
             const double dp = t->dlnp[i];
             dax[i] = twice * (ei[i] * tix[i] * (ax * tix[i] + r * ay * tiy[i]) + eo[i] * tox[i] * (ax * tox[i] + r * ay * toy[i]) -
-                              dp * ux * (ax * ux + r * ay * uy)) - S[i] * inv_ax;
+                              dp * ux * (ax * ux + r * ay * uy)) -
+                     S[i] * inv_ax;
             day[i] = twice * (ei[i] * tiy[i] * (ay * tiy[i] + r * ax * tix[i]) + eo[i] * toy[i] * (ay * toy[i] + r * ax * tox[i]) -
-                              dp * uy * (ay * uy + r * ax * ux)) - S[i] * inv_ay;
+                              dp * uy * (ay * uy + r * ax * ux)) -
+                     S[i] * inv_ay;
             dr[i] = twice * axay * (ei[i] * tix[i] * tiy[i] + eo[i] * tox[i] * toy[i] - dp * ux * uy) + S[i] * dln_norm;
         }
     double *restrict dx0 = dS[FF_D_X0], *restrict dy0 = dS[FF_D_Y0];
@@ -237,7 +245,8 @@ static void derivatives_anisotropic(const ff_lobe_pass *pass, const ff_geometry 
         const double x = sx[i] - x0, y = sy[i] - y0;
         const double ux = m.xx * x + m.xy * y, uy = m.xy * x + m.yy * y;
         /* d v / d x0 = 2 v tx / den; the scaled ei already holds one 1/den^2 too many for v, which vi undoes */
-        const double gi = 2 * t->gi[i] * t->dli[i] * t->vi[i] * t->inv_deni[i], go = 2 * t->go[i] * t->dlo[i] * t->vo[i] * t->inv_deno[i];
+        const double gi = 2 * t->gi[i] * t->dli[i] * t->vi[i] * t->inv_deni[i],
+                     go = 2 * t->go[i] * t->dlo[i] * t->vo[i] * t->inv_deno[i];
         const double area = t->inv_deno[i]; /* of 1 / (1 - to.s0) itself */
         dx0[i] = S[i] * (gi * tix[i] + (go + area) * tox[i] - 2 * t->dlnp[i] * ux);
         dy0[i] = S[i] * (gi * tiy[i] + (go + area) * toy[i] - 2 * t->dlnp[i] * uy);
@@ -269,7 +278,8 @@ static void lobe(const ff_lobe_pass *pass, const ff_geometry *g, size_t n, doubl
     }
     if (pass->mode == FF_TILTED_MODE) {
         if (!uses_lambda) { /* the slope derivatives read these */
-            memset(t.gi, 0, sizeof t.gi), memset(t.go, 0, sizeof t.go), memset(t.dli, 0, sizeof t.dli), memset(t.dlo, 0, sizeof t.dlo);
+            memset(t.gi, 0, sizeof t.gi), memset(t.go, 0, sizeof t.go), memset(t.dli, 0, sizeof t.dli),
+                memset(t.dlo, 0, sizeof t.dlo);
         }
         for (size_t i = 0; i < n; i++) {
             ei[i] *= t.inv_deni[i] * t.inv_deni[i];

@@ -4,8 +4,8 @@
 #include "internal_terms.h"
 #include "internal_vector_math.h"
 
-#define FF_ARGS                                                                                                                      \
-    const ff_geometry *g, size_t n, const double *restrict li, const double *restrict lo, double *restrict G, double *restrict gi,  \
+#define FF_ARGS                                                                                                                    \
+    const ff_geometry *g, size_t n, const double *restrict li, const double *restrict lo, double *restrict G, double *restrict gi, \
         double *restrict go
 
 static void smith_masking_only(FF_ARGS)
@@ -132,11 +132,10 @@ const ff_masking FF_ISA_NAME(ff_masking_v_cavity) = {
     .planes = 1u << FF_G_VCAVITY,
     .eval = v_cavity};
 
-const ff_masking FF_ISA_NAME(ff_masking_none) = {
-    .term = {.name = "none",
-             .title = "no masking, no shadowing",
-             .source = "",
-             .note = "reflects more than it receives at grazing angles",
-             .claims = FF_RECIPROCAL},
-    .uses_lambda = 0,
-    .eval = none};
+const ff_masking FF_ISA_NAME(ff_masking_none) = {.term = {.name = "none",
+                                                          .title = "no masking, no shadowing",
+                                                          .source = "",
+                                                          .note = "reflects more than it receives at grazing angles",
+                                                          .claims = FF_RECIPROCAL},
+                                                 .uses_lambda = 0,
+                                                 .eval = none};

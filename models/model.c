@@ -24,10 +24,12 @@ static ff_status add_params(ff_model *m, const ff_term *term, uint32_t lobe, int
     for (uint32_t i = 0; i < term->n_params; i++) {
         const ff_param *info = &term->params[i];
         if (info->flags & FF_PARAM_PER_CHANNEL) {
-            if (m->n_channel == FF_MAX_CHANNEL_PARAMS) return ff_error_set(err, FF_ERR_UNSUPPORTED, NULL, 0, -1, "the model has too many parameters");
+            if (m->n_channel == FF_MAX_CHANNEL_PARAMS)
+                return ff_error_set(err, FF_ERR_UNSUPPORTED, NULL, 0, -1, "the model has too many parameters");
             name_param(&m->channel[m->n_channel++], info, lobe, prefixed);
         } else {
-            if (m->n_shape == FF_MAX_SHAPE) return ff_error_set(err, FF_ERR_UNSUPPORTED, NULL, 0, -1, "the model has too many parameters");
+            if (m->n_shape == FF_MAX_SHAPE)
+                return ff_error_set(err, FF_ERR_UNSUPPORTED, NULL, 0, -1, "the model has too many parameters");
             name_param(&m->shape[m->n_shape++], info, lobe, prefixed);
         }
     }
@@ -58,7 +60,8 @@ ff_status ff_model_compose(int ndf, int masking, int fresnel, int diffuse, ff_mo
     for (int kind = 0; kind < FF_TERM_KINDS; kind++) {
         const int lowest = kind == FF_DIFFUSE ? -1 : 0;
         if (index[kind] < lowest || index[kind] >= (int)ff_term_count((ff_term_kind)kind))
-            return ff_error_set(err, FF_ERR_RANGE, NULL, 0, -1, "%s number %d does not exist", ff_term_kind_name((ff_term_kind)kind), index[kind]);
+            return ff_error_set(err, FF_ERR_RANGE, NULL, 0, -1, "%s number %d does not exist",
+                                ff_term_kind_name((ff_term_kind)kind), index[kind]);
     }
     ff_model m = {.n_lobes = 1, .diffuse = diffuse};
     m.lobe[0] = (ff_lobe){.ndf = ndf, .masking = masking, .fresnel = fresnel};
@@ -89,22 +92,26 @@ static ff_status unknown(ff_term_kind kind, const char *word, ff_error *err)
 static ff_status parse_term(char *term, ff_model *m, ff_error *err)
 {
     char *part[4] = {term, NULL, NULL, NULL};
-    int   parts = 1;
+    int parts = 1;
     for (char *slash = strchr(term, '/'); slash; slash = strchr(slash, '/')) {
         *slash++ = 0;
-        if (parts == 3) return ff_error_set(err, FF_ERR_SYNTAX, NULL, 0, -1, "a lobe is NDF[/MASKING[/FRESNEL]]; found a third '/' before '%s'", slash);
+        if (parts == 3)
+            return ff_error_set(err, FF_ERR_SYNTAX, NULL, 0, -1, "a lobe is NDF[/MASKING[/FRESNEL]]; found a third '/' before '%s'",
+                                slash);
         part[parts++] = slash;
     }
     for (int k = 0; k < parts; k++)
         if (!*part[k]) return ff_error_set(err, FF_ERR_SYNTAX, NULL, 0, -1, "an empty name in the model expression");
     const int diffuse = ff_term_find(FF_DIFFUSE, part[0]);
     if (diffuse >= 0) {
-        if (parts > 1) return ff_error_set(err, FF_ERR_SYNTAX, NULL, 0, -1, "the diffuse term '%s' takes no masking or Fresnel term", part[0]);
+        if (parts > 1)
+            return ff_error_set(err, FF_ERR_SYNTAX, NULL, 0, -1, "the diffuse term '%s' takes no masking or Fresnel term", part[0]);
         if (m->diffuse >= 0) return ff_error_set(err, FF_ERR_UNSUPPORTED, NULL, 0, -1, "a model has at most one diffuse term");
         m->diffuse = diffuse;
         return FF_OK;
     }
-    if (m->n_lobes == FF_MAX_LOBES) return ff_error_set(err, FF_ERR_UNSUPPORTED, NULL, 0, -1, "a model has at most %d lobes", FF_MAX_LOBES);
+    if (m->n_lobes == FF_MAX_LOBES)
+        return ff_error_set(err, FF_ERR_UNSUPPORTED, NULL, 0, -1, "a model has at most %d lobes", FF_MAX_LOBES);
     const char *word[3] = {part[0], parts > 1 ? part[1] : "smith-height-correlated", parts > 2 ? part[2] : "schlick"};
     int index[3];
     for (int kind = FF_NDF; kind <= FF_FRESNEL; kind++) {
@@ -119,7 +126,9 @@ ff_status ff_model_parse(const char *expr, ff_model *out, ff_error *err)
 {
     char text[FF_MODEL_NAME];
     if (!*expr) return ff_error_set(err, FF_ERR_SYNTAX, NULL, 0, -1, "the model expression is empty");
-    if (strlen(expr) >= sizeof text) return ff_error_set(err, FF_ERR_SYNTAX, NULL, 0, -1, "the model expression is longer than %d characters", FF_MODEL_NAME - 1);
+    if (strlen(expr) >= sizeof text)
+        return ff_error_set(err, FF_ERR_SYNTAX, NULL, 0, -1, "the model expression is longer than %d characters",
+                            FF_MODEL_NAME - 1);
     memcpy(text, expr, strlen(expr) + 1);
     ff_model m = {.diffuse = -1};
     for (char *term = text, *next; term; term = next) {
@@ -140,7 +149,8 @@ void ff_model_expression(const ff_model *m, char *out, size_t size)
     for (uint32_t l = 0; l < m->n_lobes && used < size; l++)
         used += (size_t)snprintf(out + used, size - used, "%s%s/%s/%s", l ? "+" : "", ff_ndf_at(m->lobe[l].ndf)->term.name,
                                  ff_masking_at(m->lobe[l].masking)->term.name, ff_fresnel_at(m->lobe[l].fresnel)->term.name);
-    if (m->diffuse >= 0 && used < size) snprintf(out + used, size - used, "%s%s", used ? "+" : "", ff_diffuse_at(m->diffuse)->term.name);
+    if (m->diffuse >= 0 && used < size)
+        snprintf(out + used, size - used, "%s%s", used ? "+" : "", ff_diffuse_at(m->diffuse)->term.name);
 }
 
 /* ---- parameters ------------------------------------------------------------------------------------------------------------- */
@@ -201,7 +211,8 @@ static ff_status unknown_param(const ff_model *m, const char *name, ff_error *er
         snprintf(known + used, sizeof known - used, "%s%s", used ? ", " : "",
                  k < m->n_shape ? m->shape[k].name : m->channel[k - m->n_shape].name);
     }
-    return ff_error_set(err, FF_ERR_UNKNOWN, NULL, 0, -1, "the model has no parameter '%s'; it has %s", name, known[0] ? known : "none");
+    return ff_error_set(err, FF_ERR_UNKNOWN, NULL, 0, -1, "the model has no parameter '%s'; it has %s", name,
+                        known[0] ? known : "none");
 }
 
 /* "alpha" or "lobe2.alpha" stands for alpha_x and alpha_y: writes the name of that axis. 0 when name is not such a word. */
@@ -213,15 +224,17 @@ static int alpha_axis(const char *name, char axis, char *out, size_t size)
     return 1;
 }
 
-static ff_status set_one(const ff_model *m, size_t n_channels, const char *name, const double *values, size_t n_values, double *shape,
-                         double *channel, ff_error *err)
+static ff_status set_one(const ff_model *m, size_t n_channels, const char *name, const double *values, size_t n_values,
+                         double *shape, double *channel, ff_error *err)
 {
     const int k = ff_model_param_find(m, name);
     if (k == FF_PARAM_NONE) return unknown_param(m, name, err);
     const ff_model_param *p = k >= 0 ? &m->shape[k] : &m->channel[-1 - k];
-    if (k >= 0 && n_values != 1) return ff_error_set(err, FF_ERR_SYNTAX, NULL, 0, -1, "%s takes one value, found %zu", name, n_values);
+    if (k >= 0 && n_values != 1)
+        return ff_error_set(err, FF_ERR_SYNTAX, NULL, 0, -1, "%s takes one value, found %zu", name, n_values);
     if (k < 0 && n_values != 1 && n_values != n_channels)
-        return ff_error_set(err, FF_ERR_SYNTAX, NULL, 0, -1, "%s takes one value or one per channel (%zu), found %zu", name, n_channels, n_values);
+        return ff_error_set(err, FF_ERR_SYNTAX, NULL, 0, -1, "%s takes one value or one per channel (%zu), found %zu", name,
+                            n_channels, n_values);
     for (size_t i = 0; i < n_values; i++)
         if (!inside(p->info, values[i])) return out_of_box(p, values[i], err);
     if (k >= 0)
@@ -244,7 +257,8 @@ ff_status ff_model_set(const ff_model *m, size_t n_channels, const char *assignm
     name[equals - assignment] = 0;
     for (const char *text = equals + 1; text;) {
         const char *colon = strchr(text, ':'), *end = colon ? colon : text + strlen(text);
-        if (n_values == MAX_VALUES) return ff_error_set(err, FF_ERR_SYNTAX, NULL, 0, -1, "%s has more than %d values", name, MAX_VALUES);
+        if (n_values == MAX_VALUES)
+            return ff_error_set(err, FF_ERR_SYNTAX, NULL, 0, -1, "%s has more than %d values", name, MAX_VALUES);
         const ff_status s = read_number(text, end, &values[n_values++], err);
         if (s) return s;
         text = colon ? colon + 1 : NULL;
@@ -270,7 +284,8 @@ ff_status ff_model_check(const ff_model *m, size_t n_channels, const double *sha
         const ff_term *masking = &ff_masking_at(m->lobe[l].masking)->term;
         if ((masking->claims & FF_NEEDS_CENTRED) && (s.x0 != 0 || s.y0 != 0))
             return ff_error_set(err, FF_ERR_UNSUPPORTED, NULL, 0, -1,
-                                "%s is undefined with a mean slope (found %g, %g); use a Smith form or slope_x = slope_y = 0", masking->name, s.x0, s.y0);
+                                "%s is undefined with a mean slope (found %g, %g); use a Smith form or slope_x = slope_y = 0",
+                                masking->name, s.x0, s.y0);
     }
     return FF_OK;
 }

@@ -7,8 +7,8 @@
 #include "internal_terms.h"
 #include "internal_student_t.h"
 
-static const ff_param params[] = {FF_STRETCH_PARAMS,
-                                  {"gamma", "1", "shape of the tails, gamma: 2 is ggx, large is beckmann", 1.51, 100, 3, FF_PARAM_LOG, -1}};
+static const ff_param params[] = {
+    FF_STRETCH_PARAMS, {"gamma", "1", "shape of the tails, gamma: 2 is ggx, large is beckmann", 1.51, 100, 3, FF_PARAM_LOG, -1}};
 
 const ff_ndf FF_ISA_NAME(ff_ndf_student_t) = {
     .term = {.name = "student-t",

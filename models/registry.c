@@ -22,9 +22,9 @@ static const ff_term *const diffuse_terms[] = {
 };
 
 static const struct {
-    const char           *name;
+    const char *name;
     const ff_term *const *terms;
-    size_t                count;
+    size_t count;
 } kinds[FF_TERM_KINDS] = {
     {"distribution", ndf_terms, sizeof ndf_terms / sizeof *ndf_terms},
     {"masking", masking_terms, sizeof masking_terms / sizeof *masking_terms},
