@@ -41,8 +41,7 @@ static double shown(const ff_conversion_value *v, double x)
     return degrees < 180 ? degrees : 0;
 }
 
-/* ---- arguments -----------------------------------------------------------------------------------------------------------------
- */
+/* ---- arguments ------------------------------------------------------------------------------- */
 
 static int is_called(const ff_conversion_value *v, const char *word, size_t length)
 {
@@ -83,8 +82,7 @@ static int read_values(const cli_args *args, const ff_conversion *c, double *in)
     return status;
 }
 
-/* ---- answers -------------------------------------------------------------------------------------------------------------------
- */
+/* ---- answers --------------------------------------------------------------------------------- */
 
 /* What the conversions from `from` (to `to` when that is not NULL) lead to, or are named by, in `out`; 0 when there is none. */
 static int list_choices(const char *from, const char *to, char *out, size_t size)
@@ -196,8 +194,7 @@ static ff_status write_json(const void *context, FILE *out)
     return FF_OK;
 }
 
-/* ---- the list ------------------------------------------------------------------------------------------------------------------
- */
+/* ---- the list -------------------------------------------------------------------------------- */
 
 static ff_status write_list(const void *context, FILE *out)
 {

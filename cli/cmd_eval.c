@@ -27,8 +27,7 @@ typedef struct evaluation {
     cli_rows rows;
 } evaluation;
 
-/* ---- reading -------------------------------------------------------------------------------------------------------------------
- */
+/* ---- reading --------------------------------------------------------------------------------- */
 
 /* One cell without surrounding blanks; *next is where the following one starts, NULL after the last. */
 static size_t cell_cut(const char **text, const char **next)
@@ -101,8 +100,7 @@ static ff_status next_line(evaluation *e, char **line, ff_error *err)
     }
 }
 
-/* ---- evaluating -----------------------------------------------------------------------------------------------------------------
- */
+/* ---- evaluating ------------------------------------------------------------------------------ */
 
 static double *term_plane(const evaluation *e, uint32_t lobe, size_t which)
 {

@@ -121,8 +121,7 @@ static unsigned bit_of(const cli_command *command)
     return 1u << (command - commands);
 }
 
-/* ---- suggestions ---------------------------------------------------------------------------------------------------------------
- */
+/* ---- suggestions ----------------------------------------------------------------------------- */
 
 /* Levenshtein's distance of two short words; long ones are not near. */
 static size_t distance(const char *a, const char *b)
@@ -158,8 +157,7 @@ const char *cli_nearest(const char *word, const char *const *names, size_t n)
     return nearest;
 }
 
-/* ---- parsing -------------------------------------------------------------------------------------------------------------------
- */
+/* ---- parsing --------------------------------------------------------------------------------- */
 
 static int find_long(const char *name, size_t length)
 {
@@ -267,8 +265,7 @@ const char *cli_value(const cli_args *args, cli_flag_id id, const char *otherwis
     return otherwise;
 }
 
-/* ---- help ----------------------------------------------------------------------------------------------------------------------
- */
+/* ---- help ------------------------------------------------------------------------------------ */
 
 void cli_help_command(const cli_command *command, FILE *out)
 {

@@ -8,8 +8,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* ---- messages ------------------------------------------------------------------------------------------------------------------
- */
+/* ---- messages -------------------------------------------------------------------------------- */
 
 static void put_message(const char *format, va_list args)
 {
@@ -81,8 +80,7 @@ void cli_notes(const char *path, const char *notes)
     }
 }
 
-/* ---- values of flags ------------------------------------------------------------------------------------------------------------
- */
+/* ---- values of flags ------------------------------------------------------------------------- */
 
 int cli_number(const cli_args *args, cli_flag_id flag, double lo, double hi, double *out)
 {
@@ -147,8 +145,7 @@ int cli_isa(const cli_args *args, ff_isa *out)
     return EXIT_DONE;
 }
 
-/* ---- a model and its parameters -------------------------------------------------------------------------------------------------
- */
+/* ---- a model and its parameters -------------------------------------------------------------- */
 
 /* Calls apply for every assignment of every --set, in order. */
 static int each_assignment(const cli_args *args, int (*apply)(const cli_args *args, const char *assignment, void *context),
@@ -222,8 +219,7 @@ const char *cli_channel_suffix(size_t n_channels, size_t c, char out[24])
     return out;
 }
 
-/* ---- outputs -------------------------------------------------------------------------------------------------------------------
- */
+/* ---- outputs --------------------------------------------------------------------------------- */
 
 int cli_write(const char *path, cli_writer write, const void *context)
 {
@@ -335,8 +331,7 @@ void cli_rows_abort(cli_rows *rows)
     rows->with_json = rows->with_csv = 0;
 }
 
-/* ---- Ctrl-C --------------------------------------------------------------------------------------------------------------------
- */
+/* ---- Ctrl-C ---------------------------------------------------------------------------------- */
 
 /* The one thing a handler may touch. */
 static volatile int cancelled;

@@ -85,7 +85,7 @@ void ff_table_weights(const ff_table *t, size_t first, size_t count, double *out
 /** Index of a channel by name, -1 when there is none. */
 int ff_table_channel_find(const ff_table *t, const char *name);
 
-/* ---- formats --------------------------------------------------------------------------------------------------------------- */
+/* ---- formats --------------------------------------------------------------------------------- */
 
 /** Everything the program knows about one format; defined in one file. Immutable, static storage. */
 typedef struct ff_format {

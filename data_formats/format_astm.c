@@ -59,8 +59,7 @@ static int probe(const unsigned char *head, size_t n, int64_t file_size)
     return 25 * keys;
 }
 
-/* ---- header -------------------------------------------------------------------------------------------------------------------
- */
+/* ---- header ---------------------------------------------------------------------------------- */
 
 static ff_status read_points(astm *a, const char *text)
 {
@@ -131,8 +130,7 @@ static ff_status read_header(astm *a)
     }
 }
 
-/* ---- columns: settled by the first row -----------------------------------------------------------------------------------------
- */
+/* ---- columns: settled by the first row ------------------------------------------------------- */
 
 static ff_status insert_phi_s(astm *a)
 {
@@ -171,8 +169,7 @@ static ff_status settle_columns(astm *a, const char *row)
     return FF_OK;
 }
 
-/* ---- rows ---------------------------------------------------------------------------------------------------------------------
- */
+/* ---- rows ------------------------------------------------------------------------------------ */
 
 static ff_status read_row(astm *a, const char *text, size_t length)
 {
@@ -269,8 +266,7 @@ static ff_status read_astm(const char *path, ff_table *out, ff_error *err)
     return status;
 }
 
-/* ---- writing -------------------------------------------------------------------------------------------------------------------
- */
+/* ---- writing --------------------------------------------------------------------------------- */
 
 static ff_status check_writable(const char *path, const ff_table *t, ff_error *err)
 {

@@ -54,8 +54,7 @@ static ff_status no_memory(const csv *f)
     return ff_error_set(f->err, FF_ERR_MEMORY, f->path, f->lines.line, -1, "no memory for a table of %zu samples", f->rows.n + 1);
 }
 
-/* ---- recognising it ------------------------------------------------------------------------------------------------------------
- */
+/* ---- recognising it -------------------------------------------------------------------------- */
 
 static int contains(const char *text, size_t length, const char *word)
 {
@@ -84,8 +83,7 @@ static int probe(const unsigned char *head, size_t n, int64_t file_size)
     return 0;
 }
 
-/* ---- comment lines -------------------------------------------------------------------------------------------------------------
- */
+/* ---- comment lines --------------------------------------------------------------------------- */
 
 static ff_status bad_comment(const csv *f, const char *key, const char *found, const char *expected)
 {
@@ -160,8 +158,7 @@ static ff_status next_line(csv *f, char **text, size_t *length)
     }
 }
 
-/* ---- header --------------------------------------------------------------------------------------------------------------------
- */
+/* ---- header ---------------------------------------------------------------------------------- */
 
 static ff_status wrong_header(const csv *f, const char *name, const char *why)
 {
@@ -300,8 +297,7 @@ static ff_status read_header(csv *f)
     return status == FF_OK ? place_columns(f) : status;
 }
 
-/* ---- rows ----------------------------------------------------------------------------------------------------------------------
- */
+/* ---- rows ------------------------------------------------------------------------------------ */
 
 static ff_status bad_cell(const csv *f, size_t place, double found, const char *expected)
 {
@@ -355,8 +351,7 @@ static ff_status read_rows(csv *f)
     }
 }
 
-/* ---- the table -----------------------------------------------------------------------------------------------------------------
- */
+/* ---- the table ------------------------------------------------------------------------------- */
 
 static void describe(const csv *f, ff_table *t)
 {
@@ -412,8 +407,7 @@ static ff_status read_csv(const char *path, ff_table *out, ff_error *err)
     return status;
 }
 
-/* ---- writing -------------------------------------------------------------------------------------------------------------------
- */
+/* ---- writing --------------------------------------------------------------------------------- */
 
 /* A header cell in quotes, where the name needs them. */
 static void write_name(const char *prefix, const char *name, FILE *file)

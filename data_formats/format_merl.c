@@ -24,7 +24,7 @@ static int64_t file_bytes(void)
     return HEADER_BYTES + (int64_t)(N_CHANNELS * ff_grid_merl.n * sizeof(double));
 }
 
-/* ---- little-endian numbers, on any machine ----------------------------------------------------------------------------------- */
+/* ---- little-endian numbers, on any machine --------------------------------------------------- */
 
 static int32_t int32_of(const unsigned char *b)
 {
@@ -60,8 +60,7 @@ static void doubles_to_file(const double *v, size_t n, unsigned char *bytes)
     }
 }
 
-/* ---- reading ------------------------------------------------------------------------------------------------------------------
- */
+/* ---- reading --------------------------------------------------------------------------------- */
 
 static int probe(const unsigned char *head, size_t n, int64_t file_size)
 {
@@ -205,8 +204,7 @@ static ff_status read_merl(const char *path, ff_table *out, ff_error *err)
     return status;
 }
 
-/* ---- writing ------------------------------------------------------------------------------------------------------------------
- */
+/* ---- writing --------------------------------------------------------------------------------- */
 
 static int has_merl_scales(const ff_table *t)
 {

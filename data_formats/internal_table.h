@@ -3,7 +3,7 @@
 #define FF_INTERNAL_TABLE_H
 #include "ff_table.h"
 
-/* ---- rows.c: a text file's rows, whose number is not known before its end -------------------------------------------------- */
+/* ---- rows.c: a text file's rows, whose number is not known before its end -------------------- */
 
 struct ff_row_chunk;
 
@@ -52,7 +52,7 @@ void ff_names_free(ff_names *names);
 enum { FF_NAMES_LIST = 240 };
 const char *ff_names_list(const ff_names *names, char out[FF_NAMES_LIST]);
 
-/* ---- table.c ---------------------------------------------------------------------------------------------------------------- */
+/* ---- table.c --------------------------------------------------------------------------------- */
 
 /** Appends a sentence to t->note, on a line of its own; what does not fit any more is left out whole. */
 void ff_table_note(ff_table *t, const char *fmt, ...) __attribute__((format(printf, 2, 3)));

@@ -90,7 +90,7 @@ static int is_space(char c)
     return c == ' ' || c == '\t';
 }
 
-/* ---- names ------------------------------------------------------------------------------------------------------------------- */
+/* ---- names ----------------------------------------------------------------------------------- */
 
 /* Copies one name to *to and ends it there; returns where the next one starts, NULL at the end. */
 static const char *take_name(const char *p, const char *stop, char **to)
@@ -180,7 +180,7 @@ const char *ff_names_list(const ff_names *names, char out[FF_NAMES_LIST])
     return out;
 }
 
-/* ---- cells ------------------------------------------------------------------------------------------------------------------- */
+/* ---- cells ----------------------------------------------------------------------------------- */
 
 static size_t count_cells(const char *text)
 {

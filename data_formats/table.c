@@ -120,7 +120,7 @@ int ff_table_channel_find(const ff_table *t, const char *name)
     return -1;
 }
 
-/* ---- shared by the formats --------------------------------------------------------------------------------------------------- */
+/* ---- shared by the formats ------------------------------------------------------------------- */
 
 void ff_table_note(ff_table *t, const char *fmt, ...)
 {

@@ -4,7 +4,7 @@
 #include "ff_fit.h"
 #include "internal_kernel.h"
 
-/* ---- threads ----------------------------------------------------------------------------------------------------------------- */
+/* ---- threads --------------------------------------------------------------------------------- */
 
 typedef struct ff_pool ff_pool;
 /* threads >= 1, of which the caller's is one. NULL when out of memory; fewer threads than asked for are not an error. */
@@ -16,7 +16,7 @@ int ff_pool_threads(const ff_pool *pool);
 void ff_pool_run(ff_pool *pool, size_t n, void (*fn)(void *context, size_t item, int worker), void *context);
 int ff_threads_default(void);
 
-/* ---- samples ----------------------------------------------------------------------------------------------------------------- */
+/* ---- samples --------------------------------------------------------------------------------- */
 
 enum { FF_CHUNK = 32 }; /* blocks that are summed before their sums are merged, in their order: the sums do not know of threads */
 
@@ -60,6 +60,10 @@ static inline size_t ff_problem_doubles(const struct ff_problem *p)
  * times the weight; some `wanted` in all. size [n]: the magnitudes |w g(y)|. linear: with the loss replaced by its linearisation
  * about the data. Shares the pool; goes with p. */
 ff_status ff_problem_thin(const struct ff_problem *p, const float *size, size_t wanted, int linear, struct ff_problem **out);
+void ff_problem_thin_free(struct ff_problem *p);
+
+/* Memory for blocks, aligned, in large pages where the system has them; NULL when there is none. Released with free. */
+double *ff_block_memory(size_t bytes);
 
 /* FF_ERR_RANGE for an option that names nothing or lies outside its range, whatever the data. */
 ff_status ff_fit_options_check(const ff_fit_options *o, ff_error *err);
@@ -67,7 +71,7 @@ ff_status ff_fit_options_check(const ff_fit_options *o, ff_error *err);
 /* Has the caller asked to stop? */
 int ff_fit_cancelled(const ff_fit_options *o);
 
-/* ---- one pass ---------------------------------------------------------------------------------------------------------------- */
+/* ---- one pass -------------------------------------------------------------------------------- */
 
 enum { FF_MAX_COLUMNS = FF_MAX_SHAPE + FF_MAX_CHANNEL_PARAMS + 1 };
 
@@ -128,8 +132,7 @@ typedef struct ff_chunk_sums {
 typedef void (*ff_pass_chunk_fn)(const ff_pass *pass, size_t first_block, size_t n_blocks, const ff_chunk_sums *sums);
 ff_pass_chunk_fn ff_pass_chunk_get(ff_isa isa);
 
-/* ---- the full set of parameters of a fit ---------------------------------------------------------------------------------------
- */
+/* ---- the full set of parameters of a fit ----------------------------------------------------- */
 
 /* What is free and in which coordinates. Coordinates: the free shape parameters (log, atanh or as they are), then f0, kd ... of
  * every channel. */
@@ -159,8 +162,7 @@ void ff_layout_unpack(const ff_layout *l, const double *x, double *shape);
 void ff_layout_pass(const ff_layout *l, const struct ff_problem *p, const ff_fit_options *o, const double *shape,
                     const double *channel, ff_pass *pass);
 
-/* ---- start and solve -----------------------------------------------------------------------------------------------------------
- */
+/* ---- start and solve ------------------------------------------------------------------------- */
 
 /* A candidate for the optimum. */
 typedef struct ff_candidate {
@@ -196,8 +198,13 @@ ff_status ff_solve(const ff_layout *l, const struct ff_problem *p, const ff_fit_
                    double tolerance, int max_iterations, double *shape, double *channel, int *at_bound, ff_solution *out,
                    ff_error *err);
 
-/* ---- covariance ----------------------------------------------------------------------------------------------------------------
- */
+/* ---- result ---------------------------------------------------------------------------------- */
+
+/* Everything that is said of an optimum whose final pass is solution->normal; shape_value and channel_value are allocated. */
+ff_status ff_result_fill(const ff_layout *l, const struct ff_problem *p, const ff_fit_options *o, const double *shape,
+                         const double *channel, const int *at_bound, const ff_solution *solution, ff_fit_result *r);
+
+/* ---- covariance ------------------------------------------------------------------------------ */
 
 /* Full J^T J [P][P] and J^T r [P] from the channels' grams. slope [P]: d parameter / d coordinate, or NULL for the parameters
  * themselves. */

@@ -2,11 +2,12 @@
  * Compiled once per instruction set. The lanes are the same for each, so that the sums differ by the rounding of fused products
  * only. */
 #include "internal_fit.h"
+#include "internal_loss.h"
 #include "internal_vector_math.h"
 
 typedef double v8 __attribute__((vector_size(64), aligned(64)));
 
-/* ---- losses: r = w (g(f) - t), j = dr/df ------------------------------------------------------------------------------------ */
+/* ---- losses: r = w (g(f) - t), j = dr/df ----------------------------------------------------- */
 
 /* Tabulated per block: everything a loss reads. */
 typedef struct loss_planes {
@@ -31,8 +32,6 @@ static void loss_log(const loss_planes *l, const double *restrict f, double *res
 }
 
 /* c(t) = t (t^2 + e^2)^(-1/3), c'(t) = (t^2/3 + e^2) (t^2 + e^2)^(-4/3) */
-#define FF_CUBE_ROOT_E2 1e-16
-
 static inline double cube_root(double t)
 {
     return t * ff_rcbrt(t * t + FF_CUBE_ROOT_E2);
@@ -118,8 +117,7 @@ static void robustify(ff_robust robust, double b, double *restrict r, double *re
     add_to_lanes(rho, cost2);
 }
 
-/* ---- outer products ------------------------------------------------------------------------------------------------------------
- */
+/* ---- outer products -------------------------------------------------------------------------- */
 
 /* Sums of the products of M columns into the packed triangle, all of it in registers. M is a constant at each call. */
 static inline __attribute__((always_inline)) void gram_small(const int M, double (*restrict column)[FF_BLOCK], v8 *restrict acc)
@@ -201,8 +199,7 @@ static void gram(size_t m, double (*restrict column)[FF_BLOCK], double *restrict
     }
 }
 
-/* ---- a block -------------------------------------------------------------------------------------------------------------------
- */
+/* ---- a block --------------------------------------------------------------------------------- */
 
 typedef struct __attribute__((aligned(64))) block_scratch {
     double S[FF_MAX_LOBES][FF_BLOCK];

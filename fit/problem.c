@@ -1,61 +1,17 @@
 /* From a table to blocks of planes: which samples are used, their weights and targets, and the geometry that no parameter changes.
  */
-#define _GNU_SOURCE /* madvise */
 #include "internal_fit.h"
+#include "internal_loss.h"
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
-#include <sys/mman.h>
 
 enum { FF_THIN = 12000, FF_MIDDLE_FROM = 200000 }; /* samples that a start is searched on; problems that have a middle */
 enum { FF_SLAB = 2048 }; /* samples of a table looked at in one go; its directions fit in the second-level cache */
 
-/* Memory of the blocks, in large pages where the system has them: a pass walks through all of it. */
-static double *block_memory(size_t bytes)
-{
-    const size_t page = (size_t)1 << 21, size = (bytes + page - 1) / page * page;
-    if (bytes < page) return aligned_alloc(64, (bytes + 63) / 64 * 64);
-    double *data = aligned_alloc(page, size);
-    if (data) madvise(data, size, MADV_HUGEPAGE); /* a hint: nothing depends on it */
-    return data;
-}
+#define FF_RELATIVE_FLOOR 1e-3 /* of the mean |y|: what a datum counts as at least */
 
-/* ---- losses as the samples see them
- * ---------------------------------------------------------------------------------------------- */
-
-#define FF_CUBE_ROOT_E2   1e-16 /* as in pass_kernels.c */
-#define FF_RELATIVE_FLOOR 1e-3
-
-/* g(y) of a loss; linear losses keep y. x = cos(theta_i). */
-static double target_of(ff_loss loss, double y, double x)
-{
-    if (loss == FF_LOSS_LOG) return log1p(y * x);
-    if (loss == FF_LOSS_CUBE_ROOT) return y * x / cbrt(y * x * y * x + FF_CUBE_ROOT_E2);
-    return y;
-}
-
-static int is_curved(ff_loss loss)
-{
-    return loss == FF_LOSS_LOG || loss == FF_LOSS_CUBE_ROOT;
-}
-
-/* d g / d f at f = y of a curved loss. */
-static double slope_of(ff_loss loss, double y, double x)
-{
-    const double u = y * x, s = u * u + FF_CUBE_ROOT_E2;
-    return loss == FF_LOSS_LOG ? x / (1 + u) : x * (u * u / 3 + FF_CUBE_ROOT_E2) / (s * cbrt(s));
-}
-
-/* What multiplies g(f) - g(y) for a sample of unit weight: for linear losses their factor, for the others 1. */
-static double loss_factor(ff_loss loss, double y, double x, double floor)
-{
-    if (loss == FF_LOSS_COSINE) return x;
-    if (loss == FF_LOSS_RELATIVE) return 1 / fmax(y, floor);
-    return 1;
-}
-
-/* ---- selection
- * --------------------------------------------------------------------------------------------------------------------- */
+/* ---- selection ------------------------------------------------------------------------------- */
 
 enum { FF_USED = 0, FF_INVALID, FF_BELOW, FF_GRAZING };
 
@@ -174,8 +130,7 @@ static void look_at_slab(void *context, size_t s, int worker)
     b->slab[s] = r;
 }
 
-/* ---- blocks
- * ------------------------------------------------------------------------------------------------------------------------ */
+/* ---- blocks ---------------------------------------------------------------------------------- */
 
 /* Directions, weights and channel values of the samples of one block, gathered from their places in the table. */
 typedef struct gathered {
@@ -223,11 +178,11 @@ static void fill_targets(const build *b, size_t block, const uint32_t *index, si
             const int in = i < n;
             const double x = in ? g->w[2][i] : 1, v = in ? y[i] : 0;
             value[i] = v;
-            target[i] = target_of(p->loss, v, x);
+            target[i] = ff_loss_target(p->loss, v, x);
             if (b->weighting == FF_WEIGHT_SIGMA) /* the residual in standard deviations: those of y pass through g */
-                weight[i] = in ? 1 / (sigma[i] * (is_curved(p->loss) ? slope_of(p->loss, v, x) : 1)) : 0;
+                weight[i] = in ? 1 / (sigma[i] * (ff_loss_is_curved(p->loss) ? ff_loss_slope(p->loss, v, x) : 1)) : 0;
             else
-                weight[i] = in ? sample_weight[i] * loss_factor(p->loss, v, x, b->floors[c]) : 0;
+                weight[i] = in ? sample_weight[i] * ff_loss_factor(p->loss, v, x, b->floors[c]) : 0;
         }
     }
 }
@@ -257,156 +212,7 @@ static void build_block(void *context, size_t block, int worker)
     }
 }
 
-/* ---- the thin problem
- * -------------------------------------------------------------------------------------------------------------- */
-
-/* Bins of magnitudes: exponent and four bits of the mantissa of a positive float. */
-enum { FF_BINS = 0x1000 };
-
-static size_t bin_of(float m)
-{
-    uint32_t bits;
-    memcpy(&bits, &m, sizeof bits);
-    return (size_t)(bits >> 19) & 0xfff;
-}
-
-/* The smallest bin such that no more than `count` samples lie in it or above. */
-static size_t threshold_bin(const size_t *histogram, size_t count)
-{
-    size_t sum = 0, bin = FF_BINS;
-    while (bin > 0 && sum + histogram[bin - 1] <= count) sum += histogram[--bin];
-    return bin;
-}
-
-/* A stride that shares no factor with the usual periods of grids. */
-static size_t stride_for(size_t rest, size_t wanted)
-{
-    size_t s = rest / wanted;
-    if (s < 2) return 1;
-    while (s % 2 == 0 || s % 3 == 0 || s % 5 == 0) s++;
-    return s;
-}
-
-/* The samples of a thin problem and what each stands for. */
-typedef struct thinning {
-    const struct ff_problem *from;
-    struct ff_problem *to;
-    uint32_t *index;     /* [to->n]                                          */
-    double rest_weight;  /* root weight of those with rest[k] = 1            */
-    unsigned char *rest; /* [to->n]                                          */
-} thinning;
-
-static int is_weight_plane(const struct ff_problem *p, size_t plane)
-{
-    const int n_weights = p->weight_stride ? (int)p->n_channels : 1, k = (int)plane;
-    return (k >= p->weight && k < p->weight + n_weights) || k == p->sample_weight;
-}
-
-static void thin_plane(void *context, size_t plane, int worker)
-{
-    const thinning *t = context;
-    const double factor = is_weight_plane(t->from, plane) ? t->rest_weight : 1;
-    (void)worker;
-    for (size_t k = 0; k < t->to->n; k++) {
-        const size_t i = t->index[k];
-        const double v = ff_problem_plane(t->from, i / FF_BLOCK, (int)plane)[i % FF_BLOCK];
-        ff_problem_plane(t->to, k / FF_BLOCK, (int)plane)[k % FF_BLOCK] = t->rest[k] ? v * factor : v;
-    }
-}
-
-/* Replaces loss by its tangent at the data: w g'(y) (f - y). A datum near 0, where the cube root is steep, counts as 1 % of the
- * mean. */
-static void linearise(struct ff_problem *p)
-{
-    const struct ff_problem old = *p;
-    double mean = 0;
-    for (size_t i = 0; i < p->n; i++) mean += fabs(ff_problem_plane(p, i / FF_BLOCK, p->value)[i % FF_BLOCK]) / (double)p->n;
-    for (size_t b = 0; b < p->n_blocks; b++) {
-        const double *x = ff_problem_plane(p, b, p->geometry[FF_G_COS_I]);
-        /* the planes of g(y) become weights per channel; their former place is taken by the values */
-        for (size_t c = 0; c < p->n_channels; c++) {
-            const double *w = ff_problem_plane(&old, b, old.weight + old.weight_stride * (int)c),
-                         *y = ff_problem_plane(&old, b, old.value + (int)c);
-            double *target = ff_problem_plane(&old, b, old.target + (int)c);
-            for (int i = 0; i < FF_BLOCK; i++) target[i] = w[i] * slope_of(p->loss, fmax(fabs(y[i]), 0.01 * mean), x[i]);
-        }
-    }
-    p->weight = old.target;
-    p->weight_stride = 1;
-    p->target = old.value;
-    p->surrogate = 1;
-}
-
-ff_status ff_problem_thin(const struct ff_problem *p, const float *size, size_t wanted, int linear, struct ff_problem **out)
-{
-    struct ff_problem *t = malloc(sizeof *t);
-    size_t histogram[FF_BINS] = {0};
-    if (!t) return FF_ERR_MEMORY;
-    *t = *p;
-    t->channel_name = NULL;
-    t->thin = t->thin_linear = t->middle = NULL;
-    for (size_t i = 0; i < p->n; i++) histogram[bin_of(size[i])]++;
-    const size_t bin = p->n > wanted ? threshold_bin(histogram, wanted / 3) : 0;
-    size_t large = 0;
-    for (size_t b = bin; b < FF_BINS; b++) large += histogram[b];
-    const size_t rest = p->n - large, stride = rest ? stride_for(rest, wanted - wanted / 3) : 1;
-    const size_t kept = rest ? (rest + stride - 1) / stride : 0;
-    t->n = large + kept;
-    t->n_blocks = (t->n + FF_BLOCK - 1) / FF_BLOCK;
-    t->data = block_memory(ff_problem_doubles(t) * sizeof *t->data);
-    thinning work = {p, t, malloc(t->n * sizeof(uint32_t)), kept ? sqrt((double)rest / (double)kept) : 1, malloc(t->n)};
-    const int failed = !t->data || !work.index || !work.rest;
-    if (!failed) {
-        memset(t->data, 0, ff_problem_doubles(t) * sizeof *t->data);
-        for (size_t i = 0, k = 0, skipped = 0; i < p->n; i++) {
-            const int is_rest = bin_of(size[i]) < bin;
-            if (is_rest && skipped++ % stride != 0) continue;
-            work.index[k] = (uint32_t)i;
-            work.rest[k++] = (unsigned char)is_rest;
-        }
-        ff_pool_run(p->pool, p->n_planes, thin_plane, &work);
-        if (linear && is_curved(p->loss)) linearise(t);
-    }
-    free(work.index);
-    free(work.rest);
-    if (failed) {
-        free(t->data);
-        free(t);
-        return FF_ERR_MEMORY;
-    }
-    *out = t;
-    return FF_OK;
-}
-
-static void thin_free(struct ff_problem *p)
-{
-    if (!p) return;
-    free(p->data);
-    free(p);
-}
-
-/* ---- the whole
- * --------------------------------------------------------------------------------------------------------------------- */
-
-ff_status ff_fit_options_check(const ff_fit_options *o, ff_error *err)
-{
-    if (o->size != sizeof *o)
-        return ff_error_set(err, FF_ERR_RANGE, NULL, 0, -1, "the options were not initialised by ff_fit_options_init");
-    if (!ff_loss_name((int)o->loss) || !ff_robust_name((int)o->robust) || !ff_weighting_name((int)o->weighting) ||
-        !ff_shape_name((int)o->shape) || !ff_channel_mode_name((int)o->channels))
-        return ff_error_set(err, FF_ERR_RANGE, NULL, 0, -1,
-                            "an option names no known loss, robust loss, weighting, shape or mode of channels");
-    if (!(o->max_theta > 0 && o->max_theta <= 1.5707963267948968))
-        return ff_error_set(err, FF_ERR_RANGE, NULL, 0, -1, "the largest angle must lie in (0, 90] degrees, found %g",
-                            o->max_theta * (180 / 3.14159265358979323846));
-    if (o->robust != FF_ROBUST_NONE && !(o->robust_scale > 0 && isfinite(o->robust_scale)))
-        return ff_error_set(err, FF_ERR_RANGE, NULL, 0, -1, "the scale of a robust loss must be positive, found %g",
-                            o->robust_scale);
-    if (o->threads < 0 || o->max_iterations < 0)
-        return ff_error_set(err, FF_ERR_RANGE, NULL, 0, -1,
-                            "the options for the number of threads and of iterations must not be negative");
-    return FF_OK;
-}
+/* ---- the whole ------------------------------------------------------------------------------- */
 
 static ff_status check_options(const ff_table *t, const ff_fit_options *o, ff_error *err)
 {
@@ -451,7 +257,7 @@ static void lay_out(struct ff_problem *p, const ff_model *models, size_t n_model
                 need |= ff_model_planes(&models[i], FF_ISOTROPIC_MODE);
         need |= ff_model_planes(&models[i], isotropic ? FF_ISOTROPIC_MODE : FF_CENTRED_MODE);
     }
-    const int curved = is_curved(p->loss);
+    const int curved = ff_loss_is_curved(p->loss);
     if (curved || !(need & (1u << FF_G_TI2 | 1u << FF_G_TIX))) need |= 1u << FF_G_COS_I;
     int next = 0;
     const int C = (int)p->n_channels;
@@ -529,7 +335,7 @@ static ff_status build_all(build *b, const ff_model *models, size_t n_models, ff
     p->n = sel->used;
     p->n_blocks = (p->n + FF_BLOCK - 1) / FF_BLOCK;
     lay_out(p, models, n_models, is_isotropic(t, b->o), b->weighting);
-    p->data = block_memory(ff_problem_doubles(p) * sizeof *p->data);
+    p->data = ff_block_memory(ff_problem_doubles(p) * sizeof *p->data);
     if (!p->data) return ff_error_set(err, FF_ERR_MEMORY, NULL, 0, -1, "out of memory for %zu samples", p->n);
     b->size = malloc(p->n * sizeof *b->size);
     if (!b->size) return ff_error_set(err, FF_ERR_MEMORY, NULL, 0, -1, "out of memory");
@@ -586,9 +392,9 @@ ff_status ff_problem_new(const ff_table *t, const ff_model *models, size_t n_mod
 void ff_problem_free(ff_problem *p)
 {
     if (!p) return;
-    thin_free(p->thin);
-    thin_free(p->thin_linear);
-    thin_free(p->middle);
+    ff_problem_thin_free(p->thin);
+    ff_problem_thin_free(p->thin_linear);
+    ff_problem_thin_free(p->middle);
     ff_pool_free(p->pool);
     free(p->data);
     free(p->channel_name);

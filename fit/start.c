@@ -6,8 +6,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* ---- bounded least squares
- * ------------------------------------------------------------------------------------------------------- */
+/* ---- bounded least squares ------------------------------------------------------------------- */
 
 /* Solves the k x k system A x = b, symmetric positive semidefinite, by elimination with diagonal pivots; a vanishing pivot gives 0.
  */
@@ -85,8 +84,7 @@ double ff_bounded_least_squares(const double *gram, size_t n, const double *lo, 
     return best;
 }
 
-/* ---- one shape
- * --------------------------------------------------------------------------------------------------------------------- */
+/* ---- one shape ------------------------------------------------------------------------------- */
 
 /* The bounded minimum of all channels by the gram of their linear columns at `at`; out may be at. Returns the sum of the minima. */
 static double step_channels(const ff_model *m, const ff_normal *normal, const double *at, double *out)
@@ -151,8 +149,7 @@ ff_status ff_start_channels(const ff_layout *l, const struct ff_problem *p, cons
     return s;
 }
 
-/* ---- the search
- * ---------------------------------------------------------------------------------------------------------------------- */
+/* ---- the search ------------------------------------------------------------------------------ */
 
 /* Evaluates a list of shapes, spread over the pool. */
 typedef struct scan {

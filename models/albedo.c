@@ -56,7 +56,7 @@ static void rule_make(int n, rule *g)
     }
 }
 
-/* ---- the lobe and its rays -------------------------------------------------------------------------------------------------- */
+/* ---- the lobe and its rays ------------------------------------------------------------------- */
 
 typedef struct vec2 {
     double x, y;
@@ -162,7 +162,7 @@ static void add_half_vector(integrand *k, vec2 e, double q, double weight)
     if (wi[2] > 0) add_point(k, wi, k->o, 4 * w * wi[2]);
 }
 
-/* ---- places on a ray at which the integrand is not smooth -------------------------------------------------------------------- */
+/* ---- places on a ray at which the integrand is not smooth ------------------------------------ */
 
 typedef struct cuts {
     int n;
@@ -253,7 +253,7 @@ static void cuts_sort(cuts *c)
         }
 }
 
-/* ---- one ray ----------------------------------------------------------------------------------------------------------------- */
+/* ---- one ray --------------------------------------------------------------------------------- */
 
 /* Gauss-Legendre panels in x = asinh q between two cuts. */
 static void integrate_piece(integrand *k, const rule *g, vec2 e, double q0, double q1, double weight)
@@ -335,7 +335,7 @@ static void integrate_albedo_ray(integrand *k, const rule *g, double psi, double
     for (int i = 0; i + 1 < c.n; ++i) integrate_piece(k, g, e, c.q[i], c.q[i + 1], weight);
 }
 
-/* ---- all rays ---------------------------------------------------------------------------------------------------------------- */
+/* ---- all rays -------------------------------------------------------------------------------- */
 
 typedef struct centres {
     int n, levels; /* panels halve this often towards a centre */
@@ -450,8 +450,7 @@ static ff_status integrate(integrand *k, size_t n, ff_integral out[GROUP])
     return FF_OK;
 }
 
-/* ---- parts of a model ----------------------------------------------------------------------------------------------------------
- */
+/* ---- parts of a model ------------------------------------------------------------------------ */
 
 /* Term number `index` (n_lobes: the diffuse one) of m with its parameters, as a model of its own. */
 static ff_status part_make(const ff_model *m, uint32_t index, size_t n_channels, const double *shape, const double *channel,

@@ -12,7 +12,7 @@
 
 #define PI 3.14159265358979323846
 
-/* ---- exponents ------------------------------------------------------------------------------------------------------------- */
+/* ---- exponents ------------------------------------------------------------------------------- */
 
 static const char *beckmann_to_phong(const double *in, double *out)
 {
@@ -52,7 +52,7 @@ static const char *doubt_n_in(const double *in, const double *out)
     return in[0] <= 8 ? low_exponent : NULL;
 }
 
-/* ---- beckmann and ggx ------------------------------------------------------------------------------------------------------- */
+/* ---- beckmann and ggx ------------------------------------------------------------------------ */
 
 /* E|s| along one axis: m / sqrt(pi) for beckmann (Gaussian), alpha for ggx (marginal 1 / (2 (1 + u^2)^1.5), u = s / alpha). */
 static const char *divide_by_sqrt_pi(const double *in, double *out)
@@ -73,7 +73,7 @@ static const char *same(const double *in, double *out)
     return NULL;
 }
 
-/* ---- roughness of renderers, rms slope --------------------------------------------------------------------------------------- */
+/* ---- roughness of renderers, rms slope ------------------------------------------------------- */
 
 static const char *square(const double *in, double *out)
 {
@@ -106,7 +106,7 @@ static const char *times_sqrt_2(const double *in, double *out)
     return NULL;
 }
 
-/* ---- correlated roughness and its ellipse ----------------------------------------------------------------------------------- */
+/* ---- correlated roughness and its ellipse ---------------------------------------------------- */
 
 /* Axes of the ellipse whose matrix is [[ax^2, r ax ay], [r ax ay, ay^2]]. The difference of the diagonal is factored, and the
  * minor axis comes from the determinant, so that neither ax ~ ay nor |r| -> 1 loses digits. */
@@ -149,7 +149,7 @@ static const char *ellipse_to_correlated(const double *in, double *out)
     return NULL;
 }
 
-/* ---- the table -------------------------------------------------------------------------------------------------------------- */
+/* ---- the table ------------------------------------------------------------------------------- */
 
 /* clang-format off */
 #define V_M(hi)       {"m", "alpha", "1", 0, hi, 0}

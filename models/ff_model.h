@@ -15,7 +15,7 @@
 extern "C" {
 #endif
 
-/* ---- the registry: the terms a model is composed of ------------------------------------------------------------------------ */
+/* ---- the registry: the terms a model is composed of ------------------------------------------ */
 
 typedef enum ff_term_kind { FF_NDF = 0, FF_MASKING = 1, FF_FRESNEL = 2, FF_DIFFUSE = 3 } ff_term_kind;
 enum { FF_TERM_KINDS = 4 };
@@ -64,7 +64,7 @@ const ff_term *ff_term_at(ff_term_kind kind, size_t i); /**< NULL when i >= coun
 int ff_term_find(ff_term_kind kind, const char *name);  /**< index, or -1 when unknown          */
 const char *ff_term_kind_name(ff_term_kind kind);       /**< "distribution", "masking", ...          */
 
-/* ---- composition ----------------------------------------------------------------------------------------------------------- */
+/* ---- composition ----------------------------------------------------------------------------- */
 
 enum { FF_MAX_LOBES = 3, FF_MAX_SHAPE = 24, FF_MAX_CHANNEL_PARAMS = 8, FF_PARAM_NAME = 32, FF_MODEL_NAME = 256 };
 
@@ -125,7 +125,7 @@ ff_status ff_model_check(const ff_model *m, size_t n_channels, const double *sha
 /** Claims of the whole model for these parameters: FF_RECIPROCAL (not with a mean slope), FF_PASSIVE, FF_ISOTROPIC. */
 uint32_t ff_model_claims(const ff_model *m, const double *shape);
 
-/* ---- evaluation ------------------------------------------------------------------------------------------------------------ */
+/* ---- evaluation ------------------------------------------------------------------------------ */
 
 /** n pairs of directions as six planes [n]. A z <= FF_COS_MIN is legal and gives f = df = 0. */
 typedef struct ff_dirs {

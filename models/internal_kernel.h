@@ -7,7 +7,7 @@
 /* Samples of a block. All planes of a pass over a block stay in the first-level cache. */
 enum { FF_BLOCK = 128 };
 
-/* ---- a distribution: one 1D profile p(q2) and one 1D Lambda(a) ------------------------------------------------------------- */
+/* ---- a distribution: one 1D profile p(q2) and one 1D Lambda(a) ------------------------------- */
 
 enum { FF_POLY = 44 };
 
@@ -55,7 +55,7 @@ typedef struct ff_ndf {
         "slope_y", "1", "mean slope of the surface along y", -1, 1, 0, FF_PARAM_HELD, 0                                            \
     }
 
-/* ---- geometry: what no parameter changes ----------------------------------------------------------------------------------- */
+/* ---- geometry: what no parameter changes ----------------------------------------------------- */
 
 enum {
     FF_G_S2 = 0, /* |s|^2, s the slope of h                                                 */
@@ -80,7 +80,7 @@ typedef struct ff_geometry {
     double *plane[FF_G_COUNT];
 } ff_geometry;
 
-/* ---- one lobe over a block ------------------------------------------------------------------------------------------------- */
+/* ---- one lobe over a block ------------------------------------------------------------------- */
 
 /* Which derivatives a lobe's pass makes: ISOTROPIC needs S2 TI2 TO2 and gives alpha (as FF_D_AX); CENTRED and TILTED need the
  * vector planes; CENTRED gives AX AY R, TILTED also X0 Y0. Those that a mode lacks are not written. */
@@ -93,7 +93,7 @@ typedef struct ff_lobe_pass {
     ff_ndf_pass ndf_pass;
 } ff_lobe_pass;
 
-/* ---- masking, Fresnel, diffuse ----------------------------------------------------------------------------------------------- */
+/* ---- masking, Fresnel, diffuse --------------------------------------------------------------- */
 
 typedef struct ff_masking {
     ff_term term;
@@ -112,7 +112,7 @@ typedef struct ff_optics {
     void (*eval)(const double *params, const ff_geometry *g, size_t n, double *restrict f, double *const *d);
 } ff_optics;
 
-/* ---- the kernels of one instruction set -------------------------------------------------------------------------------------- */
+/* ---- the kernels of one instruction set ------------------------------------------------------ */
 
 typedef struct ff_kernels {
     ff_isa isa;

@@ -7,7 +7,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* ---- composition ------------------------------------------------------------------------------------------------------------ */
+/* ---- composition ----------------------------------------------------------------------------- */
 
 static void name_param(ff_model_param *p, const ff_param *info, uint32_t lobe, int prefixed)
 {
@@ -153,7 +153,7 @@ void ff_model_expression(const ff_model *m, char *out, size_t size)
         snprintf(out + used, size - used, "%s%s", used ? "+" : "", ff_diffuse_at(m->diffuse)->term.name);
 }
 
-/* ---- parameters ------------------------------------------------------------------------------------------------------------- */
+/* ---- parameters ------------------------------------------------------------------------------ */
 
 void ff_model_defaults(const ff_model *m, size_t n_channels, double *shape, double *channel)
 {
@@ -322,7 +322,7 @@ uint32_t ff_model_claims(const ff_model *m, const double *shape)
     return claims;
 }
 
-/* ---- passes ----------------------------------------------------------------------------------------------------------------- */
+/* ---- passes ---------------------------------------------------------------------------------- */
 
 void ff_lobe_pass_prepare(const ff_kernels *k, ff_lobe_pass *pass)
 {

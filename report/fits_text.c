@@ -5,8 +5,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* ---- what was fitted ----------------------------------------------------------------------------------------------------------
- */
+/* ---- what was fitted ------------------------------------------------------------------------- */
 
 static const char *plural(size_t n)
 {
@@ -46,8 +45,7 @@ static void put_problem(const ff_report_fits *r, size_t p, FILE *out)
     if (r->n_problems > 1) fprintf(out, "channel %s: ", ff_problem_channel_name(r->problem[p], 0));
 }
 
-/* ---- fit ------------------------------------------------------------------------------------------------------------------------
- */
+/* ---- fit ------------------------------------------------------------------------------------- */
 
 static const char *value_note(const ff_fit_value *v, const ff_param *info)
 {
@@ -167,8 +165,7 @@ ff_status ff_report_fit_text(const ff_report_fits *r, FILE *out)
     return status;
 }
 
-/* ---- compare --------------------------------------------------------------------------------------------------------------------
- */
+/* ---- compare --------------------------------------------------------------------------------- */
 
 /* Free shape parameters: the roughness by its numbers alone, everything else as name=value. "0.2", "0.2/0.45 r=0.4 gamma=2.1" */
 static void shape_cell(const ff_fit_result *f, char *out, size_t size)

@@ -6,7 +6,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* ---- width of UTF-8 ---------------------------------------------------------------------------------------------------------- */
+/* ---- width of UTF-8 -------------------------------------------------------------------------- */
 
 size_t ff_text_sequence(const char *text, uint32_t *code)
 {
@@ -48,7 +48,7 @@ size_t ff_text_width(const char *text)
     return width;
 }
 
-/* ---- tables ------------------------------------------------------------------------------------------------------------------ */
+/* ---- tables ---------------------------------------------------------------------------------- */
 
 void ff_text_row(ff_text_table *t)
 {
@@ -120,7 +120,7 @@ ff_status ff_text_print(ff_text_table *t, FILE *out, const char *indent)
     return status;
 }
 
-/* ---- numbers ----------------------------------------------------------------------------------------------------------------- */
+/* ---- numbers --------------------------------------------------------------------------------- */
 
 /* Whatever a locale puts between the digits (',' or several bytes) becomes a point. */
 static void to_point(char *text)

@@ -8,7 +8,7 @@
 #define PI 3.14159265358979323846
 static const double theta_last = 85; /* instruments see no further */
 
-/* ---- words ------------------------------------------------------------------------------------------------------------------- */
+/* ---- words ----------------------------------------------------------------------------------- */
 
 /* A number after ':', or `otherwise` at the end of the text. NULL when neither is there. */
 static const char *read_part(const char *text, double otherwise, double *value)
@@ -65,7 +65,7 @@ ff_status ff_sampling_parse(const char *text, ff_sampling *out, ff_error *err)
     return status;
 }
 
-/* ---- goniometer -------------------------------------------------------------------------------------------------------------- */
+/* ---- goniometer ------------------------------------------------------------------------------ */
 
 /* Values 0, step, ... up to last (less than last when open). */
 static size_t steps(double step, double last, int open)
@@ -94,7 +94,7 @@ static size_t goniometer(double step, int isotropic, double *const angle[4])
     return n;
 }
 
-/* ---- scattered --------------------------------------------------------------------------------------------------------------- */
+/* ---- scattered ------------------------------------------------------------------------------- */
 
 /* Six decimals of a degree: identical whatever the last bit of the mathematical library. */
 static double rounded(double degrees)

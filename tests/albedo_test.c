@@ -44,8 +44,7 @@ static ff_integral albedo(const lobe *l, double mu, double phi)
     return out[0];
 }
 
-/* ---- weak white furnace -------------------------------------------------------------------------------------------------------
- */
+/* ---- weak white furnace ---------------------------------------------------------------------- */
 
 static double furnace_worst;
 static long furnace_count;
@@ -172,8 +171,7 @@ static void without_masking_it_is_not_one(void)
     FF_CHECK_CLOSE(out.value, (1 + sqrt(2)) / 2, 1e-9, 0);
 }
 
-/* ---- albedo --------------------------------------------------------------------------------------------------------------------
- */
+/* ---- albedo ---------------------------------------------------------------------------------- */
 
 static void closed_forms(void)
 {

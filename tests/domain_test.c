@@ -3,8 +3,7 @@
 #include "model_samples.h"
 #include "ff_albedo.h"
 
-/* ---- finite on closed boxes
- * -------------------------------------------------------------------------------------------------------- */
+/* ---- finite on closed boxes ------------------------------------------------------------------ */
 
 /* All pairs of directions from the normal to the last cosine above the horizon: wi = wo, opposite azimuths, both grazing. */
 static void hard_pairs(model_pairs *w)
@@ -120,8 +119,7 @@ static void finite_inside(void)
     }
 }
 
-/* ---- the horizon
- * ------------------------------------------------------------------------------------------------------------------- */
+/* ---- the horizon ----------------------------------------------------------------------------- */
 
 static void nothing_below_the_horizon(void)
 {
@@ -165,8 +163,7 @@ static void nothing_below_the_horizon(void)
     }
 }
 
-/* ---- blocks of any size
- * ------------------------------------------------------------------------------------------------------------ */
+/* ---- blocks of any size ---------------------------------------------------------------------- */
 
 static void blocks_of_any_size(void)
 {
@@ -238,8 +235,7 @@ static void refusals_write_nothing(void)
     FF_CHECK(f == 4711 && df[0] == 4711 && d == 4711, "a refusal wrote its output");
 }
 
-/* ---- claims
- * ------------------------------------------------------------------------------------------------------------------------ */
+/* ---- claims ---------------------------------------------------------------------------------- */
 
 static double worst_of(const double *a, const double *b, size_t n)
 {

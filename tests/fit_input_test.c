@@ -60,8 +60,7 @@ static void check_sane(const char *what, const ff_fit_result *r)
     FF_CHECK(isfinite(r->aic) && isfinite(r->bic), "%s: aic %g, bic %g", what, r->aic, r->bic);
 }
 
-/* ---- too little
- * ------------------------------------------------------------------------------------------------------------------------ */
+/* ---- too little ------------------------------------------------------------------------------ */
 
 static void fewer_values_than_parameters(void)
 {
@@ -135,8 +134,7 @@ static void nothing_usable(void)
     ff_table_free(&t);
 }
 
-/* ---- odd values
- * ------------------------------------------------------------------------------------------------------------------------ */
+/* ---- odd values ------------------------------------------------------------------------------ */
 
 static void zero_channels(void)
 {
@@ -266,8 +264,7 @@ static void the_same_sample_again_and_again(void)
     ff_table_free(&t);
 }
 
-/* ---- sizes and scales
- * -------------------------------------------------------------------------------------------------------------------- */
+/* ---- sizes and scales ------------------------------------------------------------------------ */
 
 /* The residuals once more, from the fitted parameters and the table. */
 static void residuals_of(const ff_table *t, const ff_fit_result *r, ff_residual *out)
@@ -368,9 +365,7 @@ static void extreme_scales(void)
             }
 }
 
-/* ---- options
- * -------------------------------------------------------------------------------------------------------------------------------
- */
+/* ---- options --------------------------------------------------------------------------------- */
 
 static void wrong_options(void)
 {
@@ -532,8 +527,7 @@ static void no_standard_errors(void)
     ff_table_free(&t);
 }
 
-/* ---- progress and cancellation
- * --------------------------------------------------------------------------------------------------------------- */
+/* ---- progress and cancellation --------------------------------------------------------------- */
 
 typedef struct watcher {
     int calls, cancel_at;
@@ -646,8 +640,7 @@ static void cancelled_by_another_thread(void)
     ff_table_free(&t);
 }
 
-/* ---- several models, several problems
- * --------------------------------------------------------------------------------------------------------- */
+/* ---- several models, several problems -------------------------------------------------------- */
 
 /* A problem made for many models gives each what a problem of its own gives. */
 static void many_models_on_one_problem(void)

@@ -3,8 +3,7 @@
  * program. */
 #include "model_samples.h"
 
-/* ---- the golden file
- * --------------------------------------------------------------------------------------------------------------- */
+/* ---- the golden file ------------------------------------------------------------------------- */
 
 enum {
     NDF,
@@ -203,8 +202,7 @@ static void golden_by_the_program(void)
     }
 }
 
-/* ---- Smith's Lambda by quadrature of its definition
- * ---------------------------------------------------------------------------------- */
+/* ---- Smith's Lambda by quadrature of its definition ------------------------------------------ */
 
 enum { NODES = 16 };
 
@@ -379,8 +377,7 @@ static void lambda_is_its_definition(void)
     }
 }
 
-/* ---- the area of the distributions
- * --------------------------------------------------------------------------------------------------- */
+/* ---- the area of the distributions ----------------------------------------------------------- */
 
 /* D(m) mz^4 in the slope s: D of ff_model_terms with wi = wo = m. */
 static double slope_density(const fit_surface *s, const double slope[2])
@@ -435,8 +432,7 @@ static void area_is_one(void)
         }
 }
 
-/* ---- identities
- * ------------------------------------------------------------------------------------------------------------------- */
+/* ---- identities ------------------------------------------------------------------------------ */
 
 /* All factors and f of two models at the same random pairs. */
 static void check_same(const char *a, const char *b, const char *set_a, const char *set_b, double tolerance)

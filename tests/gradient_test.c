@@ -32,8 +32,7 @@ static void compare(const model_ridders *r, double analytic, double scale, tally
     t->wrong += wrong;
 }
 
-/* ---- models
- * ---------------------------------------------------------------------------------------------------------------------- */
+/* ---- models ---------------------------------------------------------------------------------- */
 
 enum { PAIRS = 40, CHANNELS = 2 };
 
@@ -225,8 +224,7 @@ static void several_lobes(void)
     }
 }
 
-/* ---- deliberately wrong derivatives are caught
- * ------------------------------------------------------------------------------------ */
+/* ---- deliberately wrong derivatives are caught ----------------------------------------------- */
 
 static void as_it_is(const model_pairs *w, double *df)
 {
@@ -280,8 +278,7 @@ static void wrong_derivatives_are_caught(void)
     }
 }
 
-/* ---- the objective
- * ----------------------------------------------------------------------------------------------------------------- */
+/* ---- the objective --------------------------------------------------------------------------- */
 
 enum { MAX_COORDINATES = 24 };
 

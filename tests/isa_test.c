@@ -33,8 +33,7 @@ static void unavailable_sets_are_refused(void)
     }
 }
 
-/* ---- evaluation
- * -------------------------------------------------------------------------------------------------------------------- */
+/* ---- evaluation ------------------------------------------------------------------------------ */
 
 enum { CHANNELS = 2, PARAMS = FF_MAX_SHAPE + FF_MAX_CHANNEL_PARAMS };
 
@@ -103,8 +102,7 @@ static void differences_are_seen(void)
     FF_CHECK(deviation(d, a, NULL, 3, 1) > 1e-12 && deviation(e, a, NULL, 3, 1) > 1e-12, "zero and NaN");
 }
 
-/* ---- fits
- * -------------------------------------------------------------------------------------------------------------------------- */
+/* ---- fits ------------------------------------------------------------------------------------ */
 
 typedef struct trial {
     const char *expression, *truth;

@@ -8,8 +8,7 @@
 #define MODEL_PI 3.14159265358979323846
 enum { MODEL_PAIRS = 1024, MODEL_LABEL = FF_MODEL_NAME + 64 };
 
-/* ---- pairs of directions -------------------------------------------------------------------------------------------------------
- */
+/* ---- pairs of directions --------------------------------------------------------------------- */
 
 /** Planes wix wiy wiz wox woy woz of n <= MODEL_PAIRS pairs. */
 typedef struct model_pairs {
@@ -78,8 +77,7 @@ static inline void model_pairs_random(const ff_model *m, const double *shape, ui
     }
 }
 
-/* ---- models and parameters
- * ------------------------------------------------------------------------------------------------------- */
+/* ---- models and parameters ------------------------------------------------------------------- */
 
 /** One lobe of every distribution, masking and Fresnel term, with every diffuse term and with none: count, and number k with its
  * name into label [MODEL_LABEL]. */
@@ -142,8 +140,7 @@ static inline void model_random_parameters(const ff_model *m, size_t n_channels,
         channel[i] = model_random_value(m->channel[i % m->n_channel].info, reach, state);
 }
 
-/* ---- derivatives by differences
- * ---------------------------------------------------------------------------------------------------- */
+/* ---- derivatives by differences -------------------------------------------------------------- */
 
 /** Ridders' extrapolation (Ridders 1982; Press et al., Numerical Recipes, section 5.7) of central differences at steps h,
  * h/MODEL_RATIO, h/MODEL_RATIO^2 ... Every run of up to MODEL_TABLEAU successive steps is extrapolated and the one of least

@@ -11,8 +11,7 @@ typedef struct material {
     int glossy; /* a metal or a glossy paint: its roughness must be off the bounds */
 } material;
 
-/* ---- one result
- * ---------------------------------------------------------------------------------------------------------------------- */
+/* ---- one result ------------------------------------------------------------------------------ */
 
 static void check_fit(const char *what, const ff_fit_result *r)
 {
@@ -57,8 +56,7 @@ static void print_fit(const material *file, const ff_fit_result *r, const ff_sel
     printf(", log rmse %.3g, %.0f ms\n", r->residual.log_rmse, 1e3 * r->time_s);
 }
 
-/* ---- one file
- * -------------------------------------------------------------------------------------------------------------------------- */
+/* ---- one file -------------------------------------------------------------------------------- */
 
 static size_t all_models(ff_model *out, size_t *n_maskings)
 {
@@ -137,8 +135,7 @@ static void read_and_fit(const material *file)
     ff_table_free(&t);
 }
 
-/* ---- is the start good enough?
- * ----------------------------------------------------------------------------------------------------------- */
+/* ---- is the start good enough? --------------------------------------------------------------- */
 
 /* Fits from starts spread over the roughness: none may end lower than the search for a start did. */
 static void no_start_does_better(const material *file, const ff_table *t, const char *expression)
@@ -203,8 +200,7 @@ static void read_and_restart(const material *file)
     ff_table_free(&t);
 }
 
-/* ---- the files
- * ------------------------------------------------------------------------------------------------------------------------- */
+/* ---- the files ------------------------------------------------------------------------------- */
 
 static void print_heading(void)
 {

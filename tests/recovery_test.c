@@ -111,8 +111,7 @@ static void run(const char *what, const experiment *e)
     ff_table_free(&t);
 }
 
-/* ---- the surfaces of the specification
- * --------------------------------------------------------------------------------------------- */
+/* ---- the surfaces of the specification ------------------------------------------------------- */
 
 static void correlated_rgb(void)
 {
@@ -152,8 +151,7 @@ static void isotropic_rough_and_smooth(void)
         }
 }
 
-/* ---- every model and loss
- * ------------------------------------------------------------------------------------------------------------ */
+/* ---- every model and loss -------------------------------------------------------------------- */
 
 static void every_distribution_masking_and_loss(void)
 {
@@ -203,8 +201,7 @@ static void robust_losses_resist_outliers(void)
     ff_table_free(&t);
 }
 
-/* ---- mean slope, grids, channels
- * ------------------------------------------------------------------------------------------------------- */
+/* ---- mean slope, grids, channels ------------------------------------------------------------- */
 
 static void mean_slope(void)
 {
@@ -259,8 +256,7 @@ static void mean_and_single_channels(void)
     ff_table_free(&t);
 }
 
-/* ---- bounds
- * ---------------------------------------------------------------------------------------------------------------------------- */
+/* ---- bounds ---------------------------------------------------------------------------------- */
 
 static void check_on_bound(const char *what, const ff_fit_value *v, int bound)
 {
@@ -332,8 +328,7 @@ static void two_lobes(void)
     run("two lobes, exact", &e);
 }
 
-/* ---- the same answer every time
- * ---------------------------------------------------------------------------------------------------------- */
+/* ---- the same answer every time -------------------------------------------------------------- */
 
 static int same_bits(const ff_fit_result *a, const ff_fit_result *b)
 {

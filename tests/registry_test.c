@@ -6,8 +6,7 @@ static int same(const char *a, const char *b)
     return strcmp(a, b) == 0;
 }
 
-/* ---- terms
- * ----------------------------------------------------------------------------------------------------------------------- */
+/* ---- terms ----------------------------------------------------------------------------------- */
 
 /* Lower case letters, digits and `joint`; starts with a letter. */
 static int is_name(const char *name, char joint)
@@ -81,8 +80,7 @@ static void promised_names(void)
             FF_CHECK(ff_term_find((ff_term_kind)kind, names[kind][i]) >= 0, "%s has gone", names[kind][i]);
 }
 
-/* ---- expressions
- * ------------------------------------------------------------------------------------------------------------------- */
+/* ---- expressions ----------------------------------------------------------------------------- */
 
 static void check_round_trip(const ff_model *m, const char *expression)
 {
@@ -206,8 +204,7 @@ static void compositions(void)
     FF_CHECK(memcmp(&m, &before, sizeof m) == 0, "a refused composition was written");
 }
 
-/* ---- parameters
- * -------------------------------------------------------------------------------------------------------------------- */
+/* ---- parameters ------------------------------------------------------------------------------ */
 
 enum { CHANNELS = 3 };
 
@@ -355,8 +352,7 @@ static void checks(void)
     }
 }
 
-/* ---- claims
- * ------------------------------------------------------------------------------------------------------------------------ */
+/* ---- claims ---------------------------------------------------------------------------------- */
 
 static void claims_of_models(void)
 {

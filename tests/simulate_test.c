@@ -37,8 +37,7 @@ static ff_table simulate(const scene *s)
     return t;
 }
 
-/* ---- the generator ------------------------------------------------------------------------------------------------------------
- */
+/* ---- the generator --------------------------------------------------------------------------- */
 
 /* Known answers of the authors' Random123 distribution (kat_vectors, philox4x32 10). */
 static void philox_known_answers(void)
@@ -87,8 +86,7 @@ static void normal_moments(void)
     FF_CHECK_CLOSE(across, 0, 0, 5 * sqrt(1.0 / N));
 }
 
-/* ---- tables -------------------------------------------------------------------------------------------------------------------
- */
+/* ---- tables ---------------------------------------------------------------------------------- */
 
 /* Without noise the values are those of ff_model_eval, bit for bit, whatever the blocks. */
 static void check_exact(const scene *s, const ff_table *t)
@@ -188,8 +186,7 @@ static void specular_fraction(void)
     FF_CHECK(half > 0.5 * 0.608 && half < 0.5 * 0.75, "%g of pairs, expected 0.30 to 0.38", half);
 }
 
-/* ---- noise --------------------------------------------------------------------------------------------------------------------
- */
+/* ---- noise ----------------------------------------------------------------------------------- */
 
 static void check_noise(double relative, double floor)
 {
@@ -265,8 +262,7 @@ static void negative_values(void)
     ff_table_free(&u);
 }
 
-/* ---- files --------------------------------------------------------------------------------------------------------------------
- */
+/* ---- files ----------------------------------------------------------------------------------- */
 
 static void check_file(const char *grid, const char *name, const char *format, double rel)
 {
@@ -304,8 +300,7 @@ static void files_round_trip(void)
     check_file("goniometer", "a.astm", "astm", 1e-15);
 }
 
-/* ---- refusals -----------------------------------------------------------------------------------------------------------------
- */
+/* ---- refusals -------------------------------------------------------------------------------- */
 
 static void refusals(void)
 {

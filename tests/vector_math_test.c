@@ -18,8 +18,7 @@ static int can_fuse(void)
 }
 #endif
 
-/* ---- sampling
- * ---------------------------------------------------------------------------------------------------------------------- */
+/* ---- sampling -------------------------------------------------------------------------------- */
 
 /* SplitMix64 */
 static double uniform(uint64_t *state)
@@ -62,8 +61,7 @@ static double absolute(double value, long double reference)
     return (double)fabsl((long double)value - reference);
 }
 
-/* ---- what is checked
- * --------------------------------------------------------------------------------------------------------------- */
+/* ---- what is checked ------------------------------------------------------------------------- */
 
 typedef void (*function)(const double *x, const double *y, double *out);
 typedef long double (*reference)(double x, double y);

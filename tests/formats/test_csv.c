@@ -29,7 +29,7 @@ static double value(const ff_table *t, size_t c, size_t i)
     return v;
 }
 
-/* ---- what is understood ------------------------------------------------------------------------------------------------------ */
+/* ---- what is understood ---------------------------------------------------------------------- */
 
 static void test_columns(void)
 {
@@ -142,8 +142,7 @@ static void test_radian_note(void)
     ff_table_free(&t);
 }
 
-/* ---- what is refused, and in which words --------------------------------------------------------------------------------------
- */
+/* ---- what is refused, and in which words ----------------------------------------------------- */
 
 static void refuses_bytes(const char *label, const char *text, size_t n, ff_status code, long line, const char *const *words)
 {
@@ -242,8 +241,7 @@ static void test_bytes(void)
     free(text);
 }
 
-/* ---- there and back ------------------------------------------------------------------------------------------------------------
- */
+/* ---- there and back -------------------------------------------------------------------------- */
 
 static void fill(ff_table *t)
 {

@@ -1,6 +1,7 @@
-/* Names of the enumerations, as on the command line. */
+/* Options of a fit: names as on the command line, defaults, ranges. */
 #include "ff_fit.h"
 #include "internal_fit.h"
+#include <math.h>
 #include <string.h>
 
 static const char *const losses[FF_LOSS_COUNT] = {"cosine", "log", "cube-root", "relative", "plain"};
@@ -86,4 +87,29 @@ void ff_fit_options_init(ff_fit_options *o)
     o->only_channel = -1;
     o->max_iterations = 100;
     o->std_errors = 1;
+}
+
+ff_status ff_fit_options_check(const ff_fit_options *o, ff_error *err)
+{
+    if (o->size != sizeof *o)
+        return ff_error_set(err, FF_ERR_RANGE, NULL, 0, -1, "the options were not initialised by ff_fit_options_init");
+    if (!ff_loss_name((int)o->loss) || !ff_robust_name((int)o->robust) || !ff_weighting_name((int)o->weighting) ||
+        !ff_shape_name((int)o->shape) || !ff_channel_mode_name((int)o->channels))
+        return ff_error_set(err, FF_ERR_RANGE, NULL, 0, -1,
+                            "an option names no known loss, robust loss, weighting, shape or mode of channels");
+    if (!(o->max_theta > 0 && o->max_theta <= 1.5707963267948968))
+        return ff_error_set(err, FF_ERR_RANGE, NULL, 0, -1, "the largest angle must lie in (0, 90] degrees, found %g",
+                            o->max_theta * (180 / 3.14159265358979323846));
+    if (o->robust != FF_ROBUST_NONE && !(o->robust_scale > 0 && isfinite(o->robust_scale)))
+        return ff_error_set(err, FF_ERR_RANGE, NULL, 0, -1, "the scale of a robust loss must be positive, found %g",
+                            o->robust_scale);
+    if (o->threads < 0 || o->max_iterations < 0)
+        return ff_error_set(err, FF_ERR_RANGE, NULL, 0, -1,
+                            "the options for the number of threads and of iterations must not be negative");
+    return FF_OK;
+}
+
+int ff_fit_cancelled(const ff_fit_options *o)
+{
+    return o->cancel && __atomic_load_n(o->cancel, __ATOMIC_RELAXED);
 }

@@ -1,0 +1,247 @@
+/* What is said of an optimum: values, errors, the ellipse, residuals, and the words that go with the numbers. */
+#include "internal_fit.h"
+#include <math.h>
+#include <stdarg.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+static void warn(ff_fit_result *r, const char *fmt, ...) __attribute__((format(printf, 2, 3)));
+static void warn(ff_fit_result *r, const char *fmt, ...)
+{
+    if (r->n_warnings == FF_MAX_WARNINGS) return;
+    va_list args;
+    va_start(args, fmt);
+    vsnprintf(r->warning[r->n_warnings++], FF_WARNING_LENGTH, fmt, args);
+    va_end(args);
+}
+
+/* "f0 (r)" or "alpha_x" for a parameter of the fit. */
+static void parameter_label(const ff_layout *l, const struct ff_problem *p, size_t k, char *out, size_t size)
+{
+    if (k < l->n_free) {
+        snprintf(out, size, "%s", l->m->shape[l->index[k]].name);
+        return;
+    }
+    const size_t c = (k - l->n_free) / l->m->n_channel, i = (k - l->n_free) % l->m->n_channel;
+    if (l->n_channels > 1)
+        snprintf(out, size, "%s (%.32s)", l->m->channel[i].name, p->channel_name[c]);
+    else
+        snprintf(out, size, "%s", l->m->channel[i].name);
+}
+
+static ff_fit_value *value_at(const ff_layout *l, ff_fit_result *r, size_t k)
+{
+    return k < l->n_free ? &r->shape_value[l->index[k]] : &r->channel_value[k - l->n_free];
+}
+
+static void fill_values(const ff_layout *l, const double *shape, const double *channel, const int *at_bound, ff_fit_result *r)
+{
+    for (uint32_t k = 0; k < l->m->n_shape; k++)
+        r->shape_value[k] = (ff_fit_value){.value = shape[k], .std_error = NAN, .held = 1, .column = -1};
+    for (size_t k = 0; k < l->n_channels * l->m->n_channel; k++)
+        r->channel_value[k] = (ff_fit_value){.value = channel[k], .std_error = NAN, .column = -1};
+    for (size_t k = 0; k < l->P; k++) {
+        ff_fit_value *v = value_at(l, r, k);
+        v->held = 0;
+        v->at_bound = at_bound[k];
+    }
+    for (uint32_t k = 0; k < l->n_free; k++) {
+        if (!l->tied[k]) continue;
+        ff_fit_value *y = &r->shape_value[l->index[k] + 1];
+        *y = r->shape_value[l->index[k]];
+        y->tied = 1;
+    }
+}
+
+/* Standard errors and correlations of the parameters that are free and not on a bound. */
+static ff_status fill_errors(const ff_layout *l, const struct ff_problem *p, const ff_normal *normal, const int *at_bound,
+                             double *cov, ff_fit_result *r)
+{
+    const size_t P = l->P;
+    int *use = malloc(2 * P * sizeof *use + 1), *determined = use + P;
+    if (!use) return FF_ERR_MEMORY;
+    for (size_t k = 0; k < P; k++) use[k] = at_bound[k] == 0;
+    ff_status st = ff_covariance(l, normal, use, p->selection.weighting != FF_WEIGHT_SIGMA, p->n, cov, determined);
+    size_t n = 0;
+    for (size_t k = 0; k < P && !st; k++) {
+        ff_fit_value *v = value_at(l, r, k);
+        if (!determined[k]) continue;
+        v->std_error = sqrt(cov[k * P + k]);
+        v->column = (int)n++;
+    }
+    r->n_columns = n;
+    r->correlation = st ? NULL : calloc(n * n + 1, sizeof *r->correlation);
+    if (!st && !r->correlation) st = FF_ERR_MEMORY;
+    for (size_t a = 0; a < P && !st; a++)
+        for (size_t b = 0; b < P; b++) {
+            const int i = value_at(l, r, a)->column, j = value_at(l, r, b)->column;
+            if (i < 0 || j < 0) continue;
+            const double scale = sqrt(cov[a * P + a] * cov[b * P + b]);
+            r->correlation[(size_t)i * n + (size_t)j] = a == b ? 1 : scale > 0 ? cov[a * P + b] / scale : 0;
+        }
+    for (uint32_t k = 0; k < l->n_free; k++)
+        if (l->tied[k]) {
+            r->shape_value[l->index[k] + 1].std_error = r->shape_value[l->index[k]].std_error;
+            r->shape_value[l->index[k] + 1].column = r->shape_value[l->index[k]].column;
+        }
+    free(use);
+    return st;
+}
+
+/* The ellipse of the first lobe's slopes; with covariances, also whether its direction means anything. */
+static void fill_ellipse(const ff_layout *l, const double *shape, const double *cov, ff_fit_result *r)
+{
+    const ff_model *m = l->m;
+    if (m->n_lobes == 0) return;
+    ff_stretch s;
+    ff_model_stretch(m, 0, shape, &s, NULL);
+    const double xx = s.ax * s.ax, yy = s.ay * s.ay, xy = s.r * s.ax * s.ay, d = xx - yy, e = 2 * xy, D = hypot(d, e), T = xx + yy;
+    ff_ellipse *o = &r->ellipse;
+    r->has_ellipse = 1;
+    o->alpha_major = sqrt(0.5 * (T + D));
+    o->alpha_minor = D < T ? sqrt((xx * yy - xy * xy) / (0.5 * (T + D))) : 0;
+    o->phi = D > 0 ? 0.5 * atan2(e, d) : 0;
+    if (o->phi < 0) o->phi += 3.14159265358979323846;
+    o->phi_std_error = NAN;
+    o->phi_determined = 0;
+    if (!cov || l->mode == FF_ISOTROPIC_MODE || !(D > 0)) return;
+    /* gradients of d and e by alpha_x, alpha_y, r_xy, in the order of the free parameters */
+    const double by[3][2] = {{2 * s.ax, 2 * s.r * s.ay}, {-2 * s.ay, 2 * s.r * s.ax}, {0, 2 * s.ax * s.ay}};
+    double var_D = 0, var_phi = 0;
+    for (uint32_t a = 0; a < l->n_free; a++)
+        for (uint32_t b = 0; b < l->n_free; b++) {
+            const uint32_t i = l->index[a], j = l->index[b];
+            if (i > 2 || j > 2) continue;
+            const double gDa = (d * by[i][0] + e * by[i][1]) / D, gDb = (d * by[j][0] + e * by[j][1]) / D;
+            const double gpa = 0.5 * (d * by[i][1] - e * by[i][0]) / (D * D), gpb = 0.5 * (d * by[j][1] - e * by[j][0]) / (D * D);
+            var_D += gDa * gDb * cov[a * l->P + b];
+            var_phi += gpa * gpb * cov[a * l->P + b];
+        }
+    o->phi_determined = D > 2 * sqrt(fmax(var_D, 0));
+    if (o->phi_determined) o->phi_std_error = sqrt(fmax(var_phi, 0));
+}
+
+static void fill_residual(const ff_normal *n, ff_fit_result *r)
+{
+    const double w = n->stat[FF_STAT_WEIGHT] > 0 ? n->stat[FF_STAT_WEIGHT] : 1;
+    r->residual = (ff_residual){.objective = 0.5 * n->cost2,
+                                .rmse = sqrt(n->stat[FF_STAT_PLAIN] / w),
+                                .cosine_rmse = sqrt(n->stat[FF_STAT_COSINE] / w),
+                                .log_rmse = sqrt(n->stat[FF_STAT_LOG] / w),
+                                .cube_root_rmse = sqrt(n->stat[FF_STAT_CUBE_ROOT] / w),
+                                .max_abs = n->stat[FF_STAT_MAX]};
+}
+
+static void fill_criteria(const struct ff_problem *p, size_t n_free, ff_fit_result *r)
+{
+    const double n = (double)(p->n * p->n_channels), q = 2 * r->residual.objective, k = (double)n_free;
+    r->n_free = n_free;
+    if (p->selection.weighting == FF_WEIGHT_SIGMA) {
+        r->aic = q + 2 * k;
+        r->bic = q + k * log(n);
+    } else {
+        const double likelihood = n * log(fmax(q / n, 1e-300));
+        r->aic = likelihood + 2 * (k + 1);
+        r->bic = likelihood + (k + 1) * log(n);
+    }
+}
+
+/* Parameters of one channel (or the shape) that the data cannot tell apart. */
+static void warn_correlated(const ff_layout *l, const struct ff_problem *p, ff_fit_result *r)
+{
+    char a[80], b[80];
+    for (size_t i = 0; i < l->P; i++)
+        for (size_t j = 0; j < i; j++) {
+            const int x = value_at(l, r, i)->column, y = value_at(l, r, j)->column;
+            if (x < 0 || y < 0) continue;
+            const double c = r->correlation[(size_t)x * r->n_columns + (size_t)y];
+            if (fabs(c) < 0.99) continue;
+            parameter_label(l, p, i, a, sizeof a);
+            parameter_label(l, p, j, b, sizeof b);
+            warn(r, "%s and %s are correlated by %.4f: these data hardly tell them apart", b, a, c);
+        }
+}
+
+/* One warning for all channels whose parameter k lies on the same bound. */
+static void warn_channels_at_bound(const ff_layout *l, const struct ff_problem *p, uint32_t k, int bound, ff_fit_result *r)
+{
+    char names[120] = "";
+    double value = 0;
+    for (size_t c = 0; c < l->n_channels; c++) {
+        const ff_fit_value *v = &r->channel_value[c * l->m->n_channel + k];
+        const size_t used = strlen(names);
+        if (v->at_bound != bound) continue;
+        value = v->value;
+        snprintf(names + used, sizeof names - used, "%s%.32s", used ? ", " : "", p->channel_name[c]);
+    }
+    if (!names[0]) return;
+    warn(r, "%s%s%s%s is on its %s bound, %g: no standard error there", l->m->channel[k].name, l->n_channels > 1 ? " (" : "",
+         l->n_channels > 1 ? names : "", l->n_channels > 1 ? ")" : "", bound < 0 ? "lower" : "upper", value);
+}
+
+static void fill_warnings(const ff_layout *l, const struct ff_problem *p, ff_fit_result *r)
+{
+    char label[80];
+    if (r->outcome == FF_LIMIT)
+        warn(r, "stopped after %d iterations before it converged; --max-iterations allows more", r->iterations);
+    if (r->outcome == FF_STALLED)
+        warn(r, "the solver found no step that lowers the objective; the parameters may not be the best ones");
+    for (size_t k = 0; k < l->P; k++) {
+        const ff_fit_value *v = value_at(l, r, k);
+        parameter_label(l, p, k, label, sizeof label);
+        if (k < l->n_free && v->at_bound)
+            warn(r, "%s is on its %s bound, %g", label, v->at_bound < 0 ? "lower" : "upper", v->value);
+        if (!v->at_bound && r->correlation && isnan(v->std_error)) warn(r, "%s is not determined by these data", label);
+    }
+    for (uint32_t k = 0; k < l->m->n_channel; k++) {
+        warn_channels_at_bound(l, p, k, -1, r);
+        warn_channels_at_bound(l, p, k, +1, r);
+    }
+    if (r->correlation) warn_correlated(l, p, r);
+    if (r->correlation && r->has_ellipse && l->mode != FF_ISOTROPIC_MODE && !r->ellipse.phi_determined)
+        warn(r, "the two roughness axes differ by less than their error: the orientation is undetermined");
+    if (p->selection.negative) warn(r, "%zu of the samples have negative values; they are kept as noise", p->selection.negative);
+    const size_t n = p->n * p->n_channels;
+    if (p->selection.weighting == FF_WEIGHT_SIGMA && n > l->P) {
+        const double chi2 = 2 * r->residual.objective / (double)(n - l->P);
+        if (chi2 > 2 || chi2 < 0.5)
+            warn(r,
+                 "chi^2 per degree of freedom is %.3g: the standard deviations of the data do not match the residuals, and the "
+                 "standard errors follow them",
+                 chi2);
+    }
+}
+
+ff_status ff_result_fill(const ff_layout *l, const struct ff_problem *p, const ff_fit_options *o, const double *shape,
+                         const double *channel, const int *at_bound, const ff_solution *solution, ff_fit_result *r)
+{
+    double *cov = calloc(l->P * l->P + 1, sizeof *cov);
+    ff_status st = cov ? FF_OK : FF_ERR_MEMORY;
+    size_t n_free = 0;
+    for (size_t k = 0; k < l->P; k++) n_free += at_bound[k] == 0;
+    if (!st) {
+        r->outcome = solution->outcome;
+        r->iterations = solution->iterations;
+        r->passes = solution->passes;
+        fill_values(l, shape, channel, at_bound, r);
+        fill_residual(&solution->normal, r);
+        fill_criteria(p, n_free, r);
+        if (o->std_errors) st = fill_errors(l, p, &solution->normal, at_bound, cov, r);
+    }
+    if (!st) {
+        fill_ellipse(l, shape, o->std_errors ? cov : NULL, r);
+        fill_warnings(l, p, r);
+    }
+    free(cov);
+    return st;
+}
+
+void ff_fit_result_free(ff_fit_result *r)
+{
+    if (!r) return;
+    free(r->shape_value);
+    free(r->channel_value);
+    free(r->correlation);
+    memset(r, 0, sizeof *r);
+}
