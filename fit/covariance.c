@@ -126,7 +126,8 @@ ff_status ff_covariance(const ff_layout *l, const ff_normal *n, const int *use, 
     } else
         memcpy(A, inverse, k * k * sizeof *A);
     for (size_t i = 0; i < k; i++)
-        for (size_t j = 0; j < k; j++) cov[index[i] * P + index[j]] = factor * A[i * k + j] / (D[i] * D[j]);
+        for (size_t j = 0; j < k; j++) /* the mean of two roundings, so that it is symmetric to the last bit */
+            cov[index[i] * P + index[j]] = factor * 0.5 * (A[i * k + j] + A[j * k + i]) / (D[i] * D[j]);
     free(index);
     free(work);
     return FF_OK;

@@ -28,7 +28,7 @@ static const ff_param schlick_params[] = {
 
 const ff_optics FF_ISA_NAME(ff_fresnel_schlick) = {.term = {.name = "schlick",
                                                             .title = "F0 + (1 - F0)(1 - cos)^5",
-                                                            .source = "Schlick 1994, eq. 15",
+                                                            .source = "Schlick 1994",
                                                             .note = "",
                                                             .claims = FF_RECIPROCAL | FF_PASSIVE,
                                                             .n_params = 1,

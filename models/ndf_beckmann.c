@@ -1,4 +1,4 @@
-/* beckmann: Gaussian slopes. Beckmann and Spizzichino 1963; in the form of Heitz 2014 (RR-8468), Appendix and section 5.
+/* beckmann: Gaussian slopes. Beckmann and Spizzichino 1963; in the form of Heitz 2014 (RR-8468), sections 3.2 to 3.4.
  *
  *   p(q2)     = exp(-q2) / pi
  *   Lambda(a) = (erf(a) - 1) / 2 + exp(-a^2) / (2 a sqrt(pi)),  a = 1 / sqrt(v)
@@ -35,7 +35,7 @@ static const ff_param params[] = {FF_STRETCH_PARAMS};
 const ff_ndf FF_ISA_NAME(ff_ndf_beckmann) = {
     .term = {.name = "beckmann",
              .title = "Gaussian slopes",
-             .source = "Beckmann and Spizzichino 1963; Walter et al. 2007, eq. 25; Heitz 2014, section 5 and Appendix A",
+             .source = "Beckmann and Spizzichino 1963; Walter et al. 2007, eq. 25; Heitz 2014, sections 3.2 to 3.4",
              .note = "alpha is sqrt(2) times the rms slope along an axis; the masking is exact, not Walter's rational fit",
              .claims = FF_RECIPROCAL | FF_PASSIVE,
              .n_params = 5,

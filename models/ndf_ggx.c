@@ -1,4 +1,4 @@
-/* ggx (Trowbridge-Reitz): Walter et al. 2007, eq. 33-34; anisotropic and correlated as in Heitz 2014, section 5 and Appendix.
+/* ggx (Trowbridge-Reitz): Walter et al. 2007, eq. 33-34; anisotropic and correlated as in Heitz 2014, sections 3.2 to 3.4.
  *
  *   p(q2)     = 1 / (pi (1 + q2)^2)
  *   Lambda(a) = (-1 + sqrt(1 + v)) / 2,  v = 1 / a^2
@@ -34,7 +34,7 @@ static const ff_param params[] = {FF_STRETCH_PARAMS};
 const ff_ndf FF_ISA_NAME(ff_ndf_ggx) = {
     .term = {.name = "ggx",
              .title = "Trowbridge-Reitz slopes, long tails",
-             .source = "Trowbridge and Reitz 1975; Walter et al. 2007, eq. 33-34; Heitz 2014, section 5 and Appendix A",
+             .source = "Trowbridge and Reitz 1975; Walter et al. 2007, eq. 33-34; Heitz 2014, sections 3.2 to 3.4",
              .note = "its slopes have no finite variance",
              .claims = FF_RECIPROCAL | FF_PASSIVE,
              .n_params = 5,
