@@ -176,8 +176,10 @@ static void warn_channels_at_bound(const ff_layout *l, const struct ff_problem *
         snprintf(names + used, sizeof names - used, "%s%.32s", used ? ", " : "", p->channel_name[c]);
     }
     if (!names[0]) return;
-    warn(r, "%s%s%s%s is on its %s bound, %g: no standard error there", l->m->channel[k].name, l->n_channels > 1 ? " (" : "",
-         l->n_channels > 1 ? names : "", l->n_channels > 1 ? ")" : "", bound < 0 ? "lower" : "upper", value);
+    const int too_bright = bound > 0 && (l->m->channel[k].info->flags & FF_PARAM_LINEAR);
+    warn(r, "%s%s%s%s is on its %s bound, %g: no standard error there%s", l->m->channel[k].name, l->n_channels > 1 ? " (" : "",
+         l->n_channels > 1 ? names : "", l->n_channels > 1 ? ")" : "", bound < 0 ? "lower" : "upper", value,
+         too_bright ? "; are the data in 1/sr?" : "");
 }
 
 static void fill_warnings(const ff_layout *l, const struct ff_problem *p, ff_fit_result *r)
