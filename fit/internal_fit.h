@@ -38,6 +38,7 @@ struct ff_problem {
     int surrogate; /* 1: a linear stand-in for the loss, for the search of a start                     */
     ff_selection selection;
     char (*channel_name)[FF_CHANNEL_NAME];
+    double *channel_mean; /* [n_channels] of |y| over the used samples */
     ff_pool *pool;
     ff_isa isa;
     /* What starts are searched on, and what they are then refined on before all samples are: see ff_problem_thin. The last is

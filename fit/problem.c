@@ -279,7 +279,8 @@ static void lay_out(struct ff_problem *p, const ff_model *models, size_t n_model
 static ff_status name_channels(const ff_table *t, struct ff_problem *p, const ff_fit_options *o, const size_t *channel)
 {
     p->channel_name = calloc(p->n_channels, sizeof *p->channel_name);
-    if (!p->channel_name) return FF_ERR_MEMORY;
+    p->channel_mean = calloc(p->n_channels, sizeof *p->channel_mean);
+    if (!p->channel_name || !p->channel_mean) return FF_ERR_MEMORY;
     for (size_t c = 0; c < p->n_channels; c++)
         strcpy(p->channel_name[c],
                o->channels == FF_CHANNELS_MEAN && o->only_channel < 0 && t->n_channels > 1 ? "mean" : t->channels[channel[c]].name);
@@ -329,7 +330,10 @@ static ff_status build_all(build *b, const ff_model *models, size_t n_models, ff
         for (size_t c = 0; c < C; c++) b->floors[c] += b->channel_sum[s * C + c];
     }
     if (sel->used == 0 || !(weight > 0)) return nothing_left(sel, b->o, err);
-    for (size_t c = 0; c < C; c++) b->floors[c] = fmax(FF_RELATIVE_FLOOR * b->floors[c] / (double)sel->used, 1e-12);
+    for (size_t c = 0; c < C; c++) {
+        p->channel_mean[c] = b->floors[c] / (double)sel->used;
+        b->floors[c] = fmax(FF_RELATIVE_FLOOR * p->channel_mean[c], 1e-12);
+    }
     b->weight_scale = (double)sel->used / weight;
     pack_index(b, slabs);
     p->n = sel->used;
@@ -398,6 +402,7 @@ void ff_problem_free(ff_problem *p)
     ff_pool_free(p->pool);
     free(p->data);
     free(p->channel_name);
+    free(p->channel_mean);
     free(p);
 }
 

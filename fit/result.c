@@ -203,6 +203,12 @@ static void fill_warnings(const ff_layout *l, const struct ff_problem *p, ff_fit
     if (r->correlation) warn_correlated(l, p, r);
     if (r->correlation && r->has_ellipse && l->mode != FF_ISOTROPIC_MODE && !r->ellipse.phi_determined)
         warn(r, "the two roughness axes differ by less than their error: the orientation is undetermined");
+    for (size_t c = 0; c < p->n_channels && p->n_channels > 1; c++)
+        if (p->channel_mean[c] == 0)
+            warn(r,
+                 "channel %.64s is zero everywhere, which no lobe is: it pulls the shape of the others; --channels each keeps them "
+                 "apart",
+                 p->channel_name[c]);
     if (p->selection.negative) warn(r, "%zu of the samples have negative values; they are kept as noise", p->selection.negative);
     const size_t n = p->n * p->n_channels;
     if (p->selection.weighting == FF_WEIGHT_SIGMA && n > l->P) {

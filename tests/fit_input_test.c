@@ -157,6 +157,9 @@ static void zero_channels(void)
                 FF_CHECK(r.channel_value[2 * c].at_bound == -1 && r.channel_value[2 * c + 1].at_bound == -1,
                          "%s, channel %zu: f0 = %g, kd = %g", ff_loss_name(loss), c, r.channel_value[2 * c].value,
                          r.channel_value[2 * c + 1].value);
+            int said = 0;
+            for (size_t k = 0; k < r.n_warnings; k++) said += strstr(r.warning[k], "is zero everywhere") != NULL;
+            FF_CHECK(said == (all ? 3 : 1), "%s: %d of the dark channels are named", ff_loss_name(loss), said);
             /* Schlick's law reflects at grazing even with f0 = 0, so a channel of zeros does pull the shape; the bright ones hold
              * it */
             if (!all && loss == FF_LOSS_COSINE)
