@@ -104,8 +104,11 @@ ff_status ff_covariance(const ff_layout *l, const ff_normal *n, const int *use, 
         for (size_t i = 0; i < k; i++) inverse[i * k + j] = x[i] / (e[i] > 0 ? e[i] : 1) / (e[j] > 0 ? e[j] : 1);
     }
     memset(cov, 0, P * P * sizeof *cov);
+    /* with as many parameters as values nothing is left to estimate the noise from */
+    const int enough = n_samples * l->n_channels > k;
     for (size_t i = 0; i < P; i++) determined[i] = 0;
-    for (size_t i = 0; i < k; i++) determined[index[i]] = inverse[i * k + i] < FF_UNDETERMINED && H[index[i] * P + index[i]] > 0;
+    for (size_t i = 0; i < k; i++)
+        determined[index[i]] = inverse[i * k + i] < FF_UNDETERMINED && H[index[i] * P + index[i]] > 0 && (!sandwich || enough);
     const double N = (double)(n_samples * l->n_channels), G = (double)n_samples;
     const double factor = sandwich && N > (double)k && G > 1 ? G / (G - 1) * (N - 1) / (N - (double)k) : 1;
     if (sandwich) { /* inverse M inverse */

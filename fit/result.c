@@ -67,7 +67,7 @@ static ff_status fill_errors(const ff_layout *l, const struct ff_problem *p, con
     for (size_t k = 0; k < P && !st; k++) {
         ff_fit_value *v = value_at(l, r, k);
         if (!determined[k]) continue;
-        v->std_error = sqrt(cov[k * P + k]);
+        v->std_error = sqrt(fmax(cov[k * P + k], 0)); /* rounding may leave -1e-30 where the residuals vanish */
         v->column = (int)n++;
     }
     r->n_columns = n;

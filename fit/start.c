@@ -266,25 +266,26 @@ static size_t fill_grid(const ff_layout *l, const double *defaults, ff_candidate
     return n;
 }
 
-/* Ellipses of the same area about an isotropic candidate: aspect ratios and, when correlated, orientations. */
+/* Ellipses of the same area about an isotropic candidate: aspect ratios and, when correlated, orientations. Other areas come with
+ * the other candidates. */
 static size_t fill_ellipses(const ff_layout *l, const ff_candidate *from, uint32_t lobe, int correlated, ff_candidate *out)
 {
-    const double aspects[] = {1.6, 2.8, 6}, scales[] = {0.75, 1, 1.4};
+    const double aspects[] = {1.6, 2.8, 6};
     const int turns = correlated ? 8 : 2;
     size_t n = 0;
     const uint32_t ix = l->m->lobe[lobe].shape0;
-    for (size_t s = 0; s < 3; s++)
-        for (size_t a = 0; a < 3; a++)
-            for (int t = 0; t < turns; t++) {
-                const double phi = 3.14159265358979323846 * t / turns, alpha = from->shape[ix] * scales[s];
-                const double major = alpha * sqrt(aspects[a]), minor = alpha / sqrt(aspects[a]), c = cos(phi), d = sin(phi);
-                const double xx = major * major * c * c + minor * minor * d * d, yy = major * major * d * d + minor * minor * c * c;
-                ff_candidate *o = &out[n++];
-                *o = *from;
-                o->shape[ix] = fmin(sqrt(xx), 4);
-                o->shape[ix + 1] = fmin(sqrt(yy), 4);
-                o->shape[ix + 2] = correlated ? (major * major - minor * minor) * c * d / sqrt(xx * yy) : 0;
-            }
+    const double alpha = from->shape[ix], highest = l->m->shape[ix].info->hi;
+    for (size_t a = 0; a < 3; a++)
+        for (int t = 0; t < turns; t++) {
+            const double phi = 3.14159265358979323846 * t / turns, c = cos(phi), d = sin(phi);
+            const double major2 = alpha * alpha * aspects[a], minor2 = alpha * alpha / aspects[a];
+            const double xx = major2 * c * c + minor2 * d * d, yy = major2 * d * d + minor2 * c * c;
+            ff_candidate *o = &out[n++];
+            *o = *from;
+            o->shape[ix] = fmin(sqrt(xx), highest);
+            o->shape[ix + 1] = fmin(sqrt(yy), highest);
+            o->shape[ix + 2] = correlated ? (major2 - minor2) * c * d / sqrt(xx * yy) : 0;
+        }
     return n;
 }
 
