@@ -345,7 +345,8 @@ static ff_status build_all(build *b, const ff_model *models, size_t n_models, ff
     if (!b->size) return ff_error_set(err, FF_ERR_MEMORY, NULL, 0, -1, "out of memory");
     ff_pool_run(p->pool, p->n_blocks, build_block, b);
     ff_status st = ff_problem_thin(p, b->size, FF_THIN, 0, &p->thin);
-    if (!st) st = ff_problem_thin(p, b->size, FF_THIN, 1, &p->thin_linear);
+    p->thin_linear = p->thin; /* a linear loss is its own stand-in */
+    if (!st && ff_loss_is_curved(p->loss)) st = ff_problem_thin(p, b->size, FF_THIN, 1, &p->thin_linear);
     if (!st && p->n > FF_MIDDLE_FROM) st = ff_problem_thin(p, b->size, p->n / 8, 0, &p->middle);
     return st ? ff_error_set(err, st, NULL, 0, -1, "out of memory") : FF_OK;
 }
@@ -396,8 +397,8 @@ ff_status ff_problem_new(const ff_table *t, const ff_model *models, size_t n_mod
 void ff_problem_free(ff_problem *p)
 {
     if (!p) return;
+    if (p->thin_linear != p->thin) ff_problem_thin_free(p->thin_linear);
     ff_problem_thin_free(p->thin);
-    ff_problem_thin_free(p->thin_linear);
     ff_problem_thin_free(p->middle);
     ff_pool_free(p->pool);
     free(p->data);

@@ -193,14 +193,12 @@ static ff_status scan_all(const scan *s, size_t n)
     return FF_OK;
 }
 
-/* The range of a scale that surfaces have; a fit may leave it, a search need not. */
+/* The range that is searched: below alpha = 0.002 a fit may go, no measurement resolves it. */
 static void search_range(const ff_param *info, double *lo, double *hi)
 {
     *lo = ff_coordinate(info, info->lo);
     *hi = ff_coordinate(info, info->hi);
-    if (strcmp(info->name, "alpha_x") == 0) {
-        *lo = log(0.002);
-    }
+    if (strcmp(info->name, "alpha_x") == 0) *lo = log(0.002);
 }
 
 /* Free parameters that a search goes through point by point: the scale of each lobe and what shapes its profile. Aspect,

@@ -121,7 +121,7 @@ ff_status ff_problem_thin(const struct ff_problem *p, const float *size, size_t 
             work.rest[k++] = (unsigned char)is_rest;
         }
         ff_pool_run(p->pool, p->n_planes, thin_plane, &work);
-        if (linear && ff_loss_is_curved(p->loss)) linearise(t);
+        if (linear) linearise(t);
     }
     free(work.index);
     free(work.rest);

@@ -115,7 +115,6 @@ typedef struct ff_optics {
 /* ---- the kernels of one instruction set ------------------------------------------------------ */
 
 typedef struct ff_kernels {
-    ff_isa isa;
     const ff_ndf *const *ndf; /* [ff_term_count(kind)] each, in the order of models.def */
     const ff_masking *const *masking;
     const ff_optics *const *fresnel;
