@@ -54,26 +54,60 @@ static int read_list(const cli_args *args, cli_flag_id flag, ff_term_kind kind, 
     return status;
 }
 
-static int read_diffuse(const cli_args *args, int *diffuse)
+/* --diffuse: as the others, and "none" for a model of lobes alone (-1). */
+static int read_diffuse(const cli_args *args, term_list *list)
 {
-    const char *name = cli_value(args, FLAG_DIFFUSE, "lambert");
-    *diffuse = strcmp(name, "none") ? ff_term_find(FF_DIFFUSE, name) : -1;
-    return *diffuse >= 0 || !strcmp(name, "none") ? EXIT_DONE : unknown_term(args, FF_DIFFUSE, name);
+    const char *text = cli_value(args, FLAG_DIFFUSE, "lambert");
+    if (strcmp(text, "none")) return read_list(args, FLAG_DIFFUSE, FF_DIFFUSE, "lambert", list);
+    *list = (term_list){1, {-1}};
+    return EXIT_DONE;
 }
 
-/* Every combination that means something, in the order NDF, masking, Fresnel. */
-static int compose_all(const term_list *ndf, const term_list *masking, const term_list *fresnel, int diffuse, ff_model *model,
-                       size_t *n)
+/* Models that are compared, and how many combinations had no meaning. */
+typedef struct combinations {
+    ff_model *model;
+    size_t n, left_out;
+    char example[256]; /* the first one left out, and why */
+} combinations;
+
+static void leave_out(combinations *all, const ff_error *err)
+{
+    if (all->left_out++ == 0) snprintf(all->example, sizeof all->example, "%.250s", err->message);
+}
+
+/* Is one of the lists `all`, said or by default? Then it is no news that some terms do not go together. */
+static int says_all(const cli_args *args)
+{
+    return !strcmp(cli_value(args, FLAG_NDF, "all"), "all") || !strcmp(cli_value(args, FLAG_MASKING, "all"), "all") ||
+           !strcmp(cli_value(args, FLAG_FRESNEL, ""), "all") || !strcmp(cli_value(args, FLAG_DIFFUSE, ""), "all");
+}
+
+/* Every combination that means something, in the order NDF, masking, Fresnel, diffuse. */
+static int compose_all(const cli_args *args, const cli_tables *tables, const term_list *ndf, const term_list *masking,
+                       const term_list *fresnel, const term_list *diffuse, combinations *all)
 {
     for (size_t d = 0; d < ndf->n; ++d)
         for (size_t g = 0; g < masking->n; ++g)
-            for (size_t f = 0; f < fresnel->n; ++f) {
-                ff_error err = {0};
-                const ff_status status =
-                    ff_model_compose(ndf->term[d], masking->term[g], fresnel->term[f], diffuse, &model[*n], &err);
-                if (status != FF_OK) return cli_failed(status, &err);
-                ++*n;
-            }
+            for (size_t f = 0; f < fresnel->n; ++f)
+                for (size_t b = 0; b < diffuse->n; ++b) {
+                    ff_error err = {0};
+                    ff_model *m = &all->model[all->n];
+                    ff_status status =
+                        ff_model_compose(ndf->term[d], masking->term[g], fresnel->term[f], diffuse->term[b], m, &err);
+                    if (status == FF_OK) status = cli_tables_give(tables, m, &err);
+                    if (status == FF_ERR_UNSUPPORTED) {
+                        leave_out(all, &err);
+                        continue;
+                    }
+                    if (status != FF_OK) return cli_failed(status, &err);
+                    const int held = cli_hold_and_free(args, m, 1);
+                    if (held != EXIT_DONE) return held;
+                    ++all->n;
+                }
+    if (all->n == 0) return cli_usage(args, "no combination of these terms has a meaning: %s", all->example);
+    if (all->left_out && !says_all(args))
+        cli_message("left out %zu combination%s of terms that do not go together: %s%s", all->left_out,
+                    all->left_out == 1 ? "" : "s", all->example, all->left_out == 1 ? "" : ", ...");
     return EXIT_DONE;
 }
 
@@ -149,22 +183,23 @@ static int compare(const cli_args *args, cli_fitting *f, const ff_model *model, 
 
 int cmd_compare(const cli_args *args)
 {
-    term_list ndf, masking, fresnel;
-    int diffuse, status;
+    term_list ndf, masking, fresnel, diffuse;
+    cli_tables tables;
+    int status;
     if ((status = read_list(args, FLAG_NDF, FF_NDF, "all", &ndf)) ||
         (status = read_list(args, FLAG_MASKING, FF_MASKING, "all", &masking)) ||
-        (status = read_list(args, FLAG_FRESNEL, FF_FRESNEL, "schlick", &fresnel)) || (status = read_diffuse(args, &diffuse)))
+        (status = read_list(args, FLAG_FRESNEL, FF_FRESNEL, "schlick", &fresnel)) || (status = read_diffuse(args, &diffuse)) ||
+        (status = cli_tables_read(args, &tables)))
         return status;
-    size_t n = 0;
     cli_fitting f;
-    ff_model *model = malloc((ndf.n * masking.n * fresnel.n + 1) * sizeof *model);
-    if (!model) return cli_failed(FF_ERR_MEMORY, NULL);
-    status = compose_all(&ndf, &masking, &fresnel, diffuse, model, &n);
-    if (status == EXIT_DONE) status = cli_fitting_open(args, model, n, &f);
+    combinations all = {.model = malloc((ndf.n * masking.n * fresnel.n * diffuse.n + 1) * sizeof *all.model)};
+    status = all.model ? compose_all(args, &tables, &ndf, &masking, &fresnel, &diffuse, &all) : cli_failed(FF_ERR_MEMORY, NULL);
+    if (status == EXIT_DONE) status = cli_fitting_open(args, all.model, all.n, &f);
     if (status == EXIT_DONE) {
-        status = compare(args, &f, model, n);
+        status = compare(args, &f, all.model, all.n);
         cli_fitting_close(&f);
     }
-    free(model);
+    free(all.model);
+    cli_tables_free(&tables);
     return status;
 }

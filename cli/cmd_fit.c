@@ -19,9 +19,17 @@ int cmd_fit(const cli_args *args)
     ff_model model;
     ff_error err = {0};
     ff_status failed = ff_model_parse(expression, &model, &err);
+    cli_tables tables;
     if (failed != FF_OK) return cli_failed(failed, &err);
-    int status = cli_fitting_open(args, &model, 1, &f);
+    int status = cli_tables_read(args, &tables);
     if (status != EXIT_DONE) return status;
+    failed = cli_tables_give(&tables, &model, &err);
+    status = failed == FF_OK ? cli_hold_and_free(args, &model, 0) : cli_failed(failed, &err);
+    if (status == EXIT_DONE) status = cli_fitting_open(args, &model, 1, &f);
+    if (status != EXIT_DONE) {
+        cli_tables_free(&tables);
+        return status;
+    }
     size_t n = 0;
     ff_fit_result *fit = calloc(f.n_problems, sizeof *fit);
     failed = fit ? FF_OK : FF_ERR_MEMORY;
@@ -42,5 +50,6 @@ int cmd_fit(const cli_args *args)
     for (size_t i = 0; i < n; ++i) ff_fit_result_free(&fit[i]);
     free(fit);
     cli_fitting_close(&f);
+    cli_tables_free(&tables);
     return status;
 }

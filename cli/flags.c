@@ -10,12 +10,13 @@ enum {
     C_EVAL = 1u << 3,
     C_SIMULATE = 1u << 4,
     C_FURNACE = 1u << 5,
-    C_INFO = 1u << 6,
-    C_MODELS = 1u << 7,
-    C_FORMATS = 1u << 8,
+    C_SAMPLE = 1u << 6,
+    C_INFO = 1u << 7,
+    C_MODELS = 1u << 8,
+    C_FORMATS = 1u << 9,
     C_FITTING = C_FIT | C_COMPARE,
-    C_SCENE = C_EVAL | C_SIMULATE | C_FURNACE,
-    C_ALL = (1u << 9) - 1
+    C_SCENE = C_EVAL | C_SIMULATE | C_FURNACE | C_SAMPLE,
+    C_ALL = (1u << 10) - 1
 };
 
 /* Bit i is command i of this table. */
@@ -46,8 +47,12 @@ static const cli_command commands[] = {
      "Prints 'mu,albedo' rows, mu the cosine of the view. With --weak, exit status 1 when a masking that claims an integral of 1\n"
      "misses it by more than 1e-6.\n",
      1, 1, cmd_furnace},
+    {"sample", "EXPR", "directions of light drawn in proportion to a model",
+     "Prints 'theta_i,phi_i,pdf,f,weight' rows for one view: angles in degrees, pdf and f in 1/sr, weight = f cos(theta_i) / pdf. A\n"
+     "direction below the horizon is lost: its pdf, f and weight are 0. The mean of weight over all rows is the directional albedo.\n",
+     1, 1, cmd_sample},
     {"info", "FILE", "what is in a file", "", 1, 1, cmd_info},
-    {"models", "", "distributions, maskings, Fresnel and diffuse terms with their parameters", "", 0, 0, cmd_models},
+    {"models", "", "distributions, maskings, Fresnel and diffuse terms with their parameters; presets", "", 0, 0, cmd_models},
     {"formats", "", "file formats", "", 0, 0, cmd_formats},
 };
 enum { COMMANDS = sizeof commands / sizeof commands[0] };
@@ -66,8 +71,11 @@ static const flag flags[FLAG_COUNT] = {
     [FLAG_NDF] = {"ndf", 0, "LIST|all", C_COMPARE, "distributions, separated by commas (all)"},
     [FLAG_MASKING] = {"masking", 0, "LIST|all", C_COMPARE, "masking functions (all)"},
     [FLAG_FRESNEL] = {"fresnel", 0, "LIST|all", C_COMPARE, "Fresnel terms (schlick)"},
-    [FLAG_DIFFUSE] = {"diffuse", 0, "NAME|none", C_COMPARE, "diffuse term (lambert)"},
+    [FLAG_DIFFUSE] = {"diffuse", 0, "LIST|all|none", C_COMPARE, "diffuse terms (lambert)"},
     [FLAG_SET] = {"set", 0, "P=V,...", C_SCENE, "parameters; v1:v2:v3 gives one value per channel; alpha=v sets both axes"},
+    [FLAG_FREE] = {"free", 0, "P,...", C_FITTING, "also fit parameters that are held at a value otherwise (ks, ginneken)"},
+    [FLAG_FIX] = {"fix", 0, "P=V,...", C_FITTING, "hold parameters at a value"},
+    [FLAG_TABLE] = {"table", 0, "FILE", C_FITTING | C_SCENE, "profile of the distribution `tabulated`"},
     [FLAG_SHAPE] = {"shape", 0, "NAME", C_FITTING, "auto, isotropic, axis or correlated (auto)"},
     [FLAG_LOSS] = {"loss", 0, "NAME", C_FITTING, "cosine, log, cube-root, relative or plain (cosine)"},
     [FLAG_ROBUST] = {"robust", 0, "NAME:SCALE", C_FITTING,
@@ -82,16 +90,19 @@ static const flag flags[FLAG_COUNT] = {
     [FLAG_BY] = {"by", 0, "CRITERION", C_CONVERT, "what is to be equal, where there is a choice (all of them)"},
     [FLAG_LIST] = {"list", 0, NULL, C_CONVERT, "list the conversions"},
     [FLAG_TERMS] = {"terms", 0, NULL, C_EVAL, "also D, Lambda of both directions, G and F"},
+    [FLAG_MARKDOWN] = {"markdown", 0, NULL, C_MODELS, "as the page docs/models.md"},
     [FLAG_GRID] = {"grid", 0, "NAME", C_SIMULATE,
                    "merl, goniometer[:STEP] or scattered:N[:FRACTION near the mirror direction] (goniometer:5)"},
     [FLAG_NOISE] = {"noise", 0, "REL", C_SIMULATE, "standard deviation of multiplicative noise (0)"},
     [FLAG_NOISE_FLOOR] = {"noise-floor", 0, "ABS", C_SIMULATE, "standard deviation of additive noise, 1/sr (0)"},
     [FLAG_SIGMA] = {"sigma", 0, NULL, C_SIMULATE, "write the standard deviations too (csv)"},
-    [FLAG_SEED] = {"seed", 0, "N", C_SIMULATE, "of noise and scattered directions (1)"},
+    [FLAG_SEED] = {"seed", 0, "N", C_SIMULATE | C_SAMPLE, "of noise and random directions (1)"},
     [FLAG_OUTPUT] = {"output", 'o', "FILE", C_SIMULATE, "where to write; '-' is stdout"},
     [FLAG_WEAK] = {"weak", 0, NULL, C_FURNACE, "the weak white furnace integral instead of the albedo"},
     [FLAG_MU] = {"mu", 0, "LIST", C_FURNACE, "cosines of the view, in (0, 1] (1,0.9,...,0.1)"},
-    [FLAG_PHI] = {"phi", 0, "DEG", C_FURNACE, "azimuth of the view (0)"},
+    [FLAG_THETA] = {"theta", 0, "DEG", C_SAMPLE, "angle of the view from the normal (0)"},
+    [FLAG_PHI] = {"phi", 0, "DEG", C_FURNACE | C_SAMPLE, "azimuth of the view (0)"},
+    [FLAG_SAMPLES] = {"samples", 'n', "N", C_SAMPLE, "how many (1000)"},
     [FLAG_FORMAT] = {"format", 0, "NAME", C_FITTING | C_INFO | C_SIMULATE, "of FILE (reading: by content; writing: by extension)"},
     [FLAG_THREADS] = {"threads", 0, "N", C_FITTING, "the result does not depend on it (one per processor)"},
     [FLAG_ISA] = {"isa", 0, "NAME", C_FITTING | C_SCENE, "best, scalar, avx2 or avx512 (best)"},

@@ -32,6 +32,7 @@ int cmd_convert(const cli_args *args);
 int cmd_eval(const cli_args *args);
 int cmd_simulate(const cli_args *args);
 int cmd_furnace(const cli_args *args);
+int cmd_sample(const cli_args *args);
 int cmd_info(const cli_args *args);
 int cmd_models(const cli_args *args);
 int cmd_formats(const cli_args *args);
@@ -46,6 +47,9 @@ typedef enum cli_flag_id {
     FLAG_FRESNEL,
     FLAG_DIFFUSE,
     FLAG_SET,
+    FLAG_FREE,
+    FLAG_FIX,
+    FLAG_TABLE,
     FLAG_SHAPE,
     FLAG_LOSS,
     FLAG_ROBUST,
@@ -59,6 +63,7 @@ typedef enum cli_flag_id {
     FLAG_BY,
     FLAG_LIST,
     FLAG_TERMS,
+    FLAG_MARKDOWN,
     FLAG_GRID,
     FLAG_NOISE,
     FLAG_NOISE_FLOOR,
@@ -67,7 +72,9 @@ typedef enum cli_flag_id {
     FLAG_OUTPUT,
     FLAG_WEAK,
     FLAG_MU,
+    FLAG_THETA,
     FLAG_PHI,
+    FLAG_SAMPLES,
     FLAG_FORMAT,
     FLAG_THREADS,
     FLAG_ISA,
@@ -118,11 +125,24 @@ int cli_isa(const cli_args *args, ff_isa *out);
 
 /* ---- a model and its parameters ----------------------------------------------------------------------------------------------*/
 
+/* What --table names: the profile of `tabulated` lobes. NULL where the flag is not given. */
+typedef struct cli_tables {
+    struct ff_profile_table *profile;
+} cli_tables;
+int  cli_tables_read(const cli_args *args, cli_tables *out);
+void cli_tables_free(cli_tables *tables);
+/* Gives the lobes of m their tables, which must outlive it. FF_ERR_UNSUPPORTED when one is needed and there is none. */
+ff_status cli_tables_give(const cli_tables *tables, ff_model *m, ff_error *err);
+
+/* --free and --fix on a model; where_present: a name that this model does not have is not an error. Exit status. */
+int cli_hold_and_free(const cli_args *args, ff_model *m, int where_present);
+
 typedef struct cli_scene {
     ff_model model;
     size_t   n_channels;
     double   shape[FF_MAX_SHAPE];
     double  *channel; /* [n_channels][model.n_channel] */
+    cli_tables tables;
 } cli_scene;
 
 /* The expression with every --set applied. As many channels as the longest list v1:v2:..., at least `least_channels`. */

@@ -1,6 +1,7 @@
 /* Messages, numbers, models with parameters, outputs, Ctrl-C. */
 #define _GNU_SOURCE
 #include "internal_cli.h"
+#include "ff_profile_file.h"
 #include "internal_number.h"
 #include <math.h>
 #include <signal.h>
@@ -147,13 +148,13 @@ int cli_isa(const cli_args *args, ff_isa *out)
 
 /* ---- a model and its parameters -------------------------------------------------------------- */
 
-/* Calls apply for every assignment of every --set, in order. */
-static int each_assignment(const cli_args *args, int (*apply)(const cli_args *args, const char *assignment, void *context),
-                           void *context)
+/* Calls apply for every comma-separated word of every such flag, in order. */
+static int each_word(const cli_args *args, cli_flag_id flag, int (*apply)(const cli_args *args, const char *word, void *context),
+                     void *context)
 {
     int status = EXIT_DONE;
     for (size_t i = 0; i < args->n_given && status == EXIT_DONE; ++i) {
-        if (args->flag[i] != FLAG_SET) continue;
+        if (args->flag[i] != (int)flag) continue;
         char *copy = strdup(args->value[i]), *rest = copy, *one;
         if (!copy) return cli_failed(FF_ERR_MEMORY, NULL);
         while (status == EXIT_DONE && (one = strsep(&rest, ",")))
@@ -162,6 +163,79 @@ static int each_assignment(const cli_args *args, int (*apply)(const cli_args *ar
     }
     return status;
 }
+
+/* ---- tables ---------------------------------------------------------------------------------- */
+
+int cli_tables_read(const cli_args *args, cli_tables *out)
+{
+    const char *path = cli_value(args, FLAG_TABLE, NULL);
+    ff_error err = {0};
+    *out = (cli_tables){NULL};
+    if (!path) return EXIT_DONE;
+    ff_profile_table *profile = malloc(sizeof *profile);
+    const ff_status status = profile ? ff_profile_read(path, profile, &err) : FF_ERR_MEMORY;
+    if (status == FF_OK) {
+        out->profile = profile;
+        return EXIT_DONE;
+    }
+    free(profile);
+    return cli_failed(status, &err);
+}
+
+void cli_tables_free(cli_tables *tables)
+{
+    free(tables->profile);
+    tables->profile = NULL;
+}
+
+ff_status cli_tables_give(const cli_tables *tables, ff_model *m, ff_error *err)
+{
+    if (ff_model_set_table(m, tables->profile) == 0 || tables->profile) return FF_OK;
+    return ff_error_set(err, FF_ERR_UNSUPPORTED, NULL, 0, -1, "tabulated needs the table of its profile: --table FILE");
+}
+
+/* ---- parameters that are held or free -------------------------------------------------------- */
+
+typedef struct holding {
+    ff_model *m;
+    int where_present;
+} holding;
+
+static int said(const cli_args *args, cli_flag_id flag, const char *word, const holding *h, ff_status status, const ff_error *err)
+{
+    (void)args;
+    if (status == FF_OK || (status == FF_ERR_UNKNOWN && h->where_present)) return EXIT_DONE;
+    cli_message("--%s %s: %s", cli_flag_name(flag), word, err->message);
+    return cli_exit_status(status);
+}
+
+static int free_one(const cli_args *args, const char *word, void *context)
+{
+    const holding *h = context;
+    ff_error err = {0};
+    return said(args, FLAG_FREE, word, h, ff_model_free(h->m, word, &err), &err);
+}
+
+static int fix_one(const cli_args *args, const char *word, void *context)
+{
+    const holding *h = context;
+    ff_error err = {0};
+    double value;
+    char name[64];
+    const char *equals = strchr(word, '='), *end = equals ? ff_number_read(equals + 1, &value) : NULL;
+    if (!end || *end || (size_t)(equals - word) >= sizeof name) return cli_usage(args, "--fix %s: expected NAME=VALUE", word);
+    snprintf(name, sizeof name, "%.*s", (int)(equals - word), word);
+    return said(args, FLAG_FIX, word, h, ff_model_hold(h->m, name, value, &err), &err);
+}
+
+int cli_hold_and_free(const cli_args *args, ff_model *m, int where_present)
+{
+    holding h = {m, where_present};
+    const int status = each_word(args, FLAG_FREE, free_one, &h);
+    return status == EXIT_DONE ? each_word(args, FLAG_FIX, fix_one, &h) : status;
+}
+
+/* ---- scenes ---------------------------------------------------------------------------------- */
 
 static int count_channels(const cli_args *args, const char *assignment, void *context)
 {
@@ -189,15 +263,17 @@ int cli_scene_make(const cli_args *args, const char *expression, size_t least_ch
     cli_scene s = {.n_channels = least_channels};
     ff_status status = ff_model_parse(expression, &s.model, &err);
     if (status != FF_OK) return cli_failed(status, &err);
-    each_assignment(args, count_channels, &s.n_channels);
+    int code = cli_tables_read(args, &s.tables);
+    if (code != EXIT_DONE) return code;
+    if ((status = cli_tables_give(&s.tables, &s.model, &err)) != FF_OK) return cli_failed(status, &err);
+    each_word(args, FLAG_SET, count_channels, &s.n_channels);
     s.channel = malloc((s.n_channels * s.model.n_channel + 1) * sizeof *s.channel);
-    if (!s.channel) return cli_failed(FF_ERR_MEMORY, NULL);
-    ff_model_defaults(&s.model, s.n_channels, s.shape, s.channel);
-    int code = each_assignment(args, assign, &s);
+    if (s.channel) ff_model_defaults(&s.model, s.n_channels, s.shape, s.channel);
+    code = s.channel ? each_word(args, FLAG_SET, assign, &s) : cli_failed(FF_ERR_MEMORY, NULL);
     if (code == EXIT_DONE && (status = ff_model_check(&s.model, s.n_channels, s.shape, s.channel, &err)) != FF_OK)
         code = cli_failed(status, &err);
     if (code != EXIT_DONE) {
-        free(s.channel);
+        cli_scene_free(&s);
         return code;
     }
     *out = s;
@@ -208,6 +284,7 @@ void cli_scene_free(cli_scene *scene)
 {
     free(scene->channel);
     scene->channel = NULL;
+    cli_tables_free(&scene->tables);
 }
 
 const char *cli_channel_suffix(size_t n_channels, size_t c, char out[24])

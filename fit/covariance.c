@@ -7,7 +7,8 @@
 /* Column k of a channel -> parameter: shape columns first, then the channel's own. */
 static size_t parameter_of(const ff_layout *l, size_t c, size_t column)
 {
-    return column < l->n_free ? column : l->n_free + c * l->m->n_channel + (column - l->n_free);
+    const size_t shared = l->free.n_shape;
+    return column < shared ? column : shared + c * l->free.n_channel + (column - shared);
 }
 
 void ff_normal_assemble(const ff_layout *l, const ff_normal *n, const double *slope, double *H, double *g)

@@ -22,7 +22,7 @@ enum { FF_CHUNK = 32 }; /* blocks that are summed before their sums are merged, 
 
 /* One sample per lane. A chunk keeps each plane in one piece, so that the processor sees a few long streams and fetches ahead of
  * them; the pieces start a little more than a whole page apart, or they would contend for the same lines of the first-level cache.
- * Lanes beyond n have K = 0, weight 0, target 0. */
+ * Lanes beyond n hold some pair of directions with weight 0. */
 enum { FF_PLANE_STRIDE = FF_CHUNK * FF_BLOCK + FF_BLOCK + 8 };
 struct ff_problem {
     size_t n, n_blocks, n_planes, n_channels;
@@ -36,6 +36,7 @@ struct ff_problem {
     int sample_weight; /* square root of the sample's weight alone                                        */
     ff_loss loss;
     int surrogate; /* 1: a linear stand-in for the loss, for the search of a start                     */
+    double tan2_lo, tan2_hi; /* range of tan^2 theta over the samples' directions                       */
     ff_selection selection;
     char (*channel_name)[FF_CHANNEL_NAME];
     double *channel_mean; /* [n_channels] of |y| over the used samples */
@@ -76,21 +77,10 @@ int ff_fit_cancelled(const ff_fit_options *o);
 
 enum { FF_MAX_COLUMNS = FF_MAX_SHAPE + FF_MAX_CHANNEL_PARAMS + 1 };
 
-/* One free shape parameter: the lobe it moves and its combination of the kernels' derivatives. */
-typedef struct ff_shape_column {
-    uint32_t lobe;
-    double d[FF_D_COUNT];
-} ff_shape_column;
-
-/* What one pass evaluates. Columns of a channel: the shape columns, its n_channel linear ones, and the residual. */
+/* What one pass evaluates. Columns of a channel: the free shape parameters, the channel's free ones, and the residual. */
 typedef struct ff_pass {
-    const ff_kernels *kernels;
+    ff_prepared prepared;
     const struct ff_problem *p;
-    const ff_model *m;
-    ff_lobe_pass lobe[FF_MAX_LOBES];
-    uint32_t n_shape;
-    ff_shape_column shape[FF_MAX_SHAPE];
-    const double *channel; /* [n_channels][m->n_channel] */
     ff_robust robust;
     double robust_scale;
     int final; /* 1: also the outer products of the score and the residual statistics */
@@ -99,7 +89,7 @@ typedef struct ff_pass {
 /* Sums of the residual statistics, over samples and channels, by sample weight. */
 enum { FF_STAT_WEIGHT = 0, FF_STAT_PLAIN, FF_STAT_COSINE, FF_STAT_LOG, FF_STAT_CUBE_ROOT, FF_STAT_MAX, FF_STAT_COUNT };
 
-/* What a pass leaves. m1 = n_shape + n_channel + 1 columns of a channel, P = n_shape + n_channels n_channel parameters. */
+/* What a pass leaves. m1 = columns of a channel and the residual, P = parameters of the layout. */
 typedef struct ff_normal {
     size_t m1, P, n_channels;
     double cost2; /* sum of rho(r^2): twice the objective                                    */
@@ -108,7 +98,6 @@ typedef struct ff_normal {
     double stat[FF_STAT_COUNT];
 } ff_normal;
 
-ff_status ff_normal_new(const ff_model *m, uint32_t n_shape, size_t n_channels, ff_normal *out);
 void ff_normal_free(ff_normal *n);
 
 /* Position in the packed lower triangle. */
@@ -135,33 +124,54 @@ ff_pass_chunk_fn ff_pass_chunk_get(ff_isa isa);
 
 /* ---- the full set of parameters of a fit ----------------------------------------------------- */
 
-/* What is free and in which coordinates. Coordinates: the free shape parameters (log, atanh or as they are), then f0, kd ... of
+/* What is free and in which coordinates. Coordinates: the free shape parameters (log, atanh or as they are), then the free ones of
  * every channel. */
 typedef struct ff_layout {
     const ff_model *m;
     ff_stretch_mode mode;
     size_t n_channels;
-    uint32_t n_free;              /* free shape parameters                                                   */
-    uint32_t index[FF_MAX_SHAPE]; /* of each: its position in the model's shape parameters                   */
-    int tied[FF_MAX_SHAPE];       /* 1: alpha_y of the same lobe follows                                      */
-    size_t P;                     /* n_free + n_channels m->n_channel                                        */
+    ff_wanted free;
+    int linear;      /* 1: the model is affine in the free parameters of a channel, once scales are multiplied out */
+    uint32_t scaled; /* lobes whose free ks multiplies free parameters: affine in ks and in their products with it */
+    size_t P;   /* free.n_shape + n_channels free.n_channel                   */
 } ff_layout;
 
 /* Chooses the free parameters for a shape. FF_ERR_UNSUPPORTED where the model cannot take it. */
 ff_status ff_layout_init(const ff_model *m, size_t n_channels, ff_shape shape, int mean_slope, ff_layout *out, ff_error *err);
+
+/* What FF_SHAPE_AUTO stands for; others as they are. */
+ff_shape ff_layout_shape(const ff_model *m, int isotropic_table, ff_shape asked, int mean_slope);
+
+/* The mode of the model's stretched lobes for a shape. */
+ff_stretch_mode ff_layout_mode(const ff_model *m, ff_shape shape, int mean_slope);
+
+/* Parameter k < P, and the channel it belongs to (0 for a shared one); c may be NULL. */
+const ff_model_param *ff_layout_param(const ff_layout *l, size_t k, size_t *c);
 
 double ff_coordinate(const ff_param *info, double value);
 double ff_coordinate_value(const ff_param *info, double coordinate);
 /* d value / d coordinate */
 double ff_coordinate_slope(const ff_param *info, double value);
 
-/* shape [m->n_shape] -> x [n_free], and back (held parameters of shape are left alone). */
-void ff_layout_pack(const ff_layout *l, const double *shape, double *x);
-void ff_layout_unpack(const ff_layout *l, const double *x, double *shape);
+/* shape [m->n_shape], channel [n_channels][m->n_channel] -> x [P], and back (held parameters are left alone). */
+void ff_layout_pack(const ff_layout *l, const double *shape, const double *channel, double *x);
+void ff_layout_unpack(const ff_layout *l, const double *x, double *shape, double *channel);
+/* d parameter / d coordinate, [P] */
+void ff_layout_slope(const ff_layout *l, const double *shape, const double *channel, double *slope);
 
-/* Fills pass for these parameters. */
-void ff_layout_pass(const ff_layout *l, const struct ff_problem *p, const ff_fit_options *o, const double *shape,
-                    const double *channel, ff_pass *pass);
+ff_status ff_normal_new(const ff_layout *l, ff_normal *out);
+
+/* Initial values as ff_model_defaults (channel may be NULL), with one roughness for both axes of an isotropic shape. */
+void ff_layout_defaults(const ff_layout *l, double *shape, double *channel);
+
+/* Makes pass ready for these parameters, which must outlive it. FF_ERR_MEMORY. Release it with ff_pass_free. */
+ff_status ff_layout_pass(const ff_layout *l, const struct ff_problem *p, const ff_fit_options *o, const double *shape,
+                         const double *channel, ff_pass *pass);
+void ff_pass_free(ff_pass *pass);
+
+/* Puts lobes of one kind into the order of their widths, narrowest first, with everything that belongs to them: a sum has no order,
+ * its parameters need one. Returns whether anything moved. */
+int ff_lobes_order(const ff_model *m, size_t n_channels, double *shape, double *channel);
 
 /* ---- start and solve ------------------------------------------------------------------------- */
 
@@ -172,15 +182,33 @@ typedef struct ff_candidate {
 } ff_candidate;
 
 /* Bounded least squares: q in [lo, hi] minimising |r + L q|^2 from the packed gram of [L r], n <= FF_MAX_CHANNEL_PARAMS columns.
- * Exact (all active sets are tried). Returns the minimum. */
+ * Returns the minimum. */
 double ff_bounded_least_squares(const double *gram, size_t n, const double *lo, const double *hi, double *q);
 
-/* The best starting points on the thin problem of p, best first, at most max; channel parameters by ff_start_channels. */
+/* A model that is linear in its channel parameters and has the lobes of l's: its start leads to that of l's (ff_standin_start). For
+ * a layout that is linear itself that is the layout. FF_ERR_INTERNAL cannot happen for models that parsed. */
+typedef struct ff_standin {
+    ff_model model;
+    ff_layout layout;
+} ff_standin;
+ff_status ff_standin_make(const ff_layout *l, ff_standin *out);
+
+/* From an optimum of the stand-in: shape, channel of l's model. There are ff_standin_variants ways where it does not say enough. */
+uint32_t ff_standin_variants(const ff_layout *l);
+void ff_standin_start(const ff_layout *l, const ff_standin *s, uint32_t variant, const double *from_shape,
+                      const double *from_channel, double *shape, double *channel);
+
+/* Shape parameters that the search goes through point by point. */
+uint32_t ff_start_searched(const ff_layout *l);
+
+/* The best starting points of a linear layout on the thin problem of p, best first, at most max; channel parameters by
+ * ff_start_channels. */
 ff_status ff_start_search(const ff_layout *l, const struct ff_problem *p, const ff_fit_options *o, ff_candidate *out, size_t max,
                           size_t *n_out);
 
-/* The per-channel parameters [n_channels][n_channel] that minimise the thin problem of p for a shape: exact where the residual is
- * linear in them, else by a few Gauss-Newton steps from the linear stand-in. On the calling thread. */
+/* The free channel parameters that minimise the thin problem of p for a shape: exact where the residual is linear in them, else by
+ * Gauss-Newton steps, from the linear stand-in of the loss or, in a layout that is not linear, from channel as it comes. channel
+ * [n_channels][n_channel] in and out. On the calling thread. */
 ff_status ff_start_channels(const ff_layout *l, const struct ff_problem *p, const ff_fit_options *o, const double *shape,
                             double *channel, double *cost2);
 

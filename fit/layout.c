@@ -23,91 +23,158 @@ double ff_coordinate_slope(const ff_param *info, double value)
     return info->flags & FF_PARAM_ATANH ? 1 - value * value : 1;
 }
 
-/* Is the shape parameter of this name free? */
-static int is_free(const char *name, ff_shape shape, int mean_slope, const ff_param *info)
+/* ---- what is free ---------------------------------------------------------------------------- */
+
+static int is_slope(const char *name)
 {
-    if (strcmp(name, "alpha_y") == 0) return shape != FF_SHAPE_ISOTROPIC;
-    if (strcmp(name, "r_xy") == 0) return shape == FF_SHAPE_CORRELATED;
-    if (info->flags & FF_PARAM_HELD) return mean_slope;
-    return 1;
+    return strcmp(name, "slope_x") == 0 || strcmp(name, "slope_y") == 0;
 }
 
-static int has_parameter(const ff_model *m, uint32_t lobe, const char *name)
+static int is_free(const ff_model_param *p, ff_shape shape, int mean_slope)
 {
-    const ff_term *t = &ff_ndf_at(m->lobe[lobe].ndf)->term;
-    for (uint32_t k = 0; k < t->n_params; k++)
-        if (strcmp(t->params[k].name, name) == 0) return 1;
-    return 0;
+    const char *name = p->info->name;
+    if (strcmp(name, "alpha_y") == 0 && shape == FF_SHAPE_ISOTROPIC) return 0;
+    if (strcmp(name, "r_xy") == 0 && shape != FF_SHAPE_CORRELATED) return 0;
+    return !(p->flags & FF_PARAM_HELD) || (mean_slope && is_slope(name));
+}
+
+ff_stretch_mode ff_layout_mode(const ff_model *m, ff_shape shape, int mean_slope)
+{
+    int tilted = 0, centred = shape != FF_SHAPE_ISOTROPIC;
+    for (uint32_t k = 0; k < m->n_shape; k++) {
+        const ff_model_param *p = &m->shape[k];
+        tilted |= is_slope(p->info->name) && (is_free(p, shape, mean_slope) || p->init != 0);
+        centred |= strcmp(p->info->name, "r_xy") == 0 && p->init != 0;
+    }
+    return tilted ? FF_TILTED_MODE : centred ? FF_CENTRED_MODE : FF_ISOTROPIC_MODE;
+}
+
+ff_shape ff_layout_shape(const ff_model *m, int isotropic_table, ff_shape asked, int mean_slope)
+{
+    int isotropic = m->n_lobes == 0 || (isotropic_table && !mean_slope);
+    for (uint32_t k = 0; k < m->n_lobes; k++) isotropic |= m->lobe[k].isotropic;
+    return asked != FF_SHAPE_AUTO ? asked : isotropic ? FF_SHAPE_ISOTROPIC : FF_SHAPE_CORRELATED;
+}
+
+static ff_status check_shape(const ff_model *m, ff_shape shape, int mean_slope, ff_stretch_mode mode, ff_error *err)
+{
+    for (uint32_t k = 0; k < m->n_lobes; k++) {
+        const ff_lobe *lobe = &m->lobe[k];
+        const ff_term *ndf = &ff_ndf_at(lobe->ndf)->term, *masking = &ff_masking_at(lobe->masking)->term;
+        const char *which = ndf->name;
+        if (masking->claims & FF_ISOTROPIC) which = masking->name;
+        for (uint32_t b = 0; b < m->n_bases; b++) {
+            const ff_diffuse *base = ff_diffuse_at(m->base[b].diffuse);
+            if (base->couples & ~(uint32_t)FF_COUPLE_F0) which = base->term.name;
+        }
+        if (shape != FF_SHAPE_ISOTROPIC && lobe->isotropic)
+            return ff_error_set(err, FF_ERR_UNSUPPORTED, NULL, 0, -1, "%s is isotropic: it cannot be fitted with the shape '%s'",
+                                which, ff_shape_name((int)shape));
+        if (mode == FF_TILTED_MODE && (masking->claims & FF_NEEDS_CENTRED))
+            return ff_error_set(err, FF_ERR_UNSUPPORTED, NULL, 0, -1, "%s is undefined with a mean slope", masking->name);
+        if ((mean_slope || mode == FF_TILTED_MODE) && lobe->isotropic)
+            return ff_error_set(err, FF_ERR_UNSUPPORTED, NULL, 0, -1, "%s has no mean slope", which);
+    }
+    return FF_OK;
+}
+
+/* Is the model affine in the free parameters of a channel, or would it be in their products with free scales? Not when a base
+ * depends on the lobes. */
+static int is_linear(const ff_layout *l, uint32_t *scaled)
+{
+    const ff_model *m = l->m;
+    uint32_t scales = 0, others = 0; /* bit sets of lobes */
+    int linear = 1;
+    for (uint32_t k = 0; k < l->free.n_channel; k++) {
+        const ff_model_param *p = &m->channel[l->free.channel[k]];
+        linear &= (p->flags & FF_PARAM_LINEAR) != 0;
+        if (p->lobe >= m->n_lobes) continue;
+        const int is_scale = l->free.channel[k] + 1 == m->lobe[p->lobe].channel0 + m->lobe[p->lobe].n_channel;
+        *(is_scale ? &scales : &others) |= 1u << p->lobe;
+    }
+    for (uint32_t b = 0; b < m->n_bases; b++)
+        linear &= !(ff_diffuse_at(m->base[b].diffuse)->couples & (FF_COUPLE_F0 | FF_COUPLE_ALBEDO | FF_COUPLE_LOSS));
+    *scaled = scales & others;
+    return linear;
 }
 
 ff_status ff_layout_init(const ff_model *m, size_t n_channels, ff_shape shape, int mean_slope, ff_layout *out, ff_error *err)
 {
-    ff_layout l = {.m = m, .mode = FF_ISOTROPIC_MODE, .n_channels = n_channels};
-    for (uint32_t k = 0; k < m->n_lobes; k++) {
-        const ff_term *ndf = &ff_ndf_at(m->lobe[k].ndf)->term, *masking = &ff_masking_at(m->lobe[k].masking)->term;
-        if (shape != FF_SHAPE_ISOTROPIC && !has_parameter(m, k, "alpha_y"))
-            return ff_error_set(err, FF_ERR_UNSUPPORTED, NULL, 0, -1, "%s is isotropic: it cannot be fitted with the shape '%s'",
-                                ndf->name, ff_shape_name((int)shape));
-        if (mean_slope && (masking->claims & FF_NEEDS_CENTRED))
-            return ff_error_set(err, FF_ERR_UNSUPPORTED, NULL, 0, -1, "%s is undefined with a mean slope", masking->name);
-        if (mean_slope && !has_parameter(m, k, "slope_x"))
-            return ff_error_set(err, FF_ERR_UNSUPPORTED, NULL, 0, -1, "%s has no mean slope", ndf->name);
-    }
-    if (shape != FF_SHAPE_ISOTROPIC) l.mode = FF_CENTRED_MODE;
-    if (mean_slope) l.mode = FF_TILTED_MODE;
+    ff_layout l = {.m = m, .mode = ff_layout_mode(m, shape, mean_slope), .n_channels = n_channels};
+    const ff_status s = check_shape(m, shape, mean_slope, l.mode, err);
+    if (s) return s;
     for (uint32_t k = 0; k < m->n_shape; k++) {
-        const char *name = m->shape[k].info->name;
-        if (!is_free(name, shape, mean_slope, m->shape[k].info)) continue;
-        l.tied[l.n_free] = shape == FF_SHAPE_ISOTROPIC && strcmp(name, "alpha_x") == 0;
-        l.index[l.n_free++] = k;
+        if (!is_free(&m->shape[k], shape, mean_slope)) continue;
+        l.free.tied[l.free.n_shape] = shape == FF_SHAPE_ISOTROPIC && strcmp(m->shape[k].info->name, "alpha_x") == 0;
+        l.free.shape[l.free.n_shape++] = k;
     }
-    l.P = l.n_free + n_channels * m->n_channel;
+    for (uint32_t k = 0; k < m->n_channel; k++)
+        if (!(m->channel[k].flags & FF_PARAM_HELD)) l.free.channel[l.free.n_channel++] = k;
+    l.P = l.free.n_shape + n_channels * l.free.n_channel;
+    l.linear = is_linear(&l, &l.scaled);
     *out = l;
     return FF_OK;
 }
 
-void ff_layout_pack(const ff_layout *l, const double *shape, double *x)
+const ff_model_param *ff_layout_param(const ff_layout *l, size_t k, size_t *c)
 {
-    for (uint32_t k = 0; k < l->n_free; k++) x[k] = ff_coordinate(l->m->shape[l->index[k]].info, shape[l->index[k]]);
+    if (c) *c = k < l->free.n_shape ? 0 : (k - l->free.n_shape) / l->free.n_channel;
+    return k < l->free.n_shape ? &l->m->shape[l->free.shape[k]]
+                               : &l->m->channel[l->free.channel[(k - l->free.n_shape) % l->free.n_channel]];
 }
 
-void ff_layout_unpack(const ff_layout *l, const double *x, double *shape)
+/* ---- between parameters and coordinates ------------------------------------------------------ */
+
+void ff_layout_pack(const ff_layout *l, const double *shape, const double *channel, double *x)
 {
-    for (uint32_t k = 0; k < l->n_free; k++) {
-        const uint32_t i = l->index[k];
-        shape[i] = ff_coordinate_value(l->m->shape[i].info, x[k]);
-        if (l->tied[k]) shape[i + 1] = shape[i]; /* alpha_y follows alpha_x */
+    for (uint32_t k = 0; k < l->free.n_shape; k++)
+        *x++ = ff_coordinate(l->m->shape[l->free.shape[k]].info, shape[l->free.shape[k]]);
+    for (size_t c = 0; c < l->n_channels; c++)
+        for (uint32_t k = 0; k < l->free.n_channel; k++)
+            *x++ = ff_coordinate(l->m->channel[l->free.channel[k]].info, channel[c * l->m->n_channel + l->free.channel[k]]);
+}
+
+void ff_layout_unpack(const ff_layout *l, const double *x, double *shape, double *channel)
+{
+    for (uint32_t k = 0; k < l->free.n_shape; k++) {
+        const uint32_t i = l->free.shape[k];
+        shape[i] = ff_coordinate_value(l->m->shape[i].info, *x++);
+        if (l->free.tied[k]) shape[i + 1] = shape[i]; /* alpha_y follows alpha_x */
     }
+    for (size_t c = 0; c < l->n_channels; c++)
+        for (uint32_t k = 0; k < l->free.n_channel; k++)
+            channel[c * l->m->n_channel + l->free.channel[k]] = ff_coordinate_value(l->m->channel[l->free.channel[k]].info, *x++);
 }
 
-void ff_layout_pass(const ff_layout *l, const struct ff_problem *p, const ff_fit_options *o, const double *shape,
-                    const double *channel, ff_pass *pass)
+void ff_layout_slope(const ff_layout *l, const double *shape, const double *channel, double *slope)
 {
-    const ff_model *m = l->m;
-    memset(pass, 0, sizeof *pass);
-    pass->kernels = ff_kernels_get(p->isa);
+    for (uint32_t k = 0; k < l->free.n_shape; k++)
+        *slope++ = ff_coordinate_slope(l->m->shape[l->free.shape[k]].info, shape[l->free.shape[k]]);
+    for (size_t c = 0; c < l->n_channels; c++)
+        for (uint32_t k = 0; k < l->free.n_channel; k++)
+            *slope++ =
+                ff_coordinate_slope(l->m->channel[l->free.channel[k]].info, channel[c * l->m->n_channel + l->free.channel[k]]);
+}
+
+void ff_layout_defaults(const ff_layout *l, double *shape, double *channel)
+{
+    ff_model_defaults(l->m, l->n_channels, shape, channel);
+    for (uint32_t k = 0; k < l->m->n_shape && l->mode == FF_ISOTROPIC_MODE; k++) /* one roughness, also where it is held */
+        if (strcmp(l->m->shape[k].info->name, "alpha_x") == 0) shape[k + 1] = shape[k];
+}
+
+ff_status ff_layout_pass(const ff_layout *l, const struct ff_problem *p, const ff_fit_options *o, const double *shape,
+                         const double *channel, ff_pass *pass)
+{
     pass->p = p;
-    pass->m = m;
-    pass->channel = channel;
     pass->robust = p->surrogate ? FF_ROBUST_NONE : o->robust;
     pass->robust_scale = o->robust_scale;
-    double jac[FF_MAX_LOBES][FF_MAX_SHAPE][FF_D_COUNT];
-    for (uint32_t k = 0; k < m->n_lobes; k++) {
-        ff_lobe_pass *lobe = &pass->lobe[k];
-        lobe->ndf = m->lobe[k].ndf;
-        lobe->masking = m->lobe[k].masking;
-        lobe->mode = ff_ndf_at(lobe->ndf)->term.claims & FF_ISOTROPIC ? FF_ISOTROPIC_MODE : l->mode;
-        ff_model_stretch(m, k, shape, &lobe->s, jac[k]);
-        ff_lobe_pass_prepare(pass->kernels, lobe);
-    }
-    pass->n_shape = l->n_free;
-    for (uint32_t k = 0; k < l->n_free; k++) {
-        ff_shape_column *c = &pass->shape[k];
-        c->lobe = m->shape[l->index[k]].lobe;
-        memcpy(c->d, jac[c->lobe][l->index[k] - m->lobe[c->lobe].shape0], sizeof c->d);
-        if (pass->lobe[c->lobe].mode == FF_ISOTROPIC_MODE)
-            c->d[FF_D_AY] = 0; /* FF_D_AX is the derivative by both */
-        else if (l->tied[k])
-            c->d[FF_D_AY] = 1;
-    }
+    pass->final = 0;
+    return ff_prepare(l->m, ff_kernels_get(p->isa), l->mode, l->n_channels, shape, channel, &l->free, p->tan2_lo, p->tan2_hi,
+                      &pass->prepared);
+}
+
+void ff_pass_free(ff_pass *pass)
+{
+    ff_prepared_free(&pass->prepared);
 }

@@ -17,9 +17,10 @@ ff_pass_chunk_fn ff_pass_chunk_get(ff_isa isa)
     return ff_isa_available(isa) ? FF_ISA_PICK(isa, ff_pass_chunk) : NULL;
 }
 
-ff_status ff_normal_new(const ff_model *m, uint32_t n_shape, size_t n_channels, ff_normal *out)
+ff_status ff_normal_new(const ff_layout *l, ff_normal *out)
 {
-    ff_normal n = {.m1 = n_shape + m->n_channel + 1, .P = n_shape + n_channels * m->n_channel, .n_channels = n_channels};
+    const size_t n_channels = l->n_channels;
+    ff_normal n = {.m1 = l->free.n_shape + l->free.n_channel + 1, .P = l->P, .n_channels = n_channels};
     n.gram = calloc(n_channels * (n.m1 * (n.m1 + 1) / 2), sizeof *n.gram);
     n.meat = calloc(n.P * (n.P + 1) / 2 + 1, sizeof *n.meat);
     if (!n.gram || !n.meat) {

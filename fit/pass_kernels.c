@@ -202,60 +202,11 @@ static void gram(size_t m, double (*restrict column)[FF_BLOCK], double *restrict
 /* ---- a block --------------------------------------------------------------------------------- */
 
 typedef struct __attribute__((aligned(64))) block_scratch {
-    double S[FF_MAX_LOBES][FF_BLOCK];
-    double dS[FF_MAX_LOBES][FF_D_COUNT][FF_BLOCK];
-    double combined[FF_MAX_SHAPE][FF_BLOCK]; /* shape columns that are a sum of several kernel derivatives */
-    double F[FF_MAX_LOBES][FF_BLOCK];
-    double d_optics[FF_MAX_CHANNEL_PARAMS][FF_BLOCK];
+    ff_block model;
     double f[FF_BLOCK], r[FF_BLOCK], j[FF_BLOCK];
     double x[FF_BLOCK];
     double column[FF_MAX_COLUMNS][FF_BLOCK];
 } block_scratch;
-
-/* d S / d (free shape parameter k): one of the kernels' planes, or a sum of them. */
-static const double *shape_plane(const ff_pass *pass, uint32_t k, block_scratch *s)
-{
-    const ff_shape_column *c = &pass->shape[k];
-    int only = -1, count = 0;
-    for (int d = 0; d < FF_D_COUNT; d++)
-        if (c->d[d] != 0) only = d, count++;
-    if (count == 1 && c->d[only] == 1) return s->dS[c->lobe][only];
-    double *restrict out = s->combined[k];
-    for (int i = 0; i < FF_BLOCK; i++) out[i] = 0;
-    for (int d = 0; d < FF_D_COUNT; d++) {
-        if (c->d[d] == 0) continue;
-        const double *restrict in = s->dS[c->lobe][d];
-        for (int i = 0; i < FF_BLOCK; i++) out[i] += c->d[d] * in[i];
-    }
-    return out;
-}
-
-/* Which kernel derivatives of a lobe some shape column reads. The stretch derivatives come together. */
-static void lobe_derivatives(const ff_pass *pass, uint32_t lobe, block_scratch *s, double *dS[FF_D_COUNT])
-{
-    int stretch = 0, slope = 0, own = 0;
-    for (uint32_t k = 0; k < pass->n_shape; k++) {
-        const double *d = pass->shape[k].d;
-        if (pass->shape[k].lobe != lobe) continue;
-        stretch |= d[FF_D_AX] != 0 || d[FF_D_AY] != 0 || d[FF_D_R] != 0;
-        slope |= d[FF_D_X0] != 0 || d[FF_D_Y0] != 0;
-        own |= d[FF_D_OWN] != 0;
-    }
-    for (int d = 0; d < FF_D_COUNT; d++) {
-        const int wanted = d == FF_D_OWN ? own : d == FF_D_X0 || d == FF_D_Y0 ? slope : stretch;
-        dS[d] = wanted ? s->dS[lobe][d] : NULL;
-    }
-}
-
-static void product(const double *restrict a, const double *restrict b, const double *restrict j, double *restrict out)
-{
-    for (int i = 0; i < FF_BLOCK; i++) out[i] = a[i] * b[i] * j[i];
-}
-
-static void scaled(const double *restrict a, const double *restrict j, double *restrict out)
-{
-    for (int i = 0; i < FF_BLOCK; i++) out[i] = a[i] * j[i];
-}
 
 /* Residuals of the fit's quality, whichever loss is minimised. A datum below -1/cos, where the log loss has no value, counts as
  * there. */
@@ -298,34 +249,13 @@ static void add_score(const double *restrict column, const double *restrict r, d
     for (int i = 0; i < FF_BLOCK; i++) score[i] += column[i] * r[i];
 }
 
-static void channel_block(const ff_pass *pass, size_t block, size_t c, const ff_geometry *g, const double *const *shape,
-                          block_scratch *s, const ff_chunk_sums *sums)
+static void channel_block(const ff_pass *pass, size_t block, size_t c, const ff_geometry *g, block_scratch *s,
+                          const ff_chunk_sums *sums)
 {
-    const ff_model *m = pass->m;
+    const ff_prepared *prepared = &pass->prepared;
     const struct ff_problem *p = pass->p;
-    const double *channel = pass->channel + c * m->n_channel;
-    double *d_optics[FF_MAX_CHANNEL_PARAMS];
-    for (uint32_t k = 0; k < m->n_channel; k++) d_optics[k] = s->d_optics[k];
-    /* model and the derivatives by the linear parameters, before the loss */
-    uint32_t n_linear = 0;
-    for (uint32_t l = 0; l < m->n_lobes; l++) {
-        const ff_lobe *lobe = &m->lobe[l];
-        pass->kernels->fresnel[lobe->fresnel]->eval(channel + lobe->channel0, g, FF_BLOCK, s->F[l], d_optics + lobe->channel0);
-        const double *restrict S = s->S[l], *restrict F = s->F[l];
-        if (l == 0)
-            for (int i = 0; i < FF_BLOCK; i++) s->f[i] = S[i] * F[i];
-        else
-            for (int i = 0; i < FF_BLOCK; i++) s->f[i] += S[i] * F[i];
-        n_linear += lobe->n_channel;
-    }
-    if (m->diffuse >= 0) {
-        double *restrict fd = s->j; /* free until the loss */
-        pass->kernels->diffuse[m->diffuse]->eval(channel + n_linear, g, FF_BLOCK, fd, d_optics + n_linear);
-        if (m->n_lobes)
-            for (int i = 0; i < FF_BLOCK; i++) s->f[i] += fd[i];
-        else
-            memcpy(s->f, fd, sizeof s->f);
-    }
+    const uint32_t n_shape = prepared->wanted.n_shape, n_channel = prepared->wanted.n_channel;
+    prepared->kernels->block_value(prepared, g, FF_BLOCK, c, &s->model, s->f);
     const loss_planes l = {ff_problem_plane(p, block, p->weight + p->weight_stride * (int)c),
                            ff_problem_plane(p, block, p->target + (int)c), s->x};
     if (p->surrogate || p->loss == FF_LOSS_COSINE || p->loss == FF_LOSS_RELATIVE || p->loss == FF_LOSS_PLAIN)
@@ -335,20 +265,14 @@ static void channel_block(const ff_pass *pass, size_t block, size_t c, const ff_
     else
         loss_cube_root(&l, s->f, s->r, s->j);
     if (pass->robust != FF_ROBUST_NONE) robustify(pass->robust, pass->robust_scale, s->r, s->j, sums->cost2);
-    /* columns */
-    size_t n = 0;
-    for (uint32_t k = 0; k < pass->n_shape; k++) product(shape[k], s->F[pass->shape[k].lobe], s->j, s->column[n++]);
-    for (uint32_t lb = 0; lb < m->n_lobes; lb++)
-        for (uint32_t k = 0; k < m->lobe[lb].n_channel; k++)
-            product(s->S[lb], s->d_optics[m->lobe[lb].channel0 + k], s->j, s->column[n++]);
-    for (uint32_t k = n_linear; k < m->n_channel; k++) scaled(s->d_optics[k], s->j, s->column[n++]);
+    prepared->kernels->block_columns(prepared, g, FF_BLOCK, c, s->j, &s->model, s->column);
+    const size_t n = n_shape + n_channel, m1 = n + 1;
     memcpy(s->column[n], s->r, sizeof s->r);
-    const size_t m1 = n + 1;
     gram(m1, s->column, sums->gram + c * (m1 * (m1 + 1) / 2) * 8);
     if (!pass->final) return;
-    for (uint32_t k = 0; k < pass->n_shape; k++) add_score(s->column[k], s->r, sums->score + k * FF_BLOCK);
-    for (uint32_t k = 0; k < m->n_channel; k++)
-        add_score(s->column[pass->n_shape + k], s->r, sums->score + (pass->n_shape + c * m->n_channel + k) * FF_BLOCK);
+    for (uint32_t k = 0; k < n_shape; k++) add_score(s->column[k], s->r, sums->score + k * FF_BLOCK);
+    for (uint32_t k = 0; k < n_channel; k++)
+        add_score(s->column[n_shape + k], s->r, sums->score + (n_shape + c * n_channel + k) * FF_BLOCK);
     statistics(s->f, ff_problem_plane(p, block, p->value + (int)c), s->x, ff_problem_plane(p, block, p->sample_weight), sums->stat);
 }
 
@@ -356,23 +280,17 @@ void FF_ISA_NAME(ff_pass_chunk)(const ff_pass *pass, size_t first, size_t n_bloc
 void FF_ISA_NAME(ff_pass_chunk)(const ff_pass *pass, size_t first, size_t n_blocks, const ff_chunk_sums *sums)
 {
     const struct ff_problem *p = pass->p;
-    const ff_model *m = pass->m;
-    const size_t P = pass->n_shape + p->n_channels * m->n_channel;
+    const ff_prepared *prepared = &pass->prepared;
+    const size_t P = prepared->wanted.n_shape + p->n_channels * prepared->wanted.n_channel;
     const int needs_x = pass->final || (!p->surrogate && (p->loss == FF_LOSS_LOG || p->loss == FF_LOSS_CUBE_ROOT));
     block_scratch s;
     for (size_t block = first; block < first + n_blocks; block++) {
         ff_geometry g;
         for (int k = 0; k < FF_G_COUNT; k++) g.plane[k] = p->geometry[k] < 0 ? NULL : ff_problem_plane(p, block, p->geometry[k]);
         if (needs_x) cosines(&g, s.x);
-        for (uint32_t l = 0; l < m->n_lobes; l++) {
-            double *dS[FF_D_COUNT];
-            lobe_derivatives(pass, l, &s, dS);
-            pass->kernels->lobe(&pass->lobe[l], &g, FF_BLOCK, s.S[l], dS);
-        }
-        const double *shape[FF_MAX_SHAPE];
-        for (uint32_t k = 0; k < pass->n_shape; k++) shape[k] = shape_plane(pass, k, &s);
+        prepared->kernels->block_shape(prepared, &g, FF_BLOCK, &s.model);
         if (pass->final) memset(sums->score, 0, P * FF_BLOCK * sizeof(double));
-        for (size_t c = 0; c < p->n_channels; c++) channel_block(pass, block, c, &g, shape, &s, sums);
+        for (size_t c = 0; c < p->n_channels; c++) channel_block(pass, block, c, &g, &s, sums);
         if (pass->final && P) gram(P, (double(*)[FF_BLOCK])sums->score, sums->meat);
     }
 }

@@ -17,7 +17,8 @@ enum { FF_USED = 0, FF_INVALID, FF_BELOW, FF_GRAZING };
 
 typedef struct slab_result {
     size_t count[4], negative;
-    double weight; /* of the used samples */
+    double weight;           /* of the used samples                   */
+    double cos_lo, cos_hi;   /* of both directions of the used samples */
 } slab_result;
 
 /* Everything the building needs; read by all threads. */
@@ -119,11 +120,13 @@ static void look_at_slab(void *context, size_t s, int worker)
         for (size_t i = 0; i < n; i++)
             if (state[i] == FF_USED) *sum += fabs(y[i]);
     }
-    slab_result r = {{0}, 0, 0};
+    slab_result r = {.cos_lo = 1};
     for (size_t i = 0; i < n; i++) {
         r.count[state[i]]++;
         if (state[i] != FF_USED) continue;
         b->index[first + r.count[FF_USED] - 1] = (uint32_t)(first + i);
+        r.cos_lo = fmin(r.cos_lo, fmin(w[2][i], w[5][i]));
+        r.cos_hi = fmax(r.cos_hi, fmax(w[2][i], w[5][i]));
         r.negative += negative[i];
         r.weight += weight[i];
     }
@@ -199,8 +202,6 @@ static void build_block(void *context, size_t block, int worker)
     ff_geometry planes;
     for (int k = 0; k < FF_G_COUNT; k++) planes.plane[k] = p->geometry[k] < 0 ? NULL : ff_problem_plane(p, block, p->geometry[k]);
     ff_kernels_get(p->isa)->geometry(&w, FF_BLOCK, &planes);
-    if (planes.plane[FF_G_COS_I])
-        for (size_t i = n; i < FF_BLOCK; i++) planes.plane[FF_G_COS_I][i] = 1;
     fill_targets(b, block, b->index + first, n, &g);
     for (size_t i = 0; i < n; i++) {
         double largest = 0;
@@ -242,20 +243,14 @@ static ff_status choose_weighting(const ff_table *t, ff_weighting asked, ff_weig
     return FF_OK;
 }
 
-static int is_isotropic(const ff_table *t, const ff_fit_options *o)
-{
-    return (o->shape == FF_SHAPE_ISOTROPIC || (o->shape == FF_SHAPE_AUTO && t->isotropic)) && !o->mean_slope;
-}
-
 /* Numbers the planes of a block. */
-static void lay_out(struct ff_problem *p, const ff_model *models, size_t n_models, int isotropic, ff_weighting weighting)
+static void lay_out(struct ff_problem *p, const ff_model *models, size_t n_models, const ff_fit_options *o, int isotropic_table,
+                    ff_weighting weighting)
 {
     uint32_t need = 0;
     for (size_t i = 0; i < n_models; i++) {
-        for (uint32_t l = 0; l < models[i].n_lobes; l++)
-            if (ff_ndf_at(models[i].lobe[l].ndf)->term.claims & FF_ISOTROPIC)
-                need |= ff_model_planes(&models[i], FF_ISOTROPIC_MODE);
-        need |= ff_model_planes(&models[i], isotropic ? FF_ISOTROPIC_MODE : FF_CENTRED_MODE);
+        const ff_shape shape = ff_layout_shape(&models[i], isotropic_table, o->shape, o->mean_slope);
+        need |= ff_model_planes(&models[i], ff_layout_mode(&models[i], shape, o->mean_slope));
     }
     const int curved = ff_loss_is_curved(p->loss);
     if (curved || !(need & (1u << FF_G_TI2 | 1u << FF_G_TIX))) need |= 1u << FF_G_COS_I;
@@ -319,8 +314,10 @@ static ff_status build_all(build *b, const ff_model *models, size_t n_models, ff
         return ff_error_set(err, FF_ERR_MEMORY, NULL, 0, -1, "out of memory");
     ff_pool_run(p->pool, slabs, look_at_slab, b);
     ff_selection *sel = &p->selection;
-    double weight = 0;
+    double weight = 0, cos_lo = 1, cos_hi = FF_COS_MIN;
     for (size_t s = 0; s < slabs; s++) {
+        cos_lo = fmin(cos_lo, b->slab[s].cos_lo);
+        cos_hi = fmax(cos_hi, b->slab[s].cos_hi);
         sel->used += b->slab[s].count[FF_USED];
         sel->invalid += b->slab[s].count[FF_INVALID];
         sel->below_horizon += b->slab[s].count[FF_BELOW];
@@ -335,10 +332,12 @@ static ff_status build_all(build *b, const ff_model *models, size_t n_models, ff
         b->floors[c] = fmax(FF_RELATIVE_FLOOR * p->channel_mean[c], 1e-12);
     }
     b->weight_scale = (double)sel->used / weight;
+    p->tan2_hi = fmax(1 / (cos_lo * cos_lo) - 1, 1e-12);
+    p->tan2_lo = cos_hi < 1 - 1e-12 ? 1 / (cos_hi * cos_hi) - 1 : 0;
     pack_index(b, slabs);
     p->n = sel->used;
     p->n_blocks = (p->n + FF_BLOCK - 1) / FF_BLOCK;
-    lay_out(p, models, n_models, is_isotropic(t, b->o), b->weighting);
+    lay_out(p, models, n_models, b->o, t->isotropic, b->weighting);
     p->data = ff_block_memory(ff_problem_doubles(p) * sizeof *p->data);
     if (!p->data) return ff_error_set(err, FF_ERR_MEMORY, NULL, 0, -1, "out of memory for %zu samples", p->n);
     b->size = malloc(p->n * sizeof *b->size);

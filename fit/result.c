@@ -19,20 +19,19 @@ static void warn(ff_fit_result *r, const char *fmt, ...)
 /* "f0 (r)" or "alpha_x" for a parameter of the fit. */
 static void parameter_label(const ff_layout *l, const struct ff_problem *p, size_t k, char *out, size_t size)
 {
-    if (k < l->n_free) {
-        snprintf(out, size, "%s", l->m->shape[l->index[k]].name);
-        return;
-    }
-    const size_t c = (k - l->n_free) / l->m->n_channel, i = (k - l->n_free) % l->m->n_channel;
-    if (l->n_channels > 1)
-        snprintf(out, size, "%s (%.32s)", l->m->channel[i].name, p->channel_name[c]);
+    size_t c;
+    const char *name = ff_layout_param(l, k, &c)->name;
+    if (k >= l->free.n_shape && l->n_channels > 1)
+        snprintf(out, size, "%s (%.32s)", name, p->channel_name[c]);
     else
-        snprintf(out, size, "%s", l->m->channel[i].name);
+        snprintf(out, size, "%s", name);
 }
 
 static ff_fit_value *value_at(const ff_layout *l, ff_fit_result *r, size_t k)
 {
-    return k < l->n_free ? &r->shape_value[l->index[k]] : &r->channel_value[k - l->n_free];
+    if (k < l->free.n_shape) return &r->shape_value[l->free.shape[k]];
+    const size_t c = (k - l->free.n_shape) / l->free.n_channel, i = (k - l->free.n_shape) % l->free.n_channel;
+    return &r->channel_value[c * l->m->n_channel + l->free.channel[i]];
 }
 
 static void fill_values(const ff_layout *l, const double *shape, const double *channel, const int *at_bound, ff_fit_result *r)
@@ -40,16 +39,16 @@ static void fill_values(const ff_layout *l, const double *shape, const double *c
     for (uint32_t k = 0; k < l->m->n_shape; k++)
         r->shape_value[k] = (ff_fit_value){.value = shape[k], .std_error = NAN, .held = 1, .column = -1};
     for (size_t k = 0; k < l->n_channels * l->m->n_channel; k++)
-        r->channel_value[k] = (ff_fit_value){.value = channel[k], .std_error = NAN, .column = -1};
+        r->channel_value[k] = (ff_fit_value){.value = channel[k], .std_error = NAN, .held = 1, .column = -1};
     for (size_t k = 0; k < l->P; k++) {
         ff_fit_value *v = value_at(l, r, k);
         v->held = 0;
         v->at_bound = at_bound[k];
     }
-    for (uint32_t k = 0; k < l->n_free; k++) {
-        if (!l->tied[k]) continue;
-        ff_fit_value *y = &r->shape_value[l->index[k] + 1];
-        *y = r->shape_value[l->index[k]];
+    for (uint32_t k = 0; k < l->free.n_shape; k++) {
+        if (!l->free.tied[k]) continue;
+        ff_fit_value *y = &r->shape_value[l->free.shape[k] + 1];
+        *y = r->shape_value[l->free.shape[k]];
         y->tied = 1;
     }
 }
@@ -80,10 +79,11 @@ static ff_status fill_errors(const ff_layout *l, const struct ff_problem *p, con
             const double scale = sqrt(cov[a * P + a] * cov[b * P + b]);
             r->correlation[(size_t)i * n + (size_t)j] = a == b ? 1 : scale > 0 ? cov[a * P + b] / scale : 0;
         }
-    for (uint32_t k = 0; k < l->n_free; k++)
-        if (l->tied[k]) {
-            r->shape_value[l->index[k] + 1].std_error = r->shape_value[l->index[k]].std_error;
-            r->shape_value[l->index[k] + 1].column = r->shape_value[l->index[k]].column;
+    for (uint32_t k = 0; k < l->free.n_shape; k++)
+        if (l->free.tied[k]) {
+            ff_fit_value *v = &r->shape_value[l->free.shape[k]];
+            v[1].std_error = v[0].std_error;
+            v[1].column = v[0].column;
         }
     free(use);
     return st;
@@ -93,9 +93,10 @@ static ff_status fill_errors(const ff_layout *l, const struct ff_problem *p, con
 static void fill_ellipse(const ff_layout *l, const double *shape, const double *cov, ff_fit_result *r)
 {
     const ff_model *m = l->m;
-    if (m->n_lobes == 0) return;
-    ff_stretch s;
-    ff_model_stretch(m, 0, shape, &s, NULL);
+    if (m->n_lobes == 0 || ff_ndf_at(m->lobe[0].ndf)->alpha_own != 0) return;
+    ff_lobe_pass pass;
+    ff_model_lobe(m, 0, shape, &pass, NULL);
+    const ff_stretch s = pass.s;
     const double xx = s.ax * s.ax, yy = s.ay * s.ay, xy = s.r * s.ax * s.ay, d = xx - yy, e = 2 * xy, D = hypot(d, e), T = xx + yy;
     ff_ellipse *o = &r->ellipse;
     r->has_ellipse = 1;
@@ -105,13 +106,13 @@ static void fill_ellipse(const ff_layout *l, const double *shape, const double *
     if (o->phi < 0) o->phi += 3.14159265358979323846;
     o->phi_std_error = NAN;
     o->phi_determined = 0;
-    if (!cov || l->mode == FF_ISOTROPIC_MODE || !(D > 0)) return;
+    if (!cov || m->lobe[0].isotropic || l->mode == FF_ISOTROPIC_MODE || !(D > 0)) return;
     /* gradients of d and e by alpha_x, alpha_y, r_xy, in the order of the free parameters */
     const double by[3][2] = {{2 * s.ax, 2 * s.r * s.ay}, {-2 * s.ay, 2 * s.r * s.ax}, {0, 2 * s.ax * s.ay}};
     double var_D = 0, var_phi = 0;
-    for (uint32_t a = 0; a < l->n_free; a++)
-        for (uint32_t b = 0; b < l->n_free; b++) {
-            const uint32_t i = l->index[a], j = l->index[b];
+    for (uint32_t a = 0; a < l->free.n_shape; a++)
+        for (uint32_t b = 0; b < l->free.n_shape; b++) {
+            const uint32_t i = l->free.shape[a], j = l->free.shape[b];
             if (i > 2 || j > 2) continue;
             const double gDa = (d * by[i][0] + e * by[i][1]) / D, gDb = (d * by[j][0] + e * by[j][1]) / D;
             const double gpa = 0.5 * (d * by[i][1] - e * by[i][0]) / (D * D), gpb = 0.5 * (d * by[j][1] - e * by[j][0]) / (D * D);
@@ -192,16 +193,17 @@ static void fill_warnings(const ff_layout *l, const struct ff_problem *p, ff_fit
     for (size_t k = 0; k < l->P; k++) {
         const ff_fit_value *v = value_at(l, r, k);
         parameter_label(l, p, k, label, sizeof label);
-        if (k < l->n_free && v->at_bound)
+        if (k < l->free.n_shape && v->at_bound)
             warn(r, "%s is on its %s bound, %g", label, v->at_bound < 0 ? "lower" : "upper", v->value);
         if (!v->at_bound && r->correlation && isnan(v->std_error)) warn(r, "%s is not determined by these data", label);
     }
     for (uint32_t k = 0; k < l->m->n_channel; k++) {
+        if (l->m->channel[k].flags & FF_PARAM_HELD) continue;
         warn_channels_at_bound(l, p, k, -1, r);
         warn_channels_at_bound(l, p, k, +1, r);
     }
     if (r->correlation) warn_correlated(l, p, r);
-    if (r->correlation && r->has_ellipse && l->mode != FF_ISOTROPIC_MODE && !r->ellipse.phi_determined)
+    if (r->correlation && r->has_ellipse && !l->m->lobe[0].isotropic && l->mode != FF_ISOTROPIC_MODE && !r->ellipse.phi_determined)
         warn(r, "the two roughness axes differ by less than their error: the orientation is undetermined");
     for (size_t c = 0; c < p->n_channels && p->n_channels > 1; c++)
         if (p->channel_mean[c] == 0)

@@ -14,6 +14,7 @@ typedef struct solver {
     const ff_fit_options *o;
     int parallel, passes, iterations, have_last;
     double shape[FF_MAX_SHAPE];
+    double *channel;       /* [n_channels][n_channel]                                             */
     double *x;             /* [P] all coordinates; the solver moves those in `moving`             */
     double *lower, *upper; /* [P]                                                                 */
     size_t *moving, n_moving;
@@ -44,16 +45,17 @@ static ff_status pass_here(solver *s)
     if (s->have_last && memcmp(s->x, s->last, l->P * sizeof *s->x) == 0) return FF_OK;
     if (ff_fit_cancelled(s->o)) return FF_ERR_CANCELLED;
     ff_pass pass;
-    ff_layout_unpack(l, s->x, s->shape);
-    ff_layout_pass(l, s->p, s->o, s->shape, s->x + l->n_free, &pass);
+    ff_layout_unpack(l, s->x, s->shape, s->channel);
+    ff_status st = ff_layout_pass(l, s->p, s->o, s->shape, s->channel, &pass);
+    if (st) return st;
     pass.final = s->speculate && next_looks_last(s);
     s->last_is_final = pass.final;
     s->passes++;
     s->have_last = 0;
-    const ff_status st = ff_pass_run(&pass, s->parallel, &s->normal);
+    st = ff_pass_run(&pass, s->parallel, &s->normal);
+    ff_pass_free(&pass);
     if (st) return st;
-    for (size_t k = 0; k < l->P; k++)
-        s->slope[k] = k < l->n_free ? ff_coordinate_slope(l->m->shape[l->index[k]].info, s->shape[l->index[k]]) : 1;
+    ff_layout_slope(l, s->shape, s->channel, s->slope);
     ff_normal_assemble(l, &s->normal, s->slope, s->H, s->g);
     memcpy(s->last, s->x, l->P * sizeof *s->x);
     s->have_last = 1;
@@ -148,10 +150,9 @@ static int update_held(solver *s, int *held, int *releases)
 static void set_bounds(const ff_layout *l, double *lower, double *upper)
 {
     for (size_t k = 0; k < l->P; k++) {
-        const ff_param *info =
-            k < l->n_free ? l->m->shape[l->index[k]].info : l->m->channel[(k - l->n_free) % l->m->n_channel].info;
-        lower[k] = k < l->n_free ? ff_coordinate(info, info->lo) : info->lo;
-        upper[k] = k < l->n_free ? ff_coordinate(info, info->hi) : info->hi;
+        const ff_param *info = ff_layout_param(l, k, NULL)->info;
+        lower[k] = ff_coordinate(info, info->lo);
+        upper[k] = ff_coordinate(info, info->hi);
     }
 }
 
@@ -230,6 +231,7 @@ static void solver_free(solver *s)
 {
     ff_normal_free(&s->normal);
     free(s->x);
+    free(s->channel);
     free(s->moving);
 }
 
@@ -240,7 +242,8 @@ static ff_status solver_new(const ff_layout *l, const struct ff_problem *p, cons
     s->l = l, s->p = p, s->o = o, s->parallel = parallel;
     s->x = calloc(7 * P + 3 * P * P + 1, sizeof *s->x);
     s->moving = calloc(P + 1, sizeof *s->moving);
-    if (!s->x || !s->moving || ff_normal_new(l->m, l->n_free, l->n_channels, &s->normal)) {
+    s->channel = calloc(l->n_channels * l->m->n_channel + 1, sizeof *s->channel);
+    if (!s->x || !s->moving || !s->channel || ff_normal_new(l, &s->normal)) {
         solver_free(s);
         return FF_ERR_MEMORY;
     }
@@ -267,8 +270,8 @@ ff_status ff_solve(const ff_layout *l, const struct ff_problem *p, const ff_fit_
     s.tolerance = tolerance;
     s.speculate = speculate;
     memcpy(s.shape, shape, l->m->n_shape * sizeof *shape);
-    ff_layout_pack(l, shape, s.x);
-    memcpy(s.x + l->n_free, channel, l->n_channels * l->m->n_channel * sizeof *channel);
+    memcpy(s.channel, channel, l->n_channels * l->m->n_channel * sizeof *channel);
+    ff_layout_pack(l, shape, channel, s.x);
     for (size_t k = 0; k < l->P; k++) s.x[k] = fmin(fmax(s.x[k], s.lower[k]), s.upper[k]);
     ff_outcome outcome = FF_CONVERGED;
     st = pass_here(&s);
@@ -284,9 +287,7 @@ ff_status ff_solve(const ff_layout *l, const struct ff_problem *p, const ff_fit_
     else if (st)
         ff_error_set(err, st, NULL, 0, -1, "a pass over the samples failed: %s", ff_status_str(st));
     if (!st) {
-        ff_layout_unpack(l, s.x, s.shape);
-        memcpy(shape, s.shape, l->m->n_shape * sizeof *shape);
-        memcpy(channel, s.x + l->n_free, l->n_channels * l->m->n_channel * sizeof *channel);
+        ff_layout_unpack(l, s.x, shape, channel);
         for (size_t k = 0; k < l->P; k++) at_bound[k] = bound_of(&s, k);
         *out = (ff_solution){.outcome = outcome, .iterations = s.iterations, .passes = s.passes, .cost2 = s.normal.cost2};
         if (s.last_is_final && s.have_last && memcmp(s.x, s.last, l->P * sizeof *s.x) == 0) {

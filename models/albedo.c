@@ -1,7 +1,8 @@
 /* Directional albedo and weak white furnace by quadrature over the stretched slopes of a lobe.
  *
  *   s = s0 + L u      slope of the half vector, L L^T = [[ax^2, r ax ay], [r ax ay, ay^2]], s0 the mean slope
- *   u = q (cos psi, sin psi), q = sinh x       a heavy tail in q is an exponential in x, which Gauss-Legendre likes
+ *   u = q (cos psi, sin psi), q = w sinh x     a heavy tail in q is an exponential in x, which Gauss-Legendre likes; w is where the
+ *                                              profile first changes by a factor, near 1 unless the width is among its parameters
  *   e = L (cos psi, sin psi)                   the ray in slope space: s = s0 + q e
  *   h = hz (-sx, -sy, 1), hz^-2 = 1 + |s|^2,   dh = hz^3 ds,  dwi = 4 (wo.h) dh
  *   V = wo.h / hz = oz - o.s                   linear along a ray
@@ -19,7 +20,6 @@
 #define PI 3.14159265358979323846
 
 enum {
-    POINTS = 2048,   /* evaluated at once                                                    */
     GROUP = 4,       /* colour channels evaluated at once                                    */
     ORDER_FIRST = 8, /* Gauss-Legendre points of a panel; doubles                            */
     ORDER_LAST = 32,
@@ -67,59 +67,74 @@ static double dot2(vec2 a, vec2 b)
     return a.x * b.x + a.y * b.y;
 }
 
-/* A model of one term, taken out of a larger one, with its parameters. */
+/* One lobe, taken out of a larger model, with its parameters; GROUP channels at most. */
 typedef struct part {
     ff_model model;
     double shape[FF_MAX_SHAPE], channel[GROUP * FF_MAX_CHANNEL_PARAMS];
     size_t n_channels;
+    ff_prepared prepared; /* for all directions */
 } part;
 
+typedef enum integral_kind { LOBES, BASES, FURNACE } integral_kind;
+
 typedef struct integrand {
-    const part *p;
-    ff_isa isa;
+    integral_kind kind;
+    const ff_prepared *p;
+    size_t n_channels;
     double o[3];          /* view                                               */
     double l11, l21, l22; /* L                                                  */
     double det;           /* det(L)                                             */
+    double width;         /* w                                                  */
     vec2 s0, oxy;
-    double v0; /* V at q = 0, the projected view cosine ozp          */
-    int furnace;
-    int own_g1; /* furnace: V-cavity's G1 instead of the constant g1  */
+    double v0;  /* V at q = 0, the projected view cosine ozp                */
+    int own_g1; /* furnace: V-cavity's G1 instead of the constant g1        */
     double g1;
-    double far, p_far, nu; /* furnace: P = p_far (q / far)^-nu beyond far       */
+    double far, p_far, nu; /* furnace: P = p_far (q / far)^-nu beyond far   */
     /* points that wait for their evaluation: directions, weights */
     size_t n;
-    double plane[6][POINTS], w[POINTS];
+    double plane[6][FF_BLOCK], w[FF_BLOCK];
     double sum[GROUP];
-    ff_status status;
 } integrand;
 
-static ff_dirs dirs_of(const integrand *k)
+/* f of every channel; of a model with bases, the bases alone. Or D of its lobe. */
+static void evaluate(const ff_prepared *p, integral_kind kind, const ff_dirs *w, size_t n, double f[GROUP][FF_BLOCK])
 {
-    return (ff_dirs){k->plane[0], k->plane[1], k->plane[2], k->plane[3], k->plane[4], k->plane[5]};
+    const uint32_t needs = ff_prepared_planes(p);
+    double planes[FF_G_COUNT][FF_BLOCK], other[3][FF_BLOCK];
+    ff_geometry g = {{NULL}};
+    ff_block b;
+    for (int k = 0; k < FF_G_COUNT; k++)
+        if (needs & 1u << k) g.plane[k] = planes[k];
+    p->kernels->geometry(w, n, &g);
+    if (kind == FURNACE) {
+        p->kernels->lobe_terms(&p->lobe[0], &g, n, f[0], other[0], other[1], other[2]);
+        return;
+    }
+    p->kernels->block_shape(p, &g, n, &b);
+    for (size_t c = 0; c < p->n_channels; c++) {
+        p->kernels->block_value(p, &g, n, c, &b, f[c]);
+        if (kind == LOBES) continue;
+        ff_prepared lobes = *p;
+        lobes.n_parts = 0;
+        p->kernels->block_value(&lobes, &g, n, c, &b, other[0]);
+        for (size_t i = 0; i < n; i++) f[c][i] -= other[0][i];
+    }
 }
 
 static void flush(integrand *k)
 {
-    double f[GROUP][POINTS];
-    const ff_dirs w = dirs_of(k);
-    const part *p = k->p;
-    size_t planes = 1;
-    if (k->n == 0 || k->status != FF_OK) return;
-    if (k->furnace) {
-        const ff_terms t = {.d = f[0]};
-        k->status = ff_model_terms(&p->model, k->isa, 1, p->shape, p->channel, 0, 0, &w, k->n, &t);
-    } else {
-        planes = p->n_channels;
-        k->status = ff_model_eval(&p->model, k->isa, p->n_channels, p->shape, p->channel, &w, k->n, f[0], NULL, POINTS);
-    }
-    for (size_t c = 0; c < planes && k->status == FF_OK; ++c)
-        for (size_t i = 0; i < k->n; ++i) k->sum[c] += k->w[i] * f[c][i];
+    double f[GROUP][FF_BLOCK];
+    const ff_dirs w = {k->plane[0], k->plane[1], k->plane[2], k->plane[3], k->plane[4], k->plane[5]};
+    if (k->n == 0) return;
+    evaluate(k->p, k->kind, &w, k->n, f);
+    for (size_t c = 0; c < k->n_channels; c++)
+        for (size_t i = 0; i < k->n; i++) k->sum[c] += k->w[i] * f[c][i];
     k->n = 0;
 }
 
 static void add_point(integrand *k, const double wi[3], const double wo[3], double weight)
 {
-    if (k->n == POINTS) flush(k);
+    if (k->n == FF_BLOCK) flush(k);
     for (int j = 0; j < 3; ++j) {
         k->plane[j][k->n] = wi[j];
         k->plane[3 + j][k->n] = wo[j];
@@ -153,7 +168,7 @@ static void add_half_vector(integrand *k, vec2 e, double q, double weight)
     const double h[3] = {-s.x * hz, -s.y * hz, hz};
     const double w = weight * k->det * q * hz2 * hz2 * v;
     if (v <= 0) return;
-    if (k->furnace) { /* the kernel's half vector of (h, h) is h, and D knows nothing else */
+    if (k->kind == FURNACE) { /* the kernel's half vector of (h, h) is h, and D knows nothing else */
         add_point(k, h, h, w * furnace_g1(k, v) / k->v0);
         return;
     }
@@ -237,7 +252,7 @@ static void cut_branches(const integrand *k, vec2 e, double lo, double hi, cuts 
     const double m0 = c0, m1 = c1 / 2; /* 1 + s.s0 */
     const double mesosurface[4] = {2 * v * m0 - v * c0, 2 * (v * m1 - b * m0) - v * c1, -2 * b * m1 - v * c2, 0};
     cut_roots(c, groove_o, lo, hi);
-    if (k->furnace) return;
+    if (k->kind == FURNACE) return;
     if (k->s0.x != 0 || k->s0.y != 0) cut_roots(c, mesosurface, lo, hi);
     cut_roots(c, equal_z, lo, hi);
     cut_roots(c, groove_i, lo, hi);
@@ -255,25 +270,25 @@ static void cuts_sort(cuts *c)
 
 /* ---- one ray --------------------------------------------------------------------------------- */
 
-/* Gauss-Legendre panels in x = asinh q between two cuts. */
+/* Gauss-Legendre panels in x = asinh(q / w) between two cuts. */
 static void integrate_piece(integrand *k, const rule *g, vec2 e, double q0, double q1, double weight)
 {
-    const double x0 = asinh(q0), x1 = asinh(q1);
+    const double x0 = asinh(q0 / k->width), x1 = asinh(q1 / k->width);
     const int panels = (int)ceil((x1 - x0) / panel_x);
     const double half = (x1 - x0) / (2 * panels);
     for (int p = 0; p < panels; ++p) {
         const double mid = x0 + (2 * p + 1) * half;
         for (int i = 0; i < g->n; ++i) {
             const double x = mid + half * g->x[i];
-            add_half_vector(k, e, sinh(x), weight * half * g->w[i] * cosh(x));
+            add_half_vector(k, e, k->width * sinh(x), weight * half * g->w[i] * k->width * cosh(x));
         }
     }
 }
 
 /* P = D hz^4 far out, where it is a power law q^-nu or has vanished. It is the same along every ray: measured once. */
-static ff_status measure_tail(integrand *k)
+static void measure_tail(integrand *k)
 {
-    double d[2], plane[3][2];
+    double d[GROUP][FF_BLOCK], plane[3][2];
     const vec2 e = ray_direction(k, 0);
     k->far = slope_far / sqrt(dot2(e, e) + k->l22 * k->l22);
     for (int i = 0; i < 2; ++i) {
@@ -285,13 +300,16 @@ static ff_status measure_tail(integrand *k)
         plane[2][i] = hz;
     }
     const ff_dirs w = {plane[0], plane[1], plane[2], plane[0], plane[1], plane[2]};
-    const ff_terms t = {.d = d};
-    const ff_status status = ff_model_terms(&k->p->model, k->isa, 1, k->p->shape, k->p->channel, 0, 0, &w, 2, &t);
-    if (status != FF_OK) return status;
-    const double p0 = d[0] * pow(plane[2][0], 4);
-    k->p_far = d[1] * pow(plane[2][1], 4);
+    evaluate(k->p, FURNACE, &w, 2, d);
+    const double p0 = d[0][0] * pow(plane[2][0], 4);
+    k->p_far = d[0][1] * pow(plane[2][1], 4);
     k->nu = k->p_far > 0 ? log2(p0 / k->p_far) : INFINITY;
-    return FF_OK;
+}
+
+/* integral_0^reach e^(-k y) dy */
+static double power_integral(double k, double reach)
+{
+    return fabs(k) > 1e-12 ? -expm1(-k * reach) / k : reach;
 }
 
 /* The furnace integral beyond far: that of q P (v0 - b q) dq with P = p_far (q / far)^-nu, from far to end. */
@@ -299,9 +317,8 @@ static double power_tail(const integrand *k, vec2 e, double end)
 {
     if (!(k->p_far > 0)) return 0;
     const double far = k->far, nu = k->nu, b = dot2(k->oxy, e), v = k->v0 - b * far;
-    const double rest = isinf(end) ? 0 : far / end;
-    const double area = far * far * (1 - pow(rest, nu - 2)) / (nu - 2),
-                 moment = far * far * far * (1 - pow(rest, nu - 3)) / (nu - 3);
+    const double reach = log(end / far), area = far * far * power_integral(nu - 2, reach),
+                 moment = far * far * far * power_integral(nu - 3, reach);
     if (k->own_g1 && b < 0) return k->p_far * area * furnace_g1(k, v) * v / k->v0; /* there G1 V = 2 oz, constant */
     return k->p_far * (k->v0 * area - b * moment) * furnace_g1(k, v) / k->v0;
 }
@@ -360,6 +377,28 @@ static void centre_add_tangents(const integrand *k, centres *c, vec2 a, double l
     for (int i = 0; i < n; ++i) centre_add_line(c, atan(root[i]));
 }
 
+/* psi of the ray whose slopes point along d. */
+static double psi_towards(const integrand *k, vec2 d)
+{
+    return atan2((k->l11 * d.y - k->l21 * d.x) / k->l22, d.x);
+}
+
+static int has_cavities(const integrand *k)
+{
+    return (k->p->kernels->masking[k->p->lobe[0].masking]->planes & 1u << FF_G_VCAVITY) != 0;
+}
+
+/* The branches of the V-cavity change their order where the view, projected to the plane of the ray, is 45 degrees from the normal:
+ * tan(theta_o) cos(phi) = 1. */
+static void centre_add_cavity(const integrand *k, centres *c, double tangent)
+{
+    if (tangent <= 1) return;
+    const double cosine = 1 / tangent, sine = sqrt((1 - cosine) * (1 + cosine));
+    for (int side = -1; side <= 1; side += 2)
+        centre_add_line(
+            c, psi_towards(k, (vec2){cosine * k->oxy.x - side * sine * k->oxy.y, cosine * k->oxy.y + side * sine * k->oxy.x}));
+}
+
 static void find_centres(const integrand *k, centres *c)
 {
     const double m00 = k->l11 * k->l11 + k->l21 * k->l21, m01 = k->l21 * k->l22, m11 = k->l22 * k->l22; /* L^T L */
@@ -367,16 +406,16 @@ static void find_centres(const integrand *k, centres *c)
     const double aspect = fmax(1, major2 / k->det); /* a1 / a2 */
     const vec2 t = {k->oxy.x / k->o[2], k->oxy.y / k->o[2]}, from = {k->s0.x + t.x, k->s0.y + t.y};
     const vec2 view = to_unit(k, k->oxy), disc = to_unit(k, from);
-    double sharpness = 1 + (k->furnace ? hypot(view.x, view.y) / k->v0 : hypot(t.x, t.y) * aspect);
+    double sharpness = 1 + (k->kind == FURNACE ? hypot(view.x, view.y) / k->v0 : hypot(t.x, t.y) * aspect);
     c->n = 0;
     /* where V stops to shrink along the ray, where the way to the horizon turns from short to long */
     centre_add_line(c, atan2(view.y, view.x) + PI / 2);
-    if (!k->furnace) {
+    if (k->kind != FURNACE) {
         const double inside = dot2(k->s0, k->s0) + 2 * dot2(k->s0, t) - 1;
         if (k->s0.x != 0 || k->s0.y != 0) centre_add_line(c, atan2(disc.y, disc.x) + PI / 2);
-        centre_add_line(c,
-                        atan2((k->l11 * k->oxy.y - k->l21 * k->oxy.x) / k->l22, k->oxy.x)); /* plane of incidence: phi_i = phi_o */
-        if (aspect > 1.5) centre_add_line(c, atan2(2 * m01, m00 - m11) / 2 + PI / 2);       /* the short axis      */
+        centre_add_line(c, psi_towards(k, k->oxy));                                   /* plane of incidence: phi_i = phi_o */
+        if (aspect > 1.5) centre_add_line(c, atan2(2 * m01, m00 - m11) / 2 + PI / 2); /* the short axis      */
+        if (has_cavities(k)) centre_add_cavity(k, c, hypot(t.x, t.y));
         if (inside >= 0) {
             centre_add_tangents(k, c, disc, inside);
             sharpness *= 256; /* square roots end there */
@@ -397,7 +436,7 @@ static void integrate_panel(integrand *k, const rule *g, double a, double b)
     const double mid = (a + b) / 2, half = (b - a) / 2;
     for (int i = 0; i < g->n; ++i) {
         const double psi = mid + half * g->x[i], weight = fabs(half) * g->w[i];
-        if (k->furnace) {
+        if (k->kind == FURNACE) {
             integrate_furnace_ray(k, g, psi, weight);
         } else {
             integrate_albedo_ray(k, g, psi, weight);
@@ -416,116 +455,157 @@ static void integrate_half_arc(integrand *k, const rule *g, double centre, doubl
     }
 }
 
-static void integrate_circle(integrand *k, const centres *c, int order)
+static void integrate_circle(integrand *k, const rule *g, const centres *c)
 {
-    rule g;
-    rule_make(order, &g);
-    memset(k->sum, 0, sizeof k->sum);
-    for (int i = 0; i < c->n && k->status == FF_OK; ++i) {
+    for (int i = 0; i < c->n; ++i) {
         const double a = c->psi[i], b = i + 1 < c->n ? c->psi[i + 1] : c->psi[0] + 2 * PI;
         if (b - a < 1e-12) continue;
-        integrate_half_arc(k, &g, a, (a + b) / 2, c->levels);
-        integrate_half_arc(k, &g, b, (a + b) / 2, c->levels);
+        integrate_half_arc(k, g, a, (a + b) / 2, c->levels);
+        integrate_half_arc(k, g, b, (a + b) / 2, c->levels);
     }
-    flush(k);
+}
+
+/* The bases are smooth over the hemisphere of wi, but for kinks where wi.z = wo.z and at right azimuths; those that are coupled to
+ * narrow lobes change fast near grazing light. wi.z = x^3. */
+static void integrate_hemisphere(integrand *k, const rule *g)
+{
+    double edge[] = {0, 0.1, 0.2, 0.35, 0.55, 0.8, 1, cbrt(k->o[2])};
+    enum { EDGES = sizeof edge / sizeof edge[0] };
+    const double towards = atan2(k->o[1], k->o[0]);
+    for (int i = EDGES - 1; i > 0 && edge[i] < edge[i - 1]; --i) {
+        const double swap = edge[i];
+        edge[i] = edge[i - 1];
+        edge[i - 1] = swap;
+    }
+    for (int panel = 0; panel + 1 < EDGES; ++panel)
+        for (int i = 0; i < g->n; ++i) {
+            const double half = (edge[panel + 1] - edge[panel]) / 2, x = edge[panel] + half * (1 + g->x[i]);
+            const double z = x * x * x, r = sqrt((1 - z) * (1 + z)), weight = half * g->w[i] * 3 * x * x * z;
+            for (int j = 0; j < 4 * g->n; ++j) {
+                const double phi = towards + PI / 4 * (2 * (j / g->n) + 1 + g->x[j % g->n]);
+                add_point(k, (const double[]){r * cos(phi), r * sin(phi), z}, k->o, weight * PI / 4 * g->w[j % g->n]);
+            }
+        }
 }
 
 /* Doubles the order until two agree. */
-static ff_status integrate(integrand *k, size_t n, ff_integral out[GROUP])
+static void integrate(integrand *k, ff_integral out[GROUP])
 {
-    centres c;
-    double before[GROUP] = {0};
-    find_centres(k, &c);
-    for (int order = ORDER_FIRST; order <= ORDER_LAST; order *= 2) {
-        double worst = 0;
-        integrate_circle(k, &c, order);
-        if (k->status != FF_OK) return k->status;
-        for (size_t i = 0; i < n; ++i) {
+    centres c = {0, 0, {0}};
+    double before[GROUP] = {0}, worst = INFINITY;
+    if (k->kind != BASES) find_centres(k, &c);
+    for (int order = ORDER_FIRST; order <= ORDER_LAST && !(worst < tolerance); order *= 2) {
+        rule g;
+        rule_make(order, &g);
+        memset(k->sum, 0, sizeof k->sum);
+        if (k->kind == BASES)
+            integrate_hemisphere(k, &g);
+        else
+            integrate_circle(k, &g, &c);
+        flush(k);
+        worst = order > ORDER_FIRST ? 0 : INFINITY;
+        for (size_t i = 0; i < k->n_channels; ++i) {
             out[i] = (ff_integral){k->sum[i], fabs(k->sum[i] - before[i])};
             before[i] = k->sum[i];
             worst = fmax(worst, out[i].error);
         }
-        if (order > ORDER_FIRST && worst < tolerance) break;
     }
-    return FF_OK;
 }
 
 /* ---- parts of a model ------------------------------------------------------------------------ */
 
-/* Term number `index` (n_lobes: the diffuse one) of m with its parameters, as a model of its own. */
-static ff_status part_make(const ff_model *m, uint32_t index, size_t n_channels, const double *shape, const double *channel,
-                           part *p)
+/* Where the profile first leaves [p(0)/4, 4 p(0)]: its narrowest feature. */
+static double profile_width(const ff_prepared *p)
 {
-    ff_status status;
-    size_t n = 0;
-    if (index < m->n_lobes) {
-        const ff_lobe *l = &m->lobe[index];
-        status = ff_model_compose(l->ndf, l->masking, l->fresnel, -1, &p->model, NULL);
-    } else {
-        status = ff_model_parse(ff_term_at(FF_DIFFUSE, (size_t)m->diffuse)->name, &p->model, NULL);
+    const ff_lobe_pass *lobe = &p->lobe[0];
+    double q[FF_BLOCK], q2[FF_BLOCK], value[FF_BLOCK], slope[FF_BLOCK];
+    for (int i = 0; i < FF_BLOCK; ++i) {
+        q[i] = 1e-6 * exp2(0.25 * i); /* to 3e3 */
+        q2[i] = q[i] * q[i];
     }
-    if (status != FF_OK) return status;
-    for (uint32_t i = 0; i < m->n_shape; ++i)
-        if (m->shape[i].lobe == index) p->shape[n++] = shape[i];
-    n = 0;
-    p->n_channels = n_channels;
-    for (size_t c = 0; c < n_channels; ++c)
-        for (uint32_t i = 0; i < m->n_channel; ++i)
-            if (m->channel[i].lobe == index) p->channel[n++] = channel[c * m->n_channel + i];
-    return FF_OK;
+    p->kernels->ndf[lobe->ndf]->profile(&lobe->ndf_pass, FF_BLOCK, q2, value, slope, NULL);
+    for (int i = 1; i < FF_BLOCK; ++i)
+        if (!(value[i] > 0.25 * value[0] && value[i] < 4 * value[0])) return q[i];
+    return 1;
 }
 
-static void integrand_make(const part *p, ff_isa isa, const double wo[3], integrand *k)
+static void integrand_make(integral_kind kind, const ff_prepared *p, const double wo[3], integrand *k)
 {
-    ff_stretch s;
-    ff_model_stretch(&p->model, 0, p->shape, &s, NULL);
-    k->p = p;
-    k->isa = isa;
+    *k = (integrand){.kind = kind, .p = p, .n_channels = p->n_channels, .oxy = {wo[0], wo[1]}, .g1 = 1};
     memcpy(k->o, wo, sizeof k->o);
+    if (kind == BASES) return;
+    const ff_stretch s = p->lobe[0].s;
     k->l11 = s.ax;
     k->l21 = s.r * s.ay;
     k->l22 = s.ay * sqrt((1 - s.r) * (1 + s.r));
     k->det = k->l11 * k->l22;
     k->s0 = (vec2){s.x0, s.y0};
-    k->oxy = (vec2){wo[0], wo[1]};
     k->v0 = wo[2] - dot2(k->oxy, k->s0);
-    k->furnace = k->own_g1 = 0;
-    k->g1 = 1;
-    k->n = 0;
-    k->status = FF_OK;
+    k->width = profile_width(p);
 }
 
-/* Lambert-like terms: a smooth function over the hemisphere, wi = (sqrt(1 - z^2) (cos, sin), z). */
-static ff_status integrate_diffuse(const part *p, ff_isa isa, const double wo[3], ff_integral out[GROUP])
+static ff_status part_make(const ff_model *m, uint32_t lobe, const ff_kernels *kernels, size_t n_channels, const double *shape,
+                           const double *channel, part *p)
 {
-    integrand k = {.p = p, .isa = isa};
-    double before[GROUP] = {0};
-    for (int order = ORDER_FIRST; order <= ORDER_LAST; order *= 2) {
-        rule g;
-        rule_make(order, &g);
-        memset(k.sum, 0, sizeof k.sum);
-        for (int i = 0; i < order; ++i)
-            for (int j = 0; j < 2 * order; ++j) {
-                const double z = (1 + g.x[i]) / 2, r = sqrt(1 - z * z), phi = PI * (j + 0.5) / order;
-                add_point(&k, (const double[]){r * cos(phi), r * sin(phi), z}, wo, z * g.w[i] / 2 * PI / order);
-            }
-        flush(&k);
-        if (k.status != FF_OK) return k.status;
-        for (size_t c = 0; c < p->n_channels; ++c) {
-            out[c] = (ff_integral){k.sum[c], fabs(k.sum[c] - before[c])};
-            before[c] = k.sum[c];
-        }
-    }
-    return FF_OK;
+    p->n_channels = n_channels;
+    ff_model_lobe_alone(m, lobe, n_channels, shape, channel, &p->model, p->shape, p->channel);
+    return ff_prepare(&p->model, kernels, FF_CHEAPEST_MODE, n_channels, p->shape, p->channel, NULL, 0, INFINITY, &p->prepared);
 }
 
-static ff_status check_view(const double wo[3], ff_error *err)
+static ff_status check_view(const double wo[3], ff_isa isa, ff_error *err)
 {
     const double norm = sqrt(wo[0] * wo[0] + wo[1] * wo[1] + wo[2] * wo[2]);
     if (!(fabs(norm - 1) < 1e-9))
         return ff_error_set(err, FF_ERR_RANGE, NULL, 0, -1, "the view has length %g, expected a unit vector", norm);
     if (!(wo[2] > FF_COS_MIN))
         return ff_error_set(err, FF_ERR_RANGE, NULL, 0, -1, "the view has cosine %g, expected one above the horizon", wo[2]);
+    if (!ff_isa_available(isa))
+        return ff_error_set(err, FF_ERR_UNSUPPORTED, NULL, 0, -1, "this processor has no %s", ff_isa_name(isa));
+    return FF_OK;
+}
+
+static ff_status out_of_memory(ff_error *err)
+{
+    return ff_error_set(err, FF_ERR_MEMORY, NULL, 0, -1, "no memory for the tables of the model");
+}
+
+/* ---- albedo ---------------------------------------------------------------------------------- */
+
+static ff_status add_lobe(const ff_model *m, uint32_t lobe, const ff_kernels *kernels, size_t n, const double *shape,
+                          const double *channel, const double wo[3], ff_integral total[GROUP])
+{
+    part p;
+    integrand k;
+    ff_integral one[GROUP];
+    double weight[FF_MAX_LOBES];
+    const ff_status status = part_make(m, lobe, kernels, n, shape, channel, &p);
+    if (status != FF_OK) return status;
+    ff_model_weights(m, shape, weight, NULL);
+    integrand_make(LOBES, &p.prepared, wo, &k);
+    integrate(&k, one);
+    ff_prepared_free(&p.prepared);
+    for (size_t c = 0; c < n; ++c) {
+        total[c].value += weight[lobe] * one[c].value;
+        total[c].error += weight[lobe] * one[c].error;
+    }
+    return FF_OK;
+}
+
+static ff_status add_bases(const ff_model *m, const ff_kernels *kernels, size_t n, const double *shape, const double *channel,
+                           const double wo[3], ff_integral total[GROUP])
+{
+    ff_prepared p;
+    integrand k;
+    ff_integral one[GROUP];
+    const ff_status status = ff_prepare(m, kernels, FF_CHEAPEST_MODE, n, shape, channel, NULL, 0, INFINITY, &p);
+    if (status != FF_OK) return status;
+    integrand_make(BASES, &p, wo, &k);
+    integrate(&k, one);
+    ff_prepared_free(&p);
+    for (size_t c = 0; c < n; ++c) {
+        total[c].value += one[c].value;
+        total[c].error += one[c].error;
+    }
     return FF_OK;
 }
 
@@ -533,46 +613,43 @@ ff_status ff_albedo_directional(const ff_model *m, ff_isa isa, size_t n_channels
                                 const double wo[3], ff_integral *out, ff_error *err)
 {
     ff_status status = ff_model_check(m, n_channels, shape, channel, err);
-    if (status == FF_OK) status = check_view(wo, err);
+    if (status == FF_OK) status = check_view(wo, isa, err);
     if (status != FF_OK) return status;
-    if (!ff_isa_available(isa))
-        return ff_error_set(err, FF_ERR_UNSUPPORTED, NULL, 0, -1, "this processor has no %s", ff_isa_name(isa));
+    const ff_kernels *kernels = ff_kernels_get(isa);
     for (size_t first = 0; first < n_channels; first += GROUP) {
         const size_t n = n_channels - first < GROUP ? n_channels - first : GROUP;
+        const double *group = channel + first * m->n_channel;
         ff_integral total[GROUP] = {{0, 0}};
-        for (uint32_t term = 0; term < m->n_lobes + (m->diffuse >= 0); ++term) {
-            part p;
-            ff_integral one[GROUP];
-            status = part_make(m, term, n, shape, channel + first * m->n_channel, &p);
-            if (status == FF_OK && term < m->n_lobes) {
-                integrand k;
-                integrand_make(&p, isa, wo, &k);
-                status = integrate(&k, n, one);
-            } else if (status == FF_OK) {
-                status = integrate_diffuse(&p, isa, wo, one);
-            }
-            if (status != FF_OK)
-                return ff_error_set(err, status, NULL, 0, -1, "term %u of the model cannot be integrated", term + 1);
-            for (size_t c = 0; c < n; ++c) {
-                total[c].value += one[c].value;
-                total[c].error += one[c].error;
-            }
-        }
+        for (uint32_t l = 0; l < m->n_lobes && status == FF_OK; ++l) status = add_lobe(m, l, kernels, n, shape, group, wo, total);
+        if (m->n_bases && status == FF_OK) status = add_bases(m, kernels, n, shape, group, wo, total);
+        if (status != FF_OK) return out_of_memory(err);
         memcpy(out + first, total, n * sizeof *out);
     }
     return FF_OK;
 }
 
-/* G1(wo) of a Smith form from the kernels, with wi = wo (which every half vector of the furnace test shares a Lambda with). */
-static ff_status smith_g1(const part *p, ff_isa isa, const double wo[3], double *g1)
+/* ---- weak white furnace ---------------------------------------------------------------------- */
+
+/* G1(wo) of a form that is a function of wi and wo alone: its G2 with the light at the normal, where nothing is in shadow. */
+static double g1_of(const part *p, const double wo[3])
 {
-    const ff_dirs w = {&wo[0], &wo[1], &wo[2], &wo[0], &wo[1], &wo[2]};
-    double lambda = 0, g = 0;
-    const ff_terms t = {.lambda_o = &lambda, .g = &g};
-    const ff_status status = ff_model_terms(&p->model, isa, 1, p->shape, p->channel, 0, 0, &w, 1, &t);
-    const int own = !strcmp(ff_masking_at(p->model.lobe[0].masking)->term.name, "smith-masking-only");
-    if (status == FF_OK) *g1 = own ? g : 1 / (1 + lambda);
-    return status;
+    static const double none = 0, up = 1;
+    double f[GROUP][FF_BLOCK], lambda[2][FF_BLOCK], g2[FF_BLOCK], planes[FF_G_COUNT][1];
+    const ff_dirs w = {&none, &none, &up, &wo[0], &wo[1], &wo[2]};
+    ff_geometry g = {{NULL}};
+    for (int k = 0; k < FF_G_COUNT; ++k) g.plane[k] = planes[k];
+    p->prepared.kernels->geometry(&w, 1, &g);
+    p->prepared.kernels->lobe_terms(&p->prepared.lobe[0], &g, 1, f[0], lambda[0], lambda[1], g2);
+    return g2[0];
+}
+
+/* Is there a G1 of this masking, and does it depend on the facet? */
+static ff_status check_g1(const ff_masking *masking, int *own, ff_error *err)
+{
+    *own = (masking->planes & 1u << FF_G_VCAVITY) != 0;
+    if (*own || masking->uses_lambda || masking->uses_alpha || !masking->planes) return FF_OK;
+    return ff_error_set(err, FF_ERR_UNSUPPORTED, NULL, 0, -1,
+                        "%s is a factor of both directions together: there is no masking of one to test", masking->term.name);
 }
 
 ff_status ff_albedo_weak_furnace(const ff_model *m, ff_isa isa, const double *shape, uint32_t lobe, const double wo[3],
@@ -582,28 +659,37 @@ ff_status ff_albedo_weak_furnace(const ff_model *m, ff_isa isa, const double *sh
     part p;
     integrand k;
     ff_integral result[GROUP];
+    int own_g1 = 0;
     ff_model_defaults(m, 1, NULL, channel);
     ff_status status = ff_model_check(m, 1, shape, channel, err);
-    if (status == FF_OK) status = check_view(wo, err);
+    if (status == FF_OK) status = check_view(wo, isa, err);
     if (status != FF_OK) return status;
-    if (!ff_isa_available(isa))
-        return ff_error_set(err, FF_ERR_UNSUPPORTED, NULL, 0, -1, "this processor has no %s", ff_isa_name(isa));
     if (lobe >= m->n_lobes)
         return ff_error_set(err, FF_ERR_UNSUPPORTED, NULL, 0, -1, "the model has %u lobes, the furnace test asks for lobe %u",
                             m->n_lobes, lobe + 1);
-    status = part_make(m, lobe, 1, shape, channel, &p);
-    if (status != FF_OK) return ff_error_set(err, status, NULL, 0, -1, "lobe %u of the model cannot be integrated", lobe + 1);
-    integrand_make(&p, isa, wo, &k);
-    if (!(k.v0 > 0))
+    status = check_g1(ff_masking_at(m->lobe[lobe].masking), &own_g1, err);
+    if (status != FF_OK) return status;
+    if (part_make(m, lobe, ff_kernels_get(isa), 1, shape, channel, &p) != FF_OK) return out_of_memory(err);
+    p.prepared.lobe[0].mode = FF_TILTED_MODE; /* the one that has D by itself */
+    integrand_make(FURNACE, &p.prepared, wo, &k);
+    if (!(k.v0 > 0)) {
+        ff_prepared_free(&p.prepared);
         return ff_error_set(err, FF_ERR_RANGE, NULL, 0, -1,
                             "the mean slope turns the surface away from the view (projected cosine %g)", k.v0);
-    const ff_masking *masking = ff_masking_at(p.model.lobe[0].masking);
-    k.furnace = 1;
-    k.own_g1 = !masking->uses_lambda && (masking->term.claims & FF_WEAK_FURNACE) != 0;
-    if (masking->uses_lambda) status = smith_g1(&p, isa, wo, &k.g1);
-    if (status == FF_OK) status = measure_tail(&k);
-    if (status == FF_OK) status = integrate(&k, 1, result);
-    if (status != FF_OK) return ff_error_set(err, status, NULL, 0, -1, "lobe %u of the model cannot be integrated", lobe + 1);
+    }
+    k.own_g1 = own_g1;
+    k.g1 = own_g1 ? 1 : g1_of(&p, wo);
+    measure_tail(&k);
+    integrate(&k, result);
+    ff_prepared_free(&p.prepared);
     *out = result[0];
     return FF_OK;
+}
+
+int ff_albedo_weak_furnace_claimed(const ff_model *m, uint32_t lobe)
+{
+    const uint32_t ndf = ff_ndf_at(m->lobe[lobe].ndf)->term.claims;
+    const ff_masking *masking = ff_masking_at(m->lobe[lobe].masking);
+    if (masking->uses_lambda) return (ndf & FF_WEAK_FURNACE) != 0;
+    return (masking->term.claims & FF_WEAK_FURNACE) && (ndf & FF_UNIT_AREA);
 }

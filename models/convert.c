@@ -1,9 +1,13 @@
-/* Conversions between conventions of roughness. A new one is a function and a line of the table at the end.
+/* Conversions between conventions of roughness and of reflectance. A new one is a function and a line of the table at the end.
  *
  *   m       Beckmann's roughness (his alpha)     sqrt(2) times the rms slope along one axis
  *   n       exponent of cos^n
  *   alpha   roughness of the slope distribution, as everywhere in the project
  *   sigma   rms slope along one axis
+ *   f0      reflectance at normal incidence
+ *   eta, k  index of refraction eta + i k over that of the medium outside
+ *   g       edge tint of Gulbrandsen 2014
+ *   f82     reflectance at cos = 1/7, about 82 degrees
  */
 #include "ff_convert.h"
 #include <float.h>
@@ -149,6 +153,83 @@ static const char *ellipse_to_correlated(const double *in, double *out)
     return NULL;
 }
 
+/* ---- reflectance and index of refraction ----------------------------------------------------- */
+
+static const char *f0_to_eta(const double *in, double *out)
+{
+    const double root = sqrt(in[0]);
+    out[0] = (1 + root) * (1 + root) / (1 - in[0]); /* (1 + root) / (1 - root) */
+    return NULL;
+}
+
+static const char *eta_to_f0(const double *in, double *out)
+{
+    const double root = (in[0] - 1) / (in[0] + 1);
+    out[0] = root * root;
+    return NULL;
+}
+
+/* Gulbrandsen's eq. with a = sqrt(f0): n_max = (1 + a)/(1 - a), n_min = (1 - a^2)/(1 + a^2), eta = n_max (1 - g) + n_min g, and
+ * k^2 = (n_max - eta)(eta - 1/n_max), the circle of the indices with this f0, here without a difference of like terms. */
+static const char *edge_tint_to_conductor(const double *in, double *out)
+{
+    const double a = sqrt(in[0]), g = in[1], one_less = (1 - in[0]) / (1 + a); /* 1 - a */
+    if (g > 1) return "the edge tint g must not exceed 1";
+    const double n_max = (1 + a) / one_less, n_min = (1 - in[0]) / (1 + in[0]);
+    out[0] = n_max * (1 - g) + n_min * g;
+    out[1] = 2 * a / (one_less * (1 + in[0])) * sqrt(g * (one_less * one_less + (1 - g) * (1 + a) * (1 + a)));
+    return NULL;
+}
+
+/* On the circle n_max - eta = k^2/(eta - 1/n_max) and eta - n_min = n_min (eta^2 + k^2 - 1)/2: g is the first over their sum. */
+static const char *conductor_to_edge_tint(const double *in, double *out)
+{
+    const double eta = in[0], k2 = in[1] * in[1], whole = (eta + 1) * (eta + 1) + k2;
+    const double beyond = (eta - 1) * (eta + 1) + k2; /* eta^2 + k^2 - 1 */
+    if (eta == 1 && k2 == 0) return "eta = 1 with k = 0 reflects nothing: no edge tint belongs to it";
+    if (beyond < -4 * DBL_EPSILON) return "eta^2 + k^2 is below 1: no edge tint in [0, 1] belongs to such an index";
+    const double f0 = ((eta - 1) * (eta - 1) + k2) / whole, a = sqrt(f0), one_less_f0 = 4 * eta / whole;
+    const double to_max = k2 / (eta - one_less_f0 / ((1 + a) * (1 + a))), to_min = one_less_f0 / (1 + f0) * fmax(beyond, 0) / 2;
+    out[0] = f0;
+    out[1] = k2 > 0 ? to_max / (to_max + to_min) : 0;
+    return NULL;
+}
+
+/* Schlick's F at cos = 1/7, where the correction of schlick-f82 is largest. */
+static double schlick_at_82(double f0)
+{
+    const double m = 6.0 / 7, m5 = m * m * m * m * m;
+    return f0 + (1 - f0) * m5;
+}
+
+static const char *f82_tint_to_f82(const double *in, double *out)
+{
+    if (in[0] > 1) return "f0 must not exceed 1";
+    out[0] = in[1] * schlick_at_82(in[0]);
+    return NULL;
+}
+
+static const char *f82_to_f82_tint(const double *in, double *out)
+{
+    if (in[0] > 1) return "f0 must not exceed 1";
+    out[0] = in[1] / schlick_at_82(in[0]);
+    return NULL;
+}
+
+static const char tint_above_1[] = "a tint above 1: F then rises above Schlick's curve and may exceed 1";
+
+static const char *doubt_tint_in(const double *in, const double *out)
+{
+    (void)out;
+    return in[1] > 1 ? tint_above_1 : NULL;
+}
+
+static const char *doubt_tint_out(const double *in, const double *out)
+{
+    (void)in;
+    return out[0] > 1 ? tint_above_1 : NULL;
+}
+
 /* ---- the table ------------------------------------------------------------------------------- */
 
 /* clang-format off */
@@ -156,9 +237,10 @@ static const char *ellipse_to_correlated(const double *in, double *out)
 #define V_N(lo)       {"n", NULL, "1", lo, INFINITY, 0}
 #define V_ALPHA       {"alpha", NULL, "1", 0, INFINITY, 0}
 #define V_POSITIVE(n) {n, NULL, "1", 0, INFINITY, 0}
-#define V_ROUGH(n)    {n, NULL, "1", 0, INFINITY, 1}
 #define V_R           {"r_xy", NULL, "1", -1, 1, 0}
 #define V_PHI         {"phi", NULL, "rad", -INFINITY, INFINITY, 0}
+#define V_F0          {"f0", NULL, "1", 0, 1, 1}
+#define V_FROM(n, lo) {n, NULL, "1", lo, INFINITY, 1}
 /* clang-format on */
 
 static const char mikkelsen[] = "Mikkelsen 2009, eq. 21";
@@ -184,6 +266,16 @@ static const char eigen[] = "Heitz 2014 (RR-8468), section 3.4: eigen-decomposit
                             "alpha_x alpha_y, alpha_y^2]]";
 static const char eigen_assumes[] = "a shape-invariant distribution; phi from the tangent x, counter-clockwise, in half turns";
 static const char eigen_limits[] = "exact; phi has no meaning where the two axes are equal";
+
+static const char fresnel[] = "Fresnel's equations at normal incidence";
+static const char dielectric[] = "no absorption, and light that comes from the rarer medium (eta >= 1)";
+static const char gulbrandsen[] = "Gulbrandsen 2014, Artist Friendly Metallic Fresnel";
+static const char gulbrandsen_assumes[] = "a medium with the index eta + i k below one with the index 1";
+static const char gulbrandsen_limits[] =
+    "exact for f0 in (0, 1) and g in [0, 1], that is eta^2 + k^2 >= 1; g = 0 is the dielectric, g = 1 has eta^2 + k^2 = 1";
+static const char kutz[] = "Kutz et al. 2021 (Adobe Standard Material)";
+static const char kutz_assumes[] = "the renderer gives the reflectance at 82 degrees as a fraction of Schlick's value there";
+static const char kutz_limits[] = "exact for tint in [0, 1]; f82 = schlick at that angle is schlick itself";
 
 static const ff_conversion conversions[] = {
     {"beckmann", "phong", "", "n = 2/m^2 - 2", mikkelsen, alike, above_8, 1, 1, {V_M(1)}, {V_N(0)}, beckmann_to_phong, doubt_n_out},
@@ -237,8 +329,8 @@ static const ff_conversion conversions[] = {
      burley_limits,
      1,
      1,
-     {V_ROUGH("roughness")},
-     {V_ROUGH("alpha")},
+     {V_FROM("roughness", 0)},
+     {V_FROM("alpha", 0)},
      square,
      doubt_roughness},
     {"alpha",
@@ -250,8 +342,8 @@ static const ff_conversion conversions[] = {
      burley_limits,
      1,
      1,
-     {V_ROUGH("alpha")},
-     {V_ROUGH("roughness")},
+     {V_FROM("alpha", 0)},
+     {V_FROM("roughness", 0)},
      square_root,
      doubt_roughness},
     {"kelemen-ward",
@@ -332,6 +424,84 @@ static const ff_conversion conversions[] = {
      {V_POSITIVE("alpha_x"), V_POSITIVE("alpha_y"), V_R},
      ellipse_to_correlated,
      NULL},
+    {"f0",
+     "eta",
+     "",
+     "eta = (1 + sqrt(f0))/(1 - sqrt(f0))",
+     fresnel,
+     dielectric,
+     exact,
+     1,
+     1,
+     {V_F0},
+     {V_FROM("eta", 1)},
+     f0_to_eta,
+     NULL},
+    {"eta",
+     "f0",
+     "",
+     "f0 = ((eta - 1)/(eta + 1))^2",
+     fresnel,
+     dielectric,
+     exact,
+     1,
+     1,
+     {V_FROM("eta", 1)},
+     {V_F0},
+     eta_to_f0,
+     NULL},
+    {"edge-tint",
+     "conductor",
+     "",
+     "eta = g (1 - f0)/(1 + f0) + (1 - g) (1 + sqrt(f0))/(1 - sqrt(f0)), k^2 = (f0 (eta + 1)^2 - (eta - 1)^2)/(1 - f0)",
+     gulbrandsen,
+     gulbrandsen_assumes,
+     gulbrandsen_limits,
+     2,
+     2,
+     {V_F0, V_FROM("g", 0)},
+     {V_POSITIVE("eta"), V_FROM("k", 0)},
+     edge_tint_to_conductor,
+     NULL},
+    {"conductor",
+     "edge-tint",
+     "",
+     "f0 = ((eta - 1)^2 + k^2)/((eta + 1)^2 + k^2), g = (n_max - eta)/(n_max - n_min)",
+     gulbrandsen,
+     gulbrandsen_assumes,
+     gulbrandsen_limits,
+     2,
+     2,
+     {V_POSITIVE("eta"), V_FROM("k", 0)},
+     {V_F0, V_FROM("g", 0)},
+     conductor_to_edge_tint,
+     NULL},
+    {"f82-tint",
+     "f82",
+     "",
+     "f82 = tint (f0 + (1 - f0)(6/7)^5)",
+     kutz,
+     kutz_assumes,
+     kutz_limits,
+     2,
+     1,
+     {V_FROM("f0", 0), V_FROM("tint", 0)},
+     {V_FROM("f82", 0)},
+     f82_tint_to_f82,
+     doubt_tint_in},
+    {"f82",
+     "f82-tint",
+     "",
+     "tint = f82/(f0 + (1 - f0)(6/7)^5)",
+     kutz,
+     kutz_assumes,
+     kutz_limits,
+     2,
+     1,
+     {V_FROM("f0", 0), V_FROM("f82", 0)},
+     {V_FROM("tint", 0)},
+     f82_to_f82_tint,
+     doubt_tint_out},
 };
 
 size_t ff_conversion_count(void)

@@ -22,12 +22,14 @@ enum { FF_TERM_KINDS = 4 };
 
 /** What a term claims; the test suite checks each claim for every term that makes it, and the absence of none. */
 enum {
-    FF_RECIPROCAL = 1u << 0,   /**< f(wi, wo) = f(wo, wi)                                                   */
-    FF_PASSIVE = 1u << 1,      /**< reflects at most what arrives, for parameters in their box              */
-    FF_ISOTROPIC = 1u << 2,    /**< has no direction of its own: alpha_x = alpha_y, r_xy = 0 by construction */
-    FF_WEAK_FURNACE = 1u << 3, /**< masking: the weak white furnace integral of its G1 is 1                 */
-    FF_FURNACE_ONLY = 1u << 4, /**< masking: exists for the furnace test; `all` does not include it         */
-    FF_NEEDS_CENTRED = 1u << 5 /**< masking: undefined when the mean slope is not zero                      */
+    FF_RECIPROCAL = 1u << 0,    /**< f(wi, wo) = f(wo, wi)                                                   */
+    FF_PASSIVE = 1u << 1,       /**< reflects at most what arrives, for parameters in their box              */
+    FF_ISOTROPIC = 1u << 2,     /**< has no direction of its own; makes the lobes of the model isotropic       */
+    FF_WEAK_FURNACE = 1u << 3,  /**< masking: the weak white furnace integral of its G1 is 1; distribution: its
+                                     Lambda is Smith's, so that it is 1 for the Smith forms                    */
+    FF_FURNACE_ONLY = 1u << 4,  /**< masking: exists for the furnace test; `all` does not include it           */
+    FF_NEEDS_CENTRED = 1u << 5, /**< masking: undefined when the mean slope is not zero                       */
+    FF_UNIT_AREA = 1u << 6      /**< distribution: integral D(m) mz dm = 1                                    */
 };
 
 enum {
@@ -64,45 +66,78 @@ const ff_term *ff_term_at(ff_term_kind kind, size_t i); /**< NULL when i >= coun
 int ff_term_find(ff_term_kind kind, const char *name);  /**< index, or -1 when unknown          */
 const char *ff_term_kind_name(ff_term_kind kind);       /**< "distribution", "masking", ...          */
 
+/** A model by the name that people know: an expression, and parameters held at the values of the source. Immutable. */
+typedef struct ff_preset {
+    const char *name, *title, *source, *note; /**< as of a term                                   */
+    const char *expression;
+    const char *hold[3]; /**< "ks=4"; NULL = no more                         */
+} ff_preset;
+size_t ff_preset_count(void);
+const ff_preset *ff_preset_at(size_t i);           /**< NULL when i >= count */
+const ff_preset *ff_preset_find(const char *name); /**< NULL when unknown    */
+
 /* ---- composition ----------------------------------------------------------------------------- */
 
-enum { FF_MAX_LOBES = 3, FF_MAX_SHAPE = 24, FF_MAX_CHANNEL_PARAMS = 8, FF_PARAM_NAME = 32, FF_MODEL_NAME = 256 };
+enum { FF_MAX_LOBES = 3, FF_MAX_BASES = 2, FF_MAX_SHAPE = 32, FF_MAX_CHANNEL_PARAMS = 16, FF_PARAM_NAME = 32, FF_MODEL_NAME = 256 };
+#define FF_FRESNEL_SHARED (-1) /**< of a second or third lobe: the Fresnel term of the first one, parameters and all */
 
-/** One specular lobe D F G / (4 iz oz): indices into the registry. */
+/** One specular lobe ks D F G / (4 iz oz): indices into the registry. */
 typedef struct ff_lobe {
-    int ndf, masking, fresnel;
-    uint32_t shape0, n_shape;     /**< its slice of the model's shape parameters   */
-    uint32_t channel0, n_channel; /**< its slice of the per-channel parameters     */
+    int ndf, masking, fresnel;            /**< fresnel may be FF_FRESNEL_SHARED                        */
+    int isotropic;                        /**< 1: one `alpha` (or the distribution's own width) instead of a stretch  */
+    uint32_t shape0, n_shape;             /**< its slice of the model's shape parameters              */
+    uint32_t channel0, n_channel;         /**< its slice of the per-channel parameters                */
+    const struct ff_profile_table *table; /**< of `tabulated`, borrowed (see ff_profile.h); else NULL */
 } ff_lobe;
 
-/** A parameter of a composed model: as in the registry, with the name it has there ("lobe2.alpha_x" for the second lobe). */
+/** A term under the lobes: diffuse reflection, or what the lobes scatter more than once. */
+typedef struct ff_base {
+    int diffuse; /**< index into the registry of FF_DIFFUSE */
+    uint32_t shape0, n_shape, channel0, n_channel;
+} ff_base;
+
+/** A parameter of a composed model: as in the registry, with the name it has there ("lobe2.alpha_x" for the second lobe,
+ *  "base2.kd" for a second base where the plain name is taken). */
 typedef struct ff_model_param {
     char name[FF_PARAM_NAME];
-    const ff_param *info; /**< static storage; info->name is the bare name                 */
-    uint32_t lobe;        /**< 0-based; n_lobes for the diffuse term                       */
+    const ff_param *info; /**< static storage; info->name is the bare name                              */
+    uint32_t lobe;        /**< 0-based; n_lobes + b for base b                                            */
+    double init;          /**< where it starts or is held: info->init unless the model says otherwise    */
+    uint32_t flags;       /**< info->flags, FF_PARAM_HELD as the model has it                            */
 } ff_model_param;
 
-/** A sum of lobes and at most one diffuse term. A plain value: copy it freely.
- *  Its parameters are n_shape shared ones (roughness ...) followed, for each colour channel, by n_channel ones (f0 ..., kd). */
+/** A sum of lobes and bases. A plain value: copy it freely.
+ *  Its parameters are n_shape shared ones (roughness ...) followed, for each colour channel, by n_channel ones (f0 ..., kd).
+ *  Every lobe has per channel a scale ks, 1 and held unless freed; lobes that share their Fresnel term have a `weight` instead,
+ *  lobe l's share of what the lobes up to it weigh: weights w2, w3 give (1-w2)(1-w3), w2 (1-w3), w3. */
 typedef struct ff_model {
-    uint32_t n_lobes;
+    uint32_t n_lobes, n_bases;
     ff_lobe lobe[FF_MAX_LOBES];
-    int diffuse; /**< index into the registry, -1 = none */
+    ff_base base[FF_MAX_BASES];
     uint32_t n_shape, n_channel;
     ff_model_param shape[FF_MAX_SHAPE];
     ff_model_param channel[FF_MAX_CHANNEL_PARAMS];
 } ff_model;
 
-/** Parses a model expression: terms joined by '+', each a lobe NDF[/MASKING[/FRESNEL]] or a diffuse name; left out means
- *  smith-height-correlated, schlick, no diffuse term. FF_ERR_UNKNOWN names the word and what is known; FF_ERR_SYNTAX,
- *  FF_ERR_UNSUPPORTED (more than FF_MAX_LOBES lobes, two diffuse terms, no lobe and no diffuse). */
+/** Parses a model expression: the name of a preset, or terms joined by '+', each a lobe NDF[/MASKING[/FRESNEL]] or a diffuse name;
+ * left out means smith-height-correlated, schlick, no diffuse term. The Fresnel term `shared` of a later lobe is that of the first.
+ *  FF_ERR_UNKNOWN names the word and what is known; FF_ERR_SYNTAX; FF_ERR_UNSUPPORTED says what is allowed (too many lobes or
+ *  diffuse terms, a masking that is not made for the distribution, a coupled diffuse term without a lobe). */
 ff_status ff_model_parse(const char *expr, ff_model *out, ff_error *err);
 
-/** Composes one lobe (indices into the registry) and a diffuse term (-1 = none). FF_ERR_RANGE for an index out of range. */
+/** Composes one lobe (indices into the registry) and a diffuse term (-1 = none). FF_ERR_RANGE for an index out of range,
+ *  FF_ERR_UNSUPPORTED as ff_model_parse. */
 ff_status ff_model_compose(int ndf, int masking, int fresnel, int diffuse, ff_model *out, ff_error *err);
 
 /** Writes the full expression of m, every default spelled out, into out [size]; always terminated. */
 void ff_model_expression(const ff_model *m, char *out, size_t size);
+
+/** Holds a parameter at a value, or frees it for fits; by name, "alpha" for both axes. FF_ERR_UNKNOWN, FF_ERR_RANGE. */
+ff_status ff_model_hold(ff_model *m, const char *name, double value, ff_error *err);
+ff_status ff_model_free(ff_model *m, const char *name, ff_error *err);
+
+/** Gives every `tabulated` lobe its table, which must outlive m and its copies; the count of such lobes. */
+uint32_t ff_model_set_table(ff_model *m, const struct ff_profile_table *table);
 
 /** Initial values: shape [n_shape], channel [n_channels][n_channel]. Either may be NULL. */
 void ff_model_defaults(const ff_model *m, size_t n_channels, double *shape, double *channel);
@@ -143,7 +178,7 @@ int ff_isa_find(const char *name);   /**< the ff_isa of a name ("best" included)
 /** Evaluates f and, on request, its derivatives by the parameters.
  *  @param shape    [n_shape]                 see ff_model_check
  *  @param channel  [n_channels][n_channel]
- *  @param f   [n_channels][ld] out  1/sr, >= 0; the same bits whether or not df is asked for
+ *  @param f   [n_channels][ld] out  1/sr, >= 0 where the Fresnel terms are FF_PASSIVE; the same bits whether or not df is asked for
  *  @param df  [n_channels][n_shape + n_channel][ld] out, or NULL:
  *             df[(c (n_shape+n_channel) + k) ld + i] = d f[c ld + i] / d p_k, p = shape then channel c's own;
  *             where the model has a kink (max, min), the derivative of the branch taken

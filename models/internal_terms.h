@@ -4,7 +4,7 @@
 #include "internal_kernel.h"
 #define FF_NDF_ENTRY(id)     extern const ff_ndf FF_ISA_NAME(ff_ndf_##id);
 #define FF_MASKING_ENTRY(id) extern const ff_masking FF_ISA_NAME(ff_masking_##id);
-#define FF_FRESNEL_ENTRY(id) extern const ff_optics FF_ISA_NAME(ff_fresnel_##id);
-#define FF_DIFFUSE_ENTRY(id) extern const ff_optics FF_ISA_NAME(ff_diffuse_##id);
+#define FF_FRESNEL_ENTRY(id) extern const ff_fresnel FF_ISA_NAME(ff_fresnel_##id);
+#define FF_DIFFUSE_ENTRY(id) extern const ff_diffuse FF_ISA_NAME(ff_diffuse_##id);
 #include "models.def"
 #endif

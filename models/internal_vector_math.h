@@ -36,44 +36,44 @@ static inline double ff_rsqrt(double x)
     return y + y * (0.5 - h * y * y);
 }
 
-/* 1/x, x in [1e-300, 1e300], positive; 2 ulp. */
+/* 1/x, x in [1e-300, 1e300], positive; 2 ulp. With e = 1 - x y, 1/x = y (1 + e) (1 + e^2) (1 + e^4) ...; the squares do not wait
+ * for the products. The last step takes its e afresh and so removes the rounding of those before. */
 static inline double ff_recip(double x)
 {
     double y = ff_from_bits(UINT64_C(0x7fde623822fc16e6) - ff_bits(x));
-    double e = 1 - x * y;
+    const double e = 1 - x * y, e2 = e * e, e4 = e2 * e2, e8 = e4 * e4;
     y += y * e;
-    e = 1 - x * y;
-    y += y * e;
-    e = 1 - x * y;
-    y += y * e;
-    e = 1 - x * y;
-    return y + y * e;
+    y += y * e2;
+    y += y * e4;
+    y += y * e8;
+    return y + y * (1 - x * y);
 }
 
-/* e^x for x <= 709; below -708 exactly 0; 2 ulp. */
+/* e^x for x <= 709; below -650 (6e-283) exactly 0, so that what it is multiplied by does not soon make it subnormal, at a hundred
+ * times the cost; 2 ulp. */
 static inline double ff_exp(double x)
 {
     const double magic = 6755399441055744.0; /* 1.5 * 2^52: adding it rounds to an integer kept in the low bits */
-    const double xc = x < -708 ? -708 : x;
+    const double xc = x < -650 ? -650 : x;
     const double k = xc * 1.4426950408889634074 + magic;
     const double n = k - magic;
     const double r = (xc - n * 6.93147180369123816490e-01) - n * 1.90821492927058770002e-10;
-    double p = 1.6059043836821613e-10; /* 1/13! ... Taylor: |r| <= ln(2)/2 leaves 1e-17 */
-    p = p * r + 2.0876756987868099e-09;
-    p = p * r + 2.5052108385441719e-08;
-    p = p * r + 2.7557319223985891e-07;
-    p = p * r + 2.7557319223985893e-06;
-    p = p * r + 2.4801587301587302e-05;
-    p = p * r + 1.9841269841269841e-04;
-    p = p * r + 1.3888888888888889e-03;
-    p = p * r + 8.3333333333333333e-03;
-    p = p * r + 4.1666666666666667e-02;
-    p = p * r + 1.6666666666666667e-01;
-    p = p * r + 0.5;
-    p = p * r + 1;
-    p = p * r + 1;
+    /* Taylor, |r| <= ln(2)/2 leaves 1e-17; the even and the odd powers from the square on apart, 1 + r last */
+    const double r2 = r * r;
+    double even = 2.0876756987868099e-09, odd = 1.6059043836821613e-10; /* 1/12!, 1/13! ... */
+    even = even * r2 + 2.7557319223985891e-07;
+    odd = odd * r2 + 2.5052108385441719e-08;
+    even = even * r2 + 2.4801587301587302e-05;
+    odd = odd * r2 + 2.7557319223985893e-06;
+    even = even * r2 + 1.3888888888888889e-03;
+    odd = odd * r2 + 1.9841269841269841e-04;
+    even = even * r2 + 4.1666666666666667e-02;
+    odd = odd * r2 + 8.3333333333333333e-03;
+    even = even * r2 + 0.5;
+    odd = odd * r2 + 1.6666666666666667e-01;
+    const double p = 1 + (r + r2 * (even + r * odd));
     const double y = ff_from_bits(ff_bits(p) + (ff_bits(k) << 52));
-    return x < -708 ? 0 : y;
+    return x < -650 ? 0 : y;
 }
 
 /* ln x for x a positive normal number; 2 ulp away from 1, absolute 1e-16 near it. */
@@ -86,14 +86,17 @@ static inline double ff_log(double x)
     const double exponent = e - 2048;
     const double m = ff_from_bits((b & UINT64_C(0x000fffffffffffff)) + UINT64_C(0x3fe6a09e667f3bcd));
     const double f = m - 1, s = f * ff_recip(2 + f), z = s * s;
-    double p = 0.0588235294117647059 + z * 0.0526315789473684211; /* 2 atanh(s) = 2s + 2s^3/3 + ..., s^2 <= 0.0295 */
-    p = 0.0666666666666666667 + z * p;
-    p = 0.0769230769230769231 + z * p;
-    p = 0.0909090909090909091 + z * p;
-    p = 0.1111111111111111111 + z * p;
-    p = 0.1428571428571428571 + z * p;
-    p = 0.2 + z * p;
-    p = 0.3333333333333333333 + z * p;
+    /* 2 atanh(s) = 2s + 2s^3/3 + ..., s^2 <= 0.0295; every other power apart */
+    const double z2 = z * z;
+    double even = 0.0526315789473684211, odd = 0.0588235294117647059;
+    even = 0.0666666666666666667 + z2 * even;
+    odd = 0.0769230769230769231 + z2 * odd;
+    even = 0.0909090909090909091 + z2 * even;
+    odd = 0.1111111111111111111 + z2 * odd;
+    even = 0.1428571428571428571 + z2 * even;
+    odd = 0.2 + z2 * odd;
+    even = 0.3333333333333333333 + z2 * even;
+    const double p = even + z * odd;
     /* 2 s = f - f^2/2 + s f^2/2, since s (2 + f) = f: the rounding of s then weighs little */
     const double half = 0.5 * f * f, log_m = f - (half - s * (half + 2 * z * p));
     return exponent * 6.93147180369123816490e-01 + (log_m + exponent * 1.90821492927058770002e-10);
@@ -112,34 +115,34 @@ static inline double ff_erfcx(double a)
 {
     const double inv = ff_recip((a + 3) * (1 + 2 * a));
     const double t = (a - 3) * (1 + 2 * a) * inv;
-    double p = -1.8819366309448578957e-10;
-    p = p * t - 3.4514974876643280986e-11;
-    p = p * t + 2.0626322959832453872e-9;
-    p = p * t + 1.2019719440135792655e-9;
-    p = p * t - 1.1734464137789657048e-8;
-    p = p * t - 1.3906145791730994106e-8;
-    p = p * t + 4.6950946691614736373e-8;
-    p = p * t + 1.027799748827105812e-7;
-    p = p * t - 1.4683175494120583286e-7;
-    p = p * t - 6.1756176789923229375e-7;
-    p = p * t + 3.6039109257127711052e-7;
-    p = p * t + 3.4730241678415327668e-6;
-    p = p * t - 7.3314325974359697639e-7;
-    p = p * t - 2.0100843094844726218e-5;
-    p = p * t + 4.9499886622643469614e-6;
-    p = p * t + 1.2509943557128120702e-4;
-    p = p * t - 1.0515990108729848212e-4;
-    p = p * t - 7.7983228848230843277e-4;
-    p = p * t + 1.8886903716907627074e-3;
-    p = p * t + 2.5293918180474667515e-3;
-    p = p * t - 2.3770514919506851001e-2;
-    p = p * t + 6.8308027343845158991e-2;
-    p = p * t - 0.11927366341528022434;
-    p = p * t + 0.12964515870276474118;
-    p = p * t - 4.7562294353451092395e-2;
-    p = p * t - 0.13562110612458120994;
-    p = p * t + 1.2530080582697296527;
-    return p * (a + 3) * inv;
+    const double t2 = t * t;
+    double even = -1.8819366309448578957e-10, odd = -3.4514974876643280986e-11;
+    even = even * t2 + 2.0626322959832453872e-9;
+    odd = odd * t2 + 1.2019719440135792655e-9;
+    even = even * t2 - 1.1734464137789657048e-8;
+    odd = odd * t2 - 1.3906145791730994106e-8;
+    even = even * t2 + 4.6950946691614736373e-8;
+    odd = odd * t2 + 1.027799748827105812e-7;
+    even = even * t2 - 1.4683175494120583286e-7;
+    odd = odd * t2 - 6.1756176789923229375e-7;
+    even = even * t2 + 3.6039109257127711052e-7;
+    odd = odd * t2 + 3.4730241678415327668e-6;
+    even = even * t2 - 7.3314325974359697639e-7;
+    odd = odd * t2 - 2.0100843094844726218e-5;
+    even = even * t2 + 4.9499886622643469614e-6;
+    odd = odd * t2 + 1.2509943557128120702e-4;
+    even = even * t2 - 1.0515990108729848212e-4;
+    odd = odd * t2 - 7.7983228848230843277e-4;
+    even = even * t2 + 1.8886903716907627074e-3;
+    odd = odd * t2 + 2.5293918180474667515e-3;
+    even = even * t2 - 2.3770514919506851001e-2;
+    odd = odd * t2 + 6.8308027343845158991e-2;
+    even = even * t2 - 0.11927366341528022434;
+    odd = odd * t2 + 0.12964515870276474118;
+    even = even * t2 - 4.7562294353451092395e-2;
+    odd = odd * t2 - 0.13562110612458120994;
+    even = even * t2 + 1.2530080582697296527;
+    return (even + t * odd) * (a + 3) * inv;
 }
 
 /* sin x and cos x for |x| <= 1e5; absolute error 3e-16. Reduction by multiples of pi/2 in three parts, Taylor series on [-pi/4,

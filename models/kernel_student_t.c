@@ -33,7 +33,9 @@ static double complex tail_over_e(double a, double complex nu, double complex in
             term *= (k + 1 - nu) / (k + 1.0) * y;
             sum += term / (2 * k + 3);
         }
-        return cpow(x, -nu) * (0.5 - csqrt(y) * inv_beta * sum);
+        const double u = a * a / creal(nu); /* ln A by log1p: nu multiplies its error */
+        const double complex log_A = log1p(u) - I * cimag(nu) * u / (creal(nu) * (1 + u));
+        return cexp(nu * log_A) * (0.5 - csqrt(y) * inv_beta * sum);
     }
     /* continued fraction of I_x(nu, 1/2), modified Lentz (DLMF 8.17.22) */
     double complex c = 1, d = 1 / (1 - (nu + 0.5) * x / (nu + 1)), h = d;
@@ -51,13 +53,14 @@ static double complex tail_over_e(double a, double complex nu, double complex in
     return csqrt(y) * h * inv_beta / (2 * nu);
 }
 
-/* Coefficients by rising power of t of the polynomial through f at the Chebyshev nodes of [-1, 1]. */
+/* Coefficients by rising power of t of the polynomial through f at the Chebyshev nodes cos(pi (k + 1/2) / FF_POLY). */
 static void power_series(const double *f, double *out)
 {
-    double cheb[FF_POLY], prev[FF_POLY] = {1}, cur[FF_POLY] = {0, 1};
+    double cosine[4 * FF_POLY], cheb[FF_POLY], prev[FF_POLY] = {1}, cur[FF_POLY] = {0, 1};
+    for (int i = 0; i < 4 * FF_POLY; i++) cosine[i] = cos(FF_PI * i / (2 * FF_POLY));
     for (int j = 0; j < FF_POLY; j++) {
         double sum = 0;
-        for (int k = 0; k < FF_POLY; k++) sum += f[k] * cos(FF_PI * j * (k + 0.5) / FF_POLY);
+        for (int k = 0; k < FF_POLY; k++) sum += f[k] * cosine[j * (2 * k + 1) % (4 * FF_POLY)];
         cheb[j] = sum * (j ? 2.0 : 1.0) / FF_POLY;
         out[j] = 0;
     }
@@ -71,54 +74,64 @@ static void power_series(const double *f, double *out)
     }
 }
 
-/* pass->c */
-enum { C_NU, C_K, C_DK, C_T_SCALE, C_INV_NU };
+/* pass->c; K and its derivative are those of the header over sqrt(nu), for sqrt(A) / a = R / sqrt(nu) */
+enum { C_NU, C_K, C_DK, C_T_SCALE, C_R_SCALE, C_INV_NU };
+
+void ff_student_t_prepare_profile(ff_ndf_pass *pass)
+{
+    pass->c[C_NU] = pass->own[0] - 1;
+    pass->c[C_INV_NU] = 1 / pass->c[C_NU];
+}
 
 void ff_student_t_prepare(ff_ndf_pass *pass)
 {
-    const double nu = pass->own - 1;
+    ff_student_t_prepare_profile(pass);
+    const double nu = pass->c[C_NU];
     const double complex znu = nu + FF_STEP * I, ratio = gamma_ratio(znu), inv_beta = ratio / FF_SQRT_PI;
-    const double complex k = csqrt(znu) * ratio / (FF_SQRT_PI * (2 * znu - 1));
-    pass->c[C_NU] = nu;
-    pass->c[C_INV_NU] = 1 / nu;
+    const double complex k = ratio / (FF_SQRT_PI * (2 * znu - 1));
     pass->c[C_K] = creal(k);
     pass->c[C_DK] = cimag(k) / FF_STEP;
-    /* t covers the a at which E is above 1e-300: all of them unless nu is large. s = a/(a+3) = (t+1)/2 s_max. */
-    const double span = expm1(690 / nu), a_max = sqrt(nu * span), s_max = a_max < 1e8 ? a_max / (a_max + 3) : 1;
+    /* t covers the R at which E is above 1e-300: all of them unless nu is large. s = 1 / (1 + scale R) = (t + 1) / 2 s_max. */
+    const double scale = 3 / sqrt(nu > 1 ? nu : 1), s_max = 1 / (1 + scale * sqrt(1 + 1 / expm1(690 / nu)));
+    pass->c[C_R_SCALE] = scale;
     pass->c[C_T_SCALE] = 2 / s_max;
     double m[FF_POLY], dm[FF_POLY];
     for (int j = 0; j < FF_POLY; j++) {
-        const double s = 0.5 * s_max * (1 + cos(FF_PI * (j + 0.5) / FF_POLY));
-        const double complex z = tail_over_e(3 * s / (1 - s), znu, inv_beta);
+        const double s = 0.5 * s_max * (1 + cos(FF_PI * (j + 0.5) / FF_POLY)), R = (1 - s) / (s * scale);
+        const double complex z = tail_over_e(sqrt(nu / ((R - 1) * (R + 1))), znu, inv_beta);
         m[j] = creal(z);
         dm[j] = cimag(z) / FF_STEP;
     }
-    power_series(m, pass->poly[0]);
-    power_series(dm, pass->poly[1]);
+    power_series(m, pass->table);
+    power_series(dm, pass->table + FF_POLY);
 }
 
+/* p = A^-(nu + 1) / pi with A = 1 + q2 / nu */
 void ff_student_t_profile(const ff_ndf_pass *pass, size_t n, const double *restrict q2, double *restrict p, double *restrict dlnp,
-                          double *restrict dlnp_own)
+                          double *const *dlnp_own)
 {
     const double nu = pass->c[C_NU], inv_nu = pass->c[C_INV_NU];
+    double inv_A[FF_BLOCK], log_A[FF_BLOCK];
     for (size_t i = 0; i < n; i++) {
-        const double u = q2[i] * inv_nu;
-        p[i] = ff_exp(-(nu + 1) * ff_log1p(u)) * (1 / FF_PI);
-        dlnp[i] = -(nu + 1) * inv_nu * ff_recip(1 + u);
+        inv_A[i] = ff_recip(1 + q2[i] * inv_nu);
+        dlnp[i] = -(nu + 1) * inv_nu * inv_A[i];
     }
+    for (size_t i = 0; i < n; i++) {
+        const double u = q2[i] * inv_nu, A = 1 + u;
+        log_A[i] = ff_log(A) + (u - (A - 1)) * inv_A[i];
+    }
+    for (size_t i = 0; i < n; i++) p[i] = ff_exp(-(nu + 1) * log_A[i]) * (1 / FF_PI);
     if (!dlnp_own) return;
-    for (size_t i = 0; i < n; i++) {
-        const double u = q2[i] * inv_nu;
-        dlnp_own[i] = (nu + 1) * inv_nu * u * ff_recip(1 + u) - ff_log1p(u);
-    }
+    double *restrict own = dlnp_own[0];
+    for (size_t i = 0; i < n; i++) own[i] = (nu + 1) * inv_nu * (q2[i] * inv_nu * inv_A[i]) - log_A[i];
 }
 
-/* The polynomial of 44 coefficients at t; even and odd powers apart halve the chain of dependent sums. */
+/* The polynomial at t; even and odd powers apart halve the chain of dependent sums. */
 static inline double horner(const double *restrict c, double t)
 {
     const double t2 = t * t;
     double even = c[FF_POLY - 2], odd = c[FF_POLY - 1];
-#pragma GCC unroll 22
+#pragma GCC unroll 10
     for (int k = FF_POLY - 4; k >= 0; k -= 2) {
         even = even * t2 + c[k];
         odd = odd * t2 + c[k + 1];
@@ -126,29 +139,41 @@ static inline double horner(const double *restrict c, double t)
     return even + t * odd;
 }
 
+/* With w = nu v: 1/A = x = w / (1 + w), R = sqrt(1 + w), and a^2 / (nu + a^2) = y = 1 / (1 + w). */
 void ff_student_t_lambda(const ff_ndf_pass *pass, size_t n, const double *restrict v, double *restrict lam, double *restrict dlam,
-                         double *restrict dlam_own)
+                         double *const *dlam_own)
 {
-    double c[8], poly[2][FF_POLY]; /* local copies: the compiler then knows that the stores below leave them alone */
-    double e[FF_BLOCK], t[FF_BLOCK], front[FF_BLOCK], bracket[FF_BLOCK], excess[FF_BLOCK], log_A[FF_BLOCK];
+    double c[16], poly[2][FF_POLY]; /* local copies: the compiler then knows that the stores below leave them alone */
+    double x[FF_BLOCK], e[FF_BLOCK], t[FF_BLOCK], R[FF_BLOCK], y[FF_BLOCK], bracket[FF_BLOCK], log_x[FF_BLOCK];
     memcpy(c, pass->c, sizeof c);
-    memcpy(poly, pass->poly, sizeof poly);
+    memcpy(poly, pass->table, sizeof poly);
+    /* Several short loops: their iterations overlap in the processor where those of one long chain of operations cannot. */
     for (size_t i = 0; i < n; i++) {
-        const double a = ff_rsqrt(v[i]), inv_a = v[i] * a;
-        excess[i] = ff_recip(c[C_NU] * v[i]); /* a^2 / nu = A - 1 */
-        log_A[i] = ff_log1p(excess[i]);
-        e[i] = ff_exp(-c[C_NU] * log_A[i]);
-        const double root = (1 + excess[i]) * ff_rsqrt(1 + excess[i]), s = c[C_T_SCALE] * ff_recip(1 + 3 * inv_a) - 1;
+        const double w = c[C_NU] * v[i], inv_R = ff_rsqrt(1 + w);
+        R[i] = (1 + w) * inv_R;
+        y[i] = inv_R * inv_R;
+        x[i] = w * y[i];
+    }
+    for (size_t i = 0; i < n; i++) {
+        const double s = c[C_T_SCALE] * ff_recip(1 + c[C_R_SCALE] * R[i]) - 1;
         t[i] = s > 1 ? 1 : s;
-        front[i] = root * inv_a; /* K front = (Lambda + Q) / E, and d Lambda / da = -(Lambda + Q) / a */
-        bracket[i] = c[C_K] * front[i] - horner(poly[0], t[i]);
+    }
+    for (size_t i = 0; i < n; i++)
+        bracket[i] = c[C_K] * R[i] - horner(poly[0], t[i]); /* K R = (Lambda + Q) / E, and d Lambda / da = -(Lambda + Q) / a */
+    for (size_t i = 0; i < n; i++) { /* ln x: of 1 - y with what that lost in rounding where x is near 1, of x elsewhere */
+        const double below = 1 - y[i], near = y[i] < 0.5 ? 1 : 0;
+        log_x[i] = ff_log(near > 0 ? below : x[i]) + near * ((1 - below) - y[i]) * (1 + y[i]);
+    }
+    for (size_t i = 0; i < n; i++) {
+        const double steep = ff_exp((c[C_NU] - 1) * log_x[i]); /* E A */
+        e[i] = steep * x[i];
         lam[i] = e[i] * (bracket[i] > 0 ? bracket[i] : 0); /* rounding may leave -1e-17 where E vanishes */
-        dlam[i] = 0.5 * c[C_K] * e[i] * front[i] * a * a;
+        dlam[i] = 0.5 * c[C_K] * R[i] * c[C_NU] * y[i] * steep;
     }
     if (!dlam_own) return;
+    double *restrict own = dlam_own[0];
     for (size_t i = 0; i < n; i++) {
-        const double share = excess[i] * ff_recip(1 + excess[i]); /* (A - 1) / A */
-        const double dfront = (c[C_DK] - 0.5 * c[C_K] * share * c[C_INV_NU]) * front[i];
-        dlam_own[i] = e[i] * ((share - log_A[i]) * bracket[i] + dfront - horner(poly[1], t[i]));
+        const double dfront = (c[C_DK] + 0.5 * (1 - y[i]) * c[C_K] * c[C_INV_NU]) * R[i];
+        own[i] = e[i] * ((y[i] + log_x[i]) * bracket[i] + dfront - horner(poly[1], t[i]));
     }
 }

@@ -3,6 +3,7 @@
  * Notation (formulas of Heitz 2014): s slope of h, S the 2x2 covariance-like matrix [[ax^2, r ax ay], [r ax ay, ay^2]],
  *   q2 = (s - s0)^T S^-1 (s - s0),   v = t^T S t / (1 - t.s0)^2 with t = (w.x, w.y) / w.z,   so that v = 1 / a^2,
  *   P22 = p(q2) / (ax ay sqrt(1 - r^2)),   D = P22 / hz^4,   lobe S_ = P22 G K / (1 - to.s0),  K = 1 / (4 iz oz hz^4). */
+#include "internal_compose.h"
 #include "internal_terms.h"
 #include "internal_vector_math.h"
 
@@ -63,7 +64,9 @@ static void geometry(const ff_dirs *w, size_t n, const ff_geometry *g)
     if (p[FF_G_C])
         for (size_t i = 0; i < n; i++) p[FF_G_C][i] = 0.5 * length[i]; /* |wi + wo| = 2 wi.h */
     if (p[FF_G_COS_I])
-        for (size_t i = 0; i < n; i++) p[FF_G_COS_I][i] = w->wiz[i];
+        for (size_t i = 0; i < n; i++) p[FF_G_COS_I][i] = up[i] > 0 ? w->wiz[i] : 1;
+    if (p[FF_G_COS_O])
+        for (size_t i = 0; i < n; i++) p[FF_G_COS_O][i] = up[i] > 0 ? w->woz[i] : 1;
     if (p[FF_G_VCAVITY])
         for (size_t i = 0; i < n; i++) { /* min(1, 2 hz iz / c, 2 hz oz / c), hz = (iz + oz) / |wi + wo|, c = |wi + wo| / 2 */
             const double wiz = w->wiz[i], woz = w->woz[i], iz = up[i] > 0 ? wiz : 1, oz = up[i] > 0 ? woz : 1;
@@ -71,21 +74,21 @@ static void geometry(const ff_dirs *w, size_t n, const ff_geometry *g)
             const double ratio = 4 * (iz + oz) * low * inv * inv;
             p[FF_G_VCAVITY][i] = ratio < 1 ? ratio : 1;
         }
-    if (p[FF_G_KPHI])
-        for (size_t i = 0; i < n; i++) { /* the azimuth difference in [0, pi]; 0 where one direction is the normal */
+    if (p[FF_G_PHI])
+        for (size_t i = 0; i < n; i++) {
             const double dot = tix[i] * tox[i] + tiy[i] * toy[i], cross = fabs(tix[i] * toy[i] - tiy[i] * tox[i]);
             const double some = dot * dot + cross * cross > 0 ? 1 : 0;
-            const double phi = ff_angle(some > 0 ? cross : 0, some > 0 ? dot : 1);
-            p[FF_G_KPHI][i] = 4.41 * phi / (4.41 * phi + 1);
+            p[FF_G_PHI][i] = ff_angle(some > 0 ? cross : 0, some > 0 ? dot : 1);
         }
 }
 
 /* Planes between the stages of a lobe: all of a block, in the first-level cache. */
 typedef struct lobe_scratch {
-    double q2[FF_BLOCK], p[FF_BLOCK], dlnp[FF_BLOCK], dlnp_own[FF_BLOCK];
+    double q2[FF_BLOCK], p[FF_BLOCK], dlnp[FF_BLOCK], dlnp_own[FF_MAX_OWN][FF_BLOCK];
     double vi[FF_BLOCK], vo[FF_BLOCK], inv_deni[FF_BLOCK], inv_deno[FF_BLOCK];
-    double li[FF_BLOCK], lo[FF_BLOCK], dli[FF_BLOCK], dlo[FF_BLOCK], dli_own[FF_BLOCK], dlo_own[FF_BLOCK];
-    double G[FF_BLOCK], gi[FF_BLOCK], go[FF_BLOCK], seen[FF_BLOCK];
+    double li[FF_BLOCK], lo[FF_BLOCK], dli[FF_BLOCK], dlo[FF_BLOCK];
+    double dli_own[FF_MAX_OWN][FF_BLOCK], dlo_own[FF_MAX_OWN][FF_BLOCK];
+    double G[FF_BLOCK], gi[FF_BLOCK], go[FF_BLOCK], gx[FF_BLOCK], seen[FF_BLOCK];
 } lobe_scratch;
 
 /* S^-1 = 1 / (1 - r^2) [[1/ax^2, -r/(ax ay)], [., 1/ay^2]] */
@@ -153,18 +156,20 @@ static const ff_masking *const masking_table[] = {
 #define FF_MASKING_ENTRY(id) &FF_ISA_NAME(ff_masking_##id),
 #include "models.def"
 };
-static const ff_optics *const fresnel_table[] = {
+static const ff_fresnel *const fresnel_table[] = {
 #define FF_FRESNEL_ENTRY(id) &FF_ISA_NAME(ff_fresnel_##id),
 #include "models.def"
 };
-static const ff_optics *const diffuse_table[] = {
+static const ff_diffuse *const diffuse_table[] = {
 #define FF_DIFFUSE_ENTRY(id) &FF_ISA_NAME(ff_diffuse_##id),
 #include "models.def"
 };
 
-/* Fills q2 ... go of the scratch; own: also the derivatives by the distribution's own parameter. */
-static void lobe_stages(const ff_lobe_pass *pass, const ff_geometry *g, size_t n, int own, lobe_scratch *t)
+/* Fills q2 ... go of the scratch; own: also the derivatives by the distribution's own parameters; x: also gx. */
+static void lobe_stages(const ff_lobe_pass *pass, const ff_geometry *g, size_t n, int own, int x, lobe_scratch *t)
 {
+    double *dlnp_own[FF_MAX_OWN], *dli_own[FF_MAX_OWN], *dlo_own[FF_MAX_OWN];
+    for (int k = 0; k < FF_MAX_OWN; k++) dlnp_own[k] = t->dlnp_own[k], dli_own[k] = t->dli_own[k], dlo_own[k] = t->dlo_own[k];
     const ff_ndf *ndf = ndf_table[pass->ndf];
     const ff_masking *masking = masking_table[pass->masking];
     switch (pass->mode) {
@@ -174,16 +179,15 @@ static void lobe_stages(const ff_lobe_pass *pass, const ff_geometry *g, size_t n
     case FF_CENTRED_MODE:
         stretch_centred(pass, g, n, t);
         break;
-    case FF_TILTED_MODE:
+    default:
         stretch_tilted(pass, g, n, t);
-        break;
     }
-    ndf->profile(&pass->ndf_pass, n, t->q2, t->p, t->dlnp, own ? t->dlnp_own : NULL);
+    ndf->profile(&pass->ndf_pass, n, t->q2, t->p, t->dlnp, own ? dlnp_own : NULL);
     if (masking->uses_lambda) {
-        ndf->lambda(&pass->ndf_pass, n, t->vi, t->li, t->dli, own ? t->dli_own : NULL);
-        ndf->lambda(&pass->ndf_pass, n, t->vo, t->lo, t->dlo, own ? t->dlo_own : NULL);
+        ndf->lambda(&pass->ndf_pass, n, t->vi, t->li, t->dli, own ? dli_own : NULL);
+        ndf->lambda(&pass->ndf_pass, n, t->vo, t->lo, t->dlo, own ? dlo_own : NULL);
     }
-    masking->eval(g, n, t->li, t->lo, t->G, t->gi, t->go);
+    masking->eval(masking->uses_alpha ? pass->s.ax : pass->masking_own, g, n, t->li, t->lo, t->G, t->gi, t->go, x ? t->gx : NULL);
 }
 
 static double norm_of(const ff_stretch *s)
@@ -257,23 +261,31 @@ static void lobe(const ff_lobe_pass *pass, const ff_geometry *g, size_t n, doubl
 {
     lobe_scratch t;
     double ei[FF_BLOCK], eo[FF_BLOCK];
-    const int own = dS && dS[FF_D_OWN], uses_lambda = masking_table[pass->masking]->uses_lambda;
-    lobe_stages(pass, g, n, own, &t);
+    const ff_masking *masking = masking_table[pass->masking];
+    const int own = dS && dS[FF_D_OWN] && ndf_table[pass->ndf]->n_own, uses_lambda = masking->uses_lambda;
+    /* where the derivative by the masking's x goes: to alpha, or to a parameter of its own */
+    double *restrict dx = !dS ? NULL : masking->uses_alpha ? dS[FF_D_AX] : masking->term.n_params ? dS[FF_D_MASKING] : NULL;
+    lobe_stages(pass, g, n, own, dx != NULL, &t);
     const double norm = norm_of(&pass->s), *restrict K = g->plane[FF_G_K];
     for (size_t i = 0; i < n; i++) S[i] = norm * t.p[i] * t.G[i] * K[i];
     if (pass->mode == FF_TILTED_MODE)
         for (size_t i = 0; i < n; i++) S[i] = S[i] * t.seen[i] * t.inv_deno[i];
     if (!dS) return;
-    if (own) {
-        double *restrict d = dS[FF_D_OWN];
+    for (int k = 0; own && k < ndf_table[pass->ndf]->n_own; k++) {
+        double *restrict d = dS[FF_D_OWN + k];
+        const double *restrict dp = t.dlnp_own[k], *restrict di = t.dli_own[k], *restrict od = t.dlo_own[k];
         if (uses_lambda)
-            for (size_t i = 0; i < n; i++) d[i] = S[i] * (t.dlnp_own[i] + t.gi[i] * t.dli_own[i] + t.go[i] * t.dlo_own[i]);
+            for (size_t i = 0; i < n; i++) d[i] = S[i] * (dp[i] + t.gi[i] * di[i] + t.go[i] * od[i]);
         else
-            for (size_t i = 0; i < n; i++) d[i] = S[i] * t.dlnp_own[i];
+            for (size_t i = 0; i < n; i++) d[i] = S[i] * dp[i];
     }
+    if (dx && !masking->uses_alpha)
+        for (size_t i = 0; i < n; i++) dx[i] = S[i] * t.gx[i];
     chain_to_v(n, uses_lambda, &t, ei, eo);
     if (pass->mode == FF_ISOTROPIC_MODE) {
         derivatives_isotropic(pass, n, &t, ei, eo, S, dS);
+        if (dx && masking->uses_alpha)
+            for (size_t i = 0; i < n; i++) dx[i] += S[i] * t.gx[i];
         return;
     }
     if (pass->mode == FF_TILTED_MODE) {
@@ -293,7 +305,7 @@ static void lobe_terms(const ff_lobe_pass *pass, const ff_geometry *g, size_t n,
                        double *restrict lo, double *restrict gg)
 {
     lobe_scratch t;
-    lobe_stages(pass, g, n, 0, &t);
+    lobe_stages(pass, g, n, 0, 0, &t);
     const double norm = norm_of(&pass->s), *restrict sx = g->plane[FF_G_SX], *restrict sy = g->plane[FF_G_SY];
     const double *restrict K = g->plane[FF_G_K];
     const int uses_lambda = masking_table[pass->masking]->uses_lambda;
@@ -315,4 +327,9 @@ const ff_kernels FF_ISA_NAME(ff_kernels) = {
     .geometry = geometry,
     .lobe = lobe,
     .lobe_terms = lobe_terms,
+    .block_shape = ff_compose_shape,
+    .block_value = ff_compose_value,
+    .block_columns = ff_compose_columns,
+    .albedo_add = ff_albedo_add,
+    .albedo_at = ff_albedo_at,
 };

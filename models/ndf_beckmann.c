@@ -9,7 +9,7 @@
 #include "internal_vector_math.h"
 
 static void profile(const ff_ndf_pass *pass, size_t n, const double *restrict q2, double *restrict p, double *restrict dlnp,
-                    double *restrict dlnp_own)
+                    double *const *dlnp_own)
 {
     (void)pass, (void)dlnp_own;
     for (size_t i = 0; i < n; i++) {
@@ -19,14 +19,17 @@ static void profile(const ff_ndf_pass *pass, size_t n, const double *restrict q2
 }
 
 static void lambda(const ff_ndf_pass *pass, size_t n, const double *restrict v, double *restrict lam, double *restrict dlam,
-                   double *restrict dlam_own)
+                   double *const *dlam_own)
 {
     (void)pass, (void)dlam_own;
+    double a[FF_BLOCK], e[FF_BLOCK], excess[FF_BLOCK];
+    /* short loops: their iterations overlap in the processor where those of one long chain of operations cannot */
+    for (size_t i = 0; i < n; i++) a[i] = ff_rsqrt(v[i]);
+    for (size_t i = 0; i < n; i++) e[i] = ff_exp(-a[i] * a[i]);
+    for (size_t i = 0; i < n; i++) excess[i] = v[i] * a[i] * (1 / FF_SQRT_PI) - ff_erfcx(a[i]);
     for (size_t i = 0; i < n; i++) {
-        const double inv_a = v[i] * ff_rsqrt(v[i]), a = ff_rsqrt(v[i]);
-        const double e = ff_exp(-a * a);
-        lam[i] = 0.5 * e * (inv_a / FF_SQRT_PI - ff_erfcx(a));
-        dlam[i] = e * a * (0.25 / FF_SQRT_PI); /* d(a Lambda)/da = -erfc(a)/2 */
+        lam[i] = 0.5 * e[i] * excess[i];
+        dlam[i] = e[i] * a[i] * (0.25 / FF_SQRT_PI); /* d(a Lambda)/da = -erfc(a)/2 */
     }
 }
 
@@ -37,7 +40,7 @@ const ff_ndf FF_ISA_NAME(ff_ndf_beckmann) = {
              .title = "Gaussian slopes",
              .source = "Beckmann and Spizzichino 1963; Walter et al. 2007, eq. 25; Heitz 2014, sections 3.2 to 3.4",
              .note = "alpha is sqrt(2) times the rms slope along an axis; the masking is exact, not Walter's rational fit",
-             .claims = FF_RECIPROCAL | FF_PASSIVE,
+             .claims = FF_RECIPROCAL | FF_PASSIVE | FF_UNIT_AREA | FF_WEAK_FURNACE,
              .n_params = 5,
              .params = params},
     .profile = profile,

@@ -8,7 +8,7 @@
 #include "internal_vector_math.h"
 
 static void profile(const ff_ndf_pass *pass, size_t n, const double *restrict q2, double *restrict p, double *restrict dlnp,
-                    double *restrict dlnp_own)
+                    double *const *dlnp_own)
 {
     (void)pass, (void)dlnp_own;
     for (size_t i = 0; i < n; i++) {
@@ -19,7 +19,7 @@ static void profile(const ff_ndf_pass *pass, size_t n, const double *restrict q2
 }
 
 static void lambda(const ff_ndf_pass *pass, size_t n, const double *restrict v, double *restrict lam, double *restrict dlam,
-                   double *restrict dlam_own)
+                   double *const *dlam_own)
 {
     (void)pass, (void)dlam_own;
     for (size_t i = 0; i < n; i++) {
@@ -36,7 +36,7 @@ const ff_ndf FF_ISA_NAME(ff_ndf_ggx) = {
              .title = "Trowbridge-Reitz slopes, long tails",
              .source = "Trowbridge and Reitz 1975; Walter et al. 2007, eq. 33-34; Heitz 2014, sections 3.2 to 3.4",
              .note = "its slopes have no finite variance",
-             .claims = FF_RECIPROCAL | FF_PASSIVE,
+             .claims = FF_RECIPROCAL | FF_PASSIVE | FF_UNIT_AREA | FF_WEAK_FURNACE,
              .n_params = 5,
              .params = params},
     .profile = profile,

@@ -8,9 +8,8 @@
 static void stretch(const double *params, ff_stretch *s, double jac[][FF_D_COUNT])
 {
     const double n = params[0], alpha = sqrt(2 / (n + 2));
-    *s = (ff_stretch){.ax = alpha, .ay = alpha, .own = n / 2 + 2};
+    *s = (ff_stretch){.ax = alpha, .ay = alpha, .own = {n / 2 + 2}};
     if (jac) {
-        for (int k = 0; k < FF_D_COUNT; k++) jac[0][k] = 0;
         jac[0][FF_D_AX] = jac[0][FF_D_AY] = -alpha / (2 * (n + 2));
         jac[0][FF_D_OWN] = 0.5;
     }
@@ -23,11 +22,12 @@ const ff_ndf FF_ISA_NAME(ff_ndf_phong) = {
              .title = "power of the cosine of the half vector",
              .source = "Walter et al. 2007, eq. 30; Heitz 2014, section 7; Lambda of student-t with gamma = n/2 + 2",
              .note = "isotropic; D = (n+2)/(2 pi) cos^n, the normalisation for distributions of normals",
-             .claims = FF_RECIPROCAL | FF_PASSIVE | FF_ISOTROPIC,
+             .claims = FF_RECIPROCAL | FF_PASSIVE | FF_ISOTROPIC | FF_UNIT_AREA | FF_WEAK_FURNACE,
              .n_params = 1,
              .params = params},
     .stretch = stretch,
-    .has_own = 1,
+    .n_own = 1,
+    .table_size = FF_STUDENT_T_TABLE,
     .prepare = ff_student_t_prepare,
     .profile = ff_student_t_profile,
     .lambda = ff_student_t_lambda,

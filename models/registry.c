@@ -64,12 +64,12 @@ const ff_masking *ff_masking_at(int masking)
     return ff_kernels_get(FF_ISA_SCALAR)->masking[masking];
 }
 
-const ff_optics *ff_fresnel_at(int fresnel)
+const ff_fresnel *ff_fresnel_at(int fresnel)
 {
     return ff_kernels_get(FF_ISA_SCALAR)->fresnel[fresnel];
 }
 
-const ff_optics *ff_diffuse_at(int diffuse)
+const ff_diffuse *ff_diffuse_at(int diffuse)
 {
     return ff_kernels_get(FF_ISA_SCALAR)->diffuse[diffuse];
 }

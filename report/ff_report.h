@@ -55,6 +55,7 @@ ff_status ff_report_table_json(const ff_report_head *head, const char *path, con
 
 /** The registries. */
 ff_status ff_report_models_text(FILE *out);
+ff_status ff_report_models_markdown(FILE *out); /**< docs/models.md */
 ff_status ff_report_models_json(const ff_report_head *head, FILE *out); /**< facetfit.models/1 */
 ff_status ff_report_formats_text(FILE *out);
 ff_status ff_report_formats_json(const ff_report_head *head, FILE *out); /**< facetfit.formats/1 */

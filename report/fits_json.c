@@ -139,6 +139,17 @@ static void put_residual(ff_json *j, const ff_residual *r)
     ff_json_close(j);
 }
 
+/* Names of the bases, joined by '+'. */
+static void put_bases(ff_json *j, const ff_model *m)
+{
+    char names[FF_MODEL_NAME] = "";
+    size_t used = 0;
+    for (uint32_t b = 0; b < m->n_bases && used < sizeof names; ++b)
+        used += (size_t)snprintf(names + used, sizeof names - used, "%s%s", b ? "+" : "",
+                                 ff_term_at(FF_DIFFUSE, (size_t)m->base[b].diffuse)->name);
+    ff_json_string(j, "diffuse", m->n_bases ? names : NULL);
+}
+
 static void put_fit(ff_json *j, const ff_problem *p, const ff_fit_result *f)
 {
     char expression[FF_MODEL_NAME];
@@ -149,7 +160,7 @@ static void put_fit(ff_json *j, const ff_problem *p, const ff_fit_result *f)
     ff_json_string(j, "ndf", lobe ? ff_term_at(FF_NDF, (size_t)lobe->ndf)->name : NULL);
     ff_json_string(j, "masking", lobe ? ff_term_at(FF_MASKING, (size_t)lobe->masking)->name : NULL);
     ff_json_string(j, "fresnel", lobe ? ff_term_at(FF_FRESNEL, (size_t)lobe->fresnel)->name : NULL);
-    ff_json_string(j, "diffuse", f->model.diffuse >= 0 ? ff_term_at(FF_DIFFUSE, (size_t)f->model.diffuse)->name : NULL);
+    put_bases(j, &f->model);
     ff_json_string(j, "shape", ff_shape_name((int)f->shape));
     ff_json_array(j, "channels", FF_JSON_LINE);
     for (size_t c = 0; c < f->n_channels; ++c) ff_json_string(j, NULL, ff_problem_channel_name(p, c));

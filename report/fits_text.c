@@ -73,6 +73,12 @@ static void head_row(ff_text_table *t, const char *const *names, size_t n)
     for (size_t i = 0; i < n; ++i) ff_text_cell(t, "%s", names[i]);
 }
 
+/* Is it held where it always is unless someone asks: the mean slope, the scale of a lobe? */
+static int is_left_alone(const ff_fit_value *v, const ff_param *info)
+{
+    return v->held && (info->flags & FF_PARAM_HELD) && v->value == info->init;
+}
+
 static ff_status put_parameters(const ff_problem *p, const ff_fit_result *f, FILE *out)
 {
     static const char *const head[] = {"parameter", "value", "std error", "unit", ""};
@@ -82,13 +88,15 @@ static ff_status put_parameters(const ff_problem *p, const ff_fit_result *f, FIL
     for (uint32_t k = 0; k < f->model.n_shape; ++k) {
         const ff_fit_value *v = &f->shape_value[k];
         const ff_param *info = f->model.shape[k].info;
-        if (v->held && v->value == 0 && info->flags & FF_PARAM_HELD) continue; /* no mean slope was asked for */
+        if (is_left_alone(v, info)) continue;
         put_value(&t, f->model.shape[k].name, v, info);
     }
     for (uint32_t k = 0; k < f->model.n_channel; ++k)
-        for (size_t c = 0; c < f->n_channels; ++c)
-            put_value(&t, ff_report_channel_param(p, f, k, c, name), &f->channel_value[c * f->model.n_channel + k],
-                      f->model.channel[k].info);
+        for (size_t c = 0; c < f->n_channels; ++c) {
+            const ff_fit_value *v = &f->channel_value[c * f->model.n_channel + k];
+            const ff_param *info = f->model.channel[k].info;
+            if (!is_left_alone(v, info)) put_value(&t, ff_report_channel_param(p, f, k, c, name), v, info);
+        }
     return ff_text_print(&t, out, "  ");
 }
 
@@ -178,7 +186,7 @@ static void shape_cell(const ff_fit_result *f, char *out, size_t size)
         char number[FF_TEXT_NUMBER], label[FF_PARAM_NAME + 2];
         if (v->tied || v->held || at >= size) continue;
         snprintf(label, sizeof label, "%s%s=", at ? " " : "", strcmp(name, "r_xy") ? name : "r");
-        if (!strcmp(name, "alpha_x")) label[0] = '\0';
+        if (!strcmp(name, "alpha_x") || !strcmp(name, "alpha")) label[0] = '\0';
         if (!strcmp(name, "alpha_y")) strcpy(label, "/");
         at += (size_t)snprintf(out + at, size - at, "%s%s%s", label, ff_text_number(v->value, 4, number), v->at_bound ? "!" : "");
     }
@@ -197,11 +205,19 @@ static void channel_cell(const ff_fit_result *f, uint32_t k, char *out, size_t s
     }
 }
 
-static void channel_cell_of(const ff_fit_result *f, const char *name, char *out, size_t size)
+/* The free channel parameters of the lobes, or of what is under them; each with its name but a lone one called `lone`. */
+static void channel_cells(const ff_fit_result *f, int of_lobes, const char *lone, char *out, size_t size)
 {
+    size_t at = 0;
     snprintf(out, size, "-");
-    for (uint32_t k = 0; k < f->model.n_channel; ++k)
-        if (!strcmp(f->model.channel[k].info->name, name)) channel_cell(f, k, out, size);
+    for (uint32_t k = 0; k < f->model.n_channel && at < size; ++k) {
+        const ff_model_param *p = &f->model.channel[k];
+        char cell[FF_TEXT_CELL];
+        if ((p->lobe < f->model.n_lobes) != of_lobes || f->channel_value[k].held) continue;
+        channel_cell(f, k, cell, sizeof cell);
+        if (strcmp(p->name, lone)) at += (size_t)snprintf(out + at, size - at, "%s%s=%s", at ? " " : "", p->name, cell);
+        else at += (size_t)snprintf(out + at, size - at, "%s%s", at ? " " : "", cell);
+    }
 }
 
 static const char *masking_name(const ff_fit_result *f)
@@ -214,26 +230,47 @@ static const char *ndf_name(const ff_fit_result *f)
     return ff_term_at(FF_NDF, (size_t)f->model.lobe[0].ndf)->name;
 }
 
-static int several_fresnels(const ff_report_fits *r)
+static void base_names(const ff_model *m, char *out, size_t size)
 {
-    int several = 0;
-    for (size_t i = 1; i < r->n_fits; ++i) several |= r->fit[i].model.lobe[0].fresnel != r->fit[0].model.lobe[0].fresnel;
-    return several;
+    size_t at = 0;
+    snprintf(out, size, "-");
+    for (uint32_t b = 0; b < m->n_bases && at < size; ++b)
+        at += (size_t)snprintf(out + at, size - at, "%s%s", b ? "+" : "", ff_term_at(FF_DIFFUSE, (size_t)m->base[b].diffuse)->name);
 }
 
-static void compare_row(ff_text_table *t, const ff_fit_result *f, const ff_fit_result *best, double aic_best, int fresnel)
+/* Which columns a comparison needs: those in which its models differ. */
+typedef struct several {
+    int fresnels, bases;
+} several;
+
+static several several_of(const ff_report_fits *r)
+{
+    several s = {0, 0};
+    char first[FF_MODEL_NAME], other[FF_MODEL_NAME];
+    base_names(&r->fit[0].model, first, sizeof first);
+    for (size_t i = 1; i < r->n_fits; ++i) {
+        s.fresnels |= r->fit[i].model.lobe[0].fresnel != r->fit[0].model.lobe[0].fresnel;
+        base_names(&r->fit[i].model, other, sizeof other);
+        s.bases |= strcmp(first, other) != 0;
+    }
+    return s;
+}
+
+static void compare_row(ff_text_table *t, const ff_fit_result *f, const ff_fit_result *best, double aic_best, several columns)
 {
     char cell[FF_TEXT_CELL], n[FF_TEXT_NUMBER];
     ff_text_row(t);
     ff_text_cell(t, "%s", f == best ? "*" : "");
     ff_text_cell(t, "%s", ndf_name(f));
     ff_text_cell(t, "%s", masking_name(f));
-    if (fresnel) ff_text_cell(t, "%s", ff_term_at(FF_FRESNEL, (size_t)f->model.lobe[0].fresnel)->name);
+    if (columns.fresnels) ff_text_cell(t, "%s", ff_term_at(FF_FRESNEL, (size_t)f->model.lobe[0].fresnel)->name);
+    base_names(&f->model, cell, sizeof cell);
+    if (columns.bases) ff_text_cell(t, "%s", cell);
     shape_cell(f, cell, sizeof cell);
     ff_text_cell(t, "%s", cell);
-    channel_cell_of(f, "f0", cell, sizeof cell);
+    channel_cells(f, 1, "f0", cell, sizeof cell);
     ff_text_cell(t, "%s", cell);
-    channel_cell_of(f, "kd", cell, sizeof cell);
+    channel_cells(f, 0, "kd", cell, sizeof cell);
     ff_text_cell(t, "%s", cell);
     ff_text_cell(t, "%s", ff_text_number(f->residual.objective, 5, n));
     ff_text_cell(t, "%s", ff_text_number(f->residual.rmse, 4, n));
@@ -245,7 +282,7 @@ static void compare_row(ff_text_table *t, const ff_fit_result *f, const ff_fit_r
 
 static ff_status put_rows(const ff_report_fits *r, const size_t *rank, size_t n, FILE *out)
 {
-    const int fresnel = several_fresnels(r);
+    const several columns = several_of(r);
     const ff_fit_result *best = &r->fit[rank[0]];
     double aic_best = INFINITY;
     ff_text_table t = {.columns = 0};
@@ -253,7 +290,8 @@ static ff_status put_rows(const ff_report_fits *r, const size_t *rank, size_t n,
     ff_text_cell(&t, "%s", "");
     ff_text_cell(&t, "distribution");
     ff_text_cell(&t, "masking");
-    if (fresnel) ff_text_cell(&t, "fresnel");
+    if (columns.fresnels) ff_text_cell(&t, "fresnel");
+    if (columns.bases) ff_text_cell(&t, "diffuse");
     ff_text_cell(&t, "alpha");
     ff_text_cell(&t, "f0");
     ff_text_cell(&t, "kd");
@@ -262,9 +300,10 @@ static ff_status put_rows(const ff_report_fits *r, const size_t *rank, size_t n,
     ff_text_cell(&t, "cosine rmse");
     ff_text_cell(&t, "log rmse");
     ff_text_cell(&t, "delta AIC");
-    for (size_t c = 6 + (size_t)fresnel; c < 11 + (size_t)fresnel; ++c) t.right[c] = 1;
+    const size_t first = 6 + (size_t)columns.fresnels + (size_t)columns.bases;
+    for (size_t c = first; c < first + 5; ++c) t.right[c] = 1;
     for (size_t i = 0; i < n; ++i) aic_best = fmin(aic_best, r->fit[rank[i]].aic);
-    for (size_t i = 0; i < n; ++i) compare_row(&t, &r->fit[rank[i]], best, aic_best, fresnel);
+    for (size_t i = 0; i < n; ++i) compare_row(&t, &r->fit[rank[i]], best, aic_best, columns);
     return ff_text_print(&t, out, "");
 }
 

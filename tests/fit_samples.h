@@ -6,6 +6,7 @@
 #define _GNU_SOURCE /* strtok_r, nanosleep: include this file first */
 #endif
 #include "ff_fit.h"
+#include "ff_profile.h"
 #include "ff_test.h"
 
 #define FIT_DEGREE (3.14159265358979323846 / 180)
@@ -56,6 +57,23 @@ typedef struct fit_sampling {
     const ff_grid *grid; /**< instead of random directions; n is the grid's                                       */
 } fit_sampling;
 
+/** The profile that `tabulated` lobes of the tests have: Student's t of gamma = 3 at 40 points. Static storage. */
+static inline const ff_profile_table *fit_profile(void)
+{
+    enum { POINTS = 40 };
+    static ff_profile_table table;
+    static int made;
+    double q2[POINTS], p[POINTS];
+    if (made) return &table;
+    for (int i = 0; i < POINTS; i++) {
+        q2[i] = i == 0 ? 0 : 1e-3 * pow(1e8, (i - 1) / (POINTS - 2.0));
+        p[i] = pow(1 + q2[i] / 2, -3);
+    }
+    if (ff_profile_make(FF_PROFILE_P, POINTS, q2, p, &table, NULL, NULL)) exit(1);
+    made = 1;
+    return &table;
+}
+
 /** Parses an expression and a list of assignments separated by spaces; a word that is wrong ends the program. */
 static inline fit_surface fit_surface_make(const char *expression, size_t n_channels, const char *assignments)
 {
@@ -67,6 +85,7 @@ static inline fit_surface fit_surface_make(const char *expression, size_t n_chan
     s.n_channels = n_channels;
     snprintf(words, sizeof words, "%s", assignments);
     ff_status st = n_channels <= FIT_CHANNELS ? ff_model_parse(expression, &s.model, &err) : FF_ERR_RANGE;
+    if (!st) ff_model_set_table(&s.model, fit_profile());
     if (!st) ff_model_defaults(&s.model, n_channels, s.shape, s.channel);
     for (char *word = strtok_r(words, " ", &save); word && !st; word = strtok_r(NULL, " ", &save))
         st = ff_model_set(&s.model, n_channels, word, s.shape, s.channel, &err);

@@ -3,12 +3,18 @@
 
 enum { MAX_MASKINGS = 16 };
 
-/* Every masking but those that exist for the furnace test: indices into the registry. */
-static size_t maskings(int *out)
+/* Every masking that goes with the distribution and the shape, but those that exist for the furnace test: indices into the
+ * registry. */
+static size_t maskings(const char *ndf, ff_shape shape, int *out)
 {
     size_t n = 0;
-    for (size_t m = 0; m < ff_term_count(FF_MASKING); m++)
-        if (!(ff_term_at(FF_MASKING, m)->claims & FF_FURNACE_ONLY) && n < MAX_MASKINGS) out[n++] = (int)m;
+    for (size_t m = 0; m < ff_term_count(FF_MASKING); m++) {
+        const ff_term *t = ff_term_at(FF_MASKING, m);
+        ff_model model;
+        if ((t->claims & FF_FURNACE_ONLY) || n == MAX_MASKINGS) continue;
+        if ((t->claims & FF_ISOTROPIC) && shape != FF_SHAPE_ISOTROPIC) continue;
+        if (ff_model_compose(ff_term_find(FF_NDF, ndf), (int)m, 0, -1, &model, NULL) == FF_OK) out[n++] = (int)m;
+    }
     return n;
 }
 
@@ -47,7 +53,7 @@ static void identify(const char *ndf, const char *set, ff_shape shape, size_t sa
 {
     int masking[MAX_MASKINGS];
     double objective[MAX_MASKINGS];
-    const size_t n = maskings(masking);
+    const size_t n = maskings(ndf, shape, masking);
     for (size_t truth = 0; truth < n; truth++) {
         char expression[128];
         snprintf(expression, sizeof expression, "%s/%s+lambert", ndf, ff_term_at(FF_MASKING, (size_t)masking[truth])->name);

@@ -64,6 +64,7 @@ static void evaluations(void)
         w.n = 0;
         model_pairs_random(&s.model, s.shape, &state, 301, &w);
         const ff_dirs dirs = model_dirs(&w);
+        const double floor = model_floor(&s.model);
         for (int i = 0; i < ISAS; i++) {
             const int to = i > 0;
             if (!ff_isa_available(isas[i])) continue;
@@ -72,7 +73,8 @@ static void evaluations(void)
                      label);
             FF_CHECK(ff_model_terms(&s.model, isas[i], CHANNELS, s.shape, s.channel, 0, 1, &dirs, w.n, &out) == FF_OK, "%s", label);
             if (!to) continue;
-            const double of_f = deviation(f[1], f[0], NULL, CHANNELS * w.n, 1);
+            const double of_f = deviation(f[1], f[0], &floor, CHANNELS * w.n, 1);
+            for (size_t q = 0; q < CHANNELS * w.n; q++) f[0][q] += floor;
             FF_CHECK(of_f <= 1e-12, "%s: f of %s deviates by %.3g", label, ff_isa_name(isas[i]), of_f);
             for (size_t c = 0; c < CHANNELS; c++) { /* a derivative may vanish: f is the scale that it is small against */
                 const double of_df =
@@ -80,6 +82,7 @@ static void evaluations(void)
                 FF_CHECK(of_df <= 1e-11, "%s: df of %s deviates by %.3g", label, ff_isa_name(isas[i]), of_df);
                 worst[1] = fmax(worst[1], of_df);
             }
+            for (size_t q = 0; q < CHANNELS * w.n; q++) f[0][q] -= floor;
             for (int t = 0; t < 5; t++) { /* a Lambda is small against the 1 beside it */
                 double ones[MODEL_PAIRS];
                 for (size_t q = 0; q < w.n; q++) ones[q] = t == 1 || t == 2 ? 1 : 0;

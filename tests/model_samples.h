@@ -65,9 +65,13 @@ static inline void model_pairs_random(const ff_model *m, const double *shape, ui
         model_random_direction(state, wi);
         model_random_direction(state, wo);
         if (n % 2 && m->n_lobes) {
-            ff_stretch l;
-            ff_model_stretch(m, (uint32_t)(n / 2) % m->n_lobes, shape, &l, NULL);
-            const double q = 0.1 * pow(30, fit_uniform(state)), phi = 2 * MODEL_PI * fit_uniform(state), u = q * cos(phi),
+            ff_lobe_pass pass;
+            const uint32_t lobe = (uint32_t)(n / 2) % m->n_lobes;
+            ff_model_lobe(m, lobe, shape, &pass, NULL);
+            const ff_stretch l = pass.s;
+            /* one that is not stretched may have any width */
+            const int stretched = ff_ndf_at(m->lobe[lobe].ndf)->alpha_own == 0;
+            const double q = stretched ? 0.1 * pow(30, fit_uniform(state)) : 1e-3 * pow(3e3, fit_uniform(state)), phi = 2 * MODEL_PI * fit_uniform(state), u = q * cos(phi),
                          v = q * sin(phi);
             const double s[2] = {l.x0 + l.ax * u, l.y0 + l.ay * (l.r * u + sqrt(1 - l.r * l.r) * v)};
             if (!model_mirror(wi, s, wo)) continue;
@@ -79,29 +83,84 @@ static inline void model_pairs_random(const ff_model *m, const double *shape, ui
 
 /* ---- models and parameters ------------------------------------------------------------------- */
 
-/** One lobe of every distribution, masking and Fresnel term, with every diffuse term and with none: count, and number k with its
- * name into label [MODEL_LABEL]. */
-static inline size_t model_combination_count(void)
+enum { MODEL_COMBINATIONS = 1024 };
+typedef struct model_list {
+    size_t n;
+    int term[MODEL_COMBINATIONS][FF_TERM_KINDS];
+} model_list;
+
+static inline void model_list_add(model_list *l, int ndf, int masking, int fresnel, int diffuse)
 {
-    return ff_term_count(FF_NDF) * ff_term_count(FF_MASKING) * ff_term_count(FF_FRESNEL) * (ff_term_count(FF_DIFFUSE) + 1);
+    ff_model m;
+    if (ff_model_compose(ndf, masking, fresnel, diffuse, &m, NULL)) return; /* these do not go together */
+    if (l->n == MODEL_COMBINATIONS) {
+        printf("the test itself is wrong: more than %d combinations\n", MODEL_COMBINATIONS);
+        exit(1);
+    }
+    const int term[FF_TERM_KINDS] = {ndf, masking, fresnel, diffuse};
+    memcpy(l->term[l->n++], term, sizeof term);
 }
 
+/** Every distribution under every masking that it goes with, each Fresnel term and each diffuse term in turn; and every Fresnel and
+ * diffuse term with three distributions of different kinds. */
+static inline const model_list *model_all(void)
+{
+    static model_list list;
+    const int N = (int)ff_term_count(FF_NDF), G = (int)ff_term_count(FF_MASKING), F = (int)ff_term_count(FF_FRESNEL),
+              B = (int)ff_term_count(FF_DIFFUSE), schlick = ff_term_find(FF_FRESNEL, "schlick");
+    const int with[][2] = {{ff_term_find(FF_NDF, "beckmann"), ff_term_find(FF_MASKING, "smith-separable")},
+                           {ff_term_find(FF_NDF, "ggx"), ff_term_find(FF_MASKING, "v-cavity")},
+                           {ff_term_find(FF_NDF, "phong"), ff_term_find(FF_MASKING, "smith-height-correlated")}};
+    if (list.n) return &list;
+    for (int d = 0; d < N; d++)
+        for (int g = 0; g < G; g++) {
+            model_list_add(&list, d, g, schlick, -1);
+            model_list_add(&list, d, g, F - 1, 0);
+        }
+    for (size_t i = 0; i < 3; i++) {
+        for (int f = 0; f < F; f++) model_list_add(&list, with[i][0], with[i][1], f, (int)i - 1);
+        for (int b = 0; b < B; b++) model_list_add(&list, with[i][0], with[i][1], i == 2 ? F / 2 : schlick, b);
+    }
+    return &list;
+}
+
+static inline size_t model_combination_count(void)
+{
+    return model_all()->n;
+}
+
+/** Number k with its name into label [MODEL_LABEL]. */
 static inline ff_model model_combination(size_t k, char *label)
 {
     ff_model m;
-    const size_t d = ff_term_count(FF_DIFFUSE) + 1, f = ff_term_count(FF_FRESNEL), g = ff_term_count(FF_MASKING);
-    if (ff_model_compose((int)(k / d / f / g), (int)(k / d / f % g), (int)(k / d % f), (int)(k % d) - 1, &m, NULL)) {
-        printf("the test itself is wrong: no combination %zu\n", k);
-        exit(1);
-    }
+    const int *t = model_all()->term[k];
+    if (ff_model_compose(t[0], t[1], t[2], t[3], &m, NULL)) exit(1);
+    ff_model_set_table(&m, fit_profile());
     ff_model_expression(&m, label, MODEL_LABEL);
     return m;
+}
+
+/** One lobe without a diffuse term; 0 when the terms do not go together. */
+static inline int model_lobe(size_t ndf, const char *masking, const char *fresnel, ff_model *m)
+{
+    if (ff_model_compose((int)ndf, ff_term_find(FF_MASKING, masking), ff_term_find(FF_FRESNEL, fresnel), -1, m, NULL)) return 0;
+    ff_model_set_table(m, fit_profile());
+    return 1;
 }
 
 /** Parses an expression that must be right. */
 static inline ff_model model_parse(const char *expression)
 {
     return fit_surface_make(expression, 1, "").model;
+}
+
+/** What rounding may leave in f, 1/sr: a base that is coupled to albedos has factors 1 - a, and those of a nearly perfect mirror are
+ * rounding alone. */
+static inline double model_floor(const ff_model *m)
+{
+    uint32_t couples = 0;
+    for (uint32_t b = 0; b < m->n_bases; b++) couples |= ff_diffuse_at(m->base[b].diffuse)->couples;
+    return couples & (FF_COUPLE_ALBEDO | FF_COUPLE_LOSS) ? 1e-3 : 0;
 }
 
 /** Must every lobe be without a mean slope? */
@@ -125,19 +184,27 @@ static inline double model_random_value(const ff_param *p, double reach, uint64_
     return p->flags & FF_PARAM_LOG ? exp(x) - p->offset : p->flags & FF_PARAM_ATANH ? tanh(x) : x;
 }
 
+/** Is it one of the two mean slopes? */
+static inline int model_is_slope(const ff_param *p)
+{
+    return strncmp(p->name, "slope_", 6) == 0;
+}
+
 static inline void model_random_parameters(const ff_model *m, size_t n_channels, model_freedom freedom, double reach,
                                            uint64_t *state, double *shape, double *channel)
 {
     for (uint32_t k = 0; k < m->n_shape; k++) {
         const ff_param *p = m->shape[k].info;
         shape[k] = model_random_value(p, reach, state);
-        if ((p->flags & FF_PARAM_HELD) && (freedom != MODEL_TILTED || model_needs_centred(m))) shape[k] = 0;
+        if (model_is_slope(p) && (freedom != MODEL_TILTED || model_needs_centred(m))) shape[k] = 0;
         if (freedom != MODEL_ROUND) continue;
         if (strcmp(p->name, "alpha_y") == 0) shape[k] = shape[k - 1];
         if (strcmp(p->name, "r_xy") == 0) shape[k] = 0;
     }
-    for (size_t i = 0; i < n_channels * m->n_channel; i++)
-        channel[i] = model_random_value(m->channel[i % m->n_channel].info, reach, state);
+    for (size_t i = 0; i < n_channels * m->n_channel; i++) {
+        const ff_param *p = m->channel[i % m->n_channel].info;
+        channel[i] = p->flags & FF_PARAM_HELD ? 0.5 + 0.5 * fit_uniform(state) : model_random_value(p, reach, state);
+    }
 }
 
 /* ---- derivatives by differences -------------------------------------------------------------- */

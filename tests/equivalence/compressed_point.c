@@ -8,10 +8,13 @@ ff_status compressed_point(const ff_problem *p, const ff_model *m, const ff_fit_
     ff_pass pass;
     ff_normal normal;
     ff_status st = ff_layout_init(m, n_channels, FF_SHAPE_CORRELATED, 0, &layout, NULL);
-    if (!st) st = ff_normal_new(m, layout.n_free, n_channels, &normal);
+    if (!st) st = ff_normal_new(&layout, &normal);
     if (st) return st;
-    ff_layout_pass(&layout, p, o, shape, channel, &pass);
-    st = ff_pass_run(&pass, 1, &normal);
+    st = ff_layout_pass(&layout, p, o, shape, channel, &pass);
+    if (!st) {
+        st = ff_pass_run(&pass, 1, &normal);
+        ff_pass_free(&pass);
+    }
     if (!st) {
         *cost = 0.5 * normal.cost2;
         ff_normal_assemble(&layout, &normal, NULL, gram, gradient);

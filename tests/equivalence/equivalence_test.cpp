@@ -128,6 +128,14 @@ Point PlainPoint(ceres::Problem *problem, Parameters *p)
     return out;
 }
 
+/// f0, ks, kd of every channel, as the model has them.
+std::vector<double> Channels(const Parameters &p)
+{
+    std::vector<double> out;
+    for (const auto &optics : p.optics) out.insert(out.end(), {optics[0], 1.0, optics[1]});
+    return out;
+}
+
 /// The same of the compressed problem.
 Point CompressedPoint(const ff_problem *problem, const ff_model &m, const ff_fit_options &o, const Parameters &p)
 {
@@ -136,7 +144,7 @@ Point CompressedPoint(const ff_problem *problem, const ff_model &m, const ff_fit
     ff_model_defaults(&m, 1, shape, nullptr);
     for (int k = 0; k < SHAPE; k++) shape[k] = p.shape[k];
     const ff_status st =
-        compressed_point(problem, &m, &o, CHANNELS, shape, &p.optics[0][0], &out.cost, out.gradient.data(), out.gram.data());
+        compressed_point(problem, &m, &o, CHANNELS, shape, Channels(p).data(), &out.cost, out.gradient.data(), out.gram.data());
     FF_CHECK(st == FF_OK, "%s", ff_status_str(st));
     return out;
 }
@@ -187,6 +195,13 @@ double SolvePlain(ceres::Problem *problem, Parameters *p)
     return summary.final_cost;
 }
 
+/// Parameter k of the plain problem: of a channel's f0, ks, kd the first and the last.
+double Fitted(const ff_fit_result &r, size_t k)
+{
+    if (k < SHAPE) return r.shape_value[k].value;
+    return r.channel_value[(k - SHAPE) / OPTICS * r.model.n_channel + (k - SHAPE) % OPTICS * 2].value;
+}
+
 void CompareOptima(const char *what, const ff_fit_result &r, double plain_cost, const Parameters &p)
 {
     double worst = 0;
@@ -195,8 +210,7 @@ void CompareOptima(const char *what, const ff_fit_result &r, double plain_cost, 
              r.residual.objective, plain_cost);
     const double *plain = p.shape;
     for (size_t k = 0; k < P; k++) {
-        const double a = k < SHAPE ? r.shape_value[k].value : r.channel_value[k - SHAPE].value,
-                     b = k < SHAPE ? plain[k] : (&p.optics[0][0])[k - SHAPE];
+        const double a = Fitted(r, k), b = k < SHAPE ? plain[k] : (&p.optics[0][0])[k - SHAPE];
         worst = std::fmax(worst, std::fabs(a - b));
         FF_CHECK(std::fabs(a - b) <= 1e-6, "%s: parameter %zu is %.12g, plain %.12g", what, k, a, b);
     }

@@ -1,0 +1,61 @@
+/** @file ff_profile.h  A distribution of normals given by a table: what the distribution `tabulated` takes its profile from.
+ *
+ *  The table has D over the angle of the normal, or the profile p over q2 (p of ff_ndf: the slopes' density at alpha = 1, over
+ *  q2 = slope^2). ff_profile_make turns it into a fixed lattice that the kernels read, scaled so that the projected area is 1:
+ *
+ *      ff_profile_table *t = malloc(sizeof *t);
+ *      s = ff_profile_make(FF_PROFILE_D, n, theta, D, t, &bad, &err);
+ *      ff_model_set_table(&model, t);       // `model` has a lobe `tabulated`; t must outlive its use
+ *
+ *  Between the points  ln D, or ln p, is a monotone cubic of ln(1 + q2 / s), s the q2 at which the values have fallen to half;
+ *                      a straight line of that where the table begins above q2 = 0. On the lattice it is rendered to about 1e-4 of
+ * p where the cubics meet, and much closer elsewhere. Beyond the last     D goes on as the power of 1 + q2 / s that it ends with,
+ * but does not rise; p as the power it ends with, which must be steeper than q2^-1.6, since slopes without a mean have no Smith
+ * masking. From q2 = 2^40 on p ~ q2^-2. Zeros               values below 1e-30 of the largest count as that; at the end of the
+ * table only the first of them counts. Threads             a table that is made is not changed any more and may be read from many
+ * threads. */
+#ifndef FF_PROFILE_H
+#define FF_PROFILE_H
+#include "ff_status.h"
+#include <stddef.h>
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/** What the two columns are. */
+typedef enum ff_profile_kind {
+    FF_PROFILE_D = 0, /**< theta_m in radians, 0 .. pi/2; D in 1/sr, any scale     */
+    FF_PROFILE_P = 1  /**< q2 >= 0; p, any scale                                   */
+} ff_profile_kind;
+
+enum {
+    FF_PROFILE_POINTS_MIN = 4,
+    FF_PROFILE_OCTAVE_LO = -40, /**< the lattice covers q2 = 2^-40 .. 2^40, with 32 bins per octave */
+    FF_PROFILE_OCTAVE_HI = 40,
+    FF_PROFILE_BINS = 32 * (FF_PROFILE_OCTAVE_HI - FF_PROFILE_OCTAVE_LO),
+    FF_PROFILE_LAMBDA = 9600
+};
+
+/** The lattice: ln p = c0 + c1 u + c2 u^2 + c3 u^3 in each bin, u in [0, 1] even in q2. 155 KiB; a plain value. */
+typedef struct ff_profile_table {
+    double c[4][FF_PROFILE_BINS];
+    double lambda[FF_PROFILE_LAMBDA]; /**< Smith's Lambda, see internal_lambda_table.h                    */
+    double area;                      /**< projected area of the values as they were given: the factor that was taken out      */
+    double half_q2;                   /**< s of the file's head: about the square of the roughness                             */
+} ff_profile_table;
+
+/** Makes the lattice.
+ *  @param x    [n] theta_m or q2, strictly increasing
+ *  @param y    [n] D or p, >= 0
+ *  @param out  written only on FF_OK
+ *  @param bad  index of the point that the error is about, n when it is about the whole; may be NULL
+ *  FF_ERR_DATA  fewer than FF_PROFILE_POINTS_MIN points; one that is not finite, negative, out of range or not beyond that before;
+ *               all values zero; a tail too heavy; a width outside 2^-34 .. 2^34 of q2
+ *  FF_ERR_MEMORY  for the quadrature of Lambda, which takes some 10 ms */
+ff_status ff_profile_make(ff_profile_kind kind, size_t n, const double *x, const double *y, ff_profile_table *out, size_t *bad,
+                          ff_error *err);
+
+#ifdef __cplusplus
+}
+#endif
+#endif
