@@ -15,7 +15,10 @@ import time
 ROOT = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
 PARAMETERS = ["alpha_x", "alpha_y", "r_xy", "f0"]
 ROUNDS = 3
-COMPARE_MODELS = 4 * 6
+COMPARE_NDFS, COMPARE_MASKINGS = ["beckmann", "ggx", "student-t", "phong"], [
+    "smith-separable", "smith-height-correlated", "smith-direction-correlated", "smith-height-direction-correlated", "v-cavity", "none"]
+COMPARE_MODELS = len(COMPARE_NDFS) * len(COMPARE_MASKINGS)
+BY_TABLE = {"gtr", "vmf", "gaussian", "sgd", "abc", "tabulated"}  # their Lambda is an integral
 
 
 def say(text):
@@ -108,6 +111,17 @@ def kernel_items(kernels, items):
         items[f"eval.{k['model']}.{k['isa']}.{k['where']}.{name}"] = item([r * 1e-6 for r in k["rate"]], "M samples/s")
 
 
+def passes(bench, items):
+    """Each model's pass over all samples against ggx's, one thread. Returns the slowest of those with a closed form, and of the rest."""
+    slowest = {False: ("", 0), True: ("", 0)}
+    for p in program_json(f"{bench}/bench_passes")["passes"]:
+        items[f"pass.{p['kind']}.{p['name']}"] = {"ratio": p["ratio"], "seconds": p["seconds"], "model": p["model"], "unit": "ggx passes"}
+        integral = p["name"] in BY_TABLE
+        if p["ratio"] > slowest[integral][1]:
+            slowest[integral] = (p["name"], p["ratio"])
+    return slowest
+
+
 def merl_file(build, program):
     """A full-size MERL file: of a real material where the shared tools are, simulated otherwise. Returns path and origin."""
     data = os.environ.get("FACETFIT_DATA")
@@ -126,7 +140,7 @@ def merl(build, items):
     program = os.path.join(build, "bin", "facetfit")
     path, origin = merl_file(build, program)
     fit = [program, "fit", path, "--model", "ggx+lambert", "--max-theta", "90", "--threads", "2"]
-    compare = [program, "compare", path, "--ndf", "all", "--masking", "all", "--diffuse", "lambert", "--max-theta", "90", "--threads", "2", "--json",
+    compare = [program, "compare", path, "--ndf", ",".join(COMPARE_NDFS), "--masking", ",".join(COMPARE_MASKINGS), "--diffuse", "lambert", "--max-theta", "90", "--threads", "2", "--json",
                os.path.join(build, "bench", "compare.json")]
     measured_process(fit)  # the file is in the page cache from here on
     runs = [measured_process(fit) for _ in range(5)]
@@ -157,6 +171,7 @@ def main(argv):
     kernel_items(kernels, items)
     baseline, plain, ours = solve(bench, items)
     same = threads(bench, items)
+    slowest = passes(bench, items)
     merl_info = merl(build, items)
 
     def median(name):
@@ -173,6 +188,8 @@ def main(argv):
         "eval_ggx": ratio(median(f"eval.ggx.{best_isa}.cache.value"), 100, "M samples/s", True),
         "eval_beckmann": ratio(median(f"eval.beckmann.{best_isa}.cache.value"), 50, "M samples/s", True),
         "threads_2_over_1": ratio(times("threads.1.solve", "threads.2.solve"), 1.7, "1", True),
+        "pass_closed_form": ratio(slowest[False][1], 3, "ggx passes", False),
+        "pass_integral": ratio(slowest[True][1], 8, "ggx passes", False),
     }
     informative = {
         "solve_vs_plain_dense_qr": times("plain_ceres.DENSE_QR.solve", "facetfit.given.solve"),
