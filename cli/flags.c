@@ -14,9 +14,11 @@ enum {
     C_INFO = 1u << 7,
     C_MODELS = 1u << 8,
     C_FORMATS = 1u << 9,
+    C_NDF = 1u << 10,
     C_FITTING = C_FIT | C_COMPARE,
+    C_MEASURED = C_FITTING | C_NDF,
     C_SCENE = C_EVAL | C_SIMULATE | C_FURNACE | C_SAMPLE,
-    C_ALL = (1u << 10) - 1
+    C_ALL = (1u << 11) - 1
 };
 
 /* Bit i is command i of this table. */
@@ -54,6 +56,10 @@ static const cli_command commands[] = {
     {"info", "FILE", "what is in a file", "", 1, 1, cmd_info},
     {"models", "", "distributions, maskings, Fresnel and diffuse terms with their parameters; presets", "", 0, 0, cmd_models},
     {"formats", "", "file formats", "", 0, 0, cmd_formats},
+    {"ndf", "FILE", "the distribution of normals behind measured data, without a formula",
+     "Prints measures of the roughness, F0 and kd, and the residual beside those of the parametric fits; -o writes the table that the\n"
+     "distribution `tabulated` reads, '-o -' to stdout and nothing else. Exit status 1 when the retrieval did not converge.\n",
+     1, 1, cmd_ndf},
 };
 enum { COMMANDS = sizeof commands / sizeof commands[0] };
 
@@ -69,7 +75,8 @@ typedef struct flag {
 static const flag flags[FLAG_COUNT] = {
     [FLAG_MODEL] = {"model", 0, "EXPR", C_FIT, "sum of lobes NDF[/MASKING[/FRESNEL]] and a diffuse name (ggx+lambert)"},
     [FLAG_NDF] = {"ndf", 0, "LIST|all", C_COMPARE, "distributions, separated by commas (all)"},
-    [FLAG_MASKING] = {"masking", 0, "LIST|all", C_COMPARE, "masking functions (all)"},
+    [FLAG_MASKING] = {"masking", 0, "LIST|all", C_COMPARE | C_NDF,
+                      "masking functions (all); of ndf one (smith-height-correlated)"},
     [FLAG_FRESNEL] = {"fresnel", 0, "LIST|all", C_COMPARE, "Fresnel terms (schlick)"},
     [FLAG_DIFFUSE] = {"diffuse", 0, "LIST|all|none", C_COMPARE, "diffuse terms (lambert)"},
     [FLAG_SET] = {"set", 0, "P=V,...", C_SCENE, "parameters; v1:v2:v3 gives one value per channel; alpha=v sets both axes"},
@@ -77,14 +84,18 @@ static const flag flags[FLAG_COUNT] = {
     [FLAG_FIX] = {"fix", 0, "P=V,...", C_FITTING, "hold parameters at a value"},
     [FLAG_TABLE] = {"table", 0, "FILE", C_FITTING | C_SCENE, "profile of the distribution `tabulated`"},
     [FLAG_SHAPE] = {"shape", 0, "NAME", C_FITTING, "auto, isotropic, axis or correlated (auto)"},
-    [FLAG_LOSS] = {"loss", 0, "NAME", C_FITTING, "cosine, log, cube-root, relative or plain (cosine)"},
+    [FLAG_LOSS] = {"loss", 0, "NAME", C_MEASURED, "cosine, log, cube-root, relative or plain (cosine)"},
     [FLAG_ROBUST] = {"robust", 0, "NAME:SCALE", C_FITTING,
                      "huber, cauchy or tukey, SCALE in units of the weighted residual (none)"},
-    [FLAG_WEIGHT] = {"weight", 0, "NAME", C_FITTING, "solid-angle, sigma or sample (auto: the first the file offers)"},
-    [FLAG_MAX_THETA] = {"max-theta", 0, "DEG", C_FITTING, "leave out samples beyond this angle (80)"},
-    [FLAG_CHANNELS] = {"channels", 0, "rgb|mean|each", C_FITTING, "share the shape, average first, or fit each alone (rgb)"},
+    [FLAG_WEIGHT] = {"weight", 0, "NAME", C_MEASURED, "solid-angle, sigma or sample (auto: the first the file offers)"},
+    [FLAG_MAX_THETA] = {"max-theta", 0, "DEG", C_MEASURED, "leave out samples beyond this angle (80)"},
+    [FLAG_CHANNELS] = {"channels", 0, "rgb|mean|each", C_MEASURED, "share the shape, average first, or fit each alone (rgb)"},
     [FLAG_MEAN_SLOPE] = {"mean-slope", 0, NULL, C_FITTING, "fit the mean slope too: a sample mounted at a tilt"},
-    [FLAG_MAX_ITERATIONS] = {"max-iterations", 0, "N", C_FITTING, "of the solver (100)"},
+    [FLAG_MAX_ITERATIONS] = {"max-iterations", 0, "N", C_MEASURED, "of the solver (100)"},
+    [FLAG_SMOOTH] = {"smooth", 0, "S", C_NDF, "weight of the penalty on what is not smooth (by cross-validation)"},
+    [FLAG_NODES] = {"nodes", 0, "N", C_NDF, "angles at which D is free, 31 to 100 (by the range of the data)"},
+    [FLAG_MONOTONE] = {"monotone", 0, "d|slopes", C_NDF,
+                       "what must not rise with the angle: D, or the density of slopes, D cos^4 (d)"},
     [FLAG_FROM] = {"from", 0, "NAME", C_CONVERT, "convention of the numbers given"},
     [FLAG_TO] = {"to", 0, "NAME", C_CONVERT, "convention wanted"},
     [FLAG_BY] = {"by", 0, "CRITERION", C_CONVERT, "what is to be equal, where there is a choice (all of them)"},
@@ -97,18 +108,18 @@ static const flag flags[FLAG_COUNT] = {
     [FLAG_NOISE_FLOOR] = {"noise-floor", 0, "ABS", C_SIMULATE, "standard deviation of additive noise, 1/sr (0)"},
     [FLAG_SIGMA] = {"sigma", 0, NULL, C_SIMULATE, "write the standard deviations too (csv)"},
     [FLAG_SEED] = {"seed", 0, "N", C_SIMULATE | C_SAMPLE, "of noise and random directions (1)"},
-    [FLAG_OUTPUT] = {"output", 'o', "FILE", C_SIMULATE, "where to write; '-' is stdout"},
+    [FLAG_OUTPUT] = {"output", 'o', "FILE", C_SIMULATE | C_NDF, "where to write; '-' is stdout"},
     [FLAG_WEAK] = {"weak", 0, NULL, C_FURNACE, "the weak white furnace integral instead of the albedo"},
     [FLAG_MU] = {"mu", 0, "LIST", C_FURNACE, "cosines of the view, in (0, 1] (1,0.9,...,0.1)"},
     [FLAG_THETA] = {"theta", 0, "DEG", C_SAMPLE, "angle of the view from the normal (0)"},
     [FLAG_PHI] = {"phi", 0, "DEG", C_FURNACE | C_SAMPLE, "azimuth of the view (0)"},
     [FLAG_SAMPLES] = {"samples", 'n', "N", C_SAMPLE, "how many (1000)"},
-    [FLAG_FORMAT] = {"format", 0, "NAME", C_FITTING | C_INFO | C_SIMULATE, "of FILE (reading: by content; writing: by extension)"},
-    [FLAG_THREADS] = {"threads", 0, "N", C_FITTING, "the result does not depend on it (one per processor)"},
-    [FLAG_ISA] = {"isa", 0, "NAME", C_FITTING | C_SCENE, "best, scalar, avx2 or avx512 (best)"},
+    [FLAG_FORMAT] = {"format", 0, "NAME", C_MEASURED | C_INFO | C_SIMULATE, "of FILE (reading: by content; writing: by extension)"},
+    [FLAG_THREADS] = {"threads", 0, "N", C_MEASURED, "the result does not depend on it (one per processor)"},
+    [FLAG_ISA] = {"isa", 0, "NAME", C_MEASURED | C_SCENE, "best, scalar, avx2 or avx512 (best)"},
     [FLAG_JSON] = {"json", 0, "FILE|-", C_ALL & ~(unsigned)C_SIMULATE, "write JSON; '-' is stdout and nothing else goes there"},
-    [FLAG_PROGRESS] = {"progress", 0, NULL, C_FITTING, "show progress (when stderr is a terminal)"},
-    [FLAG_NO_PROGRESS] = {"no-progress", 0, NULL, C_FITTING, "do not"},
+    [FLAG_PROGRESS] = {"progress", 0, NULL, C_MEASURED, "show progress (when stderr is a terminal)"},
+    [FLAG_NO_PROGRESS] = {"no-progress", 0, NULL, C_MEASURED, "do not"},
     [FLAG_HELP] = {"help", 'h', NULL, C_ALL, "this text"},
 };
 

@@ -36,6 +36,7 @@ int cmd_sample(const cli_args *args);
 int cmd_info(const cli_args *args);
 int cmd_models(const cli_args *args);
 int cmd_formats(const cli_args *args);
+int cmd_ndf(const cli_args *args);
 
 /* ---- flags -------------------------------------------------------------------------------------------------------------------*/
 
@@ -58,6 +59,9 @@ typedef enum cli_flag_id {
     FLAG_CHANNELS,
     FLAG_MEAN_SLOPE,
     FLAG_MAX_ITERATIONS,
+    FLAG_SMOOTH,
+    FLAG_NODES,
+    FLAG_MONOTONE,
     FLAG_FROM,
     FLAG_TO,
     FLAG_BY,

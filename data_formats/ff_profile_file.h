@@ -5,9 +5,10 @@
  *      0,12.73                           0,0.3183
  *      0.5,12.69                         0.01,0.3120
  *
- *  theta_deg is the angle of the normal in degrees, 0 to 90, D in 1/sr; q2 the square of the slope and p its density. The scale of
- * the values does not matter. Numbers as in the CSV of samples. Errors   path, line, what was found and what was expected; nothing
- * is left behind. Threads  no global state. */
+ *  - theta_deg is the angle of the normal in degrees, 0 to 90, D in 1/sr; q2 the square of the slope and p its density. The scale of
+ *    the values does not matter. Numbers are written as in the CSV of samples.
+ *  - Errors say the path, the line, what was found and what was expected; nothing is left behind.
+ *  - There is no global state. */
 #ifndef FF_PROFILE_FILE_H
 #define FF_PROFILE_FILE_H
 #include "ff_profile.h"

@@ -1,9 +1,9 @@
 /* A distribution of normals without a formula: the curve it is, sums over the samples, and the minimisation.
  *
  * The curve is psi = ln D as a cubic spline of y = asinh(tan theta / scale), nodes 0 .. top at y = k step. It is even, so that D is
- * smooth at the normal, and its last coefficients go on in a straight line: D becomes a power of tan theta. D does not rise when
- * the coefficients do not. The slopes' density is P22 = e^psi / ((1 + q^2)^2 A), q = tan theta, with the area A that makes
- * integral D cos = 1. */
+ * smooth at the normal, and its last coefficients go on in a straight line: D becomes a power of tan theta, up to FF_NDF_END, where
+ * it is level. D does not rise when the coefficients do not. The slopes' density is P22 = e^psi / ((1 + q^2)^2 A), q = tan theta,
+ * with the area A that makes integral D cos = 1. */
 #ifndef FF_INTERNAL_NDF_H
 #define FF_INTERNAL_NDF_H
 #include "ff_ndf.h"
@@ -12,6 +12,7 @@
 /* ---- the curve ------------------------------------------------------------------------------- */
 
 enum { FF_NDF_LEAST_TOP = 30, FF_NDF_MOST_TOP = 99 };
+#define FF_NDF_END 1.5620696805349925 /* 89.5 degrees */
 
 /* Four neighbouring nodes and what they weigh at a place between them. */
 typedef struct ff_stencil {
@@ -19,25 +20,36 @@ typedef struct ff_stencil {
     double w[4];
 } ff_stencil;
 
-/* Cubic B-splines at u steps of the lattice. Below 0 the curve is its mirror image, beyond the last node the coefficients go on in a
- * straight line. */
+/* Cubic B-splines at u steps of the lattice. Below 0 the curve is its mirror image, beyond the last node the coefficients go on in
+ * a straight line. u at most ff_curve.end. */
 static inline ff_stencil ff_curve_stencil_at(int top, double u)
 {
     const int beyond = u >= top, k = beyond ? top - 1 : (int)u, low = k == 0, high = k == top - 1;
     const double x = u - k, y = 1 - x, past = u - top;
     const double b0 = y * y * y * (1. / 6), b1 = 2. / 3 - x * x * (1 - 0.5 * x), b2 = 2. / 3 - y * y * (1 - 0.5 * y),
                  b3 = x * x * x * (1. / 6);
-    return (ff_stencil){.first = low ? 0 : high ? top - 3 : k - 1,
-                        .w = {low ? b1 : high ? 0 : b0, low ? b0 + b2 : high ? (beyond ? 0 : b0) : b1,
-                              low ? b3 : high ? (beyond ? -past : b1 - b3) : b2,
-                              low ? 0 : high ? (beyond ? 1 + past : b2 + 2 * b3) : b3}};
+    return (ff_stencil){.first = low    ? 0
+                                 : high ? top - 3
+                                        : k - 1,
+                        .w = {low    ? b1
+                              : high ? 0
+                                     : b0,
+                              low    ? b0 + b2
+                              : high ? (beyond ? 0 : b0)
+                                     : b1,
+                              low    ? b3
+                              : high ? (beyond ? -past : b1 - b3)
+                                     : b2,
+                              low    ? 0
+                              : high ? (beyond ? 1 + past : b2 + 2 * b3)
+                                     : b3}};
 }
 
 /* Lattices of a retrieval: nodes of the curve, slopes of its quadratures, directions at which Lambda is integrated. Between those
  * Lambda is a cubic of z = asinh(tan theta). */
 typedef struct ff_curve {
     int top;
-    double scale, step;
+    double scale, step, end; /* end: FF_NDF_END in steps                                               */
     size_t n_slopes;
     double *slope;       /* [n_slopes] even in ln q                                                    */
     double *measure;     /* [n_slopes] A = sum of measure e^psi                                        */
@@ -48,10 +60,10 @@ typedef struct ff_curve {
 } ff_curve;
 
 /* lambda: 1 when the masking wants it, for directions up to tan_max. FF_ERR_MEMORY. */
-ff_status ff_curve_new(double scale, double q_reach, int top, int lambda, double tan_max, ff_curve *out);
+ff_status ff_curve_new(double scale, double step, int top, int lambda, double tan_max, ff_curve *out);
 void ff_curve_free(ff_curve *curve);
 
-double ff_curve_node(const ff_curve *curve, int k);   /* tan theta of a node                 */
+double ff_curve_node(const ff_curve *curve, int k);           /* tan theta of a node                 */
 ff_stencil ff_curve_stencil(const ff_curve *curve, double q); /* at tan theta = q             */
 static inline double ff_stencil_apply(const ff_stencil *s, const double *c)
 {
@@ -62,12 +74,12 @@ void ff_curve_interpolate(const ff_curve *curve, const double *value, double *c)
 
 /* What follows from coefficients c. */
 typedef struct ff_curve_state {
-    double *c;          /* [top + 1]                                            */
-    double area;        /* A                                                    */
-    double *d_area;     /* [top + 1] d ln A / d c                               */
-    double *lambda;     /* [n_lambda]                                           */
-    double *d_lambda;   /* [n_lambda][top + 1]                                  */
-    double *exp_psi;    /* [n_slopes]                                           */
+    double *c;        /* [top + 1]                                            */
+    double area;      /* A                                                    */
+    double *d_area;   /* [top + 1] d ln A / d c                               */
+    double *lambda;   /* [n_lambda]                                           */
+    double *d_lambda; /* [n_lambda][top + 1]                                  */
+    double *exp_psi;  /* [n_slopes]                                           */
 } ff_curve_state;
 ff_status ff_curve_state_new(const ff_curve *curve, ff_curve_state *out);
 void ff_curve_state_free(ff_curve_state *state);
@@ -78,16 +90,17 @@ double ff_curve_ln_d(const ff_curve *curve, const ff_curve_state *state, double 
 
 /* ---- sums over the samples ------------------------------------------------------------------- */
 
-/* A sample's derivatives by the coefficients are few numbers: its stencil in the curve, the area, and the two stencils of its
- * directions in the table of Lambda, whose entries depend on all coefficients alike for every sample. So the outer products are
- * summed in these `raw` columns: top + 1 coefficients, the logarithm of the area (with the sign that P22 has in it), n_lambda
- * values of Lambda; then two for each channel: what multiplies the lobe, and kd. */
+/* A sample's derivatives by the coefficients are few numbers: its stencil in the curve, and those of its directions in the table of
+ * Lambda, whose entries depend on all coefficients in the same way for every sample. So the outer products are summed in these
+ * `raw` columns: top + 1 coefficients, n_lambda values of Lambda; then two for each channel: what multiplies the lobe, and kd. The
+ * area needs no column, since the weights of a stencil have the sum 1. */
 typedef struct ff_ndf_sums {
     size_t n_curve, n_raw, n_channels, n; /* n = n_raw + 2 n_channels */
     double cost2;
-    double *gram;     /* [n][n] J^T J                                                */
-    double *gradient; /* [n] J^T r                                                   */
-    double *meat;     /* [n][n] sum over samples of (J^T r)(J^T r)^T, or NULL        */
+    double *gradient;                /* [n] J^T r                                                     */
+    double *gram;                    /* [n][n] J^T J                                                  */
+    double *meat;                    /* [n][n] sum over samples of (J^T r)(J^T r)^T, where asked for  */
+    double *gram_cross, *meat_cross; /* [n_raw][n] while they are being summed            */
 } ff_ndf_sums;
 
 /* The point at which a pass is made. */
@@ -130,7 +143,7 @@ typedef struct ff_ndf_fit {
     double *X;     /* [2][n][P] d raw column / d parameter, and work                               */
     double *H, *g; /* [P][P], [P] of the samples and the penalty                                   */
     double *A, *L, *D, *step, *trial, *work;
-    int *held;     /* [P] 1: on its bound, and pressed against it */
+    int *held; /* [P] 1: on its bound, and pressed against it */
     size_t *index;
     int passes, iterations;
 } ff_ndf_fit;
@@ -138,9 +151,9 @@ typedef struct ff_ndf_fit {
 ff_status ff_ndf_fit_new(const ff_curve *curve, const ff_fit_options *o, int masking, double masking_own, int scaled,
                          size_t n_channels, ff_ndf_fit *out);
 void ff_ndf_fit_free(ff_ndf_fit *f);
-/* Minimises from f->u until a step would lower the objective by less than `tolerance` of itself; *converged: 0 when max_iterations
- * passed first, or no step helped. FF_ERR_CANCELLED, FF_ERR_MEMORY. */
-ff_status ff_ndf_solve(ff_ndf_fit *f, const struct ff_problem *p, double tolerance, int max_iterations, int *converged);
+/* Minimises from f->u until a step would lower the objective by less than `tolerance` of itself. FF_ERR_CANCELLED, FF_ERR_MEMORY.
+ */
+ff_status ff_ndf_solve(ff_ndf_fit *f, const struct ff_problem *p, double tolerance, int max_iterations, ff_outcome *outcome);
 /* A pass at f->u, with meat; H and held follow it. */
 ff_status ff_ndf_look(ff_ndf_fit *f, const struct ff_problem *p);
 /* After ff_ndf_look: the variances of the residuals near each node, at least `least`. */
@@ -161,5 +174,10 @@ void ff_ndf_falls(const ff_curve *curve, const double *ln_d, double *falls);
 /* Falls [top] by the power iteration, kd [n_channels] taken off before; fills the back_... of out. 0 when the data have too few
  * samples that look back: falls are not written then. */
 int ff_ndf_back_scatter(const struct ff_problem *p, const ff_curve *curve, const double *kd, double *falls, ff_ndf_result *out);
+
+/* ---- result ---------------------------------------------------------------------------------- */
+
+/* What follows from an optimum that ff_ndf_look has looked at; out has its fits, first, reach and outcome already. */
+ff_status ff_ndf_result_fill(ff_ndf_fit *f, const struct ff_problem *p, ff_ndf_monotone monotone, ff_ndf_result *out);
 
 #endif

@@ -1,22 +1,39 @@
 /* The retrieval of a distribution of normals from beginning to end: the parametric fits it is measured by, the lattice, the start,
- * how smooth, all samples, and what is said of the result. */
+ * how smooth, all samples, and the result as a model of its own.
+ *
+ * Minimised is the objective of a fit and the penalty of ndf_solve.c, over D on a lattice, F0 and kd per channel. The penalty draws
+ * to the best of the fits of beckmann, ggx and student-t: that is what D follows where the data say nothing. Its weight goes from
+ * 1e4 downwards; the last one stays that lowers the residual of samples left out one at a time, as their leverages estimate it,
+ * which is cross-validation that does not take the noise to be the same everywhere. */
 #define _GNU_SOURCE /* clock_gettime */
 #include "internal_ndf.h"
 #include <math.h>
-#include <stdarg.h>
-#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 #include <time.h>
 
-static const double pi = 3.14159265358979323846;
-
-#define NODE_STEP  0.15  /* of the lattice, in y: about 15 nodes per factor of 10 in tan theta               */
-#define LEAST_GAIN 0.05  /* of what lambert leaves, that a lobe has to explain to be one                     */
+#define NODE_STEP 0.15       /* of the lattice, in y: about 15 nodes per factor of 10 in tan theta               */
+enum { BEYOND = 2 };         /* nodes behind the last half vector: straight ends would bend the curve before it */
+#define LEAST_GAIN     0.05  /* of what lambert leaves, that a lobe has to explain to be one                     */
 #define LEAST_VARIANCE 1e-14 /* of the mean square of the data: rounding, and what the lattice itself leaves    */
-enum { LEAST_FILLED = 8 }; /* intervals of the lattice with half vectors in them */
+#define MOST_RISE      0.8   /* power of tan theta by which D may go on beyond the data: the slopes keep a mean         */
+enum { LEAST_FILLED = 8 };   /* intervals of the lattice with half vectors in them */
 
 /* ---- options and models ---------------------------------------------------------------------- */
+
+static const char *const monotones[FF_NDF_MONOTONE_COUNT] = {"d", "slopes"};
+
+const char *ff_ndf_monotone_name(int monotone)
+{
+    return monotone >= 0 && monotone < FF_NDF_MONOTONE_COUNT ? monotones[monotone] : NULL;
+}
+
+int ff_ndf_monotone_find(const char *name)
+{
+    for (int i = 0; i < FF_NDF_MONOTONE_COUNT; i++)
+        if (strcmp(monotones[i], name) == 0) return i;
+    return -1;
+}
 
 void ff_ndf_options_init(ff_ndf_options *o)
 {
@@ -49,6 +66,8 @@ static ff_status check_options(const struct ff_problem *p, const ff_ndf_options 
         return ff_error_set(err, FF_ERR_UNSUPPORTED, NULL, 0, -1, "a distribution is retrieved without a robust loss");
     if (o->smooth < 0 || isinf(o->smooth))
         return ff_error_set(err, FF_ERR_RANGE, NULL, 0, -1, "the weight of smoothness must not be negative, found %g", o->smooth);
+    if (!ff_ndf_monotone_name((int)o->monotone))
+        return ff_error_set(err, FF_ERR_RANGE, NULL, 0, -1, "the option of what must not rise names neither D nor the slopes");
     if (o->nodes && (o->nodes < FF_NDF_NODES_MIN || o->nodes > FF_NDF_NODES_MAX))
         return ff_error_set(err, FF_ERR_RANGE, NULL, 0, -1, "a lattice has %d to %d nodes, found %d", FF_NDF_NODES_MIN,
                             FF_NDF_NODES_MAX, o->nodes);
@@ -67,22 +86,32 @@ static int is_scaled(const ff_fit_result *r)
     return 0;
 }
 
+static ff_status fit_one(struct ff_problem *p, const ff_model *m, const ff_fit_options *o, ff_fit_result *out, ff_error *err)
+{
+    const ff_status s = ff_problem_fit(p, m, o, out, err);
+    if (s || out->outcome != FF_CANCELLED) return s;
+    ff_fit_result_free(out);
+    return ff_error_set(err, FF_ERR_CANCELLED, NULL, 0, -1, "cancelled");
+}
+
 /* The three fits. Where the data ask for F0 > 1, all of them with F0 = 1 and a scale ks instead. */
 static ff_status fit_parametric(struct ff_problem *p, const ff_fit_options *o, ff_model *models, ff_ndf_result *r, ff_error *err)
 {
-    ff_status s = ff_problem_fit(p, &models[FF_NDF_STUDENT_T], o, &r->fit[FF_NDF_STUDENT_T], err);
+    ff_fit_result *widest = &r->fit[FF_NDF_STUDENT_T];
+    ff_status s = fit_one(p, &models[FF_NDF_STUDENT_T], o, widest, err);
     if (s) return s;
-    r->scaled = is_scaled(&r->fit[FF_NDF_STUDENT_T]);
-    if (r->scaled) {
-        for (int i = 0; i < FF_NDF_FITS && !s; i++) {
-            s = ff_model_hold(&models[i], "f0", 1, err);
-            if (!s) s = ff_model_free(&models[i], "ks", err);
-        }
-        ff_fit_result_free(&r->fit[FF_NDF_STUDENT_T]);
-        if (!s) s = ff_problem_fit(p, &models[FF_NDF_STUDENT_T], o, &r->fit[FF_NDF_STUDENT_T], err);
+    r->scaled = is_scaled(widest);
+    for (int i = 0; i < FF_NDF_FITS && r->scaled && !s; i++) {
+        s = ff_model_hold(&models[i], "f0", 1, err);
+        if (!s) s = ff_model_free(&models[i], "ks", err);
     }
-    if (!s) s = ff_problem_fit(p, &models[FF_NDF_BECKMANN], o, &r->fit[FF_NDF_BECKMANN], err);
-    if (!s) s = ff_problem_fit(p, &models[FF_NDF_GGX], o, &r->fit[FF_NDF_GGX], err);
+    if (r->scaled) {
+        ff_fit_result_free(widest);
+        if (!s) s = fit_one(p, &models[FF_NDF_STUDENT_T], o, widest, err);
+    }
+    for (int i = FF_NDF_BECKMANN; i <= FF_NDF_GGX && !s; i++) s = fit_one(p, &models[i], o, &r->fit[i], err);
+    for (int i = FF_NDF_BECKMANN; i <= FF_NDF_STUDENT_T && !s; i++)
+        if (r->fit[i].residual.objective < r->fit[r->reference].residual.objective) r->reference = i;
     return s;
 }
 
@@ -91,7 +120,7 @@ static ff_status check_peak(struct ff_problem *p, const ff_fit_options *o, const
                             ff_error *err)
 {
     ff_fit_result alone;
-    const ff_status s = ff_problem_fit(p, lambert, o, &alone, err);
+    const ff_status s = fit_one(p, lambert, o, &alone, err);
     if (s) return s;
     const double left = r->fit[FF_NDF_STUDENT_T].residual.objective, whole = alone.residual.objective;
     ff_fit_result_free(&alone);
@@ -105,14 +134,14 @@ static ff_status check_peak(struct ff_problem *p, const ff_fit_options *o, const
 /* ---- the lattice ----------------------------------------------------------------------------- */
 
 typedef struct range {
-    double q_lo, q_hi;   /* tan theta of the half vectors                       */
-    double tan_max;      /* of the directions                                   */
-    double mean_square;  /* of the weighted data                                */
+    double q_lo, q_hi;  /* tan theta of the half vectors                       */
+    double tan_max;     /* of the directions                                   */
+    double mean_square; /* of the weighted data                                */
 } range;
 
 static range range_of(const struct ff_problem *p)
 {
-    const double most = tan(89.5 * pi / 180);
+    const double most = tan(FF_NDF_END);
     double lo = INFINITY, hi = 0, sum = 0;
     for (size_t i = 0; i < p->n; i++) {
         const size_t block = i / FF_BLOCK, lane = i % FF_BLOCK;
@@ -133,28 +162,36 @@ static double parameter(const ff_fit_result *r, const char *name)
     return r->shape_value[ff_model_param_find(&r->model, name)].value;
 }
 
-/* p = (1 + q^2 / core2)^-gamma */
-typedef struct student_t {
+/* The density of slopes of a parametric fit: (1 + q^2 / core2)^-gamma, or e^(-q^2 / core2) with gamma infinite. */
+typedef struct reference {
     double core2, gamma;
-} student_t;
+} reference;
 
-static student_t student_t_of(const ff_fit_result *r)
+static reference reference_of(const ff_ndf_result *r)
 {
-    const double alpha = parameter(r, "alpha_x"), gamma = parameter(r, "gamma");
-    return (student_t){(gamma - 1) * alpha * alpha, gamma};
+    const ff_fit_result *fit = &r->fit[r->reference];
+    const double alpha = parameter(fit, "alpha_x"), alpha2 = alpha * alpha;
+    if (r->reference == FF_NDF_BECKMANN) return (reference){alpha2, INFINITY};
+    const double gamma = r->reference == FF_NDF_GGX ? 2 : parameter(fit, "gamma");
+    return (reference){(gamma - 1) * alpha2, gamma};
+}
+
+static double reference_ln_d(reference t, double q2)
+{
+    return 2 * log1p(q2) - (isinf(t.gamma) ? q2 / t.core2 : t.gamma * log1p(q2 / t.core2));
 }
 
 /* The nodes begin to be even in ln tan theta at a quarter of where the distribution begins to be a power, or of 2.5 half widths. */
-static double scale_of(student_t t)
+static double scale_of(reference t)
 {
-    const double half2 = t.core2 * (exp2(1 / t.gamma) - 1);
-    return 0.25 * sqrt(fmin(t.core2, 6.25 * half2));
+    const double half2 = t.core2 * (isinf(t.gamma) ? log(2) : exp2(1 / t.gamma) - 1);
+    return 0.25 * (isinf(t.gamma) ? 2.5 * sqrt(half2) : sqrt(fmin(t.core2, 6.25 * half2)));
 }
 
-static ff_status make_lattice(const struct ff_problem *p, const ff_ndf_options *o, student_t t, const range *range, ff_curve *out,
+static ff_status make_lattice(const struct ff_problem *p, const ff_ndf_options *o, reference t, const range *range, ff_curve *out,
                               ff_error *err)
 {
-    const double scale = scale_of(t), wanted = ceil(asinh(range->q_hi / scale) / NODE_STEP);
+    const double scale = scale_of(t), wanted = ceil(asinh(range->q_hi / scale) / NODE_STEP) + BEYOND;
     const int top = o->nodes ? o->nodes - 1 : (int)fmin(fmax(wanted, FF_NDF_LEAST_TOP), FF_NDF_MOST_TOP);
     unsigned char filled[FF_NDF_MOST_TOP + 1] = {0};
     int n = 0;
@@ -162,7 +199,7 @@ static ff_status make_lattice(const struct ff_problem *p, const ff_ndf_options *
         return ff_error_set(err, FF_ERR_DATA, NULL, 0, -1,
                             "%zu values (%zu samples of %zu channels) cannot determine a distribution at %d angles",
                             p->n * p->n_channels, p->n, p->n_channels, top + 1);
-    const double step = asinh(range->q_hi / scale) / top;
+    const double step = asinh(range->q_hi / scale) / (top - BEYOND);
     for (size_t i = 0; i < p->n; i++) {
         const double s2 = ff_problem_plane(p, i / FF_BLOCK, p->geometry[FF_G_S2])[i % FF_BLOCK];
         filled[(int)fmin(asinh(sqrt(s2) / scale) / step, top)] = 1;
@@ -172,38 +209,44 @@ static ff_status make_lattice(const struct ff_problem *p, const ff_ndf_options *
         return ff_error_set(err, FF_ERR_DATA, NULL, 0, -1,
                             "the half vectors of the samples lie at %d of the %d angles of a distribution, expected at least %d", n,
                             top + 1, LEAST_FILLED);
-    if (ff_curve_new(scale, range->q_hi, top, ff_masking_at(o->masking)->uses_lambda, range->tan_max, out))
+    if (ff_curve_new(scale, step, top, ff_masking_at(o->masking)->uses_lambda, range->tan_max, out))
         return ff_error_set(err, FF_ERR_MEMORY, NULL, 0, -1, "out of memory");
     return FF_OK;
 }
 
 /* ---- the start ------------------------------------------------------------------------------- */
 
-static void fill_box(ff_ndf_fit *f)
+/* Falls of 2 ln (1 + q^2): what D may rise by where the density of slopes must not. */
+static void fill_box(ff_ndf_fit *f, ff_ndf_monotone monotone)
 {
     const size_t top = (size_t)f->curve->top;
+    double rise[FF_NDF_MOST_TOP + 1], *falls = f->work;
+    for (size_t k = 0; k <= top; k++) {
+        const double q = ff_curve_node(f->curve, (int)k);
+        rise[k] = monotone == FF_NDF_MONOTONE_SLOPES ? 2 * log1p(q * q) : 0;
+    }
+    ff_ndf_falls(f->curve, rise, falls);
+    falls[top - 1] = fmax(falls[top - 1], -MOST_RISE * f->curve->step);
     for (size_t k = 0; k < f->P; k++) {
-        f->lower[k] = 0;
-        f->upper[k] = k < top ? 60 : (k - top) % 2 == 0 && f->scaled ? 1e6 : 1;
+        f->lower[k] = fmin(falls[k], 0);
+        f->upper[k] = k < top ? 1e3 : (k - top) % 2 == 0 && f->scaled ? 1e6 : 1;
     }
 }
 
-/* Falls of the reference and a start: student-t's where nothing better is known. */
-static void fill_start(const struct ff_problem *p, student_t t, const ff_fit_result *from, ff_ndf_fit *f, ff_ndf_result *r)
+/* Falls of the reference, and a start. */
+static void fill_start(const struct ff_problem *p, reference t, const ff_fit_result *from, ff_ndf_fit *f, ff_ndf_result *r)
 {
     const ff_curve *curve = f->curve;
     const size_t C = p->n_channels, top = (size_t)curve->top, stride = from->model.n_channel;
     double ln_d[FF_NDF_MOST_TOP + 1], *channel = f->u + top, *kd = f->work;
-    for (int k = 0; k <= curve->top; k++) {
-        const double q = ff_curve_node(curve, k), q2 = q * q;
-        ln_d[k] = 2 * log1p(q2) - t.gamma * log1p(q2 / t.core2);
-    }
+    for (int k = 0; k <= curve->top; k++) ln_d[k] = reference_ln_d(t, pow(ff_curve_node(curve, k), 2));
     ff_ndf_falls(curve, ln_d, f->reference);
-    const int ks = -1 - ff_model_param_find(&from->model, "ks"), at_kd = -1 - ff_model_param_find(&from->model, "kd");
+    const int f0 = -1 - ff_model_param_find(&from->model, "f0"), ks = -1 - ff_model_param_find(&from->model, "ks"),
+              diffuse = -1 - ff_model_param_find(&from->model, "kd");
     for (size_t c = 0; c < C; c++) {
         const ff_fit_value *v = from->channel_value + c * stride;
-        channel[2 * c] = f->scaled ? v[ks].value : v[0].value;
-        kd[c] = channel[2 * c + 1] = v[at_kd].value;
+        channel[2 * c] = v[f->scaled ? ks : f0].value;
+        kd[c] = channel[2 * c + 1] = v[diffuse].value;
     }
     r->from_back_scatter = ff_ndf_back_scatter(p, curve, kd, f->u, r);
     if (!r->from_back_scatter) memcpy(f->u, f->reference, top * sizeof *f->u);
@@ -212,30 +255,29 @@ static void fill_start(const struct ff_problem *p, student_t t, const ff_fit_res
 
 /* ---- how smooth ------------------------------------------------------------------------------ */
 
-#define SMOOTHEST 1e4
-#define ROUGHEST  1e-2
+#define SMOOTHEST       1e4
+#define ROUGHEST        1e-2
+#define NEGLIGIBLE      3e-4 /* a gain less than this is not worth a rougher curve                          */
 #define ROUGH_TOLERANCE 1e-5
 #define FINE_TOLERANCE  1e-8
 
 /* From smooth to rough, each from the one before; the variances follow the residuals. The best by cross-validation stays in f. */
 static ff_status choose_smooth(ff_ndf_fit *f, const struct ff_problem *p, double least_variance)
 {
-    enum { WORSE = 4 };
+    enum { WORSE = 3 };
     const size_t P = f->P;
     double *best = malloc(2 * P * sizeof *best), least = INFINITY, smooth = 0;
-    int converged, worse = 0;
+    ff_outcome outcome;
+    int worse = 0;
     ff_status s = best ? ff_ndf_look(f, p) : FF_ERR_MEMORY;
-    for (double next = SMOOTHEST; !s && next >= ROUGHEST && worse < WORSE; next /= sqrt(10)) {
+    for (double next = SMOOTHEST; !s && next >= ROUGHEST && (worse < WORSE || next >= 1); next /= sqrt(10)) {
         ff_ndf_variances(f, least_variance);
         f->smooth = next;
-        s = ff_ndf_solve(f, p, ROUGH_TOLERANCE, 50, &converged);
+        s = ff_ndf_solve(f, p, ROUGH_TOLERANCE, 50, &outcome);
         if (!s) s = ff_ndf_look(f, p);
         if (s) break;
         const double cost2 = ff_ndf_left_out(f);
-#ifdef NDF_TRACE
-        fprintf(stderr, "smooth %g cost2 %g left out %g passes %d conv %d\n", next, f->sums.cost2, cost2, f->passes, converged);
-#endif
-        worse = cost2 < least ? 0 : worse + 1;
+        worse = cost2 < (1 - NEGLIGIBLE) * least ? 0 : worse + 1;
         if (worse) continue;
         least = cost2;
         smooth = next;
@@ -254,143 +296,18 @@ static ff_status choose_smooth(ff_ndf_fit *f, const struct ff_problem *p, double
 /* The same way to a given weight. */
 static ff_status approach_smooth(ff_ndf_fit *f, const struct ff_problem *p, double least_variance, double wanted)
 {
-    int converged;
+    ff_outcome outcome;
     ff_status s = ff_ndf_look(f, p);
     for (double next = fmax(SMOOTHEST, wanted);; next = fmax(next / 10, wanted)) {
         if (s) return s;
         ff_ndf_variances(f, least_variance);
         f->smooth = next;
-        s = ff_ndf_solve(f, p, ROUGH_TOLERANCE, 50, &converged);
+        s = ff_ndf_solve(f, p, ROUGH_TOLERANCE, 50, &outcome);
         if (!s) s = ff_ndf_look(f, p);
         if (next <= wanted || next < ROUGHEST * 1e-6) break;
     }
     f->smooth = wanted;
     return s;
-}
-
-/* ---- what is said of the result -------------------------------------------------------------- */
-
-static void warn(ff_ndf_result *r, const char *fmt, ...) __attribute__((format(printf, 2, 3)));
-static void warn(ff_ndf_result *r, const char *fmt, ...)
-{
-    if (r->n_warnings == FF_MAX_WARNINGS) return;
-    va_list args;
-    va_start(args, fmt);
-    vsnprintf(r->warning[r->n_warnings++], FF_WARNING_LENGTH, fmt, args);
-    va_end(args);
-}
-
-static double degrees(double radians)
-{
-    return radians * (180 / pi);
-}
-
-/* Relative standard error of D at tan theta = q, the area counted in. work [P]. */
-static double error_at(const ff_ndf_fit *f, const double *cov, double q, double *work)
-{
-    const ff_stencil s = ff_curve_stencil(f->curve, q);
-    const size_t P = f->P;
-    double variance = 0;
-    for (size_t k = 0; k < P; k++) {
-        work[k] = -f->X[f->sums.n_curve * P + k];
-        for (size_t i = 0; i < 4; i++) work[k] += s.w[i] * f->X[((size_t)s.first + i) * P + k];
-    }
-    for (size_t a = 0; a < P; a++)
-        for (size_t b = 0; b < P; b++) variance += work[a] * cov[a * P + b] * work[b];
-    return sqrt(fmax(variance, 0));
-}
-
-enum { PER_STEP = 4 }; /* rows between nodes: the cubics of a profile's table follow the spline to 1e-5 then */
-
-/* Angles from the normal to the reach, then on to where hardly any area is left. */
-static ff_status fill_rows(const ff_ndf_fit *f, const double *cov, ff_ndf_result *r)
-{
-    const ff_curve *curve = f->curve;
-    const double q_end = tan(89.5 * pi / 180), step = curve->step / PER_STEP;
-    const size_t inside = (size_t)curve->top * PER_STEP + 1;
-    const size_t beyond = (size_t)fmax(0, ceil(asinh(q_end / curve->scale) / curve->step - curve->top));
-    r->row = malloc((inside + beyond) * sizeof *r->row);
-    double *work = malloc(f->P * sizeof *work);
-    if (r->row && work)
-        for (size_t i = 0; i < inside + beyond; i++) {
-            const size_t steps = i < inside ? i : inside - 1 + PER_STEP * (i - inside + 1);
-            const double q = curve->scale * sinh((double)steps * step);
-            r->row[i] = (ff_ndf_row){atan(q), exp(ff_curve_ln_d(curve, &f->state, q)), error_at(f, cov, q, work)};
-            if (i < inside && (i == 0 || r->sure == r->row[i - 1].theta) && r->row[i].error < 0.5) r->sure = r->row[i].theta;
-        }
-    free(work);
-    r->n_rows = inside + beyond;
-    r->n_nodes = (size_t)curve->top + 1;
-    return r->row ? FF_OK : FF_ERR_MEMORY;
-}
-
-static double half_width(const ff_ndf_result *r)
-{
-    for (size_t i = 1; i < r->n_rows; i++) {
-        const ff_ndf_row *a = &r->row[i - 1], *b = &r->row[i];
-        if (b->d > 0.5 * r->row[0].d) continue;
-        return a->theta + (b->theta - a->theta) * log(2 * a->d / r->row[0].d) / log(a->d / b->d);
-    }
-    return r->row[r->n_rows - 1].theta;
-}
-
-static void fill_measures(const ff_ndf_fit *f, ff_ndf_result *r)
-{
-    const ff_curve *curve = f->curve;
-    double area = 0, inside = 0, first = 0, second = 0;
-    for (size_t l = 0; l < curve->n_slopes; l++) {
-        const double weight = curve->measure[l] * f->state.exp_psi[l], q = curve->slope[l];
-        area += weight;
-        first += weight * q;
-        if (q > tan(r->reach)) continue;
-        inside += weight;
-        second += weight * q * q;
-    }
-    const double mean = first / area;
-    r->measures = (ff_ndf_measures){.half_width = half_width(r),
-                                    .mean_slope = mean,
-                                    .rms_slope = sqrt(second / inside),
-                                    .beyond = 1 - inside / area,
-                                    .alpha_peak = 1 / sqrt(pi * r->row[0].d),
-                                    .beckmann_mean = 2 * mean / sqrt(pi),
-                                    .ggx_mean = 2 * mean / pi};
-}
-
-/* Runs of nodes where D does not fall though it is free to: it would rise. */
-static void warn_level(const ff_ndf_fit *f, ff_ndf_result *r)
-{
-    const int top = f->curve->top;
-    for (int k = 0, end; k < top; k = end + 1) {
-        for (end = k; end < top && f->held[end] && f->u[end] <= 0;) end++;
-        if (end - k < 3) continue;
-        warn(r, "the data would have D rise from %.3g to %.3g degrees; it is kept level there", degrees(atan(ff_curve_node(f->curve, k))),
-             degrees(atan(ff_curve_node(f->curve, end))));
-    }
-}
-
-static void fill_warnings(const ff_ndf_fit *f, const struct ff_problem *p, ff_ndf_result *r)
-{
-    const ff_ndf_measures *m = &r->measures;
-    const double power = f->u[f->curve->top - 1] / f->curve->step;
-    if (r->outcome != FF_CONVERGED) warn(r, "the minimisation stopped before it converged: D may not be the best one");
-    if (!r->from_back_scatter)
-        warn(r, "these data have %zu samples that look back along the light, too few for the power iteration: the start is the best "
-                "fit of student-t", r->back_samples);
-    if (r->first > 0.5 * m->half_width)
-        warn(r, "no half vector is nearer to the normal than %.3g degrees: the peak of D is the smooth continuation to there",
-             degrees(r->first));
-    if (r->sure < r->reach)
-        warn(r, "beyond %.3g degrees the data say little: D follows student-t there as far as they let it", degrees(r->sure));
-    if (r->reach < 89 * pi / 180)
-        warn(r, "no half vector lies beyond %.3g degrees: D goes on from there as tan(theta)^-%.3g%s", degrees(r->reach), power,
-             m->beyond > 0.01 ? "" : ", with less than 1 % of the area");
-    if (r->reach < 89 * pi / 180 && m->beyond > 0.01)
-        warn(r, "%.2g %% of the projected area lies beyond the data: F0 and the masking depend on that continuation", 100 * m->beyond);
-    warn_level(f, r);
-    if (r->scaled)
-        warn(r, "the data ask for F0 > 1: F = 1 and a scale ks instead, in all fits; are the data in 1/sr?");
-    if (!p->selection.isotropic)
-        warn(r, "these data may show a direction; D is isotropic, the mean over the azimuths as the samples have them");
 }
 
 /* ---- the retrieved distribution as a model --------------------------------------------------- */
@@ -408,7 +325,7 @@ static ff_status fit_profile(struct ff_problem *p, const ff_fit_options *o, ff_m
     free(theta);
     if (s) return s;
     ff_model_set_table(m, r->profile);
-    return ff_problem_fit(p, m, o, &r->fit[FF_NDF_TABULATED], err);
+    return fit_one(p, m, o, &r->fit[FF_NDF_TABULATED], err);
 }
 
 /* ---- the whole ------------------------------------------------------------------------------- */
@@ -430,28 +347,14 @@ static ff_status failed(ff_status s, ff_error *err)
 static ff_status refine(ff_ndf_fit *f, const struct ff_problem *p, const ff_ndf_options *o, double least_variance, ff_ndf_result *r)
 {
     const struct ff_problem *fewer = p->middle ? p->middle : p;
-    int converged = 0;
     ff_status s = isnan(o->smooth) ? choose_smooth(f, fewer, least_variance) : approach_smooth(f, fewer, least_variance, o->smooth);
     if (!s && fewer != p) {
         s = ff_ndf_look(f, p);
         if (!s) ff_ndf_variances(f, least_variance);
     }
-    if (!s) s = ff_ndf_solve(f, p, FINE_TOLERANCE, o->fit.max_iterations, &converged);
+    if (!s) s = ff_ndf_solve(f, p, FINE_TOLERANCE, o->fit.max_iterations, &r->outcome);
     if (!s) s = ff_ndf_look(f, p);
-    double *cov = malloc(f->P * f->P * sizeof *cov);
-    if (!s) s = cov ? ff_ndf_covariance(f, cov) : FF_ERR_MEMORY;
-    if (!s) s = fill_rows(f, cov, r);
-    free(cov);
-    if (s) return s;
-    r->effective = ff_ndf_effective(f);
-    r->smooth = f->smooth;
-    r->objective = 0.5 * f->sums.cost2;
-    r->outcome = converged ? FF_CONVERGED : f->iterations >= o->fit.max_iterations ? FF_LIMIT : FF_STALLED;
-    r->iterations = f->iterations;
-    r->passes = f->passes;
-    fill_measures(f, r);
-    fill_warnings(f, p, r);
-    return FF_OK;
+    return s ? s : ff_ndf_result_fill(f, p, o->monotone, r);
 }
 
 static ff_status retrieve(struct ff_problem *p, const ff_ndf_options *o, ff_ndf_result *r, ff_error *err)
@@ -463,7 +366,7 @@ static ff_status retrieve(struct ff_problem *p, const ff_ndf_options *o, ff_ndf_
     if (!s) s = fit_parametric(p, &o->fit, models, r, err);
     if (!s) s = check_peak(p, &o->fit, &models[FF_NDF_FITS], r, err);
     if (s) return s;
-    const student_t t = student_t_of(&r->fit[FF_NDF_STUDENT_T]);
+    const reference t = reference_of(r);
     const range range = range_of(p);
     const ff_term *masking = ff_term_at(FF_MASKING, (size_t)o->masking);
     r->first = atan(range.q_lo);
@@ -472,8 +375,8 @@ static ff_status retrieve(struct ff_problem *p, const ff_ndf_options *o, ff_ndf_
     if (s) return s;
     s = ff_ndf_fit_new(&curve, &o->fit, o->masking, masking->n_params ? masking->params[0].init : 0, r->scaled, p->n_channels, &f);
     if (!s) {
-        fill_box(&f);
-        fill_start(p, t, &r->fit[FF_NDF_STUDENT_T], &f, r);
+        fill_box(&f, o->monotone);
+        fill_start(p, t, &r->fit[r->reference], &f, r);
         s = refine(&f, p, o, LEAST_VARIANCE * range.mean_square, r);
     }
     ff_ndf_fit_free(&f);
@@ -503,6 +406,7 @@ void ff_ndf_result_free(ff_ndf_result *r)
     if (!r) return;
     for (int i = 0; i < FF_NDF_FITS; i++) ff_fit_result_free(&r->fit[i]);
     free(r->row);
+    free(r->channel);
     free(r->profile);
     memset(r, 0, sizeof *r);
 }

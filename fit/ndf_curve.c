@@ -20,7 +20,7 @@ enum { MOST_LAMBDA = 160 };
 ff_stencil ff_curve_stencil(const ff_curve *curve, double q)
 {
     const double x = q / curve->scale;
-    return ff_curve_stencil_at(curve->top, ff_log(x + sqrt(1 + x * x)) / curve->step);
+    return ff_curve_stencil_at(curve->top, fmin(ff_log(x + sqrt(1 + x * x)) / curve->step, curve->end));
 }
 
 double ff_curve_node(const ff_curve *curve, int k)
@@ -55,10 +55,11 @@ static void fill_kernel(const ff_curve *curve, double mu, double *row)
     }
 }
 
-ff_status ff_curve_new(double scale, double q_reach, int top, int lambda, double tan_max, ff_curve *out)
+ff_status ff_curve_new(double scale, double step, int top, int lambda, double tan_max, ff_curve *out)
 {
     const double end = asinh(tan_max), ln_step = log(2) / PER_OCTAVE;
-    ff_curve c = {.top = top, .scale = scale, .step = asinh(q_reach / scale) / top};
+    ff_curve c = {.top = top, .scale = scale, .step = step};
+    c.end = asinh(tan(FF_NDF_END) / scale) / c.step;
     if (lambda) {
         c.lambda_step = fmax(LAMBDA_STEP, end / (MOST_LAMBDA - 1));
         c.n_lambda = (int)fmax(ceil(end / c.lambda_step), 3) + 1;

@@ -8,8 +8,6 @@
 #include "internal_ndf.h"
 #include "internal_vector_math.h"
 
-enum { ENTRIES = 13 }; /* of a sample's lobe: 4 of the curve, the area, 4 + 4 of Lambda */
-
 /* ---- the lobe over a block ------------------------------------------------------------------- */
 
 /* Where each sample lies between nodes: the first of four, and what they weigh. */
@@ -24,13 +22,13 @@ typedef struct lobe_block {
     double S[FF_BLOCK], m[FF_BLOCK]; /* P22 G K; (1 - c)^5 */
 } lobe_block;
 
-/* asinh of the root of a plane, in steps of a lattice. */
-static void places(const double *restrict x2, double scale, double step, double *restrict u)
+/* asinh of the root of a plane, in steps of a lattice, at most `end`. */
+static void places(const double *restrict x2, double scale, double step, double end, double *restrict u)
 {
     const double inv_scale2 = 1 / (scale * scale), inv_step = 1 / step;
     for (int i = 0; i < FF_BLOCK; i++) {
-        const double x = x2[i] * inv_scale2;
-        u[i] = ff_log(sqrt(x) + sqrt(1 + x)) * inv_step;
+        const double x = x2[i] * inv_scale2, at = ff_log(sqrt(x) + sqrt(1 + x)) * inv_step;
+        u[i] = at < end ? at : end;
     }
 }
 
@@ -49,7 +47,7 @@ static void block_curve(const ff_ndf_place *at, const ff_geometry *g, lobe_block
     double u[FF_BLOCK];
     const double *restrict s2 = g->plane[FF_G_S2], norm = 1 / at->state->area;
     const int top = at->curve->top;
-    places(s2, at->curve->scale, at->curve->step, u);
+    places(s2, at->curve->scale, at->curve->step, at->curve->end, u);
     for (int i = 0; i < FF_BLOCK; i++) {
         const ff_stencil s = ff_curve_stencil_at(top, u[i]);
         b->curve.first[i] = s.first;
@@ -68,7 +66,7 @@ static void block_lambda(const ff_ndf_place *at, const double *restrict tan2, st
 {
     double u[FF_BLOCK];
     const int last = at->curve->n_lambda - 4;
-    places(tan2, 1, at->curve->lambda_step, u);
+    places(tan2, 1, at->curve->lambda_step, at->curve->n_lambda - 1, u);
     for (int i = 0; i < FF_BLOCK; i++) {
         const int k = (int)u[i] - 1, low = k < last ? k : last, folded = low < 0;
         const double a = u[i] - low, b = a - 1, c = a - 2, d = a - 3;
@@ -99,27 +97,24 @@ static void block_lobe(const ff_ndf_place *at, const ff_masking *masking, const 
     }
 }
 
-/* Derivatives of ln S by the raw columns. */
+/* Derivatives of ln S by the raw columns: where each stencil begins, and its four entries. */
 typedef struct lobe_row {
-    int curve, area, i, o; /* first column of each stencil */
-    int n;                 /* entries                      */
-    double v[ENTRIES];     /* in this order                */
+    int n; /* stencils: 1, or 3 with Lambda */
+    int curve, i, o;
+    double of_curve[4], of_i[4], of_o[4];
 } lobe_row;
 
 static void row_of(const ff_ndf_place *at, const lobe_block *b, int i, lobe_row *row)
 {
-    const int n_curve = at->curve->top + 1, with_lambda = at->curve->n_lambda > 0;
     row->curve = b->curve.first[i];
-    row->area = n_curve;
-    for (int k = 0; k < 4; k++) row->v[k] = b->curve.w[k][i];
-    row->v[4] = -1;
-    row->n = with_lambda ? ENTRIES : 5;
-    if (!with_lambda) return;
-    row->i = n_curve + 1 + b->i.first[i];
-    row->o = n_curve + 1 + b->o.first[i];
+    row->n = at->curve->n_lambda ? 3 : 1;
+    for (int k = 0; k < 4; k++) row->of_curve[k] = b->curve.w[k][i];
+    if (row->n == 1) return;
+    row->i = at->curve->top + 1 + b->i.first[i];
+    row->o = at->curve->top + 1 + b->o.first[i];
     for (int k = 0; k < 4; k++) {
-        row->v[5 + k] = b->gi[i] * b->i.w[k][i];
-        row->v[9 + k] = b->go[i] * b->o.w[k][i];
+        row->of_i[k] = b->gi[i] * b->i.w[k][i];
+        row->of_o[k] = b->go[i] * b->o.w[k][i];
     }
 }
 
@@ -191,30 +186,48 @@ static void block_channel(const ff_ndf_place *at, size_t block, size_t c, const 
 
 /* ---- outer products -------------------------------------------------------------------------- */
 
+static inline void add_four(double weight, const double *restrict v, double *restrict to)
+{
+    for (int k = 0; k < 4; k++) to[k] += weight * v[k];
+}
+
 /* to[columns of the row] += weight v */
 static inline void add_row(const lobe_row *row, double weight, double *restrict to)
 {
-    for (int k = 0; k < 4; k++) to[row->curve + k] += weight * row->v[k];
-    to[row->area] += weight * row->v[4];
-    if (row->n < ENTRIES) return;
-    for (int k = 0; k < 4; k++) to[row->i + k] += weight * row->v[5 + k];
-    for (int k = 0; k < 4; k++) to[row->o + k] += weight * row->v[9 + k]; /* may be the same columns */
+    add_four(weight, row->of_curve, to + row->curve);
+    if (row->n == 1) return;
+    add_four(weight, row->of_i, to + row->i);
+    add_four(weight, row->of_o, to + row->o); /* may be the same columns */
 }
 
-/* matrix += weight v v^T, all of the square. */
-static void add_square(const lobe_row *row, double weight, double *restrict matrix, size_t n)
+/* matrix += weight v v^T: the squares of the stencils and, below the diagonal, the products of Lambda's with the curve's. Those of
+ * the two directions' with each other, whose order differs from sample to sample, go to `cross` with the row of wo. */
+static void add_square(const lobe_row *row, double weight, size_t n, double *restrict matrix, double *restrict cross)
 {
-    for (int k = 0; k < 4; k++) add_row(row, weight * row->v[k], matrix + (size_t)(row->curve + k) * n);
-    add_row(row, weight * row->v[4], matrix + (size_t)row->area * n);
-    if (row->n < ENTRIES) return;
-    for (int k = 0; k < 4; k++) add_row(row, weight * row->v[5 + k], matrix + (size_t)(row->i + k) * n);
-    for (int k = 0; k < 4; k++) add_row(row, weight * row->v[9 + k], matrix + (size_t)(row->o + k) * n);
+    for (int k = 0; k < 4; k++) {
+        const double c = weight * row->of_curve[k];
+        add_four(c, row->of_curve, matrix + (size_t)(row->curve + k) * n + row->curve);
+    }
+    if (row->n == 1) return;
+    for (int k = 0; k < 4; k++) {
+        const double c = weight * row->of_i[k];
+        double *restrict to = matrix + (size_t)(row->i + k) * n;
+        add_four(c, row->of_curve, to + row->curve);
+        add_four(c, row->of_i, to + row->i);
+    }
+    for (int k = 0; k < 4; k++) {
+        const double c = weight * row->of_o[k];
+        double *restrict to = matrix + (size_t)(row->o + k) * n;
+        add_four(c, row->of_curve, to + row->curve);
+        add_four(c, row->of_o, to + row->o);
+        add_four(c, row->of_i, cross + (size_t)(row->o + k) * n + row->i);
+    }
 }
 
 static void add_meat(const lobe_row *row, double score, const ff_ndf_channel_planes *channel, int i, ff_ndf_sums *sums)
 {
     const size_t n = sums->n, raw = sums->n_raw;
-    add_square(row, score * score, sums->meat, n);
+    add_square(row, score * score, n, sums->meat, sums->meat_cross);
     for (size_t c = 0; c < sums->n_channels; c++) {
         const double of[2] = {channel[c].a_score[i], channel[c].kd_score[i]};
         for (size_t k = 0; k < 2; k++) {
@@ -245,7 +258,7 @@ void FF_ISA_NAME(ff_ndf_blocks)(const ff_ndf_place *at, size_t first, size_t end
         for (size_t c = 0; c < p->n_channels; c++) block_channel(at, block, c, g.plane[FF_G_COS_I], &b, &all, &channel[c], sums);
         for (int i = 0; i < FF_BLOCK; i++) {
             row_of(at, &b, i, &row);
-            add_square(&row, all.square[i], sums->gram, sums->n);
+            add_square(&row, all.square[i], sums->n, sums->gram, sums->gram_cross);
             add_row(&row, all.score[i], sums->gradient);
             for (size_t c = 0; c < p->n_channels; c++) {
                 double *to = sums->gram + (sums->n_raw + 2 * c) * sums->n;

@@ -7,7 +7,6 @@
  * `smooth` a pure number: one over the variance, per unit of y, of the curvature that the surface may have beyond the reference. */
 #include "internal_ndf.h"
 #include <math.h>
-#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -64,16 +63,16 @@ static void by_falls(const double *by_c, size_t top, double *out)
     for (size_t k = top; k >= 1; k--) out[k - 1] = sum -= by_c[k];
 }
 
-/* X [n][P] = d raw column / d parameter. */
+/* X [n][P] = d raw column / d parameter; the coefficients less ln A. */
 static void fill_slopes(ff_ndf_fit *f)
 {
     const size_t top = (size_t)f->curve->top, P = f->P, n_curve = f->sums.n_curve;
     memset(f->X, 0, f->sums.n * P * sizeof *f->X);
+    by_falls(f->state.d_area, top, f->work);
     for (size_t m = 0; m <= top; m++)
-        for (size_t k = 0; k < m; k++) f->X[m * P + k] = -1;
-    by_falls(f->state.d_area, top, f->X + n_curve * P);
+        for (size_t k = 0; k < top; k++) f->X[m * P + k] = (k < m ? -1 : 0) - f->work[k];
     for (size_t j = 0; j < (size_t)f->curve->n_lambda; j++)
-        by_falls(f->state.d_lambda + j * n_curve, top, f->X + (n_curve + 1 + j) * P);
+        by_falls(f->state.d_lambda + j * n_curve, top, f->X + (n_curve + j) * P);
     for (size_t k = top; k < P; k++) f->X[(f->sums.n_raw + k - top) * P + k] = 1;
 }
 
@@ -94,8 +93,8 @@ static void transform(const ff_ndf_fit *f, const double *M, double *out)
 
 /* ---- the penalty ----------------------------------------------------------------------------- */
 
-/* Term k < top is the second difference of ln (D / D_reference) at node k, between the falls k - 1 and k. At node 0, where the curve
- * meets its mirror image, it is twice the first fall, and the node stands for half a step. */
+/* Term k < top is the second difference of ln (D / D_reference) at node k, between the falls k - 1 and k. At node 0, where the
+ * curve meets its mirror image, it is twice the first fall, and the node stands for half a step. */
 static double penalty_term(const ff_ndf_fit *f, size_t k, double *weight)
 {
     const double h = f->curve->step, here = f->u[k] - f->reference[k];
@@ -283,11 +282,11 @@ static double propose(ff_ndf_fit *f, double damping)
     return gain(f);
 }
 
-ff_status ff_ndf_solve(ff_ndf_fit *f, const struct ff_problem *p, double tolerance, int max_iterations, int *converged)
+ff_status ff_ndf_solve(ff_ndf_fit *f, const struct ff_problem *p, double tolerance, int max_iterations, ff_outcome *outcome)
 {
     double objective, damping = 1e-6, tried;
     ff_status s = evaluate(f, p, 0, &objective);
-    *converged = 0;
+    *outcome = FF_LIMIT;
     for (int iteration = 0; !s && iteration < max_iterations && damping < 1e12; iteration++) {
         assemble(f);
         if (f->o->progress) f->o->progress(f->o->progress_context, f->iterations, objective);
@@ -295,16 +294,13 @@ ff_status ff_ndf_solve(ff_ndf_fit *f, const struct ff_problem *p, double toleran
         for (int moved = 0; !s && !moved && damping < 1e12;) {
             const double expected = propose(f, damping);
             if (expected <= tolerance * objective * (damping > 1e-3 ? 1e-3 : 1)) {
-                *converged = 1;
+                *outcome = FF_CONVERGED;
                 return FF_OK;
             }
             memcpy(f->trial, f->u, f->P * sizeof *f->u);
             for (size_t k = 0; k < f->P; k++) f->u[k] = fmin(fmax(f->u[k] + f->step[k], f->lower[k]), f->upper[k]);
             s = evaluate(f, p, 0, &tried);
             moved = !s && tried < objective;
-#ifdef NDF_TRACE
-            if (getenv("LM")) fprintf(stderr, "   it %d damping %g expected %g objective %.12g tried %.12g\n", iteration, damping, expected, objective, tried);
-#endif
             if (!moved) {
                 memcpy(f->u, f->trial, f->P * sizeof *f->u);
                 damping *= 10;
@@ -314,6 +310,7 @@ ff_status ff_ndf_solve(ff_ndf_fit *f, const struct ff_problem *p, double toleran
             objective = tried;
         }
     }
+    if (damping >= 1e12) *outcome = FF_STALLED;
     return s;
 }
 
@@ -384,7 +381,8 @@ double ff_ndf_effective(ff_ndf_fit *f)
     return trace_of(f, f->sums.gram);
 }
 
-/* A^-1 (M + N) A^-1: M the samples' scores, N that of the penalty seen as an observation, each term 0 with the variance 1 / smooth. */
+/* A^-1 (M + N) A^-1: M the samples' scores, N that of the penalty seen as an observation, each term 0 with the variance 1 / smooth.
+ */
 ff_status ff_ndf_covariance(ff_ndf_fit *f, double *cov)
 {
     const size_t P = f->P;

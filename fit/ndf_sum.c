@@ -17,25 +17,32 @@ void ff_ndf_blocks_avx512(const ff_ndf_place *at, size_t first, size_t end, int 
                           ff_ndf_sums *sums);
 #endif
 
-/* cost2, gradient, gram, meat, in one piece. */
-static size_t doubles_of(size_t n)
+/* cost2, gradient, gram, meat in one piece; each square with the cross products of the directions' stencils, [n_raw][n]. */
+static size_t square_of(const ff_ndf_sums *s)
 {
-    return 1 + n + 2 * n * n;
+    return (s->n + s->n_raw) * s->n;
+}
+
+static size_t doubles_of(const ff_ndf_sums *s)
+{
+    return 1 + s->n + 2 * square_of(s);
 }
 
 static void point_into(ff_ndf_sums *s, double *memory)
 {
     s->gradient = memory + 1;
     s->gram = s->gradient + s->n;
-    s->meat = s->gram + s->n * s->n;
+    s->gram_cross = s->gram + s->n * s->n;
+    s->meat = s->gram + square_of(s);
+    s->meat_cross = s->meat + s->n * s->n;
 }
 
 ff_status ff_ndf_sums_new(const ff_curve *curve, size_t n_channels, ff_ndf_sums *out)
 {
     ff_ndf_sums s = {.n_curve = (size_t)curve->top + 1, .n_channels = n_channels};
-    s.n_raw = s.n_curve + 1 + (size_t)curve->n_lambda;
+    s.n_raw = s.n_curve + (size_t)curve->n_lambda;
     s.n = s.n_raw + 2 * n_channels;
-    double *memory = calloc(doubles_of(s.n), sizeof *memory);
+    double *memory = calloc(doubles_of(&s), sizeof *memory);
     if (!memory) return FF_ERR_MEMORY;
     point_into(&s, memory);
     *out = s;
@@ -53,7 +60,7 @@ typedef struct pass {
     int with_meat;
     size_t slices;
     ff_ndf_sums like;
-    double *memory;                 /* [slices][doubles_of n] */
+    double *memory;                 /* [slices][doubles_of]   */
     ff_ndf_channel_planes *channel; /* [threads][n_channels]  */
 } pass;
 
@@ -62,7 +69,7 @@ static void run_slice(void *context, size_t slice, int worker)
     const pass *s = context;
     const struct ff_problem *p = s->at->p;
     ff_ndf_sums sums = s->like;
-    double *memory = s->memory + slice * doubles_of(sums.n);
+    double *memory = s->memory + slice * doubles_of(&sums);
     point_into(&sums, memory);
     sums.cost2 = 0;
     FF_ISA_PICK(p->isa, ff_ndf_blocks)
@@ -71,9 +78,12 @@ static void run_slice(void *context, size_t slice, int worker)
     memory[0] = sums.cost2;
 }
 
-/* The rows of the channels hold their products with the lobe's columns, whose own square is whole. */
-static void mirror(double *matrix, size_t n)
+/* Adds the cross products in both orders; what stands below the diagonal goes above it too. */
+static void make_whole(const ff_ndf_sums *s, double *matrix, const double *cross)
 {
+    const size_t n = s->n;
+    for (size_t a = 0; a < s->n_raw; a++)
+        for (size_t b = 0; b <= a; b++) matrix[a * n + b] += cross[a * n + b] + cross[b * n + a];
     for (size_t a = 0; a < n; a++)
         for (size_t b = 0; b < a; b++) matrix[b * n + a] = matrix[a * n + b];
 }
@@ -81,7 +91,7 @@ static void mirror(double *matrix, size_t n)
 ff_status ff_ndf_sum(const ff_ndf_place *at, int with_meat, ff_ndf_sums *out)
 {
     const struct ff_problem *p = at->p;
-    const size_t n = doubles_of(out->n), used = with_meat ? n : n - out->n * out->n, least = p->n_blocks / SLICE_BLOCKS + 1;
+    const size_t n = doubles_of(out), used = with_meat ? n : n - square_of(out), least = p->n_blocks / SLICE_BLOCKS + 1;
     pass s = {.at = at, .with_meat = with_meat, .slices = least < SLICES ? least : SLICES, .like = *out};
     s.memory = calloc(s.slices * n, sizeof *s.memory);
     s.channel = malloc((size_t)ff_pool_threads(p->pool) * p->n_channels * sizeof *s.channel);
@@ -95,8 +105,8 @@ ff_status ff_ndf_sum(const ff_ndf_place *at, int with_meat, ff_ndf_sums *out)
         for (size_t k = 0; k < used; k++)
             if (!isfinite(sum[k])) status = FF_ERR_INTERNAL;
         out->cost2 = sum[0];
-        mirror(out->gram, out->n);
-        mirror(out->meat, out->n);
+        make_whole(out, out->gram, out->gram_cross);
+        make_whole(out, out->meat, out->meat_cross);
     }
     free(s.memory);
     free(s.channel);

@@ -29,6 +29,7 @@ enum {
 static const double tolerance = 1e-9;
 static const double panel_x = 1.5;   /* width of a panel of x                                 */
 static const double slope_far = 1e6; /* the furnace integral continues as a power law beyond this */
+static const double nu_least = 3.01; /* of a tail q^-nu whose facets have a finite area           */
 
 typedef struct rule {
     int n;
@@ -279,8 +280,8 @@ static void integrate_piece(integrand *k, const rule *g, vec2 e, double q0, doub
     for (int p = 0; p < panels; ++p) {
         const double mid = x0 + (2 * p + 1) * half;
         for (int i = 0; i < g->n; ++i) {
-            const double x = mid + half * g->x[i];
-            add_half_vector(k, e, k->width * sinh(x), weight * half * g->w[i] * k->width * cosh(x));
+            const double grown = exp(mid + half * g->x[i]), shrunk = 1 / grown, w = 0.5 * k->width;
+            add_half_vector(k, e, w * (grown - shrunk), weight * half * g->w[i] * w * (grown + shrunk)); /* sinh and cosh */
         }
     }
 }
@@ -680,7 +681,10 @@ ff_status ff_albedo_weak_furnace(const ff_model *m, ff_isa isa, const double *sh
     k.own_g1 = own_g1;
     k.g1 = own_g1 ? 1 : g1_of(&p, wo);
     measure_tail(&k);
-    integrate(&k, result);
+    if (!own_g1 && k.nu < nu_least)
+        result[0] = (ff_integral){INFINITY, 0};
+    else
+        integrate(&k, result);
     ff_prepared_free(&p.prepared);
     *out = result[0];
     return FF_OK;

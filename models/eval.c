@@ -14,10 +14,21 @@ static void above_horizon(const ff_dirs *w, size_t n, double *up)
     for (size_t i = 0; i < n; i++) up[i] = w->wiz[i] > FF_COS_MIN && w->woz[i] > FF_COS_MIN ? 1 : 0;
 }
 
-/* The range of tan^2 theta over all directions above the horizon. */
-static void range_of_tan2(const ff_dirs *w, size_t n, double *lo, double *hi)
+/* Does a lobe make a table of the directions that are to come? */
+static int has_tables(const ff_model *m)
+{
+    size_t doubles = 0;
+    for (uint32_t l = 0; l < m->n_lobes; l++) doubles += ff_ndf_at(m->lobe[l].ndf)->table_size;
+    return doubles > 0;
+}
+
+/* The range of tan^2 theta over all directions above the horizon, for models that ask for it. */
+static void range_of_tan2(const ff_model *m, const ff_dirs *w, size_t n, double *lo, double *hi)
 {
     double least = 1, greatest = FF_COS_MIN; /* cosines */
+    *lo = 0;
+    *hi = INFINITY;
+    if (!has_tables(m)) return;
     for (size_t i = 0; i < n; i++) {
         if (!(w->wiz[i] > FF_COS_MIN && w->woz[i] > FF_COS_MIN)) continue;
         least = fmin(least, fmin(w->wiz[i], w->woz[i]));
@@ -48,7 +59,7 @@ static ff_status prepare(evaluation *e, const ff_model *m, const ff_kernels *k, 
                          const double *channel, const ff_dirs *w, size_t n, int derivatives)
 {
     double lo, hi;
-    range_of_tan2(w, n, &lo, &hi);
+    range_of_tan2(m, w, n, &lo, &hi);
     ff_status s = ff_prepare(m, k, FF_CHEAPEST_MODE, n_channels, shape, channel, NULL, lo, hi, &e->value);
     if (s) return s;
     e->planes = ff_prepared_planes(&e->value);
@@ -121,7 +132,7 @@ ff_status ff_model_terms(const ff_model *m, ff_isa isa, size_t n_channels, const
     lobes.n_bases = 0;
     ff_prepared p;
     double lo, hi;
-    range_of_tan2(w, n, &lo, &hi);
+    range_of_tan2(m, w, n, &lo, &hi);
     s = ff_prepare(&lobes, k, FF_TILTED_MODE, n_channels, shape, channel, NULL, lo, hi, &p);
     if (s) return s;
     p.lobe[l].mode = FF_TILTED_MODE; /* the terms are asked for one at a time, by people: the general form serves all */

@@ -4,7 +4,8 @@
  *           surface, h = (wi+wo)/|wi+wo|. theta is measured from z, phi from x counter-clockwise. Angles: radians.
  *  Value    f = f_r(wi, wo) in 1/sr, the cosine NOT included.
  *  Slopes   of a normal m: (-mx/mz, -my/mz).
- *  Arrays   planes of double, owned by the caller, never kept after return; outputs must not overlap inputs. Nothing allocates.
+ *  Arrays   planes of double, owned by the caller, never kept after return; outputs must not overlap inputs.
+ *  Memory   nothing allocates but evaluations, for the tables of models that have any; they release it before they return.
  *  Errors   ff_status; outputs are written only on FF_OK. Nothing aborts or prints.
  *  Threads  descriptors are immutable; every function may be called from many threads at once. */
 #ifndef FF_MODEL_H
@@ -157,7 +158,7 @@ ff_status ff_model_set(const ff_model *m, size_t n_channels, const char *assignm
  *  @param channel  [n_channels][n_channel] */
 ff_status ff_model_check(const ff_model *m, size_t n_channels, const double *shape, const double *channel, ff_error *err);
 
-/** Claims of the whole model for these parameters: FF_RECIPROCAL (not with a mean slope), FF_PASSIVE, FF_ISOTROPIC. */
+/** Claims of the whole model for these parameters: FF_RECIPROCAL (not with a mean slope), FF_PASSIVE (for ks <= 1), FF_ISOTROPIC. */
 uint32_t ff_model_claims(const ff_model *m, const double *shape);
 
 /* ---- evaluation ------------------------------------------------------------------------------ */
@@ -183,7 +184,7 @@ int ff_isa_find(const char *name);   /**< the ff_isa of a name ("best" included)
  *             df[(c (n_shape+n_channel) + k) ld + i] = d f[c ld + i] / d p_k, p = shape then channel c's own;
  *             where the model has a kink (max, min), the derivative of the branch taken
  *  @param ld  stride of a plane, >= n
- *  FF_ERR_RANGE / FF_ERR_UNSUPPORTED as ff_model_check; FF_ERR_UNSUPPORTED for an isa that is not available. */
+ *  FF_ERR_RANGE / FF_ERR_UNSUPPORTED as ff_model_check; FF_ERR_UNSUPPORTED for an isa that is not available; FF_ERR_MEMORY. */
 ff_status ff_model_eval(const ff_model *m, ff_isa isa, size_t n_channels, const double *shape, const double *channel,
                         const ff_dirs *w, size_t n, double *f, double *df, size_t ld);
 

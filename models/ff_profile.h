@@ -7,13 +7,13 @@
  *      s = ff_profile_make(FF_PROFILE_D, n, theta, D, t, &bad, &err);
  *      ff_model_set_table(&model, t);       // `model` has a lobe `tabulated`; t must outlive its use
  *
- *  Between the points  ln D, or ln p, is a monotone cubic of ln(1 + q2 / s), s the q2 at which the values have fallen to half;
- *                      a straight line of that where the table begins above q2 = 0. On the lattice it is rendered to about 1e-4 of
- * p where the cubics meet, and much closer elsewhere. Beyond the last     D goes on as the power of 1 + q2 / s that it ends with,
- * but does not rise; p as the power it ends with, which must be steeper than q2^-1.6, since slopes without a mean have no Smith
- * masking. From q2 = 2^40 on p ~ q2^-2. Zeros               values below 1e-30 of the largest count as that; at the end of the
- * table only the first of them counts. Threads             a table that is made is not changed any more and may be read from many
- * threads. */
+ *  - Between the points ln D, or ln p, is a monotone cubic of ln(1 + q2 / s), s the q2 at which the values have fallen to half; a
+ *    straight line of that where the table begins above q2 = 0. On the lattice it is rendered to about 1e-4 of p where the cubics
+ *    meet, and much closer elsewhere.
+ *  - Beyond the last one D goes on as the power of 1 + q2 / s that it ends with, but does not rise; p as the power it ends with,
+ *    which must be steeper than q2^-1.6, since slopes without a mean have no Smith masking. From q2 = 2^40 on p ~ q2^-2.
+ *  - Values below 1e-30 of the largest count as that; at the end of the table only the first of them counts.
+ *  - A table that is made is not changed any more and may be read from many threads. */
 #ifndef FF_PROFILE_H
 #define FF_PROFILE_H
 #include "ff_status.h"

@@ -32,7 +32,8 @@ enum { FF_LAMBDA_C = 11 }; /* the table keeps c[FF_LAMBDA_C] and those behind it
 #define ff_lambda_table_whole FF_ISA_NAME(ff_lambda_table_whole)
 #define ff_lambda_table_at    FF_ISA_NAME(ff_lambda_table_at)
 
-/* Fills pass->table for v_lo .. v_hi from the kernel `profile`, for which the pass is ready. */
+/* Fills pass->table for v_lo .. v_hi from the kernel `profile`, for which the pass is ready. v_lo > v_hi: Lambda will not be asked
+ * for, and there is nothing to do. */
 void ff_lambda_table_build(ff_ndf_pass *pass, int n_own,
                            void (*profile)(const ff_ndf_pass *pass, size_t n, const double *restrict q2, double *restrict p,
                                            double *restrict dlnp, double *const *dlnp_own));

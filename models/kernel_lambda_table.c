@@ -271,6 +271,7 @@ static size_t lattice_points(int j0, int refine)
 
 void ff_lambda_table_build(ff_ndf_pass *pass, int n_own, profile_kernel *profile)
 {
+    if (pass->v_lo > pass->v_hi) return;
     const int first = bin_of(pass->v_lo), n = bin_of(pass->v_hi) - first + 1;
     /* the nodes around the ends: mu falls by half a step of the lattice's for each step of v */
     const int node0 = -STEPS / 2 * (FF_LAMBDA_OCTAVE_LO + (first + n) / 16 + ((first + n) % 16 != 0));

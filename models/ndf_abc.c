@@ -1,4 +1,4 @@
-/* abc: the microfacet form of Low et al. 2012, section 4.
+/* abc: the microfacet form of Low et al. 2012.
  *
  *   S = (1 + B (1 - mz))^-C,   D = S / N,   N = integral S mz dm = 2 pi (b J(1 - C) - J(2 - C)) / B^2
  *   J(k) = integral_1^b u^(k - 1) du = ln b E(k ln b),  b = 1 + B,  E(x) = (e^x - 1) / x
@@ -58,16 +58,15 @@ static const ff_param params[] = {
 };
 
 const ff_ndf FF_ISA_NAME(ff_ndf_abc) = {
-    .term =
-        {.name = "abc",
-         .title = "the inverse power of Low's microfacet model",
-         .source = "Low et al. 2012, microfacet form; normalised here; Lambda by quadrature of Heitz 2014, section 3.4",
-         .note =
-             "isotropic; the published fits scale an S without normalisation, with v-cavity and dielectric: their A is ks times "
-             "the peak of D, up to the factor of the specular term",
-         .claims = FF_RECIPROCAL | FF_PASSIVE | FF_ISOTROPIC | FF_UNIT_AREA | FF_WEAK_FURNACE,
-         .n_params = 2,
-         .params = params},
+    .term = {.name = "abc",
+             .title = "the inverse power of Low's microfacet model",
+             .source = "Low et al. 2012, microfacet form; normalised here; Lambda by quadrature of Heitz 2014, section 3.4",
+             .note =
+                 "isotropic; the published fits have v-cavity, dielectric and an S that is not normalised: ks = 4 N A / pi makes "
+                 "this their A S F G / (pi cos cos), N = integral S (h.z) dh",
+             .claims = FF_RECIPROCAL | FF_PASSIVE | FF_ISOTROPIC | FF_UNIT_AREA | FF_WEAK_FURNACE,
+             .n_params = 2,
+             .params = params},
     .stretch = stretch,
     .n_own = 2,
     .alpha_own = -1,

@@ -27,9 +27,8 @@ const ff_ndf FF_ISA_NAME(ff_ndf_beckmann_walter) = {
     .term = {.name = "beckmann-walter",
              .title = "Gaussian slopes, Walter's rational masking",
              .source = "Walter et al. 2007, eq. 25 and the rational approximation of eq. 27",
-             .note = "for comparison with renderers that use it; the masking has a kink where tan theta = 1 / (1.6 alpha), G "
-                     "exceeds 1 there "
-                     "by 6e-5, and fits may stick: prefer beckmann",
+             .note = "for comparison with renderers that use it; its masking has a kink at tan theta = 1 / (1.6 alpha), where G "
+                     "exceeds 1 by 6e-5, and fits may stick: prefer beckmann",
              .claims = FF_RECIPROCAL | FF_UNIT_AREA,
              .n_params = FF_STRETCH_COUNT,
              .params = params},

@@ -1,4 +1,4 @@
-/* gtr: generalised Trowbridge-Reitz. Burley 2012, course notes, appendix B.2.
+/* gtr: generalised Trowbridge-Reitz. Burley 2012, course notes, appendix B.
  *
  *   D = c / (1 + (alpha^2 - 1) mz^2)^gamma,   p = c (1 + q2)^-2 ((1 + q2) / (q2 + alpha^2))^gamma
  *   c = E(L) / (pi E(-(gamma - 1) L)),  L = ln alpha^2,  E(x) = (e^x - 1) / x
@@ -58,7 +58,7 @@ static const ff_param params[] = {
 const ff_ndf FF_ISA_NAME(ff_ndf_gtr) = {
     .term = {.name = "gtr",
              .title = "generalised Trowbridge-Reitz, tails of any length",
-             .source = "Burley 2012, appendix B.2 (the distribution); Lambda by quadrature of Heitz 2014, section 3.4",
+             .source = "Burley 2012, appendix B (the distribution); Lambda by quadrature of Heitz 2014, section 3.4",
              .note = "isotropic; gamma = 2 is ggx, gamma = 1 Berry's; the masking is Smith's own, which the source does not give",
              .claims = FF_RECIPROCAL | FF_PASSIVE | FF_ISOTROPIC | FF_UNIT_AREA | FF_WEAK_FURNACE,
              .n_params = 2,

@@ -35,7 +35,7 @@ static const ff_param params[] = {{"n", "1", "exponent n of (h.z)^n", 0, 2e6, 20
 const ff_ndf FF_ISA_NAME(ff_ndf_kelemen_phong) = {
     .term = {.name = "kelemen-phong",
              .title = "Kelemen's half-vector density after Phong",
-             .source = "Kelemen and Szirmay-Kalos 2001, section 2.1.4",
+             .source = "Kelemen and Szirmay-Kalos 2001, the second density of section 2.1",
              .note =
                  "isotropic; the integral of P_H over solid angle is 1, in the source's normalisation, not the projected area; no "
                  "Smith masking: use kelemen. Its peak is kelemen-ward's for n = 2/m^2 - 1",

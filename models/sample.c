@@ -20,7 +20,7 @@
 enum {
     COMPONENTS = FF_MAX_LOBES + FF_MAX_PARTS,
     VIEWS = 17,  /* nodes of the albedo tables, at mu = (j / (VIEWS - 1))^2        */
-    MATTE = 65,  /* nodes of the matte tables, at mu = j / (MATTE - 1)                  */
+    MATTE = 65,  /* nodes of the matte tables, at mu = (j / (MATTE - 1))^2         */
     DEEPEST = 30 /* halvings of a panel of the radial table                       */
 };
 static const double least_share = 0.01;
@@ -124,8 +124,7 @@ static ff_status radial_push(radial *r, node x)
     return FF_OK;
 }
 
-/* Continues the table from its last node to y; whole: the mass between them. Halves until quadrature and polynomial are accurate.
- */
+/* Continues the table from its last node to y; whole: the mass between them. Halves until quadrature and polynomial agree. */
 static ff_status radial_extend(component *k, double y, double whole, int depth)
 {
     const node a = k->radial.node[k->radial.n - 1];
@@ -134,7 +133,7 @@ static ff_status radial_extend(component *k, double y, double whole, int depth)
     double c[6];
     quintic(&a, &b, c);
     const double error = fmax(fabs(left + right - whole), fabs(quintic_at(c, 0.5) - (a.mass + left)));
-    if (depth == 0 || error < tolerance) return radial_push(&k->radial, b);
+    if (depth == 0 || !(error >= tolerance)) return radial_push(&k->radial, b);
     const ff_status s = radial_extend(k, middle, left, depth - 1);
     return s ? s : radial_extend(k, y, right, depth - 1);
 }
@@ -368,16 +367,22 @@ static void draw_normal(const component *k, const double o[3], double u1, double
     mirror_unit(k, o, q * cos(turn), q * sin(turn), 1, wi);
 }
 
-/* mu^2 with the fraction u of the area under `rest` below it: linear between nodes x0, x1, the integral is quadratic. */
+/* mu^2 at a node of the matte tables. */
+static double matte_node(int j)
+{
+    const double mu = (double)(j * j) * (1.0 / ((MATTE - 1) * (MATTE - 1)));
+    return mu * mu;
+}
+
+/* mu^2 with the fraction u of the area under `rest` below it: linear between nodes, so that the integral is quadratic. */
 static double matte_quantile(const component *k, double u)
 {
     const double area = u * k->below[MATTE - 1];
     int j = 0;
     while (j < MATTE - 2 && k->below[j + 1] <= area) j++;
-    const double x0 = (double)(j * j), x1 = (double)((j + 1) * (j + 1)), width = x1 - x0; /* in (MATTE - 1)^2 */
-    const double r0 = k->rest[j], r1 = k->rest[j + 1], need = (area - k->below[j]) / width;
-    const double root = sqrt(fmax(r0 * r0 + 2 * (r1 - r0) * need, 0)), t = 2 * need / (r0 + root);
-    return (x0 + width * fmin(t, 1)) / ((MATTE - 1) * (MATTE - 1));
+    const double first = matte_node(j), width = matte_node(j + 1) - first, need = (area - k->below[j]) / width;
+    const double r0 = k->rest[j], rise = k->rest[j + 1] - r0, root = sqrt(fmax(r0 * r0 + 2 * rise * need, 0));
+    return fmin(first + width * 2 * need / (r0 + root), 1);
 }
 
 /* Around z: the square of the cosine mu. */
@@ -463,12 +468,12 @@ static void density_of_lobe(const component *k, const pairs *b, double *out)
 /* The density of mu^2 over pi is that of wi over mu. */
 static void density_of_matte(const component *k, const pairs *b, double *out)
 {
-    const double inv = (MATTE - 1) * (MATTE - 1) / (FF_PI * k->below[MATTE - 1]);
+    const double inv = 1 / (FF_PI * k->below[MATTE - 1]);
     for (size_t i = 0; i < b->n; i++) {
         const double mu = b->w[2][i] > 0 ? fmin(b->w[2][i], 1) : 0;
-        const int j = (int)fmin(mu * (MATTE - 1), MATTE - 2);
-        const double t = (mu * mu * (MATTE - 1) * (MATTE - 1) - j * j) / (2 * j + 1);
-        out[i] = mu * inv * (k->rest[j] + t * (k->rest[j + 1] - k->rest[j]));
+        const int j = (int)fmin(sqrt(mu) * (MATTE - 1), MATTE - 2);
+        const double first = matte_node(j), at = (mu * mu - first) / (matte_node(j + 1) - first);
+        out[i] = mu * inv * (k->rest[j] + at * (k->rest[j + 1] - k->rest[j]));
     }
 }
 
@@ -584,7 +589,7 @@ static void matte_make(ff_sampler *s, size_t at)
     pairs b = {.n = MATTE};
     for (size_t v = 0; v < sizeof views / sizeof views[0]; v++) {
         for (size_t j = 0; j < MATTE; j++) {
-            const double mu = fmax((double)j / (MATTE - 1), 1e-6), side = sqrt((1 - mu) * (1 + mu));
+            const double mu = fmax(sqrt(matte_node((int)j)), 1e-6), side = sqrt((1 - mu) * (1 + mu));
             b.w[0][j] = side, b.w[1][j] = 0, b.w[2][j] = mu;
             set_view(&b, j, views[v], 0);
         }
@@ -594,8 +599,8 @@ static void matte_make(ff_sampler *s, size_t at)
     }
     for (size_t j = 0; j < MATTE; j++) most = fmax(most, k->rest[j]);
     for (size_t j = 0; j < MATTE; j++) k->rest[j] = most > 0 ? fmax(k->rest[j], least_share * most) : 1;
-    for (size_t j = 0; j + 1 < MATTE; j++)
-        k->below[j + 1] = k->below[j] + 0.5 * (2 * (double)j + 1) * (k->rest[j] + k->rest[j + 1]);
+    for (int j = 0; j + 1 < MATTE; j++)
+        k->below[j + 1] = k->below[j] + 0.5 * (matte_node(j + 1) - matte_node(j)) * (k->rest[j] + k->rest[j + 1]);
 }
 
 /* The mean over azimuths and channels by the component's own samples, at the points of a lattice in place of random numbers

@@ -178,7 +178,7 @@ static void check_lambda(const ff_ndf *ndf, const double *params)
         const double mu = exp(log_mu), lam = lambda_of(&m, 1 / (mu * mu)), expected = lambda_by_definition(&m, mu);
         const double error = fabs(lam - expected) / (1 + expected);
         FF_CHECK(lam >= 0, "%s: Lambda(%g) is %g", m.what, mu, lam);
-        FF_CHECK(error <= 1e-9, "%s: Lambda(%g) is %.15g, by its definition %.15g", m.what, mu, lam, expected);
+        FF_CHECK(error <= 1.5e-10, "%s: Lambda(%g) is %.15g, by its definition %.15g", m.what, mu, lam, expected);
         worst_lambda = fmax(worst_lambda, error);
     }
     release(&m);
