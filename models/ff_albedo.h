@@ -31,10 +31,10 @@ ff_status ff_albedo_directional(const ff_model *m, ff_isa isa, size_t n_channels
                                 const double wo[3], ff_integral *out, ff_error *err);
 
 /** Weak white furnace integral of lobe `lobe`: integral of G1(wo) D(h) / (4 |wo.n'|) over all wi, those below the horizon included,
- *  with n' the mesosurface (Heitz 2014, equation 19). G1 is that of the facet for v-cavity, and else the masking's G2 for light along
- *  the normal, which casts no shadow: 1 / (1 + Lambda(wo)) for every Smith form, 1 for `none`.
- *  Where it is not claimed to be 1 (see below) its distance from 1 measures what is missing; it is infinite where the facets are
- *  (vmf, whose normals near the horizon have no finite area).
+ *  with n' the mesosurface (Heitz 2014, equation 19). G1 is that of the facet for v-cavity, and else the masking's G2 for light
+ * along the normal, which casts no shadow: 1 / (1 + Lambda(wo)) for every Smith form, 1 for `none`. Where it is not claimed to be 1
+ * (see below) its distance from 1 measures what is missing; it is infinite where the facets are (vmf, whose normals near the
+ * horizon have no finite area).
  *  @param shape  [n_shape]
  *  FF_ERR_RANGE also when wo sees the mesosurface from below (wo.z <= slope_x wo.x + slope_y wo.y); FF_ERR_UNSUPPORTED when the
  *  model has no such lobe, or its masking is no product of one direction's by another's (kelemen); FF_ERR_MEMORY. */

@@ -597,6 +597,35 @@ static void one_at_a_time(void)
     ff_sampler_free(s);
 }
 
+static void instruction_sets_agree(void)
+{
+    enum { COUNT = 1000 };
+    static double wi[2][3][COUNT], pdf[2][COUNT], weight[2][COUNT];
+    static const ff_isa isas[] = {FF_ISA_SCALAR, FF_ISA_AVX2, FF_ISA_AVX512};
+    static scene s;
+    s.model = model_parse("gaussian+beckmann+kelemen-matte");
+    ff_model_defaults(&s.model, 1, s.shape, s.channel);
+    s.theta = 50;
+    scene_open(&s);
+    scene_draw(&s, 8);
+    for (size_t k = 0; k < sizeof isas / sizeof isas[0]; k++) {
+        ff_sampler *other = NULL;
+        const size_t at = k > 0;
+        if (!ff_isa_available(isas[k])) continue;
+        FF_CHECK(ff_sampler_new(&s.model, isas[k], 1, s.shape, s.channel, &other, NULL) == FF_OK, "%s", ff_isa_name(isas[k]));
+        double wo[3][COUNT], u[3][COUNT];
+        for (size_t j = 0; j < 3; j++) memcpy(wo[j], draws.wo[j], sizeof wo[j]), memcpy(u[j], draws.u[j], sizeof u[j]);
+        ff_sampler_sample(other, COUNT, wo[0], u[0], NULL, wi[at][0], pdf[at], NULL, weight[at], COUNT);
+        ff_sampler_free(other);
+        for (size_t i = 0; at && i < COUNT; i++) {
+            FF_CHECK_CLOSE(pdf[1][i], pdf[0][i], 1e-9, 0);
+            FF_CHECK_CLOSE(weight[1][i], weight[0][i], 1e-9, 0);
+        }
+    }
+    ff_sampler_free(s.sampler);
+    FF_CHECK(pdf[0][0] + pdf[0][1] + pdf[0][2] > 0, "nothing was drawn");
+}
+
 /* Ends of the uniform numbers, views at and below the horizon, a mean surface seen from below: finite, and lost where they must be.
  */
 static void ends(void)
@@ -645,4 +674,4 @@ static void refusals(void)
 
 FF_TEST_MAIN(FF_TEST(chances_are_right), FF_TEST(samples_follow_their_densities), FF_TEST(wrong_densities_are_caught),
              FF_TEST(rings_hold_their_probability), FF_TEST(matte_follows_the_albedo), FF_TEST(roulette_keeps_the_mean),
-             FF_TEST(one_at_a_time), FF_TEST(ends), FF_TEST(refusals))
+             FF_TEST(one_at_a_time), FF_TEST(instruction_sets_agree), FF_TEST(ends), FF_TEST(refusals))
