@@ -58,8 +58,7 @@ static ff_status put_weak(furnace *u, const double wo[3], ff_error *err)
         ff_integral value;
         status = ff_albedo_weak_furnace(m, u->isa, u->scene.shape, l, wo, &value, err);
         if (status != FF_OK) break;
-        const ff_term *masking = ff_term_at(FF_MASKING, (size_t)m->lobe[l].masking);
-        u->missed |= (masking->claims & FF_WEAK_FURNACE) && !(fabs(value.value - 1) <= furnace_tolerance);
+        u->missed |= ff_albedo_weak_furnace_claimed(m, l) && !(fabs(value.value - 1) <= furnace_tolerance);
         cli_rows_number(&u->rows, value.value);
     }
     return status;

@@ -1,9 +1,10 @@
 /** @file ff_ndf.h  The distribution of normals behind measured data, without a formula for it.
  *
  *  An isotropic D(theta) on a lattice of angles is found together with F0 and a diffuse kd per channel by the least squares of a
- * fit (loss and weights as in ff_fit.h), the masking always that of the D at hand; integral D cos = 1, D does not rise with theta.
- * It starts from samples that look back along the light, where the data have them, by the power iteration of Dupuy et al. 2015,
- * else from the best fit of student-t. How smooth D is, by default, is left to cross-validation. fit/ndf.c says what is minimised.
+ *  fit (loss and weights as in ff_fit.h), with a masking that is always that of the D at hand; integral D cos = 1, and D does not
+ *  rise with theta. It starts from samples that look back along the light, where the data have them, by the power iteration of
+ *  Dupuy et al. 2015, else from the best parametric fit. How smooth D is, by default, is left to cross-validation. fit/ndf.c says
+ *  what is minimised.
  *
  *      ff_model models[FF_NDF_MODELS];
  *      ff_ndf_models(masking, models, err);                                  // o.shape = FF_SHAPE_ISOTROPIC
@@ -19,8 +20,7 @@
 extern "C" {
 #endif
 
-/** Fits that go with a retrieval; FF_NDF_TABULATED is the retrieved distribution itself, as the model `tabulated` with alpha = 1.
- */
+/** Fits that go with a retrieval; FF_NDF_TABULATED is the retrieved one itself, as the model `tabulated` with alpha = 1. */
 enum { FF_NDF_BECKMANN = 0, FF_NDF_GGX = 1, FF_NDF_STUDENT_T = 2, FF_NDF_TABULATED = 3, FF_NDF_FITS = 4 };
 enum { FF_NDF_MODELS = FF_NDF_FITS + 1 };
 
@@ -28,8 +28,8 @@ enum { FF_NDF_MODELS = FF_NDF_FITS + 1 };
  *  lambert, and lambert alone. FF_ERR_RANGE; FF_ERR_UNSUPPORTED for a masking that is made for one distribution only. */
 ff_status ff_ndf_models(int masking, ff_model out[FF_NDF_MODELS], ff_error *err);
 
-/** What must not rise with the angle: D itself, or the density of slopes D cos^4, which lets D rise as that of ggx with alpha > 1
- * or of student-t with gamma < 2 does. */
+/** What must not rise with the angle: D itself, or the density of slopes D cos^4, which lets D rise as that of ggx with
+ *  alpha > 1 or of student-t with gamma < 2 does. */
 typedef enum ff_ndf_monotone { FF_NDF_MONOTONE_D = 0, FF_NDF_MONOTONE_SLOPES = 1 } ff_ndf_monotone;
 enum { FF_NDF_MONOTONE_COUNT = 2 };
 const char *ff_ndf_monotone_name(int monotone); /**< as on the command line; NULL for a number that is none */
@@ -73,36 +73,34 @@ typedef struct ff_ndf_measures {
 } ff_ndf_measures;
 
 typedef struct ff_ndf_result {
-    size_t n_rows;
-    ff_ndf_row *row; /**< [n_rows] rising theta from 0; dense enough for the cubics of ff_profile_make           */
-    size_t n_channels;
-    ff_ndf_channel *channel; /**< [n_channels]                                                                          */
-    int reference;           /**< the fit that the smoothness draws to: FF_NDF_BECKMANN, ..                              */
-    size_t n_nodes;          /**< of the lattice that was fitted                                                        */
-    double first, reach;     /**< smallest and largest angle of the samples' half vectors, radians                       */
-    double sure;             /**< largest angle up to `reach` at which the error is below a half                         */
-    ff_ndf_measures measures;
-    int from_back_scatter;      /**< how it started                                                                        */
-    size_t back_samples;        /**< samples of the back-scatter start: those with wi within `back_angle` of the half vector */
-    double back_angle, back_f0; /**< radians; F0 of the power iteration, mean of the channels                             */
-    int back_iterations;
-    double smooth;    /**< weight of the penalty as used                                                         */
-    double effective; /**< parameters that the data really determine: trace of the influence of the data          */
-    int scaled;       /**< 1: the data ask for F0 > 1; F0 is 1 and the scale is ks, in all fits                   */
-    double objective; /**< of the samples, without the penalty                                                   */
-    ff_outcome outcome;
-    int iterations, passes;    /**< of the retrieval, on all samples and fewer                                             */
-    double time_s;             /**< of the whole                                                                          */
-    ff_profile_table *profile; /**< made of the rows; what fit[FF_NDF_TABULATED].model refers to                          */
+    size_t n_rows, n_channels;
+    ff_ndf_row *row;            /**< [n_rows] rising theta from 0, dense enough for the cubics of ff_profile_make     */
+    ff_ndf_channel *channel;    /**< [n_channels]                                                                    */
+    size_t n_nodes;             /**< of the lattice that was fitted                                                  */
+    int reference;              /**< the fit that the smoothness draws to: FF_NDF_BECKMANN, ...                       */
+    double first, reach;        /**< smallest and largest angle of the samples' half vectors, radians                */
+    double sure;                /**< largest angle up to `reach` at which the error is below a half                  */
+    ff_ndf_measures measures;   /**< of roughness                                                                    */
+    int from_back_scatter;      /**< 1: it started from the power iteration                                          */
+    size_t back_samples;        /**< those with wi and wo within `back_angle` of the half vector                     */
+    double back_angle, back_f0; /**< radians; F0 of the power iteration, mean of the channels                        */
+    int back_iterations;        /**< of the power iteration                                                          */
+    double smooth;              /**< weight of the penalty as used                                                   */
+    double effective;           /**< parameters that the data really determine: trace of the influence of the data   */
+    int scaled;                 /**< 1: the data ask for F0 > 1; F0 is 1 and the scale is ks, in all fits            */
+    double objective;           /**< of the samples, without the penalty                                             */
+    ff_outcome outcome;         /**< never FF_CANCELLED                                                              */
+    int iterations, passes;     /**< of the retrieval, on all samples and fewer                                      */
+    double time_s;              /**< wall clock, the fits included                                                   */
+    ff_profile_table *profile;  /**< made of the rows; fit[FF_NDF_TABULATED].model refers to it                      */
     ff_fit_result fit[FF_NDF_FITS];
     size_t n_warnings;
     char warning[FF_MAX_WARNINGS][FF_WARNING_LENGTH];
 } ff_ndf_result;
 
-/** Retrieves D from the samples of p.
- *  FF_ERR_DATA    too few samples or half vectors, no specular peak
- *  FF_ERR_RANGE, FF_ERR_UNSUPPORTED (a robust loss; a problem made for other models or another shape), FF_ERR_CANCELLED,
- * FF_ERR_MEMORY *out is written only on FF_OK; release it with ff_ndf_result_free. */
+/** Retrieves D from the samples of p. FF_ERR_DATA (too few samples or half vectors, no specular peak), FF_ERR_RANGE,
+ *  FF_ERR_UNSUPPORTED (a robust loss; a problem made for other models or another shape), FF_ERR_CANCELLED, FF_ERR_MEMORY.
+ *  *out is written only on FF_OK; release it with ff_ndf_result_free. */
 ff_status ff_ndf_retrieve(ff_problem *p, const ff_ndf_options *o, ff_ndf_result *out, ff_error *err);
 void ff_ndf_result_free(ff_ndf_result *r);
 

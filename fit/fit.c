@@ -1,6 +1,7 @@
 /* A fit from beginning to end: search, approach over fewer samples, all samples, errors. */
 #define _GNU_SOURCE /* clock_gettime */
 #include "internal_fit.h"
+#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 #include <time.h>
@@ -11,67 +12,95 @@
 
 /* ---- from a search to a start ---------------------------------------------------------------- */
 
-/* Candidates that are minimised: of a search along one parameter, and of one through several, where minima are more. */
-enum { FF_CANDIDATES_OF_ONE = 4, FF_CANDIDATES = 10 };
+/* Candidates that are minimised: of a search along one parameter, and of one through several, where minima are more; and how many
+ * optima of a stand-in lead on to the model. */
+enum { FF_CANDIDATES_OF_ONE = 4, FF_CANDIDATES = 10, FF_OPTIMA = 3 };
 
-/* Candidates that are minimised on the thin problem, each on its own thread. */
+/* A point that is minimised on the thin problem: shape and channel parameters, of the stand-in or of the model. */
+typedef struct point {
+    double cost2, shape[FF_MAX_SHAPE], *channel;
+    ff_status status;
+} point;
+
+/* Several at once, each on its own thread. */
 typedef struct polish {
     const ff_layout *l;
     const ff_standin *standin;
     const struct ff_problem *p;
     const ff_fit_options *o;
-    const ff_candidate *candidate;        /* of the stand-in                     */
-    double (*shape)[FF_MAX_SHAPE];        /* [candidates]                        */
-    double *channel, *from;               /* [candidates][size + 1] each         */
-    double *cost2;                        /* [candidates]                        */
-    ff_status *status;                    /* [candidates]                        */
-    size_t size;                          /* doubles of channel parameters       */
+    const point *from; /* optima of the stand-in; NULL: `to` are candidates of it */
+    point *to;
 } polish;
 
-/* The best of the ways from the stand-in's optimum to channel parameters of the model. */
-static ff_status start_best_variant(const polish *p, size_t i, const double *from, double *cost2)
+static ff_status minimise(const polish *p, const ff_layout *l, point *at)
 {
-    double *channel = p->channel + i * (p->size + 1), *shape = p->shape[i];
-    const uint32_t variants = ff_standin_variants(p->l);
-    ff_standin_start(p->l, p->standin, 0, p->candidate[i].shape, from, shape, channel);
-    if (p->l->linear) return FF_OK;
-    ff_status s = ff_start_channels(p->l, p->p, p->o, shape, channel, cost2);
-    double *other = variants > 1 ? malloc((p->size + 1) * sizeof *other) : NULL;
-    if (variants > 1 && !other) return FF_ERR_MEMORY;
-    for (uint32_t v = 1; v < variants && !s; v++) {
-        double cost;
-        ff_standin_start(p->l, p->standin, v, p->candidate[i].shape, from, shape, other);
-        s = ff_start_channels(p->l, p->p, p->o, shape, other, &cost);
-        if (s || !(cost < *cost2)) continue;
-        *cost2 = cost;
-        memcpy(channel, other, p->size * sizeof *channel);
-    }
-    free(other);
-    return s;
-}
-
-/* From the optimum of the stand-in's channel parameters to that of all of the model's. */
-static ff_status polish_candidate(const polish *p, size_t i, int *at_bound)
-{
-    double *channel = p->channel + i * (p->size + 1), *from = p->from + i * (p->size + 1), *shape = p->shape[i], cost2;
-    const double *from_shape = p->candidate[i].shape;
     ff_solution solution;
-    ff_model_defaults(&p->standin->model, p->l->n_channels, NULL, from);
-    ff_status s = ff_start_channels(&p->standin->layout, p->p, p->o, from_shape, from, &cost2);
-    if (s) return s;
-    s = start_best_variant(p, i, from, &cost2);
-    if (!s) s = ff_solve(p->l, p->p->thin, p->o, 0, 0, FF_ROUGH, 40, shape, channel, at_bound, &solution, NULL);
-    if (!s) p->cost2[i] = solution.cost2;
+    int *at_bound = malloc((l->P + 1) * sizeof *at_bound);
+    if (!at_bound) return FF_ERR_MEMORY;
+    const ff_status s = ff_solve(l, p->p->thin, p->o, 0, 0, FF_ROUGH, 40, at->shape, at->channel, at_bound, &solution, NULL);
+    if (!s) at->cost2 = solution.cost2;
+    free(at_bound);
     return s;
 }
 
-static void polish_one(void *context, size_t i, int worker)
+static void polish_candidate(void *context, size_t i, int worker)
 {
     const polish *p = context;
-    int *at_bound = malloc((p->l->P + 1) * sizeof *at_bound);
+    const ff_layout *l = &p->standin->layout;
+    point *at = &p->to[i];
     (void)worker;
-    p->status[i] = at_bound ? polish_candidate(p, i, at_bound) : FF_ERR_MEMORY;
-    free(at_bound);
+    ff_model_defaults(l->m, l->n_channels, NULL, at->channel);
+    at->status = ff_start_channels(l, p->p, p->o, at->shape, at->channel, &at->cost2);
+    if (!at->status) at->status = minimise(p, l, at);
+}
+
+/* From an optimum of the stand-in to one of the model, by the best of the ways between them. */
+static void polish_optimum(void *context, size_t i, int worker)
+{
+    const polish *p = context;
+    const ff_layout *l = p->l;
+    const size_t size = l->n_channels * l->m->n_channel;
+    point *at = &p->to[i];
+    double *channel = malloc((size + 1) * sizeof *channel), cost2;
+    (void)worker;
+    at->cost2 = INFINITY;
+    at->status = channel ? FF_OK : FF_ERR_MEMORY;
+    for (uint32_t v = 0; v < ff_standin_variants(l) && !at->status; v++) {
+        ff_standin_start(l, p->standin, v, p->from[i].shape, p->from[i].channel, at->shape, channel);
+        at->status = ff_start_channels(l, p->p, p->o, at->shape, channel, &cost2);
+        if (at->status || !(cost2 < at->cost2)) continue;
+        at->cost2 = cost2;
+        memcpy(at->channel, channel, size * sizeof *channel);
+    }
+    free(channel);
+    if (!at->status) at->status = minimise(p, l, at);
+}
+
+/* Those that failed last. */
+static int by_cost(const void *a, const void *b)
+{
+    const point *x = a, *y = b;
+    if (!x->status != !y->status) return x->status ? 1 : -1;
+    return x->status ? 0 : (x->cost2 > y->cost2) - (x->cost2 < y->cost2);
+}
+
+/* Best first; what ended in the same minimum once. Returns how many are left, at most max; the status when none is. */
+static ff_status sort_points(point *points, size_t *n, size_t max)
+{
+    size_t kept = 0;
+    if (*n == 0) return FF_ERR_INTERNAL;
+    for (size_t i = 0; i < *n; i++)
+        if (points[i].status == FF_ERR_CANCELLED || points[i].status == FF_ERR_MEMORY) return points[i].status;
+    qsort(points, *n, sizeof *points, by_cost);
+    if (points[0].status) return points[0].status;
+    for (size_t i = 0; i < *n && kept < max && !points[i].status; i++) {
+        if (kept && points[i].cost2 - points[kept - 1].cost2 <= 10 * FF_ROUGH * points[i].cost2) continue;
+        const point here = points[i]; /* exchanged, since each has its own channel parameters */
+        points[i] = points[kept];
+        points[kept++] = here;
+    }
+    *n = kept;
+    return FF_OK;
 }
 
 /* shape, channel: where to start on all samples. */
@@ -79,28 +108,34 @@ static ff_status find_start(const ff_layout *l, struct ff_problem *p, const ff_f
                             ff_error *err)
 {
     ff_candidate candidate[FF_CANDIDATES];
-    double shapes[FF_CANDIDATES][FF_MAX_SHAPE], cost2[FF_CANDIDATES];
-    ff_status status[FF_CANDIDATES] = {FF_OK};
+    point points[FF_CANDIDATES], optima[FF_OPTIMA];
     ff_standin standin;
-    ff_status st = ff_standin_make(l, &standin);
     size_t n = 0;
     const size_t size = l->n_channels * FF_MAX_CHANNEL_PARAMS; /* of either model */
-    double *channels = calloc(2 * FF_CANDIDATES * (size + 1), sizeof *channels);
-    if (!channels) st = FF_ERR_MEMORY;
+    double *channels = calloc((FF_CANDIDATES + FF_OPTIMA) * size + 1, sizeof *channels);
+    ff_status st = channels ? ff_standin_make(l, &standin) : FF_ERR_MEMORY;
     const size_t wanted = ff_start_searched(l) > 1 ? FF_CANDIDATES : FF_CANDIDATES_OF_ONE;
     if (!st) st = ff_start_search(&standin.layout, p, o, candidate, wanted, &n);
     if (!st) {
-        polish work = {l, &standin, p, o, candidate, shapes, channels, channels + FF_CANDIDATES * (size + 1), cost2, status, size};
-        ff_pool_run(p->pool, n, polish_one, &work);
-        size_t best = n;
         for (size_t i = 0; i < n; i++) {
-            if (status[i] == FF_ERR_CANCELLED || status[i] == FF_ERR_MEMORY) st = status[i];
-            if (!status[i] && (best == n || cost2[i] < cost2[best])) best = i;
+            memcpy(points[i].shape, candidate[i].shape, sizeof points[i].shape);
+            points[i].channel = channels + i * size;
         }
-        if (!st && best == n) st = n ? status[0] : FF_ERR_INTERNAL;
+        for (size_t i = 0; i < FF_OPTIMA; i++) optima[i].channel = channels + (FF_CANDIDATES + i) * size;
+        polish work = {l, &standin, p, o, NULL, points};
+        ff_pool_run(p->pool, n, polish_candidate, &work);
+        st = sort_points(points, &n, FF_OPTIMA);
+        const point *best = points;
+        if (!st && !l->linear) {
+            work.from = points;
+            work.to = optima;
+            ff_pool_run(p->pool, n, polish_optimum, &work);
+            st = sort_points(optima, &n, 1);
+            best = optima;
+        }
         if (!st) {
-            memcpy(shape, shapes[best], l->m->n_shape * sizeof *shape);
-            memcpy(channel, channels + best * (size + 1), l->n_channels * l->m->n_channel * sizeof *channel);
+            memcpy(shape, best->shape, l->m->n_shape * sizeof *shape);
+            memcpy(channel, best->channel, l->n_channels * l->m->n_channel * sizeof *channel);
         }
     }
     free(channels);

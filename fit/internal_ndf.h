@@ -24,25 +24,15 @@ typedef struct ff_stencil {
  * a straight line. u at most ff_curve.end. */
 static inline ff_stencil ff_curve_stencil_at(int top, double u)
 {
-    const int beyond = u >= top, k = beyond ? top - 1 : (int)u, low = k == 0, high = k == top - 1;
+    const int k = u < top ? (int)u : top - 1;
     const double x = u - k, y = 1 - x, past = u - top;
     const double b0 = y * y * y * (1. / 6), b1 = 2. / 3 - x * x * (1 - 0.5 * x), b2 = 2. / 3 - y * y * (1 - 0.5 * y),
                  b3 = x * x * x * (1. / 6);
-    return (ff_stencil){.first = low    ? 0
-                                 : high ? top - 3
-                                        : k - 1,
-                        .w = {low    ? b1
-                              : high ? 0
-                                     : b0,
-                              low    ? b0 + b2
-                              : high ? (beyond ? 0 : b0)
-                                     : b1,
-                              low    ? b3
-                              : high ? (beyond ? -past : b1 - b3)
-                                     : b2,
-                              low    ? 0
-                              : high ? (beyond ? 1 + past : b2 + 2 * b3)
-                                     : b3}};
+    ff_stencil s = {k - 1, {b0, b1, b2, b3}};
+    if (k == 0) s = (ff_stencil){0, {b1, b0 + b2, b3, 0}};
+    if (k == top - 1) s = (ff_stencil){top - 3, {0, b0, b1 - b3, b2 + 2 * b3}};
+    if (u >= top) s = (ff_stencil){top - 3, {0, 0, -past, 1 + past}};
+    return s;
 }
 
 /* Lattices of a retrieval: nodes of the curve, slopes of its quadratures, directions at which Lambda is integrated. Between those
@@ -51,20 +41,20 @@ typedef struct ff_curve {
     int top;
     double scale, step, end; /* end: FF_NDF_END in steps                                               */
     size_t n_slopes;
-    double *slope;       /* [n_slopes] even in ln q                                                    */
-    double *measure;     /* [n_slopes] A = sum of measure e^psi                                        */
-    ff_stencil *stencil; /* [n_slopes] of the curve                                                    */
-    int n_lambda;        /* 0 where the masking uses none                                              */
-    double lambda_step;
-    double *kernel; /* [n_lambda][n_slopes] Lambda = sum of kernel e^psi / A                      */
+    double *slope;                  /* [n_slopes] even in ln q                                                    */
+    double *measure;                /* [n_slopes] A = sum of measure e^psi                                        */
+    ff_stencil *stencil;            /* [n_slopes] of the curve                                                    */
+    int n_lambda;                   /* 0 where the masking uses none                                              */
+    double lambda_step, lambda_tan; /* of its lattice, and tan theta at the last node                     */
+    double *kernel;                 /* [n_lambda][n_slopes] Lambda = sum of kernel e^psi / A                      */
 } ff_curve;
 
 /* lambda: 1 when the masking wants it, for directions up to tan_max. FF_ERR_MEMORY. */
 ff_status ff_curve_new(double scale, double step, int top, int lambda, double tan_max, ff_curve *out);
 void ff_curve_free(ff_curve *curve);
 
-double ff_curve_node(const ff_curve *curve, int k);           /* tan theta of a node                 */
-ff_stencil ff_curve_stencil(const ff_curve *curve, double q); /* at tan theta = q             */
+double ff_curve_node(const ff_curve *curve, int k);           /* tan theta of a node */
+ff_stencil ff_curve_stencil(const ff_curve *curve, double q); /* at tan theta = q    */
 static inline double ff_stencil_apply(const ff_stencil *s, const double *c)
 {
     return s->w[0] * c[s->first] + s->w[1] * c[s->first + 1] + s->w[2] * c[s->first + 2] + s->w[3] * c[s->first + 3];
@@ -151,8 +141,8 @@ typedef struct ff_ndf_fit {
 ff_status ff_ndf_fit_new(const ff_curve *curve, const ff_fit_options *o, int masking, double masking_own, int scaled,
                          size_t n_channels, ff_ndf_fit *out);
 void ff_ndf_fit_free(ff_ndf_fit *f);
-/* Minimises from f->u until a step would lower the objective by less than `tolerance` of itself. FF_ERR_CANCELLED, FF_ERR_MEMORY.
- */
+/* Minimises from f->u until a step would lower the objective by less than `tolerance` of itself. FF_ERR_CANCELLED,
+ * FF_ERR_MEMORY. */
 ff_status ff_ndf_solve(ff_ndf_fit *f, const struct ff_problem *p, double tolerance, int max_iterations, ff_outcome *outcome);
 /* A pass at f->u, with meat; H and held follow it. */
 ff_status ff_ndf_look(ff_ndf_fit *f, const struct ff_problem *p);

@@ -15,7 +15,7 @@
 #define NODE_STEP 0.15       /* of the lattice, in y: about 15 nodes per factor of 10 in tan theta               */
 enum { BEYOND = 2 };         /* nodes behind the last half vector: straight ends would bend the curve before it */
 #define LEAST_GAIN     0.05  /* of what lambert leaves, that a lobe has to explain to be one                     */
-#define LEAST_VARIANCE 1e-14 /* of the mean square of the data: rounding, and what the lattice itself leaves    */
+#define LEAST_VARIANCE 1e-12 /* of the mean square of the data: rounding, and what the lattice itself leaves    */
 #define MOST_RISE      0.8   /* power of tan theta by which D may go on beyond the data: the slopes keep a mean         */
 enum { LEAST_FILLED = 8 };   /* intervals of the lattice with half vectors in them */
 

@@ -63,6 +63,7 @@ ff_status ff_curve_new(double scale, double step, int top, int lambda, double ta
     if (lambda) {
         c.lambda_step = fmax(LAMBDA_STEP, end / (MOST_LAMBDA - 1));
         c.n_lambda = (int)fmax(ceil(end / c.lambda_step), 3) + 1;
+        c.lambda_tan = sinh((c.n_lambda - 1) * c.lambda_step);
     }
     const double first = fmin(log2(scale) - OCTAVES_BELOW, -log2(tan_max) - 1);
     c.n_slopes = (size_t)((OCTAVES_ABOVE - first) * PER_OCTAVE) + 1;

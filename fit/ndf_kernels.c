@@ -60,25 +60,33 @@ static void block_curve(const ff_ndf_place *at, const ff_geometry *g, lobe_block
     }
 }
 
-/* Lagrange's cubic through four neighbouring nodes; below 0 the table is its mirror image: nodes 1, 0, 1, 2. A cubic may undershoot
- * 0. */
+/* Lagrange's cubic through four neighbouring nodes; below 0 the table is its mirror image: nodes 1, 0, 1, 2. Beyond the last node
+ * Lambda + 1/2 goes as the tangent, as it does for every distribution in the end. A cubic may undershoot 0. */
 static void block_lambda(const ff_ndf_place *at, const double *restrict tan2, stencils *s, double *restrict lambda)
 {
-    double u[FF_BLOCK];
+    double u[FF_BLOCK], ratio[FF_BLOCK];
     const int last = at->curve->n_lambda - 4;
-    places(tan2, 1, at->curve->lambda_step, at->curve->n_lambda - 1, u);
+    const double end = at->curve->n_lambda - 1, inv_tan = 1 / at->curve->lambda_tan;
+    places(tan2, 1, at->curve->lambda_step, end, u);
+    for (int i = 0; i < FF_BLOCK; i++) {
+        const double r = sqrt(tan2[i]) * inv_tan;
+        ratio[i] = r > 1 ? r : 1;
+    }
     for (int i = 0; i < FF_BLOCK; i++) {
         const int k = (int)u[i] - 1, low = k < last ? k : last, folded = low < 0;
         const double a = u[i] - low, b = a - 1, c = a - 2, d = a - 3;
         const double wa = b * c * d * (-1. / 6), wb = a * c * d * 0.5, wc = a * b * d * -0.5, wd = a * b * c * (1. / 6);
         s->first[i] = folded ? 0 : low;
-        s->w[0][i] = folded ? wb : wa;
-        s->w[1][i] = folded ? wa + wc : wb;
-        s->w[2][i] = folded ? wd : wc;
-        s->w[3][i] = folded ? 0 : wd;
+        s->w[0][i] = ratio[i] * (folded ? wb : wa);
+        s->w[1][i] = ratio[i] * (folded ? wa + wc : wb);
+        s->w[2][i] = ratio[i] * (folded ? wd : wc);
+        s->w[3][i] = ratio[i] * (folded ? 0 : wd);
     }
     apply(s, at->state->lambda, lambda);
-    for (int i = 0; i < FF_BLOCK; i++) lambda[i] = lambda[i] > 0 ? lambda[i] : 0;
+    for (int i = 0; i < FF_BLOCK; i++) {
+        const double l = lambda[i] + 0.5 * (ratio[i] - 1);
+        lambda[i] = l > 0 ? l : 0;
+    }
 }
 
 static void block_lobe(const ff_ndf_place *at, const ff_masking *masking, const ff_geometry *g, lobe_block *b)
@@ -186,9 +194,11 @@ static void block_channel(const ff_ndf_place *at, size_t block, size_t c, const 
 
 /* ---- outer products -------------------------------------------------------------------------- */
 
-static inline void add_four(double weight, const double *restrict v, double *restrict to)
+typedef double v4 __attribute__((vector_size(32), aligned(8), may_alias));
+
+static inline void add_four(double weight, const double *v, double *to)
 {
-    for (int k = 0; k < 4; k++) to[k] += weight * v[k];
+    *(v4 *)to += weight * *(const v4 *)v;
 }
 
 /* to[columns of the row] += weight v */

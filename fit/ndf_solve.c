@@ -339,20 +339,24 @@ static void blur(double *v, size_t n)
     v[n - 1] = 0.25 * (before + 3 * v[n - 1]);
 }
 
-/* By each coefficient alone: sum (J r)^2 / sum J^2, over some neighbours. */
+/* By each coefficient alone: sum (J r)^2 / sum J^2, over some neighbours; where no sample says anything, that of all. */
 void ff_ndf_variances(ff_ndf_fit *f, double least)
 {
     const size_t top = (size_t)f->curve->top, n = f->sums.n;
-    double *scores = f->work, *squares = f->trial;
+    const double part = 1e-9; /* of all, that counts for every node */
+    double *scores = f->work, *squares = f->trial, all_scores = 0, all_squares = 0;
     for (size_t k = 0; k < top; k++) {
-        scores[k] = f->sums.meat[k * n + k];
-        squares[k] = f->sums.gram[k * n + k];
+        all_scores += scores[k] = f->sums.meat[k * n + k];
+        all_squares += squares[k] = f->sums.gram[k * n + k];
     }
     for (int i = 0; i < 3; i++) {
         blur(scores, top);
         blur(squares, top);
     }
-    for (size_t k = 0; k < top; k++) f->variance[k] = squares[k] > 0 ? fmax(scores[k] / squares[k], least) : least;
+    for (size_t k = 0; k < top; k++) {
+        const double square = squares[k] + part * all_squares;
+        f->variance[k] = square > 0 ? fmax((scores[k] + part * all_scores) / square, least) : least;
+    }
 }
 
 /* trace (H^-1 M) over what is not held, M given over the raw columns. */

@@ -265,7 +265,7 @@ static void channel_block(const ff_pass *pass, size_t block, size_t c, const ff_
     else
         loss_cube_root(&l, s->f, s->r, s->j);
     if (pass->robust != FF_ROBUST_NONE) robustify(pass->robust, pass->robust_scale, s->r, s->j, sums->cost2);
-    prepared->kernels->block_columns(prepared, g, FF_BLOCK, c, s->j, &s->model, s->column);
+    prepared->kernels->block_columns(prepared, FF_BLOCK, c, s->j, &s->model, s->column);
     const size_t n = n_shape + n_channel, m1 = n + 1;
     memcpy(s->column[n], s->r, sizeof s->r);
     gram(m1, s->column, sums->gram + c * (m1 * (m1 + 1) / 2) * 8);

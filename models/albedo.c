@@ -12,6 +12,7 @@
  *   weak furnace   integral G1 D (wo.h) / ozp dh = integral G1 (D hz^4) V / ozp det(L) q dq dpsi,  over V > 0, ozp = oz - o.s0
  */
 #include "ff_albedo.h"
+#include "internal_gauss.h"
 #include "internal_kernel.h"
 #include <float.h>
 #include <math.h>
@@ -30,32 +31,6 @@ static const double tolerance = 1e-9;
 static const double panel_x = 1.5;   /* width of a panel of x                                 */
 static const double slope_far = 1e6; /* the furnace integral continues as a power law beyond this */
 static const double nu_least = 3.01; /* of a tail q^-nu whose facets have a finite area           */
-
-typedef struct rule {
-    int n;
-    double x[ORDER_LAST], w[ORDER_LAST]; /* on [-1, 1] */
-} rule;
-
-/* Gauss-Legendre by Newton's iteration on P_n. */
-static void rule_make(int n, rule *g)
-{
-    g->n = n;
-    for (int i = 0; i < n; ++i) {
-        double x = cos(PI * (i + 0.75) / (n + 0.5)), slope = 1;
-        for (int it = 0; it < 8; ++it) {
-            double p0 = 1, p1 = x;
-            for (int k = 2; k <= n; ++k) {
-                const double p2 = ((2 * k - 1) * x * p1 - (k - 1) * p0) / k;
-                p0 = p1;
-                p1 = p2;
-            }
-            slope = n * (x * p1 - p0) / (x * x - 1);
-            x -= p1 / slope;
-        }
-        g->x[i] = x;
-        g->w[i] = 2 / ((1 - x * x) * slope * slope);
-    }
-}
 
 /* ---- the lobe and its rays ------------------------------------------------------------------- */
 
@@ -272,7 +247,7 @@ static void cuts_sort(cuts *c)
 /* ---- one ray --------------------------------------------------------------------------------- */
 
 /* Gauss-Legendre panels in x = asinh(q / w) between two cuts. */
-static void integrate_piece(integrand *k, const rule *g, vec2 e, double q0, double q1, double weight)
+static void integrate_piece(integrand *k, const ff_gauss *g, vec2 e, double q0, double q1, double weight)
 {
     const double x0 = asinh(q0 / k->width), x1 = asinh(q1 / k->width);
     const int panels = (int)ceil((x1 - x0) / panel_x);
@@ -324,7 +299,7 @@ static double power_tail(const integrand *k, vec2 e, double end)
     return k->p_far * (k->v0 * area - b * moment) * furnace_g1(k, v) / k->v0;
 }
 
-static void integrate_furnace_ray(integrand *k, const rule *g, double psi, double weight)
+static void integrate_furnace_ray(integrand *k, const ff_gauss *g, double psi, double weight)
 {
     const vec2 e = ray_direction(k, psi);
     const double b = dot2(k->oxy, e), far = k->far;
@@ -338,7 +313,7 @@ static void integrate_furnace_ray(integrand *k, const rule *g, double psi, doubl
 }
 
 /* wi is above the horizon inside a disc of slopes about -t, t = tan(theta_o) towards o: |s + t|^2 < 1 / oz^2. */
-static void integrate_albedo_ray(integrand *k, const rule *g, double psi, double weight)
+static void integrate_albedo_ray(integrand *k, const ff_gauss *g, double psi, double weight)
 {
     const vec2 e = ray_direction(k, psi), t = {k->oxy.x / k->o[2], k->oxy.y / k->o[2]};
     const vec2 from = {k->s0.x + t.x, k->s0.y + t.y};
@@ -432,7 +407,7 @@ static void find_centres(const integrand *k, centres *c)
         }
 }
 
-static void integrate_panel(integrand *k, const rule *g, double a, double b)
+static void integrate_panel(integrand *k, const ff_gauss *g, double a, double b)
 {
     const double mid = (a + b) / 2, half = (b - a) / 2;
     for (int i = 0; i < g->n; ++i) {
@@ -446,7 +421,7 @@ static void integrate_panel(integrand *k, const rule *g, double a, double b)
 }
 
 /* From a centre to the middle between it and the next, in panels that halve towards the centre. */
-static void integrate_half_arc(integrand *k, const rule *g, double centre, double middle, int levels)
+static void integrate_half_arc(integrand *k, const ff_gauss *g, double centre, double middle, int levels)
 {
     double outer = 1;
     for (int l = 0; l < levels; ++l) {
@@ -456,7 +431,7 @@ static void integrate_half_arc(integrand *k, const rule *g, double centre, doubl
     }
 }
 
-static void integrate_circle(integrand *k, const rule *g, const centres *c)
+static void integrate_circle(integrand *k, const ff_gauss *g, const centres *c)
 {
     for (int i = 0; i < c->n; ++i) {
         const double a = c->psi[i], b = i + 1 < c->n ? c->psi[i + 1] : c->psi[0] + 2 * PI;
@@ -468,7 +443,7 @@ static void integrate_circle(integrand *k, const rule *g, const centres *c)
 
 /* The bases are smooth over the hemisphere of wi, but for kinks where wi.z = wo.z and at right azimuths; those that are coupled to
  * narrow lobes change fast near grazing light. wi.z = x^3. */
-static void integrate_hemisphere(integrand *k, const rule *g)
+static void integrate_hemisphere(integrand *k, const ff_gauss *g)
 {
     double edge[] = {0, 0.1, 0.2, 0.35, 0.55, 0.8, 1, cbrt(k->o[2])};
     enum { EDGES = sizeof edge / sizeof edge[0] };
@@ -496,8 +471,8 @@ static void integrate(integrand *k, ff_integral out[GROUP])
     double before[GROUP] = {0}, worst = INFINITY;
     if (k->kind != BASES) find_centres(k, &c);
     for (int order = ORDER_FIRST; order <= ORDER_LAST && !(worst < tolerance); order *= 2) {
-        rule g;
-        rule_make(order, &g);
+        ff_gauss g;
+        ff_gauss_make(order, &g);
         memset(k->sum, 0, sizeof k->sum);
         if (k->kind == BASES)
             integrate_hemisphere(k, &g);

@@ -23,6 +23,7 @@
  * distribution, and one point stands for all.
  *
  * a(mu) is interpolated in mu^(1/3), which takes apart what happens at mu of the order of alpha and of alpha^2. */
+#include "internal_gauss.h"
 #include "internal_kernel.h"
 #include <math.h>
 #include <string.h>
@@ -31,38 +32,11 @@
 
 /* ---- rules ----------------------------------------------------------------------------------- */
 
-enum { RAY_POINTS = 190, PANEL_ORDER = 10, ARC_ORDER = 14, GRAZING_ORDER = 26, MOST_ORDER = GRAZING_ORDER };
+enum { RAY_POINTS = 190, PANEL_ORDER = 10, ARC_ORDER = 14, GRAZING_ORDER = 26 };
 static const double step = 0.25;     /* between points of a ray, in s                                    */
 static const double sharpness = 3;   /* p of the transformation                                          */
 static const double last = 4.7;      /* largest s                                                        */
 static const double panel_ratio = 4; /* ends of a panel                                                  */
-
-/* Gauss-Legendre on [-1, 1]. */
-typedef struct rule {
-    int n;
-    double x[MOST_ORDER], w[MOST_ORDER];
-} rule;
-
-/* Newton's iteration on P_n. */
-static void rule_make(int n, rule *g)
-{
-    g->n = n;
-    for (int i = 0; i < n; i++) {
-        double x = cos(PI * (i + 0.75) / (n + 0.5)), slope = 1;
-        for (int it = 0; it < 6; it++) {
-            double p0 = 1, p1 = x;
-            for (int k = 2; k <= n; k++) {
-                const double p2 = ((2 * k - 1) * x * p1 - (k - 1) * p0) / k;
-                p0 = p1;
-                p1 = p2;
-            }
-            slope = n * (x * p1 - p0) / (x * x - 1);
-            x -= p1 / slope;
-        }
-        g->x[i] = x;
-        g->w[i] = 2 / ((1 - x * x) * slope * slope);
-    }
-}
 
 enum { KINK_EQUAL = 1, KINK_CAVITY = 2 };
 
@@ -71,7 +45,7 @@ typedef struct filler {
     ff_prepared lobes; /* without the bases */
     int kinks;
     double nearest, farthest;                  /* slopes */
-    rule panel, arc[2];                        /* the second for grazing views */
+    ff_gauss panel, arc[2];                        /* the second for grazing views */
     double q[2][RAY_POINTS], w[2][RAY_POINTS]; /* by falling q: those of a ray with end = 1, and of the rays half a step aside */
     double mu, tangent;                        /* of the view */
     uint32_t at;
@@ -213,7 +187,7 @@ static void add_view(filler *f, double mu, uint32_t at)
     if ((f->kinks & KINK_CAVITY) && scale > 1 + 1e-9) edge[edges++] = asin(asinh(1) / reach); /* T = 1 */
     edge[edges] = PI / 2;
     if (f->kinks) {
-        const rule *arc = &f->arc[mu < 0.2];
+        const ff_gauss *arc = &f->arc[mu < 0.2];
         for (int i = 0; i < edges; i++) {
             const double mid = 0.5 * (edge[i] + edge[i + 1]), half = 0.5 * (edge[i + 1] - edge[i]);
             for (int k = 0; k < arc->n; k++) add_ray_at(f, reach, scale, mid + half * arc->x[k], half * arc->w[k], number++);
@@ -281,7 +255,7 @@ static void finish_function(double *v)
 /* 2 integral a mu dmu = integral 6 a x^5 dx, exact for the polynomials; f->arc[1] serves as the rule. */
 static void finish_curve(const filler *f, ff_albedo_curve *curve)
 {
-    double mu[FF_ALBEDO_PIECES * MOST_ORDER], w[FF_ALBEDO_PIECES * MOST_ORDER], a[FF_ALBEDO_PIECES * MOST_ORDER];
+    double mu[FF_ALBEDO_PIECES * GRAZING_ORDER], w[FF_ALBEDO_PIECES * GRAZING_ORDER], a[FF_ALBEDO_PIECES * GRAZING_ORDER];
     size_t n = 0;
     for (int i = 0; i < FF_ALBEDO_PIECES; i++)
         for (int k = 0; k < f->arc[1].n; k++, n++) {
@@ -340,9 +314,9 @@ static void start(const ff_prepared *p, filler *f)
     f->kinks = 0;
     f->nearest = INFINITY;
     f->farthest = 0;
-    rule_make(PANEL_ORDER, &f->panel);
-    rule_make(ARC_ORDER, &f->arc[0]);
-    rule_make(GRAZING_ORDER, &f->arc[1]);
+    ff_gauss_make(PANEL_ORDER, &f->panel);
+    ff_gauss_make(ARC_ORDER, &f->arc[0]);
+    ff_gauss_make(GRAZING_ORDER, &f->arc[1]);
     make_ray(f);
     for (uint32_t l = 0; l < p->m->n_lobes; l++) {
         const uint32_t planes = p->kernels->masking[p->lobe[l].masking]->planes;

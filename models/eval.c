@@ -89,7 +89,7 @@ static void eval_block(const evaluation *e, const ff_dirs *w, size_t n, double *
         k->block_shape(&e->derivatives, &g, n, &b);
         for (size_t c = 0; c < C; c++) {
             k->block_value(&e->derivatives, &g, n, c, &b, unused);
-            k->block_columns(&e->derivatives, &g, n, c, up, &b, column);
+            k->block_columns(&e->derivatives, n, c, up, &b, column);
             for (size_t p = 0; p < n_params; p++) memcpy(df + (c * n_params + p) * ld, column[p], n * sizeof *df);
         }
     }

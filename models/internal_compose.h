@@ -13,7 +13,7 @@
 
 void ff_compose_shape(const ff_prepared *p, const ff_geometry *g, size_t n, ff_block *b);
 void ff_compose_value(const ff_prepared *p, const ff_geometry *g, size_t n, size_t c, ff_block *b, double *restrict f);
-void ff_compose_columns(const ff_prepared *p, const ff_geometry *g, size_t n, size_t c, const double *restrict j, ff_block *b,
+void ff_compose_columns(const ff_prepared *p, size_t n, size_t c, const double *restrict j, ff_block *b,
                         double (*restrict df)[FF_BLOCK]);
 void ff_albedo_add(const ff_prepared *p, double mu, const ff_albedo_points *points, uint32_t at);
 /* A function of a curve at cosines, in two steps: what all functions share, and the values. */

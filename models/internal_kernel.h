@@ -306,7 +306,7 @@ typedef struct ff_kernels {
      * numbers. */
     void (*block_shape)(const ff_prepared *p, const ff_geometry *g, size_t n, ff_block *b);
     void (*block_value)(const ff_prepared *p, const ff_geometry *g, size_t n, size_t c, ff_block *b, double *restrict f);
-    void (*block_columns)(const ff_prepared *p, const ff_geometry *g, size_t n, size_t c, const double *restrict j, ff_block *b,
+    void (*block_columns)(const ff_prepared *p, size_t n, size_t c, const double *restrict j, ff_block *b,
                           double (*restrict df)[FF_BLOCK]);
     /* Adds the albedo that comes from `points`, seen at the cosine mu, to number `at` of the coefficients (still values at nodes)
      * of every function of the curves of p, which has no parts. */

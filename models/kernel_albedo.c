@@ -46,7 +46,7 @@ static void add_albedo(const ff_prepared *p, const ff_geometry *g, size_t n, siz
     double f[FF_BLOCK], df[FF_MAX_SHAPE + FF_MAX_CHANNEL_PARAMS][FF_BLOCK], *out = p->albedo[c].coefficient + at;
     ff_compose_value(p, g, n, c, b, f);
     out[0] += factor * product(n, weight, f);
-    if (columns) ff_compose_columns(p, g, n, c, weight, b, df);
+    if (columns) ff_compose_columns(p, n, c, weight, b, df);
     for (uint32_t k = 0; k < columns; k++) out[(1 + k) * FF_ALBEDO_COEFFICIENTS] += factor * total(n, df[k]);
 }
 

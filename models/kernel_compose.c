@@ -217,11 +217,10 @@ static void add_base_channel(const ff_prepared *p, size_t n, size_t c, uint32_t 
     }
 }
 
-void ff_compose_columns(const ff_prepared *p, const ff_geometry *g, size_t n, size_t c, const double *restrict j, ff_block *b,
+void ff_compose_columns(const ff_prepared *p, size_t n, size_t c, const double *restrict j, ff_block *b,
                         double (*restrict df)[FF_BLOCK])
 {
     const ff_wanted *w = &p->wanted;
-    (void)g; /* the block holds what of it the columns need */
     for (uint32_t k = 0; k < w->n_shape; k++) {
         const uint32_t lobe = p->shape[k].lobe < 0 ? 0 : (uint32_t)p->shape[k].lobe;
         if (b->shape[k])

@@ -1,0 +1,181 @@
+/* What is said of a retrieved distribution: rows with errors, channels, measures of roughness, warnings. */
+#include "internal_ndf.h"
+#include <math.h>
+#include <stdarg.h>
+#include <stdio.h>
+#include <stdlib.h>
+
+static const double pi = 3.14159265358979323846;
+
+static double degrees(double radians)
+{
+    return radians * (180 / pi);
+}
+
+/* ---- errors ---------------------------------------------------------------------------------- */
+
+/* Relative standard error of a D at tan theta = q, a that of the brightest channel. work [P]. */
+static double error_at(const ff_ndf_fit *f, const double *cov, double q, double *work)
+{
+    const ff_stencil s = ff_curve_stencil(f->curve, q);
+    const size_t P = f->P, top = (size_t)f->curve->top;
+    size_t brightest = top;
+    double variance = 0;
+    for (size_t k = top; k < P; k += 2)
+        if (f->u[k] > f->u[brightest]) brightest = k;
+    for (size_t k = 0; k < P; k++) {
+        work[k] = k == brightest ? 1 / f->u[k] : 0;
+        for (size_t i = 0; i < 4; i++) work[k] += s.w[i] * f->X[((size_t)s.first + i) * P + k];
+    }
+    for (size_t a = 0; a < P; a++)
+        for (size_t b = 0; b < P; b++) variance += work[a] * cov[a * P + b] * work[b];
+    return sqrt(fmax(variance, 0));
+}
+
+static ff_status fill_channels(const ff_ndf_fit *f, const double *cov, ff_ndf_result *r)
+{
+    r->n_channels = f->n_channels;
+    r->channel = malloc(f->n_channels * sizeof *r->channel);
+    if (!r->channel) return FF_ERR_MEMORY;
+    for (size_t c = 0; c < f->n_channels; c++) {
+        const size_t a = (size_t)f->curve->top + 2 * c, kd = a + 1;
+        r->channel[c] = (ff_ndf_channel){.f0 = f->scaled ? 1 : f->u[a],
+                                         .ks = f->scaled ? f->u[a] : 1,
+                                         .kd = f->u[kd],
+                                         .scale_error = f->held[a] ? NAN : sqrt(fmax(cov[a * f->P + a], 0)),
+                                         .kd_error = f->held[kd] ? NAN : sqrt(fmax(cov[kd * f->P + kd], 0))};
+    }
+    return FF_OK;
+}
+
+/* ---- rows and measures ----------------------------------------------------------------------- */
+
+enum { PER_STEP = 4 }; /* rows between nodes: the cubics of a profile's table follow the spline to 1e-5 then */
+
+/* Angles from the normal to the reach, on to where D is level, and one behind that says so. */
+static ff_status fill_rows(const ff_ndf_fit *f, const double *cov, ff_ndf_result *r)
+{
+    const ff_curve *curve = f->curve;
+    const size_t n = (size_t)ceil(curve->end * PER_STEP - 1e-6) + 2;
+    r->row = malloc(n * sizeof *r->row);
+    double *work = malloc(f->P * sizeof *work);
+    for (size_t i = 0; i < n && r->row && work; i++) {
+        const double q = curve->scale * sinh((i + 2 < n ? (double)i / PER_STEP : curve->end) * curve->step);
+        const double theta = i + 1 < n ? atan(q) : 0.5 * (FF_NDF_END + pi / 2);
+        r->row[i] = (ff_ndf_row){theta, exp(ff_curve_ln_d(curve, &f->state, q)), error_at(f, cov, q, work)};
+        if (theta <= r->reach * (1 + 1e-9) && r->row[i].error < 0.5) r->sure = theta;
+    }
+    const int complete = r->row && work;
+    free(work);
+    r->n_rows = n;
+    r->n_nodes = (size_t)curve->top + 1;
+    return complete ? FF_OK : FF_ERR_MEMORY;
+}
+
+static double half_width(const ff_ndf_result *r)
+{
+    for (size_t i = 1; i < r->n_rows; i++) {
+        const ff_ndf_row *a = &r->row[i - 1], *b = &r->row[i];
+        if (b->d > 0.5 * r->row[0].d) continue;
+        return a->theta + (b->theta - a->theta) * log(2 * a->d / r->row[0].d) / log(a->d / b->d);
+    }
+    return r->row[r->n_rows - 1].theta;
+}
+
+static void fill_measures(const ff_ndf_fit *f, ff_ndf_result *r)
+{
+    const ff_curve *curve = f->curve;
+    double area = 0, inside = 0, first = 0, second = 0;
+    for (size_t l = 0; l < curve->n_slopes; l++) {
+        const double weight = curve->measure[l] * f->state.exp_psi[l], q = curve->slope[l];
+        area += weight;
+        first += weight * q;
+        if (q > tan(r->reach)) continue;
+        inside += weight;
+        second += weight * q * q;
+    }
+    const double mean = first / area;
+    r->measures = (ff_ndf_measures){.half_width = half_width(r),
+                                    .mean_slope = mean,
+                                    .rms_slope = sqrt(second / inside),
+                                    .beyond = 1 - inside / area,
+                                    .alpha_peak = 1 / sqrt(pi * r->row[0].d),
+                                    .beckmann_mean = 2 * mean / sqrt(pi),
+                                    .ggx_mean = 2 * mean / pi};
+}
+
+/* ---- warnings -------------------------------------------------------------------------------- */
+
+static void warn(ff_ndf_result *r, const char *fmt, ...) __attribute__((format(printf, 2, 3)));
+static void warn(ff_ndf_result *r, const char *fmt, ...)
+{
+    if (r->n_warnings == FF_MAX_WARNINGS) return;
+    va_list args;
+    va_start(args, fmt);
+    vsnprintf(r->warning[r->n_warnings++], FF_WARNING_LENGTH, fmt, args);
+    va_end(args);
+}
+
+/* Runs of nodes where what must not rise does not fall: it would rise. */
+static void warn_level(const ff_ndf_fit *f, ff_ndf_monotone monotone, ff_ndf_result *r)
+{
+    const int top = f->curve->top, of_d = monotone == FF_NDF_MONOTONE_D;
+    for (int k = 0, end; k < top; k = end + 1) {
+        for (end = k; end < top && f->held[end] && f->u[end] <= f->lower[end];) end++;
+        if (end - k < 3) continue;
+        warn(r, "the data would have %s rise from %.3g to %.3g degrees; it is kept level there%s",
+             of_d ? "D" : "the density of slopes", degrees(atan(ff_curve_node(f->curve, k))),
+             degrees(atan(ff_curve_node(f->curve, end))), of_d ? " (--monotone slopes lets D rise)" : "");
+    }
+}
+
+static void fill_warnings(const ff_ndf_fit *f, const struct ff_problem *p, ff_ndf_monotone monotone, ff_ndf_result *r)
+{
+    const ff_ndf_measures *m = &r->measures;
+    const double power = 0 - f->u[f->curve->top - 1] / f->curve->step;
+    const char *little = m->beyond > 0.01 ? "" : ", with less than 1 % of the area";
+    if (r->outcome != FF_CONVERGED) warn(r, "the minimisation stopped before it converged: D may not be the best one");
+    if (!r->from_back_scatter)
+        warn(r,
+             "these data have %zu samples that look back along the light, too few for the power iteration: the start is the best "
+             "parametric fit",
+             r->back_samples);
+    if (r->first > 0.5 * m->half_width)
+        warn(r, "no half vector is nearer to the normal than %.3g degrees: the peak of D is the smooth continuation to there",
+             degrees(r->first));
+    if (r->sure < r->reach)
+        warn(r, "beyond %.3g degrees the data say little: D follows %s there as far as they let it", degrees(r->sure),
+             ff_term_at(FF_NDF, (size_t)r->fit[r->reference].model.lobe[0].ndf)->name);
+    if (r->reach < FF_NDF_END && power != 0)
+        warn(r, "no half vector lies beyond %.3g degrees: D goes on from there as tan(theta)^%.3g%s", degrees(r->reach), power,
+             little);
+    if (r->reach < FF_NDF_END && power == 0)
+        warn(r, "no half vector lies beyond %.3g degrees: D goes on level from there%s", degrees(r->reach), little);
+    if (r->reach < FF_NDF_END && m->beyond > 0.01)
+        warn(r, "%.2g %% of the projected area lies beyond the data: F0 and the masking depend on that continuation",
+             100 * m->beyond);
+    warn_level(f, monotone, r);
+    if (r->scaled) warn(r, "the data ask for F0 > 1: F = 1 and a scale ks instead, in all fits; are the data in 1/sr?");
+    if (!p->selection.isotropic)
+        warn(r, "these data may show a direction; D is isotropic, the mean over the azimuths as the samples have them");
+}
+
+/* ---- the whole ------------------------------------------------------------------------------- */
+
+ff_status ff_ndf_result_fill(ff_ndf_fit *f, const struct ff_problem *p, ff_ndf_monotone monotone, ff_ndf_result *r)
+{
+    double *cov = malloc(f->P * f->P * sizeof *cov);
+    ff_status s = cov ? ff_ndf_covariance(f, cov) : FF_ERR_MEMORY;
+    if (!s) s = fill_rows(f, cov, r);
+    if (!s) s = fill_channels(f, cov, r);
+    free(cov);
+    if (s) return s;
+    r->effective = ff_ndf_effective(f);
+    r->smooth = f->smooth;
+    r->objective = 0.5 * f->sums.cost2;
+    r->iterations = f->iterations;
+    r->passes = f->passes;
+    fill_measures(f, r);
+    fill_warnings(f, p, monotone, r);
+    return FF_OK;
+}
