@@ -28,9 +28,9 @@ enum { FF_NDF_MODELS = FF_NDF_FITS + 1 };
  *  lambert, and lambert alone. FF_ERR_RANGE; FF_ERR_UNSUPPORTED for a masking that is made for one distribution only. */
 ff_status ff_ndf_models(int masking, ff_model out[FF_NDF_MODELS], ff_error *err);
 
-/** What must not rise with the angle: D itself, or the density of slopes D cos^4, which lets D rise as that of ggx with
- *  alpha > 1 or of student-t with gamma < 2 does. */
-typedef enum ff_ndf_monotone { FF_NDF_MONOTONE_D = 0, FF_NDF_MONOTONE_SLOPES = 1 } ff_ndf_monotone;
+/** What must not rise with the angle: the density of slopes D cos^4, which lets D rise as that of ggx with alpha > 1 or of student-t
+ *  with gamma < 2 does, or D itself. */
+typedef enum ff_ndf_monotone { FF_NDF_MONOTONE_SLOPES = 0, FF_NDF_MONOTONE_D = 1 } ff_ndf_monotone;
 enum { FF_NDF_MONOTONE_COUNT = 2 };
 const char *ff_ndf_monotone_name(int monotone); /**< as on the command line; NULL for a number that is none */
 int ff_ndf_monotone_find(const char *name);     /**< -1 when unknown                                         */
@@ -43,7 +43,7 @@ typedef struct ff_ndf_options {
     ff_fit_options fit;       /**< those the problem was made with; no robust loss                                      */
     int masking;              /**< index into the registry: smith-height-correlated                                     */
     double smooth;            /**< weight of the penalty, >= 0; NaN: chosen by cross-validation                          */
-    ff_ndf_monotone monotone; /**< FF_NDF_MONOTONE_D                                                              */
+    ff_ndf_monotone monotone; /**< FF_NDF_MONOTONE_SLOPES                                                               */
     int nodes;                /**< of the lattice, FF_NDF_NODES_MIN .. FF_NDF_NODES_MAX; 0: by the range of the data      */
 } ff_ndf_options;
 void ff_ndf_options_init(ff_ndf_options *o);

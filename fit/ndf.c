@@ -21,7 +21,7 @@ enum { LEAST_FILLED = 8 };   /* intervals of the lattice with half vectors in th
 
 /* ---- options and models ---------------------------------------------------------------------- */
 
-static const char *const monotones[FF_NDF_MONOTONE_COUNT] = {"d", "slopes"};
+static const char *const monotones[FF_NDF_MONOTONE_COUNT] = {"slopes", "d"};
 
 const char *ff_ndf_monotone_name(int monotone)
 {

@@ -125,7 +125,7 @@ static void warn_level(const ff_ndf_fit *f, ff_ndf_monotone monotone, ff_ndf_res
         if (end - k < 3) continue;
         warn(r, "the data would have %s rise from %.3g to %.3g degrees; it is kept level there%s",
              of_d ? "D" : "the density of slopes", degrees(atan(ff_curve_node(f->curve, k))),
-             degrees(atan(ff_curve_node(f->curve, end))), of_d ? " (--monotone slopes lets D rise)" : "");
+             degrees(atan(ff_curve_node(f->curve, end))), of_d ? " (the default, --monotone slopes, lets D rise)" : "");
     }
 }
 
