@@ -38,7 +38,7 @@ const ff_ndf FF_ISA_NAME(ff_ndf_kelemen_phong) = {
              .source = "Kelemen and Szirmay-Kalos 2001, the second density of section 2.1",
              .note =
                  "isotropic; the integral of P_H over solid angle is 1, in the source's normalisation, not the projected area; no "
-                 "Smith masking: use kelemen. Its peak is kelemen-ward's for n = 2/m^2 - 1",
+                 "Smith masking: use kelemen. That area is (n + 1) / (n + 2), and its peak is kelemen-ward's for n = 2/m^2 - 1",
              .claims = FF_RECIPROCAL | FF_ISOTROPIC,
              .n_params = 1,
              .params = params},

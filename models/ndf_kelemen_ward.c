@@ -36,7 +36,7 @@ const ff_ndf FF_ISA_NAME(ff_ndf_kelemen_ward) = {
              .source = "Kelemen and Szirmay-Kalos 2001, eq. 4",
              .note =
                  "isotropic; the integral of P_H over solid angle is 1, in the source's normalisation, not the projected area; no "
-                 "Smith masking: use kelemen",
+                 "Smith masking: use kelemen. That area is 0.96 at m = 0.3, 0.81 at m = 0.8: so much less is reflected",
              .claims = FF_RECIPROCAL | FF_ISOTROPIC,
              .n_params = 1,
              .params = params},
