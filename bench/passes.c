@@ -87,8 +87,8 @@ static void measure(const char *kind, const char *name, const char *expression, 
     }
     qsort(ratio, ROUNDS, sizeof *ratio, by_size);
     qsort(own, ROUNDS, sizeof *own, by_size);
-    printf("%s\n  {\"kind\": \"%s\", \"name\": \"%s\", \"model\": \"%s\", \"ratio\": %.3f, \"seconds\": %.5f}", first ? "" : ",", kind,
-           name, expression, ratio[ROUNDS / 2], own[ROUNDS / 2]);
+    printf("%s\n  {\"kind\": \"%s\", \"name\": \"%s\", \"model\": \"%s\", \"ratio\": %.3f, \"seconds\": %.5f}", first ? "" : ",",
+           kind, name, expression, ratio[ROUNDS / 2], own[ROUNDS / 2]);
     fflush(stdout);
     first = 0;
     done(&w);

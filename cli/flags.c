@@ -50,14 +50,17 @@ static const cli_command commands[] = {
      "misses it by more than 1e-6.\n",
      1, 1, cmd_furnace},
     {"sample", "EXPR", "directions of light drawn in proportion to a model",
-     "Prints 'theta_i,phi_i,pdf,f,weight' rows for one view: angles in degrees, pdf and f in 1/sr, weight = f cos(theta_i) / pdf. A\n"
-     "direction below the horizon is lost: its pdf, f and weight are 0. The mean of weight over all rows is the directional albedo.\n",
+     "Prints 'theta_i,phi_i,pdf,f,weight' rows for one view: angles in degrees, pdf and f in 1/sr, weight = f cos(theta_i) / pdf. "
+     "A\n"
+     "direction below the horizon is lost: its pdf, f and weight are 0. The mean of weight over all rows is the directional "
+     "albedo.\n",
      1, 1, cmd_sample},
     {"info", "FILE", "what is in a file", "", 1, 1, cmd_info},
     {"models", "", "distributions, maskings, Fresnel and diffuse terms with their parameters; presets", "", 0, 0, cmd_models},
     {"formats", "", "file formats", "", 0, 0, cmd_formats},
     {"ndf", "FILE", "the distribution of normals behind measured data, without a formula",
-     "Prints measures of the roughness, F0 and kd, and the residual beside those of the parametric fits; -o writes the table that the\n"
+     "Prints measures of the roughness, F0 and kd, and the residual beside those of the parametric fits; -o writes the table that "
+     "the\n"
      "distribution `tabulated` reads, '-o -' to stdout and nothing else. Exit status 1 when the retrieval did not converge.\n",
      1, 1, cmd_ndf},
 };
@@ -75,8 +78,7 @@ typedef struct flag {
 static const flag flags[FLAG_COUNT] = {
     [FLAG_MODEL] = {"model", 0, "EXPR", C_FIT, "sum of lobes NDF[/MASKING[/FRESNEL]] and a diffuse name (ggx+lambert)"},
     [FLAG_NDF] = {"ndf", 0, "LIST|all", C_COMPARE, "distributions, separated by commas (all)"},
-    [FLAG_MASKING] = {"masking", 0, "LIST|all", C_COMPARE | C_NDF,
-                      "masking functions (all); of ndf one (smith-height-correlated)"},
+    [FLAG_MASKING] = {"masking", 0, "LIST|all", C_COMPARE | C_NDF, "masking functions (all); of ndf one (smith-height-correlated)"},
     [FLAG_FRESNEL] = {"fresnel", 0, "LIST|all", C_COMPARE, "Fresnel terms (schlick)"},
     [FLAG_DIFFUSE] = {"diffuse", 0, "LIST|all|none", C_COMPARE, "diffuse terms (lambert)"},
     [FLAG_SET] = {"set", 0, "P=V,...", C_SCENE, "parameters; v1:v2:v3 gives one value per channel; alpha=v sets both axes"},

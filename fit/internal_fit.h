@@ -35,7 +35,7 @@ struct ff_problem {
     int value;         /* plane value + c: y                                                              */
     int sample_weight; /* square root of the sample's weight alone                                        */
     ff_loss loss;
-    int surrogate; /* 1: a linear stand-in for the loss, for the search of a start                     */
+    int surrogate;           /* 1: a linear stand-in for the loss, for the search of a start                     */
     double tan2_lo, tan2_hi; /* range of tan^2 theta over the samples' directions                       */
     ff_selection selection;
     char (*channel_name)[FF_CHANNEL_NAME];
@@ -133,7 +133,7 @@ typedef struct ff_layout {
     ff_wanted free;
     int linear;      /* 1: the model is affine in the free parameters of a channel, once scales are multiplied out */
     uint32_t scaled; /* lobes whose free ks multiplies free parameters: affine in ks and in their products with it */
-    size_t P;   /* free.n_shape + n_channels free.n_channel                   */
+    size_t P;        /* free.n_shape + n_channels free.n_channel                   */
 } ff_layout;
 
 /* Chooses the free parameters for a shape. FF_ERR_UNSUPPORTED where the model cannot take it. */

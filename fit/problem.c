@@ -17,8 +17,8 @@ enum { FF_USED = 0, FF_INVALID, FF_BELOW, FF_GRAZING };
 
 typedef struct slab_result {
     size_t count[4], negative;
-    double weight;           /* of the used samples                   */
-    double cos_lo, cos_hi;   /* of both directions of the used samples */
+    double weight;         /* of the used samples                   */
+    double cos_lo, cos_hi; /* of both directions of the used samples */
 } slab_result;
 
 /* Everything the building needs; read by all threads. */

@@ -29,9 +29,9 @@ static void expression_of(const ff_model *m, char *out, size_t size)
     for (uint32_t l = 0; l < m->n_lobes; l++) {
         const ff_lobe *lobe = &m->lobe[l];
         const int keeps = lobe->fresnel != FF_FRESNEL_SHARED && !ff_fresnel_at(lobe->fresnel)->like_schlick;
-        used += (size_t)snprintf(out + used, size - used, "%s%s/%s/%s", l ? "+" : "", ff_ndf_at(lobe->ndf)->term.name,
-                                 ff_masking_at(lobe->masking)->term.name,
-                                 keeps ? ff_fresnel_at(lobe->fresnel)->term.name : "schlick");
+        used +=
+            (size_t)snprintf(out + used, size - used, "%s%s/%s/%s", l ? "+" : "", ff_ndf_at(lobe->ndf)->term.name,
+                             ff_masking_at(lobe->masking)->term.name, keeps ? ff_fresnel_at(lobe->fresnel)->term.name : "schlick");
     }
     for (uint32_t b = 0; b < m->n_bases; b++) {
         const ff_diffuse *base = ff_diffuse_at(m->base[b].diffuse);

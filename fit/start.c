@@ -176,8 +176,8 @@ static void divide_by_scales(const ff_layout *l, double *channel)
         }
 }
 
-/* A pass over a thin problem that leaves the gram of the channel columns. plain: without the robust loss, whose weights mean nothing
- * far from the data. */
+/* A pass over a thin problem that leaves the gram of the channel columns. plain: without the robust loss, whose weights mean
+ * nothing far from the data. */
 static ff_status channel_pass(const ff_layout *l, const struct ff_problem *p, const ff_fit_options *o, const double *shape,
                               const double *channel, int plain, ff_normal *normal)
 {

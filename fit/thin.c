@@ -71,7 +71,8 @@ static void thin_plane(void *context, size_t plane, int worker)
     /* lanes beyond the last repeat it, without weight: a direction of zeros would be none */
     const size_t last = t->to->n - 1;
     const double v = is_weight_plane(t->from, plane) ? 0 : ff_problem_plane(t->to, last / FF_BLOCK, (int)plane)[last % FF_BLOCK];
-    for (size_t k = t->to->n; k < t->to->n_blocks * FF_BLOCK; k++) ff_problem_plane(t->to, k / FF_BLOCK, (int)plane)[k % FF_BLOCK] = v;
+    for (size_t k = t->to->n; k < t->to->n_blocks * FF_BLOCK; k++)
+        ff_problem_plane(t->to, k / FF_BLOCK, (int)plane)[k % FF_BLOCK] = v;
 }
 
 /* Replaces loss by its tangent at the data: w g'(y) (f - y). A datum near 0, where the cube root is steep, counts as 1 % of the

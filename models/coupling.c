@@ -45,7 +45,7 @@ typedef struct filler {
     ff_prepared lobes; /* without the bases */
     int kinks;
     double nearest, farthest;                  /* slopes */
-    ff_gauss panel, arc[2];                        /* the second for grazing views */
+    ff_gauss panel, arc[2];                    /* the second for grazing views */
     double q[2][RAY_POINTS], w[2][RAY_POINTS]; /* by falling q: those of a ray with end = 1, and of the rays half a step aside */
     double mu, tangent;                        /* of the view */
     uint32_t at;

@@ -14,8 +14,8 @@ enum { FF_MAX_OWN = 3 }; /* parameters of a distribution beyond the stretch: gam
 
 /* Constants of a distribution for one set of its own parameters; filled by prepare, read by the kernels. */
 typedef struct ff_ndf_pass {
-    double own[FF_MAX_OWN];         /* the parameters beyond the stretch                                */
-    double v_lo, v_hi;              /* lambda will be asked for these v and for FF_V_MIN, nothing else; not at all when v_lo > v_hi */
+    double own[FF_MAX_OWN]; /* the parameters beyond the stretch                                */
+    double v_lo, v_hi;      /* lambda will be asked for these v and for FF_V_MIN, nothing else; not at all when v_lo > v_hi */
     const ff_profile_table *values; /* of `tabulated`, else NULL                                        */
     double c[16];                   /* whatever the model wants to keep                                 */
     double *table;                  /* [ff_ndf.table_size] of the pass's own, NULL when that is 0       */

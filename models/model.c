@@ -159,8 +159,8 @@ ff_status ff_model_compose(int ndf, int masking, int fresnel, int diffuse, ff_mo
     return s;
 }
 
-void ff_model_lobe_alone(const ff_model *m, uint32_t l, size_t n_channels, const double *shape, const double *channel, ff_model *out,
-                         double *out_shape, double *out_channel)
+void ff_model_lobe_alone(const ff_model *m, uint32_t l, size_t n_channels, const double *shape, const double *channel,
+                         ff_model *out, double *out_shape, double *out_channel)
 {
     const ff_lobe *lobe = &m->lobe[l], *group = &m->lobe[ff_model_group(m, l)];
     ff_model alone = {.n_lobes = 1};
@@ -207,12 +207,13 @@ static ff_status unknown(ff_term_kind kind, const char *word, ff_error *err)
     char names[500] = "";
     list_names(kind, names, sizeof names);
     if (kind != FF_NDF)
-        return ff_error_set(err, FF_ERR_UNKNOWN, NULL, 0, -1, "unknown %s '%s'; known are %s", ff_term_kind_name(kind), word, names);
+        return ff_error_set(err, FF_ERR_UNKNOWN, NULL, 0, -1, "unknown %s '%s'; known are %s", ff_term_kind_name(kind), word,
+                            names);
     char bases[300] = "";
     list_names(FF_DIFFUSE, bases, sizeof bases); /* a term may be either */
     return ff_error_set(err, FF_ERR_UNKNOWN, NULL, 0, -1,
-                        "unknown distribution or diffuse term '%s'; known are the distributions %s; the diffuse terms %s", word, names,
-                        bases);
+                        "unknown distribution or diffuse term '%s'; known are the distributions %s; the diffuse terms %s", word,
+                        names, bases);
 }
 
 /* The Fresnel term of a later lobe that is the first one's. */
@@ -529,8 +530,7 @@ void ff_model_weights(const ff_model *m, const double *shape, double *weight, do
         if (l > 0 && !shares) continue;
         for (uint32_t later = l + 1; later < m->n_lobes; later++) { /* each later one takes its share of what is there */
             if (m->lobe[later].fresnel != FF_FRESNEL_SHARED) continue;
-            for (uint32_t k = 0; dw && k < m->n_lobes; k++)
-                dw[k][l] = dw[k][l] * (1 - w[later]) - (k == later ? weight[l] : 0);
+            for (uint32_t k = 0; dw && k < m->n_lobes; k++) dw[k][l] = dw[k][l] * (1 - w[later]) - (k == later ? weight[l] : 0);
             weight[l] *= 1 - w[later];
         }
     }

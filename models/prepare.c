@@ -35,7 +35,8 @@ static void prepare_lobes(ff_prepared *p, ff_stretch_mode mode, const double *sh
         lobe->mode = p->m->lobe[l].isotropic ? FF_ISOTROPIC_MODE : mode == FF_CHEAPEST_MODE ? cheapest_mode(&lobe->s) : mode;
         memcpy(lobe->ndf_pass.own, lobe->s.own, sizeof lobe->s.own);
         range_of_v(&lobe->s, lobe->mode, tan2_lo, tan2_hi, &lobe->ndf_pass);
-        if (!p->kernels->masking[lobe->masking]->uses_lambda) lobe->ndf_pass.v_lo = 1, lobe->ndf_pass.v_hi = 0; /* nothing will be asked */
+        if (!p->kernels->masking[lobe->masking]->uses_lambda)
+            lobe->ndf_pass.v_lo = 1, lobe->ndf_pass.v_hi = 0; /* nothing will be asked */
         lobe->ndf_pass.table = ndf->table_size ? storage : NULL;
         storage += ndf->table_size;
         if (ndf->prepare) ndf->prepare(&lobe->ndf_pass);

@@ -215,8 +215,10 @@ static void channel_cells(const ff_fit_result *f, int of_lobes, const char *lone
         char cell[FF_TEXT_CELL];
         if ((p->lobe < f->model.n_lobes) != of_lobes || f->channel_value[k].held) continue;
         channel_cell(f, k, cell, sizeof cell);
-        if (strcmp(p->name, lone)) at += (size_t)snprintf(out + at, size - at, "%s%s=%s", at ? " " : "", p->name, cell);
-        else at += (size_t)snprintf(out + at, size - at, "%s%s", at ? " " : "", cell);
+        if (strcmp(p->name, lone))
+            at += (size_t)snprintf(out + at, size - at, "%s%s=%s", at ? " " : "", p->name, cell);
+        else
+            at += (size_t)snprintf(out + at, size - at, "%s%s", at ? " " : "", cell);
     }
 }
 

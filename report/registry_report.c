@@ -123,17 +123,22 @@ ff_status ff_report_models_markdown(FILE *out)
 {
     static const char *const heading[FF_TERM_KINDS] = {"Distributions of normals", "Masking and shadowing", "Fresnel terms",
                                                        "Diffuse terms and multiple scattering"};
-    fputs("# Models\n\nWritten by `facetfit models --markdown`; the same registry is behind `facetfit models`, the parser and the "
-          "tests.\n\n"
-          "A model is a sum of lobes `NDF[/MASKING[/FRESNEL]]` and diffuse names, or one of the presets at the end. Left out: masking\n"
-          "`smith-height-correlated`, Fresnel `schlick`, no diffuse term. Every lobe also has, per channel, a scale `ks`, which is 1 and\n"
-          "held unless freed. The Fresnel term `shared` of a second or third lobe is that of the first one; such a lobe has a `weight`\n"
-          "(0 to 1) instead: its share of what the lobes up to it weigh. A lobe whose masking or diffuse term is isotropic has one\n"
-          "`alpha` instead of `alpha_x`, `alpha_y`, `r_xy` and the mean slope.\n\n"
-          "Claims are tested for every combination: *reciprocal*; *passive*: reflects at most what arrives; *isotropic*; *unit-area*:\n"
-          "integral D cos = 1; *weak-furnace*: the weak white furnace integral is 1, of a distribution for the Smith forms;\n"
-          "*needs-centred*: has no meaning with a mean slope; *furnace-only*: exists for that test, `all` leaves it out.\n",
-          out);
+    fputs(
+        "# Models\n\nWritten by `facetfit models --markdown`; the same registry is behind `facetfit models`, the parser and the "
+        "tests.\n\n"
+        "A model is a sum of lobes `NDF[/MASKING[/FRESNEL]]` and diffuse names, or one of the presets at the end. Left out: "
+        "masking\n"
+        "`smith-height-correlated`, Fresnel `schlick`, no diffuse term. Every lobe also has, per channel, a scale `ks`, which is 1 "
+        "and\n"
+        "held unless freed. The Fresnel term `shared` of a second or third lobe is that of the first one; such a lobe has a "
+        "`weight`\n"
+        "(0 to 1) instead: its share of what the lobes up to it weigh. A lobe whose masking or diffuse term is isotropic has one\n"
+        "`alpha` instead of `alpha_x`, `alpha_y`, `r_xy` and the mean slope.\n\n"
+        "Claims are tested for every combination: *reciprocal*; *passive*: reflects at most what arrives; *isotropic*; "
+        "*unit-area*:\n"
+        "integral D cos = 1; *weak-furnace*: the weak white furnace integral is 1, of a distribution for the Smith forms;\n"
+        "*needs-centred*: has no meaning with a mean slope; *furnace-only*: exists for that test, `all` leaves it out.\n",
+        out);
     for (int kind = 0; kind < FF_TERM_KINDS; ++kind) {
         fprintf(out, "\n## %s\n", heading[kind]);
         for (size_t i = 0; i < ff_term_count((ff_term_kind)kind); ++i) markdown_term(ff_term_at((ff_term_kind)kind, i), out);

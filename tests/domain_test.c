@@ -66,7 +66,8 @@ static void check_finite(const fit_surface *s, const model_pairs *w, const char 
     }
 }
 
-/* All corners of the box of a model; stretch = 0: the lobe's first five parameters stay where they begin. The two channels have the lower and the upper bounds of its linear parameters. */
+/* All corners of the box of a model; stretch = 0: the lobe's first five parameters stay where they begin. The two channels have the
+ * lower and the upper bounds of its linear parameters. */
 static long all_corners(const ff_model *m, int stretch, const model_pairs *w, const char *label)
 {
     fit_surface s = {.model = *m, .n_channels = CHANNELS};
@@ -283,8 +284,8 @@ static void reciprocity(void)
             claimed += claims, not_claimed += !claims, seen += !claims && worst > 1e-6;
         }
     FF_CHECK(claimed > 100, "only %ld settings claim reciprocity", claimed);
-    FF_CHECK(not_claimed > 0 && seen * 5 >= not_claimed * 4,
-             "of %ld settings that do not claim it, the test would have caught %ld", not_claimed, seen);
+    FF_CHECK(not_claimed > 0 && seen * 5 >= not_claimed * 4, "of %ld settings that do not claim it, the test would have caught %ld",
+             not_claimed, seen);
 }
 
 /* Turns the surface by phi: covariance and mean slope of every lobe. 0 when a lobe has no direction to turn. */

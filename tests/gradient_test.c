@@ -242,7 +242,13 @@ static void shared_and_coupled(void)
         "ggx/hammon+hammon+eon",
         "gtr+vmf/v-cavity/dielectric+mikkelsen-coupled",
         "ggx/smith-height-direction-correlated/sgd+shirley-coupled+oren-nayar",
-        "cook-torrance", "kelemen-2001", "mikkelsen-2009", "disney-2012", "hammon-2017", "torrance-sparrow", "walter-2007"};
+        "cook-torrance",
+        "kelemen-2001",
+        "mikkelsen-2009",
+        "disney-2012",
+        "hammon-2017",
+        "torrance-sparrow",
+        "walter-2007"};
     uint64_t state = 16;
     for (size_t k = 0; k < sizeof expressions / sizeof *expressions; k++) {
         const ff_model m = model_parse(expressions[k]);
@@ -757,6 +763,6 @@ static void wrong_gradients_are_caught(void)
         }
 }
 
-FF_TEST_MAIN(FF_TEST(every_combination), FF_TEST(wide_boxes), FF_TEST(whole_numbers), FF_TEST(several_lobes), FF_TEST(shared_and_coupled),
-             FF_TEST(wrong_derivatives_are_caught), FF_TEST(every_objective), FF_TEST(dark_data), FF_TEST(every_term_in_the_fit),
-             FF_TEST(normal_equations), FF_TEST(wrong_gradients_are_caught))
+FF_TEST_MAIN(FF_TEST(every_combination), FF_TEST(wide_boxes), FF_TEST(whole_numbers), FF_TEST(several_lobes),
+             FF_TEST(shared_and_coupled), FF_TEST(wrong_derivatives_are_caught), FF_TEST(every_objective), FF_TEST(dark_data),
+             FF_TEST(every_term_in_the_fit), FF_TEST(normal_equations), FF_TEST(wrong_gradients_are_caught))

@@ -71,8 +71,8 @@ static inline void model_pairs_random(const ff_model *m, const double *shape, ui
             const ff_stretch l = pass.s;
             /* one that is not stretched may have any width */
             const int stretched = ff_ndf_at(m->lobe[lobe].ndf)->alpha_own == 0;
-            const double q = stretched ? 0.1 * pow(30, fit_uniform(state)) : 1e-3 * pow(3e3, fit_uniform(state)), phi = 2 * MODEL_PI * fit_uniform(state), u = q * cos(phi),
-                         v = q * sin(phi);
+            const double q = stretched ? 0.1 * pow(30, fit_uniform(state)) : 1e-3 * pow(3e3, fit_uniform(state)),
+                         phi = 2 * MODEL_PI * fit_uniform(state), u = q * cos(phi), v = q * sin(phi);
             const double s[2] = {l.x0 + l.ax * u, l.y0 + l.ay * (l.r * u + sqrt(1 - l.r * l.r) * v)};
             if (!model_mirror(wi, s, wo)) continue;
         }
@@ -154,8 +154,8 @@ static inline ff_model model_parse(const char *expression)
     return fit_surface_make(expression, 1, "").model;
 }
 
-/** What rounding may leave in f, 1/sr: a base that is coupled to albedos has factors 1 - a, and those of a nearly perfect mirror are
- * rounding alone. */
+/** What rounding may leave in f, 1/sr: a base that is coupled to albedos has factors 1 - a, and those of a nearly perfect mirror
+ * are rounding alone. */
 static inline double model_floor(const ff_model *m)
 {
     uint32_t couples = 0;

@@ -20,7 +20,8 @@ static double deviation(const fit_surface *a, const fit_surface *b)
     const ff_dirs d = model_dirs(&w);
     for (int i = 0; i < 2; i++) {
         const fit_surface *s = i ? b : a;
-        FF_CHECK(ff_model_eval(&s->model, FF_ISA_BEST, s->n_channels, s->shape, s->channel, &d, w.n, f[i], NULL, w.n) == FF_OK, "eval");
+        FF_CHECK(ff_model_eval(&s->model, FF_ISA_BEST, s->n_channels, s->shape, s->channel, &d, w.n, f[i], NULL, w.n) == FF_OK,
+                 "eval");
     }
     for (size_t i = 0; i < a->n_channels * w.n; i++) worst = fmax(worst, fabs(f[1][i] - f[0][i]) / f[0][i]);
     return worst;
@@ -72,7 +73,8 @@ static void what_is_held_stays(void)
 /* Weights of three lobes: positive, 1 in all, and derivatives by differences. */
 static void weights(void)
 {
-    const fit_surface s = fit_surface_make("ggx+beckmann/v-cavity/shared+phong/v-cavity/shared", 1, "lobe2.weight=0.3 lobe3.weight=0.2");
+    const fit_surface s =
+        fit_surface_make("ggx+beckmann/v-cavity/shared+phong/v-cavity/shared", 1, "lobe2.weight=0.3 lobe3.weight=0.2");
     double w[FF_MAX_LOBES], dw[FF_MAX_LOBES][FF_MAX_LOBES];
     ff_model_weights(&s.model, s.shape, w, dw);
     FF_CHECK_CLOSE(w[0], 0.7 * 0.8, 1e-15, 0);

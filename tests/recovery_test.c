@@ -350,8 +350,8 @@ static void two_lobes(void)
 static void two_lobes_of_one_kind(void)
 {
     for (int noisy = 0; noisy < 2; noisy++) {
-        experiment e = experiment_make("ggx+ggx+lambert", "alpha=0.08 lobe2.alpha=0.4 f0=0.3:0.2 lobe2.f0=0.2:0.4 kd=0.1:0.3", 2, 60000,
-                                       noisy ? 0.05 : 0, noisy ? 0.02 : 1e-5);
+        experiment e = experiment_make("ggx+ggx+lambert", "alpha=0.08 lobe2.alpha=0.4 f0=0.3:0.2 lobe2.f0=0.2:0.4 kd=0.1:0.3", 2,
+                                       60000, noisy ? 0.05 : 0, noisy ? 0.02 : 1e-5);
         e.o.shape = FF_SHAPE_ISOTROPIC;
         e.how.glossy = 0.3;
         e.how.sigma = noisy; /* so that what is faint counts: a wide lobe under a narrow one, kd */

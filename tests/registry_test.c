@@ -36,8 +36,8 @@ static void check_param(const ff_term *t, const ff_param *p)
 
 static void terms(void)
 {
-    const uint32_t known = FF_RECIPROCAL | FF_PASSIVE | FF_ISOTROPIC | FF_WEAK_FURNACE | FF_FURNACE_ONLY |
-                           FF_NEEDS_CENTRED | FF_UNIT_AREA;
+    const uint32_t known =
+        FF_RECIPROCAL | FF_PASSIVE | FF_ISOTROPIC | FF_WEAK_FURNACE | FF_FURNACE_ONLY | FF_NEEDS_CENTRED | FF_UNIT_AREA;
     for (int kind = 0; kind < FF_TERM_KINDS; kind++) {
         const size_t n = ff_term_count((ff_term_kind)kind);
         FF_CHECK(n > 0 && ff_term_kind_name((ff_term_kind)kind)[0], "kind %d", kind);
@@ -415,7 +415,8 @@ static void claims_of_models(void)
     for (size_t k = 0; k < model_combination_count(); k++) {
         char label[MODEL_LABEL];
         const ff_model m = model_combination(k, label);
-        uint32_t both = ff_term_at(FF_NDF, (size_t)m.lobe[0].ndf)->claims & ff_term_at(FF_MASKING, (size_t)m.lobe[0].masking)->claims &
+        uint32_t both = ff_term_at(FF_NDF, (size_t)m.lobe[0].ndf)->claims &
+                        ff_term_at(FF_MASKING, (size_t)m.lobe[0].masking)->claims &
                         ff_term_at(FF_FRESNEL, (size_t)m.lobe[0].fresnel)->claims;
         for (uint32_t b = 0; b < m.n_bases; b++) both &= ff_term_at(FF_DIFFUSE, (size_t)m.base[b].diffuse)->claims;
         values v = defaults(&m);
@@ -433,5 +434,5 @@ static void claims_of_models(void)
 }
 
 FF_TEST_MAIN(FF_TEST(terms), FF_TEST(promised_names), FF_TEST(round_trips), FF_TEST(defaults_of_expressions),
-             FF_TEST(refused_expressions), FF_TEST(compositions), FF_TEST(presets), FF_TEST(cook_torrance_as_published), FF_TEST(assignments), FF_TEST(refused_assignments),
-             FF_TEST(checks), FF_TEST(claims_of_models))
+             FF_TEST(refused_expressions), FF_TEST(compositions), FF_TEST(presets), FF_TEST(cook_torrance_as_published),
+             FF_TEST(assignments), FF_TEST(refused_assignments), FF_TEST(checks), FF_TEST(claims_of_models))

@@ -1,12 +1,12 @@
-/* tables_test N: the SGD fits of Bagher et al. 2012 and the ABC fits of Low et al. 2012 to the MERL materials, N of each chosen by a
- * seed: simulated on the MERL grid and fitted back from the default start with the same model.
+/* tables_test N: the SGD fits of Bagher et al. 2012 and the ABC fits of Low et al. 2012 to the MERL materials, N of each chosen by
+ * a seed: simulated on the MERL grid and fitted back from the default start with the same model.
  *
- *   SGD  per channel (kd + ks D F G / (iz oz)) / pi, all parameters per channel: one fit for each channel. G is the exact Smith form
- *        here, which theirs follows within 6e-4.
- *   ABC  kd / pi + A S F G / (pi iz oz) with S = (1 + B (1 - hz))^-C, the form with 1/pi; B, C shared, A per channel.
+ *   SGD  per channel (kd + ks D F G / (iz oz)) / pi, all parameters per channel: one fit for each channel. G is the exact Smith
+ * form here, which theirs follows within 6e-4. ABC  kd / pi + A S F G / (pi iz oz) with S = (1 + B (1 - hz))^-C, the form with
+ * 1/pi; B, C shared, A per channel.
  *
- * A parameter set is "found" when every parameter is within 1 %, "traded" when the residual is nothing (1e-5 of the data) though some
- * parameter is not: two of them then do the same to all samples. */
+ * A parameter set is "found" when every parameter is within 1 %, "traded" when the residual is nothing (1e-5 of the data) though
+ * some parameter is not: two of them then do the same to all samples. */
 #include "fit_samples.h"
 #include "ff_simulate.h"
 
@@ -137,8 +137,8 @@ static void recover(const char *what, const fit_surface *truth, counts *total)
         const double error = worst_error(truth, &r, name), residual = r.residual.cosine_rmse / power_of(&t);
         const verdict v = error <= 0.01 ? FOUND : residual <= 1e-5 ? TRADED : MISSED;
         static const char *const words[] = {"found", "traded", "MISSED"};
-        printf("  %-40s %-6s  worst parameter %8.2e (%s), residual %8.2e of the data, %s, %d passes, %.2f s\n", what, words[v], error,
-               name, residual, ff_outcome_name((int)r.outcome), r.passes, r.time_s);
+        printf("  %-40s %-6s  worst parameter %8.2e (%s), residual %8.2e of the data, %s, %d passes, %.2f s\n", what, words[v],
+               error, name, residual, ff_outcome_name((int)r.outcome), r.passes, r.time_s);
         total->n[v]++;
         total->not_converged += r.outcome != FF_CONVERGED;
         total->seconds += r.time_s;
