@@ -18,7 +18,8 @@ ROUNDS = 3
 COMPARE_NDFS, COMPARE_MASKINGS = ["beckmann", "ggx", "student-t", "phong"], [
     "smith-separable", "smith-height-correlated", "smith-direction-correlated", "smith-height-direction-correlated", "v-cavity", "none"]
 COMPARE_MODELS = len(COMPARE_NDFS) * len(COMPARE_MASKINGS)
-BY_TABLE = {"gtr", "vmf", "gaussian", "sgd", "abc", "tabulated"}  # their Lambda is an integral
+# Their Lambda is an integral, or they read the directional albedo of the lobes.
+BY_TABLE = {"gtr", "vmf", "gaussian", "sgd", "abc", "tabulated", "mikkelsen-coupled", "kelemen-matte", "kulla-conty"}
 
 
 def say(text):

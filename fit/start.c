@@ -97,7 +97,7 @@ static int pulled_inside(const double *gram, size_t n, const double *q, const in
  * (Lawson and Hanson 1974, chapter 23; Stark and Parker 1995). Convex, so that the end is the minimum. */
 double ff_bounded_least_squares(const double *gram, size_t n, const double *lo, const double *hi, double *q)
 {
-    int state[FF_MAX_CHANNEL_PARAMS];
+    int state[FF_MAX_CHANNEL_PARAMS] = {0};
     double x[FF_MAX_CHANNEL_PARAMS];
     for (size_t i = 0; i < n; i++) {
         state[i] = 2;
