@@ -194,6 +194,7 @@ int cmd_compare(const cli_args *args)
     cli_fitting f;
     combinations all = {.model = malloc((ndf.n * masking.n * fresnel.n * diffuse.n + 1) * sizeof *all.model)};
     status = all.model ? compose_all(args, &tables, &ndf, &masking, &fresnel, &diffuse, &all) : cli_failed(FF_ERR_MEMORY, NULL);
+    if (status == EXIT_DONE) status = cli_names_known(args, all.model, all.n);
     if (status == EXIT_DONE) status = cli_fitting_open(args, all.model, all.n, &f);
     if (status == EXIT_DONE) {
         status = compare(args, &f, all.model, all.n);

@@ -140,6 +140,8 @@ ff_status cli_tables_give(const cli_tables *tables, ff_model *m, ff_error *err);
 
 /* --free and --fix on a model; where_present: a name that this model does not have is not an error. Exit status. */
 int cli_hold_and_free(const cli_args *args, ff_model *m, int where_present);
+/* A usage error for a name of --free or --fix that none of n models has. */
+int cli_names_known(const cli_args *args, const ff_model *model, size_t n);
 
 typedef struct cli_scene {
     ff_model model;

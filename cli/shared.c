@@ -235,6 +235,32 @@ int cli_hold_and_free(const cli_args *args, ff_model *m, int where_present)
     return status == EXIT_DONE ? each_word(args, FLAG_FIX, fix_one, &h) : status;
 }
 
+/* Models of a comparison. */
+typedef struct model_set {
+    const ff_model *model;
+    size_t n;
+} model_set;
+
+static int known_to_any(const cli_args *args, const char *word, void *context)
+{
+    const model_set *set = context;
+    ff_error err = {0};
+    char name[64];
+    snprintf(name, sizeof name, "%.*s", (int)strcspn(word, "="), word);
+    for (size_t i = 0; i < set->n; ++i) {
+        ff_model m = set->model[i];
+        if (ff_model_free(&m, name, &err) == FF_OK) return EXIT_DONE;
+    }
+    return cli_usage(args, "none of the models has a parameter '%s'", name);
+}
+
+int cli_names_known(const cli_args *args, const ff_model *model, size_t n)
+{
+    model_set set = {model, n};
+    const int status = each_word(args, FLAG_FREE, known_to_any, &set);
+    return status == EXIT_DONE ? each_word(args, FLAG_FIX, known_to_any, &set) : status;
+}
+
 /* ---- scenes ---------------------------------------------------------------------------------- */
 
 static int count_channels(const cli_args *args, const char *assignment, void *context)
