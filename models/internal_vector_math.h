@@ -212,4 +212,18 @@ static inline double ff_rcbrt(double x)
     return y + y * (1.0 / 3 - h * y * y * y);
 }
 
+/* A polynomial of an even count of coefficients by rising power, the count a constant at each call; even and odd powers apart halve
+ * the chain of dependent sums. */
+static inline double ff_polynomial(int count, const double *restrict c, double t)
+{
+    const double t2 = t * t;
+    double even = c[count - 2], odd = c[count - 1];
+#pragma GCC unroll 16
+    for (int k = count - 4; k >= 0; k -= 2) {
+        even = even * t2 + c[k];
+        odd = odd * t2 + c[k + 1];
+    }
+    return even + t * odd;
+}
+
 #endif

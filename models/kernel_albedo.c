@@ -3,19 +3,6 @@
 #include "internal_vector_math.h"
 #include <string.h>
 
-/* A polynomial of an even count of coefficients; even and odd powers apart halve the chain of dependent sums. */
-static inline double horner(int count, const double *restrict c, double t)
-{
-    const double t2 = t * t;
-    double even = c[count - 2], odd = c[count - 1];
-#pragma GCC unroll 16
-    for (int k = count - 4; k >= 0; k -= 2) {
-        even = even * t2 + c[k];
-        odd = odd * t2 + c[k + 1];
-    }
-    return even + t * odd;
-}
-
 /* x in [from, to] -> [-1, 1] */
 static inline double within(double x, double from, double to)
 {
@@ -48,9 +35,9 @@ void ff_albedo_values(const ff_albedo_curve *curve, uint32_t function, size_t n,
     memcpy(c, curve->coefficient + function * FF_ALBEDO_COEFFICIENTS, sizeof c);
     for (size_t i = 0; i < n; i++) {
         const double x = place->x[i];
-        const double v0 = horner(FF_ALBEDO_PIECE_0, c, within(x, FF_ALBEDO_X_0, FF_ALBEDO_X_1));
-        const double v1 = horner(FF_ALBEDO_PIECE_1, c1, place->middle[i]);
-        const double v2 = horner(FF_ALBEDO_PIECE_2, c2, place->last[i]);
+        const double v0 = ff_polynomial(FF_ALBEDO_PIECE_0, c, within(x, FF_ALBEDO_X_0, FF_ALBEDO_X_1));
+        const double v1 = ff_polynomial(FF_ALBEDO_PIECE_1, c1, place->middle[i]);
+        const double v2 = ff_polynomial(FF_ALBEDO_PIECE_2, c2, place->last[i]);
         out[i] = x < FF_ALBEDO_X_1 ? v0 : x < FF_ALBEDO_X_2 ? v1 : v2;
     }
     if (!curve->over_cosine) return;

@@ -126,19 +126,6 @@ void ff_student_t_profile(const ff_ndf_pass *pass, size_t n, const double *restr
     for (size_t i = 0; i < n; i++) own[i] = (nu + 1) * inv_nu * (q2[i] * inv_nu * inv_A[i]) - log_A[i];
 }
 
-/* The polynomial at t; even and odd powers apart halve the chain of dependent sums. */
-static inline double horner(const double *restrict c, double t)
-{
-    const double t2 = t * t;
-    double even = c[FF_POLY - 2], odd = c[FF_POLY - 1];
-#pragma GCC unroll 10
-    for (int k = FF_POLY - 4; k >= 0; k -= 2) {
-        even = even * t2 + c[k];
-        odd = odd * t2 + c[k + 1];
-    }
-    return even + t * odd;
-}
-
 /* With w = nu v: 1/A = x = w / (1 + w), R = sqrt(1 + w), and a^2 / (nu + a^2) = y = 1 / (1 + w). */
 void ff_student_t_lambda(const ff_ndf_pass *pass, size_t n, const double *restrict v, double *restrict lam, double *restrict dlam,
                          double *const *dlam_own)
@@ -159,7 +146,8 @@ void ff_student_t_lambda(const ff_ndf_pass *pass, size_t n, const double *restri
         t[i] = s > 1 ? 1 : s;
     }
     for (size_t i = 0; i < n; i++)
-        bracket[i] = c[C_K] * R[i] - horner(poly[0], t[i]); /* K R = (Lambda + Q) / E, and d Lambda / da = -(Lambda + Q) / a */
+        bracket[i] = c[C_K] * R[i] -
+                     ff_polynomial(FF_POLY, poly[0], t[i]); /* K R = (Lambda + Q) / E, and d Lambda / da = -(Lambda + Q) / a */
     for (size_t i = 0; i < n; i++) { /* ln x: of 1 - y with what that lost in rounding where x is near 1, of x elsewhere */
         const double below = 1 - y[i], near = y[i] < 0.5 ? 1 : 0;
         log_x[i] = ff_log(near > 0 ? below : x[i]) + near * ((1 - below) - y[i]) * (1 + y[i]);
@@ -174,6 +162,6 @@ void ff_student_t_lambda(const ff_ndf_pass *pass, size_t n, const double *restri
     double *restrict own = dlam_own[0];
     for (size_t i = 0; i < n; i++) {
         const double dfront = (c[C_DK] + 0.5 * (1 - y[i]) * c[C_K] * c[C_INV_NU]) * R[i];
-        own[i] = e[i] * ((y[i] + log_x[i]) * bracket[i] + dfront - horner(poly[1], t[i]));
+        own[i] = e[i] * ((y[i] + log_x[i]) * bracket[i] + dfront - ff_polynomial(FF_POLY, poly[1], t[i]));
     }
 }
