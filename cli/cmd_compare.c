@@ -165,11 +165,14 @@ static int compare(const cli_args *args, cli_fitting *f, const ff_model *model, 
 {
     ff_error err = {0};
     size_t n = 0;
-    int status;
+    uint64_t rows = 25;
+    int status = cli_integer(args, FLAG_ROWS, 1000000, &rows);
+    if (status != EXIT_DONE) return status;
     ff_fit_result *fit = calloc(n_models * f->n_problems, sizeof *fit);
     const ff_status failed = fit ? fit_all(f, model, n_models, fit, &n, &err) : FF_ERR_MEMORY;
     if (failed == FF_OK) {
-        const ff_report_fits report = cli_fitting_report(args, f, fit, n);
+        ff_report_fits report = cli_fitting_report(args, f, fit, n);
+        report.rows = (size_t)rows;
         status = cli_write_both(args, write_json, write_text, &report);
         const int outcome = say_outcomes(&report);
         if (status == EXIT_DONE) status = outcome;

@@ -104,6 +104,7 @@ static const flag flags[FLAG_COUNT] = {
     [FLAG_LIST] = {"list", 0, NULL, C_CONVERT, "list the conversions"},
     [FLAG_TERMS] = {"terms", 0, NULL, C_EVAL, "also D, Lambda of both directions, G and F"},
     [FLAG_MARKDOWN] = {"markdown", 0, NULL, C_MODELS, "as the page docs/models.md"},
+    [FLAG_ROWS] = {"rows", 0, "N", C_COMPARE, "rows of the table, the best ones; 0 for all (25). The JSON has all"},
     [FLAG_GRID] = {"grid", 0, "NAME", C_SIMULATE,
                    "merl, goniometer[:STEP] or scattered:N[:FRACTION near the mirror direction] (goniometer:5)"},
     [FLAG_NOISE] = {"noise", 0, "REL", C_SIMULATE, "standard deviation of multiplicative noise (0)"},

@@ -68,6 +68,7 @@ typedef enum cli_flag_id {
     FLAG_LIST,
     FLAG_TERMS,
     FLAG_MARKDOWN,
+    FLAG_ROWS,
     FLAG_GRID,
     FLAG_NOISE,
     FLAG_NOISE_FLOOR,

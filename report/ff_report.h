@@ -35,6 +35,7 @@ typedef struct ff_report_fits {
     const ff_problem *const *problem;    /**< [n_problems]                                      */
     size_t                   n_fits;     /**< a multiple of n_problems                          */
     const ff_fit_result     *fit;        /**< [n_fits]                                          */
+    size_t                   rows;       /**< of a comparison's text, at most; 0 = all            */
 } ff_report_fits;
 
 /** Indices of the fits of problem p by rising objective, into rank [n_fits / n_problems]; equal ones keep their order. */
@@ -43,7 +44,7 @@ void ff_report_rank(const ff_report_fits *r, size_t p, size_t *rank);
 /** Fits one after another: parameters, ellipse, residuals, warnings. */
 ff_status ff_report_fit_text(const ff_report_fits *r, FILE *out);
 
-/** Fits as rows, best first and marked '*', then the best objective of every masking. */
+/** Fits as rows, best first and marked '*', at most r->rows of them, then the best objective of every masking. */
 ff_status ff_report_compare_text(const ff_report_fits *r, FILE *out);
 
 /** Schema facetfit.fit/1, of `fit` and `compare`. */

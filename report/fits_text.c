@@ -305,8 +305,11 @@ static ff_status put_rows(const ff_report_fits *r, const size_t *rank, size_t n,
     const size_t first = 6 + (size_t)columns.fresnels + (size_t)columns.bases;
     for (size_t c = first; c < first + 5; ++c) t.right[c] = 1;
     for (size_t i = 0; i < n; ++i) aic_best = fmin(aic_best, r->fit[rank[i]].aic);
-    for (size_t i = 0; i < n; ++i) compare_row(&t, &r->fit[rank[i]], best, aic_best, columns);
-    return ff_text_print(&t, out, "");
+    const size_t shown = r->rows && r->rows < n ? r->rows : n;
+    for (size_t i = 0; i < shown; ++i) compare_row(&t, &r->fit[rank[i]], best, aic_best, columns);
+    const ff_status status = ff_text_print(&t, out, "");
+    if (shown < n) fprintf(out, "   ... and %zu more (--rows 0 shows all)\n", n - shown);
+    return status;
 }
 
 /* The best fit of every masking, by rank, its objective relative to the winner's. */
