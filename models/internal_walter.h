@@ -9,6 +9,11 @@
 #include "internal_kernel.h"
 #include "internal_vector_math.h"
 
+/* The profile that beckmann-walter shares with beckmann. */
+#define ff_beckmann_profile FF_ISA_NAME(ff_beckmann_profile)
+void ff_beckmann_profile(const ff_ndf_pass *pass, size_t n, const double *restrict q2, double *restrict p, double *restrict dlnp,
+                         double *const *dlnp_own);
+
 static inline void ff_walter_lambda(size_t n, const double *restrict v, double *restrict lam, double *restrict dlam)
 {
     for (size_t i = 0; i < n; i++) {

@@ -37,16 +37,18 @@ static double complex tail_over_e(double a, double complex nu, double complex in
         const double complex log_A = log1p(u) - I * cimag(nu) * u / (creal(nu) * (1 + u));
         return cexp(nu * log_A) * (0.5 - csqrt(y) * inv_beta * sum);
     }
-    /* continued fraction of I_x(nu, 1/2), modified Lentz (DLMF 8.17.22) */
-    double complex c = 1, d = 1 / (1 - (nu + 0.5) * x / (nu + 1)), h = d;
+    /* Continued fraction of I_x(nu, 1/2), modified Lentz (DLMF 8.17.22). For large nu its odd coefficients are nearly -1: what they
+     * lack of it is carried, since the differences from 1 are what counts. */
+    double complex c = 1, d = (nu + 1) / (0.5 + (nu + 0.5) * y), h = d;
     for (int k = 1; k < 20000; k++) {
         const double complex even = k * (0.5 - k) * x / ((nu - 1 + 2 * k) * (nu + 2 * k));
-        d = 1 / (1 + even * d);
-        c = 1 + even / c;
-        h *= d * c;
-        const double complex odd = -(nu + k) * (nu + 0.5 + k) * x / ((nu + 2 * k) * (nu + 1 + 2 * k));
-        d = 1 / (1 + odd * d);
-        c = 1 + odd / c;
+        const double complex below = even * d / (1 + even * d), above = even / c; /* 1 - d and c - 1 from here on */
+        c = 1 + above;
+        h *= (1 - below) * c;
+        const double complex lack = (nu * (2 * k + 0.5) + 3.0 * k * k + 1.5 * k + (nu + k) * (nu + 0.5 + k) * y) /
+                                    ((nu + 2 * k) * (nu + 1 + 2 * k)); /* the odd coefficient is lack - 1 */
+        d = 1 / (lack + below - lack * below);
+        c = (above + lack) / c;
         h *= d * c;
         if (fabs(creal(d * c) - 1) < DBL_EPSILON && fabs(cimag(d * c)) < DBL_EPSILON * FF_STEP) break;
     }

@@ -6,10 +6,10 @@
  * Evaluated as exp(-a^2) (1 / (a sqrt(pi)) - erfcx(a)) / 2, which keeps its relative accuracy where the printed form cancels.
  * alpha is sqrt(2) times the rms slope along an axis. */
 #include "internal_terms.h"
-#include "internal_vector_math.h"
+#include "internal_walter.h"
 
-static void profile(const ff_ndf_pass *pass, size_t n, const double *restrict q2, double *restrict p, double *restrict dlnp,
-                    double *const *dlnp_own)
+void ff_beckmann_profile(const ff_ndf_pass *pass, size_t n, const double *restrict q2, double *restrict p, double *restrict dlnp,
+                         double *const *dlnp_own)
 {
     (void)pass, (void)dlnp_own;
     for (size_t i = 0; i < n; i++) {
@@ -43,6 +43,6 @@ const ff_ndf FF_ISA_NAME(ff_ndf_beckmann) = {
              .claims = FF_RECIPROCAL | FF_PASSIVE | FF_UNIT_AREA | FF_WEAK_FURNACE,
              .n_params = 5,
              .params = params},
-    .profile = profile,
+    .profile = ff_beckmann_profile,
     .lambda = lambda,
 };

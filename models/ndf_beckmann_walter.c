@@ -4,16 +4,6 @@
 #include "internal_terms.h"
 #include "internal_walter.h"
 
-static void profile(const ff_ndf_pass *pass, size_t n, const double *restrict q2, double *restrict p, double *restrict dlnp,
-                    double *const *dlnp_own)
-{
-    (void)pass, (void)dlnp_own;
-    for (size_t i = 0; i < n; i++) {
-        p[i] = ff_exp(-q2[i]) * (1 / FF_PI);
-        dlnp[i] = -1;
-    }
-}
-
 static void lambda(const ff_ndf_pass *pass, size_t n, const double *restrict v, double *restrict lam, double *restrict dlam,
                    double *const *dlam_own)
 {
@@ -32,6 +22,6 @@ const ff_ndf FF_ISA_NAME(ff_ndf_beckmann_walter) = {
              .claims = FF_RECIPROCAL | FF_UNIT_AREA,
              .n_params = FF_STRETCH_COUNT,
              .params = params},
-    .profile = profile,
+    .profile = ff_beckmann_profile,
     .lambda = lambda,
 };

@@ -275,7 +275,7 @@ static void reciprocity(void)
             s.model = model_combination(k, label);
             model_random_parameters(&s.model, CHANNELS, (model_freedom)freedom, 0.7, &state, s.shape, s.channel);
             w.n = 0;
-            model_pairs_random(&s.model, s.shape, &state, 300, &w);
+            model_pairs_random(&s.model, s.shape, &state, 1000, &w);
             values(&s, &w, 0, f);
             values(&s, &w, 1, back);
             const double worst = worst_of(back, f, CHANNELS * w.n);
@@ -284,8 +284,8 @@ static void reciprocity(void)
             claimed += claims, not_claimed += !claims, seen += !claims && worst > 1e-6;
         }
     FF_CHECK(claimed > 100, "only %ld settings claim reciprocity", claimed);
-    FF_CHECK(not_claimed > 0 && seen * 5 >= not_claimed * 4, "of %ld settings that do not claim it, the test would have caught %ld",
-             not_claimed, seen);
+    FF_CHECK(not_claimed > 0 && seen * 10 >= not_claimed * 9,
+             "of %ld settings that do not claim it, the test would have caught %ld", not_claimed, seen);
 }
 
 /* Turns the surface by phi: covariance and mean slope of every lobe. 0 when a lobe has no direction to turn. */

@@ -368,8 +368,8 @@ static void check_lambda(const profile *q, const char *what)
         const double expected = lambda_by_definition(q, as[i] * q->width), lambda = lambda_of(q, as[i] * q->width);
         FF_CHECK(lambda >= 0, "%s: Lambda(%g) is %g", what, as[i], lambda);
         if (expected < 1e-290) continue; /* of subnormal numbers there is nothing to compare */
-        /* a table keeps 1e-9 of 1 + Lambda, closed forms keep their digits until there is nothing left to mask */
-        const double floor = q->ndf->table_size > 1000 ? 1 + expected : expected + 1e-20;
+        /* a table keeps 1e-9 of 1 + Lambda, closed forms keep their digits */
+        const double floor = q->ndf->table_size > 1000 || q->ndf->needs_values ? 1 + expected : expected;
         const double error = fabs(lambda - expected) / floor;
         /* the panels of the definition do not know where the pieces of a table's profile meet */
         const double allowed = q->ndf->needs_values ? 1e-6 : 1e-9;

@@ -179,7 +179,8 @@ static void sgd(void)
     static sheet s;
     size_t row[MATERIALS];
     counts total = {.seconds = 0};
-    if (!sheet_read("data/tables/bagher2012_sgd.csv", &s)) FF_SKIP("no tables of published parameters");
+    /* not part of the project: without the tables beside it there is nothing to fit back */
+    if (!sheet_read("data/tables/bagher2012_sgd.csv", &s)) FF_SKIP("data/tables/bagher2012_sgd.csv is not there");
     const size_t n = choose(&s, row);
     for (size_t i = 0; i < n; i++)
         for (size_t c = 0; c < 3; c++) {
@@ -211,7 +212,8 @@ static void abc(void)
     static sheet s;
     size_t row[MATERIALS];
     counts total = {.seconds = 0};
-    if (!sheet_read("data/tables/low2012_abc.csv", &s)) FF_SKIP("no tables of published parameters");
+    /* not part of the project: without the tables beside it there is nothing to fit back */
+    if (!sheet_read("data/tables/low2012_abc.csv", &s)) FF_SKIP("data/tables/low2012_abc.csv is not there");
     const size_t n = choose(&s, row);
     for (size_t i = 0; i < n; i++) {
         char what[96];
