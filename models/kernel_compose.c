@@ -71,6 +71,14 @@ static void scale_by(size_t n, double factor, double *restrict v)
     for (size_t i = 0; i < n; i++) v[i] *= factor;
 }
 
+/* Is the derivative by channel parameter `at` of the model wanted? */
+static int is_wanted(const ff_wanted *w, uint32_t at)
+{
+    for (uint32_t k = 0; k < w->n_channel; k++)
+        if (w->channel[k] == at) return 1;
+    return 0;
+}
+
 /* ks F of lobe l and its derivatives; that by ks is F. */
 static void fresnel(const ff_prepared *p, const ff_geometry *g, size_t n, const double *channel, uint32_t l, ff_block *b)
 {
@@ -81,7 +89,7 @@ static void fresnel(const ff_prepared *p, const ff_geometry *g, size_t n, const 
     for (uint32_t k = 0; k < n_params; k++) d[k] = b->dF[at + k];
     term->eval(channel + at, g, n, b->F[l], p->wanted.n_channel ? d : NULL);
     const double ks = channel[at + n_params];
-    if (p->wanted.n_channel) memcpy(b->dF[at + n_params], b->F[l], n * sizeof(double));
+    if (is_wanted(&p->wanted, at + n_params)) memcpy(b->dF[at + n_params], b->F[l], n * sizeof(double));
     if (ks == 1) return;
     scale_by(n, ks, b->F[l]);
     for (uint32_t k = 0; k < n_params && p->wanted.n_channel; k++) scale_by(n, ks, d[k]);
