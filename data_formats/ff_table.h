@@ -44,6 +44,22 @@ typedef struct ff_grid {
     void (*weights)(size_t first, size_t count, double *w);
 } ff_grid;
 
+/** How the samples of a table are the product of up to four lists of nodes. */
+typedef enum ff_axes_kind {
+    FF_AXES_NONE = 0,            /**< scattered: no such structure                                                     */
+    FF_AXES_HALF_DIFFERENCE = 1, /**< theta_h, phi_h, theta_d, phi_d (Rusinkiewicz 1998)                               */
+    FF_AXES_INCIDENT_EXIT = 2,   /**< theta_i, phi_i, theta_o, phi_o                                                   */
+    FF_AXES_SPECULAR = 3         /**< rotation of the sample, incidence, azimuth and polar angle about the specular direction */
+} ff_axes_kind;
+
+/** Sample ((a0 n[1] + a1) n[2] + a2) n[3] + a3 is at node[k][ak], in the table's angle unit. An axis that the format does not
+ *  have has one node, 0. */
+typedef struct ff_axes {
+    ff_axes_kind kind;
+    size_t       n[4];
+    double      *node[4];        /**< [n[k]], owned by the table                                                     */
+} ff_axes;
+
 typedef struct ff_table {
     char         format[32];     /**< name of the format it was read from, "" when made in memory                   */
     size_t       n, n_channels;
@@ -54,12 +70,15 @@ typedef struct ff_table {
     const ff_grid *grid;         /**< NULL: angles below hold the directions                                         */
     double      *angle[4];       /**< [n] each: theta_i, phi_i, theta_o, phi_o in the file's unit; NULL with a grid  */
     double       radians_per_unit; /**< 1 or pi/180                                                                  */
+    ff_axes      axes;           /**< the product structure, where the file has one; angle planes are there as well  */
     double      *weight;         /**< [n] solid-angle weights of scattered samples; NULL when the file defines none  */
     int          isotropic;      /**< 1: only azimuth differences were measured (3D parametrisation, or one phi_i)   */
     ff_quantity  quantity;       /**< as the file declared; `value` is converted already where not a constant factor */
     size_t       n_invalid;      /**< samples with valid = 0                                                         */
     size_t       n_negative;     /**< valid samples with a negative value in at least one channel: kept, as noise    */
-    char         note[1024];     /**< what a reader had to assume, sentences separated by newlines; "" when nothing  */
+    char         note[2048];     /**< what a reader had to assume, sentences separated by newlines; "" when nothing  */
+    void        *kept;           /**< what `format` needs to write the same file again; NULL for most                */
+    void       (*kept_free)(void *kept);
 } ff_table;
 
 /** Releases what the table owns and zeroes it. A zeroed table and NULL are legal. */
@@ -87,6 +106,32 @@ int ff_table_channel_find(const ff_table *t, const char *name);
 
 /* ---- formats --------------------------------------------------------------------------------- */
 
+/** What a person knows about a file and the file does not say. Fill with ff_read_options_init, then change. */
+typedef struct ff_read_options {
+    size_t      size;      /**< sizeof(ff_read_options)                                                                   */
+    const char *format;    /**< name of the format; NULL: by content                                                      */
+    const char *columns;   /**< "theta_i=incidence,f=reflectance": our names of a CSV's columns; NULL: the file's names     */
+    const char *grid;      /**< sampling of a file that holds a function rather than samples; NULL: as it was measured      */
+    const char *part;      /**< which of several data sets in the file ("reflection-back"); NULL: the format's usual one    */
+    int         quantity;  /**< ff_quantity of the numbers, -1: what the file says                                        */
+    double      scale;     /**< factor on all values (1/sr per unit of an uncalibrated file), > 0; NaN: none given          */
+} ff_read_options;
+void ff_read_options_init(ff_read_options *o);
+
+/** Options that a format understands beyond `format` and `scale`; giving another is an error. */
+enum { FF_READS_COLUMNS = 1 << 0, FF_READS_GRID = 1 << 1, FF_READS_PART = 1 << 2, FF_READS_QUANTITY = 1 << 3 };
+
+/** What a file of a format can hold beside values. What it cannot is dropped by ff_resample, which says so; a plain write refuses. */
+enum {
+    FF_HOLDS_SIGMA = 1 << 0,    /**< standard deviations                                              */
+    FF_HOLDS_INVALID = 1 << 1,  /**< samples that were not measured, in their places                  */
+    FF_HOLDS_NEGATIVE = 1 << 2, /**< negative values                                                  */
+    FF_HOLDS_NAMES = 1 << 3,    /**< names and wavelengths of channels                                */
+    FF_HOLDS_DOUBLE = 1 << 4,   /**< the bits of every value; else `precision` says what remains      */
+    FF_HOLDS_WEIGHTS = 1 << 5,  /**< solid-angle weights of scattered samples                         */
+    FF_HOLDS_MANY = 1 << 6      /**< any number of channels                                           */
+};
+
 /** Everything the program knows about one format; defined in one file. Immutable, static storage. */
 typedef struct ff_format {
     const char *name;       /**< "merl": key of --format                                                      */
@@ -95,8 +140,17 @@ typedef struct ff_format {
     const char *source;     /**< where the layout is documented                                               */
     /** Confidence 0..100 that a file is of this format, from its first n_head bytes and its size (-1 = a stream). */
     int (*probe)(const unsigned char *head, size_t n_head, int64_t file_size);
-    ff_status (*read)(const char *path, ff_table *out, ff_error *err);
-    /** NULL where the format cannot be written. Writes to a temporary name beside path, then renames; "-" is stdout. */
+    unsigned    reads;      /**< FF_READS_...                                                                     */
+    unsigned    holds;      /**< FF_HOLDS_..., where it can be written                                            */
+    const char *precision;  /**< of written values without FF_HOLDS_DOUBLE: "32-bit float, 6e-8 relative"; else NULL */
+    ff_status (*read)(const char *path, const ff_read_options *o, ff_table *out, ff_error *err);
+    /** The pairs of directions that a file of this format has for data like t: a table with those directions (and grid or axes),
+     *  channels named as in t (one channel may become several of the same content), values 0, all valid. NULL: any directions.
+     *  @param grid  what the format lets choose, as a text of its own; NULL = the usual.
+     *  FF_ERR_SYNTAX, FF_ERR_RANGE for a grid that is none, FF_ERR_UNSUPPORTED for a t that cannot be held, FF_ERR_MEMORY. */
+    ff_status (*layout)(const ff_table *t, const char *grid, ff_table *out, ff_error *err);
+    /** NULL where the format cannot be written. Writes to a temporary name beside path, then renames; "-" is stdout.
+     *  FF_ERR_UNSUPPORTED for directions that are not of its layout. */
     ff_status (*write)(const char *path, const ff_table *t, ff_error *err);
 } ff_format;
 
@@ -113,6 +167,9 @@ const ff_format *ff_format_for_writing(const char *path);
 
 /** Reads path with the named format, or by content when format is NULL. *out is overwritten, not freed; untouched on failure. */
 ff_status ff_table_read(const char *path, const char *format, ff_table *out, ff_error *err);
+
+/** The same with all options (NULL: none). FF_ERR_UNSUPPORTED also for an option that the format does not understand. */
+ff_status ff_table_read_with(const char *path, const ff_read_options *o, ff_table *out, ff_error *err);
 
 /** Writes with the named format, or by extension when format is NULL. The file appears whole or not at all. */
 ff_status ff_table_write(const char *path, const char *format, const ff_table *t, ff_error *err);

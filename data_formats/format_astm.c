@@ -252,8 +252,9 @@ static ff_status read_all(astm *a, ff_table *out)
     return status;
 }
 
-static ff_status read_astm(const char *path, ff_table *out, ff_error *err)
+static ff_status read_astm(const char *path, const ff_read_options *o, ff_table *out, ff_error *err)
 {
+    (void)o;
     astm a = {.err = err, .path = path, .points = -1, .column = {-1, -1, -1, -1}};
     ff_status status = ff_lines_open(path, &a.lines, err);
     if (status != FF_OK) return status;
@@ -328,6 +329,7 @@ const ff_format ff_format_astm = {
     .extensions = ".astm",
     .source = "ASTM E1392, as written by Light Tec Mini-Diff",
     .probe = probe,
+    .holds = FF_HOLDS_NEGATIVE | FF_HOLDS_NAMES | FF_HOLDS_DOUBLE | FF_HOLDS_MANY,
     .read = read_astm,
     .write = write_astm,
 };

@@ -392,8 +392,9 @@ static ff_status read_all(csv *f, ff_table *out)
     return status;
 }
 
-static ff_status read_csv(const char *path, ff_table *out, ff_error *err)
+static ff_status read_csv(const char *path, const ff_read_options *o, ff_table *out, ff_error *err)
 {
+    (void)o;
     csv f = {.err = err, .path = path, .radians_per_unit = degree, .isotropic = -1};
     ff_status status = ff_lines_open(path, &f.lines, err);
     if (status != FF_OK) return status;
@@ -518,6 +519,8 @@ const ff_format ff_format_csv = {
     .extensions = ".csv",
     .source = "docs/csv.md",
     .probe = probe,
+    .holds =
+        FF_HOLDS_SIGMA | FF_HOLDS_INVALID | FF_HOLDS_NEGATIVE | FF_HOLDS_NAMES | FF_HOLDS_DOUBLE | FF_HOLDS_WEIGHTS | FF_HOLDS_MANY,
     .read = read_csv,
     .write = write_csv,
 };

@@ -7,60 +7,30 @@
  * the cell was not measured. The planes are kept as stored: reading and writing again gives the same file. */
 #define _GNU_SOURCE
 #include "ff_output.h"
-#include "internal_input.h"
+#include "internal_bytes.h"
 #include "internal_table.h"
 #include <math.h>
 #include <stdio.h>
 #include <string.h>
-#include <unistd.h>
 
 enum { N_CHANNELS = 3, HEADER_BYTES = 12, BLOCK = 1 << 14 };
 static const int32_t dimension[3] = {90, 90, 180};
 static const char *const channel_name[N_CHANNELS] = {"r", "g", "b"};
 static const double channel_scale[N_CHANNELS] = {1.0 / 1500, 1.15 / 1500, 1.66 / 1500};
 
+static const char whole[] = "34992012 bytes of a MERL file";
+
 static int64_t file_bytes(void)
 {
     return HEADER_BYTES + (int64_t)(N_CHANNELS * ff_grid_merl.n * sizeof(double));
 }
 
-/* ---- little-endian numbers, on any machine --------------------------------------------------- */
+/* ---- reading --------------------------------------------------------------------------------- */
 
 static int32_t int32_of(const unsigned char *b)
 {
-    return (int32_t)((uint32_t)b[0] | (uint32_t)b[1] << 8 | (uint32_t)b[2] << 16 | (uint32_t)b[3] << 24);
+    return (int32_t)ff_uint32_of(b);
 }
-
-static void bytes_of_uint64(uint64_t u, unsigned char *b)
-{
-    for (int k = 0; k < 8; k++) b[k] = (unsigned char)(u >> (8 * k));
-}
-
-/* Turns doubles as they lay in the file into doubles of this machine, in place; a compiler for a little-endian one drops it. */
-static void doubles_from_file(double *v, size_t n)
-{
-#if !defined(__BYTE_ORDER__) || __BYTE_ORDER__ != __ORDER_LITTLE_ENDIAN__
-    for (size_t i = 0; i < n; i++) {
-        unsigned char b[8];
-        memcpy(b, v + i, 8);
-        uint64_t u = (uint64_t)(uint32_t)int32_of(b) | (uint64_t)(uint32_t)int32_of(b + 4) << 32;
-        memcpy(v + i, &u, 8);
-    }
-#else
-    (void)v, (void)n;
-#endif
-}
-
-static void doubles_to_file(const double *v, size_t n, unsigned char *bytes)
-{
-    for (size_t i = 0; i < n; i++) {
-        uint64_t u;
-        memcpy(&u, v + i, 8);
-        bytes_of_uint64(u, bytes + 8 * i);
-    }
-}
-
-/* ---- reading --------------------------------------------------------------------------------- */
 
 static int probe(const unsigned char *head, size_t n, int64_t file_size)
 {
@@ -78,13 +48,6 @@ static int probe(const unsigned char *head, size_t n, int64_t file_size)
     return cells && file_size == HEADER_BYTES + 24 * cells ? 80 : file_size == file_bytes() ? 60 : 0;
 }
 
-static ff_status too_short(const char *path, int64_t found, ff_error *err)
-{
-    return ff_error_set(err, FF_ERR_READ, path, 0, found,
-                        "found the end of the file after %lld bytes, expected %lld bytes of a MERL file", (long long)found,
-                        (long long)file_bytes());
-}
-
 static ff_status check_header(const unsigned char *head, const char *path, ff_error *err)
 {
     for (int k = 0; k < 3; k++) {
@@ -96,40 +59,12 @@ static ff_status check_header(const unsigned char *head, const char *path, ff_er
     return FF_OK;
 }
 
-static ff_status read_header(int fd, const char *path, int64_t size, ff_error *err)
+static ff_status read_header(ff_bytes *b)
 {
     unsigned char head[HEADER_BYTES];
-    size_t got = 0;
-    ff_status status = ff_input_read(fd, path, 0, head, sizeof head, &got, err);
-    if (status != FF_OK) return status;
-    if (got < sizeof head) return too_short(path, (int64_t)got, err);
-    if ((status = check_header(head, path, err)) != FF_OK) return status;
-    if (size >= 0 && size < file_bytes()) return too_short(path, size, err);
-    return FF_OK;
-}
-
-static ff_status check_end(int fd, const char *path, int64_t size, ff_error *err)
-{
-    unsigned char more;
-    size_t got = 0;
-    ff_status status = ff_input_read(fd, path, file_bytes(), &more, 1, &got, err);
-    if (status != FF_OK || got == 0) return status;
-    char found[32] = "more";
-    if (size > file_bytes()) snprintf(found, sizeof found, "%lld", (long long)(size - file_bytes()));
-    return ff_error_set(err, FF_ERR_FORMAT, path, 0, file_bytes(),
-                        "found %s bytes after the last plane, expected the end of the file", found);
-}
-
-/* 1 when every exponent is below the one of NaN and infinities. */
-static int all_finite(const double *v, size_t n)
-{
-    uint64_t any = 0;
-    for (size_t i = 0; i < n; i++) {
-        uint64_t u;
-        memcpy(&u, v + i, 8);
-        any |= (u & UINT64_C(0x7FFFFFFFFFFFFFFF)) + UINT64_C(0x0010000000000000); /* carries into the top bit */
-    }
-    return any >> 63 == 0;
+    ff_status status = ff_bytes_read(b, head, sizeof head, whole);
+    if (status == FF_OK) status = check_header(head, b->path, b->err);
+    return status == FF_OK ? ff_bytes_need(b, (uint64_t)(file_bytes() - HEADER_BYTES), whole) : status;
 }
 
 static void mark_negative(const double *v, size_t n, unsigned char *valid)
@@ -146,44 +81,44 @@ static ff_status not_finite(const double *v, size_t n, int64_t offset, size_t c,
 }
 
 /* Reads one plane in blocks that are looked at while they are in the cache. */
-static ff_status read_plane(int fd, const char *path, size_t c, ff_table *t, ff_error *err)
+/* Reads one plane in blocks that are looked at while they are in the cache. */
+static ff_status read_plane(ff_bytes *b, size_t c, ff_table *t)
 {
     double *plane = t->value + c * t->n;
     for (size_t i = 0; i < t->n; i += BLOCK) {
-        size_t n = t->n - i < BLOCK ? t->n - i : BLOCK, got = 0;
-        int64_t offset = HEADER_BYTES + (int64_t)(8 * (c * t->n + i));
-        ff_status status = ff_input_read(fd, path, offset, plane + i, 8 * n, &got, err);
+        size_t n = t->n - i < BLOCK ? t->n - i : BLOCK;
+        int64_t offset = b->offset;
+        ff_status status = ff_bytes_read(b, plane + i, 8 * n, whole);
         if (status != FF_OK) return status;
-        if (got < 8 * n) return too_short(path, offset + (int64_t)got, err);
-        doubles_from_file(plane + i, n);
-        if (!all_finite(plane + i, n)) return not_finite(plane + i, n, offset, c, path, err);
+        ff_doubles_from_file(plane + i, n);
+        if (!ff_all_finite(plane + i, n)) return not_finite(plane + i, n, offset, c, b->path, b->err);
         mark_negative(plane + i, n, t->valid + i);
     }
     return FF_OK;
 }
 
-static ff_status read_planes(int fd, const char *path, int64_t size, ff_table *t, ff_error *err)
+static ff_status read_planes(ff_bytes *b, ff_table *t)
 {
     for (size_t c = 0; c < N_CHANNELS; c++) {
-        ff_status status = read_plane(fd, path, c, t, err);
+        ff_status status = read_plane(b, c, t);
         if (status != FF_OK) return status;
         snprintf(t->channels[c].name, sizeof t->channels[c].name, "%s", channel_name[c]);
         t->channels[c].scale = channel_scale[c];
     }
     for (size_t i = 0; i < t->n; i++) t->n_invalid += t->valid[i] == 0;
     if (t->n_invalid == t->n)
-        return ff_error_set(err, FF_ERR_DATA, path, 0, HEADER_BYTES,
+        return ff_error_set(b->err, FF_ERR_DATA, b->path, 0, HEADER_BYTES,
                             "found a negative number in each of the %zu cells, expected at least one measurement", t->n);
-    return check_end(fd, path, size, err);
+    return ff_bytes_end(b, "the last plane");
 }
 
-static ff_status read_open_file(int fd, const char *path, int64_t size, ff_table *out, ff_error *err)
+static ff_status read_open_file(ff_bytes *b, ff_table *out)
 {
     ff_table t;
-    ff_status status = read_header(fd, path, size, err);
-    if (status == FF_OK) status = ff_table_new(ff_grid_merl.n, N_CHANNELS, &ff_grid_merl, 0, 0, &t, err);
+    ff_status status = read_header(b);
+    if (status == FF_OK) status = ff_table_new(ff_grid_merl.n, N_CHANNELS, &ff_grid_merl, 0, 0, &t, b->err);
     if (status != FF_OK) return status;
-    status = read_planes(fd, path, size, &t, err);
+    status = read_planes(b, &t);
     if (status != FF_OK) {
         ff_table_free(&t);
         return status;
@@ -193,14 +128,14 @@ static ff_status read_open_file(int fd, const char *path, int64_t size, ff_table
     return FF_OK;
 }
 
-static ff_status read_merl(const char *path, ff_table *out, ff_error *err)
+static ff_status read_merl(const char *path, const ff_read_options *o, ff_table *out, ff_error *err)
 {
-    int fd;
-    int64_t size;
-    ff_status status = ff_input_open(path, &fd, &size, err);
+    (void)o;
+    ff_bytes b;
+    ff_status status = ff_bytes_open(path, &b, err);
     if (status != FF_OK) return status;
-    status = read_open_file(fd, path, size, out, err);
-    close(fd);
+    status = read_open_file(&b, out);
+    ff_bytes_close(&b);
     return status;
 }
 
@@ -227,7 +162,7 @@ static ff_status check_writable(const char *path, const ff_table *t, ff_error *e
     if (t->grid != &ff_grid_merl || t->n_channels != N_CHANNELS)
         return ff_error_set(err, FF_ERR_UNSUPPORTED, path, 0, -1,
                             "a MERL file needs 3 channels on the grid 'merl' (90 x 90 x 180), found %zu channels on %s",
-                            t->n_channels, t->grid ? t->grid->name : "scattered directions; write csv or astm");
+                            t->n_channels, t->grid ? t->grid->name : "scattered directions; resample to it, or write csv or astm");
     if (t->sigma)
         return ff_error_set(err, FF_ERR_UNSUPPORTED, path, 0, -1,
                             "a MERL file has no room for the standard deviations of this table; write csv");
@@ -239,6 +174,19 @@ static ff_status check_writable(const char *path, const ff_table *t, ff_error *e
                                     "sample %zu, channel %s: found the negative measurement %g, which a MERL file would hold to be "
                                     "unmeasured; write csv",
                                     i, t->channels[c].name, t->channels[c].scale * t->value[c * t->n + i]);
+    return status;
+}
+
+static ff_status layout(const ff_table *t, const char *grid, ff_table *out, ff_error *err)
+{
+    if (grid)
+        return ff_error_set(err, FF_ERR_SYNTAX, NULL, 0, -1, "found the grid '%s', but a MERL file has only its own, 90 x 90 x 180",
+                            grid);
+    if (t->n_channels != N_CHANNELS && t->n_channels != 1)
+        return ff_error_set(err, FF_ERR_UNSUPPORTED, NULL, 0, -1,
+                            "a MERL file has 3 channels, found %zu; reduce them first (srgb, or three bands)", t->n_channels);
+    ff_status status = ff_table_new(ff_grid_merl.n, N_CHANNELS, &ff_grid_merl, 0, 0, out, err);
+    if (status == FF_OK) ff_table_name_channels_like(out, t);
     return status;
 }
 
@@ -258,7 +206,7 @@ static void write_plane(const ff_table *t, size_t c, int same_scales, FILE *file
             else
                 v[k] = same_scales ? stored : t->channels[c].scale * stored / channel_scale[c];
         }
-        doubles_to_file(v, n, bytes);
+        for (size_t k = 0; k < n; k++) ff_bytes_of_double(v[k], bytes + 8 * k);
         fwrite(bytes, 8, n, file);
     }
 }
@@ -270,8 +218,8 @@ static ff_status write_merl(const char *path, const ff_table *t, ff_error *err)
     if (status == FF_OK) status = ff_output_open(path, &out, err);
     if (status != FF_OK) return status;
     for (int k = 0; k < 3; k++) {
-        unsigned char b[8];
-        bytes_of_uint64((uint64_t)dimension[k], b);
+        unsigned char b[4];
+        ff_bytes_of_uint((uint64_t)dimension[k], 4, b);
         fwrite(b, 1, 4, out.file);
     }
     int same_scales = has_merl_scales(t);
@@ -285,6 +233,8 @@ const ff_format ff_format_merl = {
     .extensions = ".binary",
     .source = "Matusik, Pfister, Brand, McMillan 2003; www.merl.com/research/downloads/BRDF",
     .probe = probe,
+    .holds = FF_HOLDS_INVALID | FF_HOLDS_DOUBLE,
     .read = read_merl,
+    .layout = layout,
     .write = write_merl,
 };

@@ -61,6 +61,25 @@ void ff_table_note(ff_table *t, const char *fmt, ...) __attribute__((format(prin
  *  writing loses nothing; of a grid from its directions. out[k] [count]. */
 void ff_table_angles(const ff_table *t, double unit, size_t first, size_t count, double *const out[4]);
 
+/** A table on the product of four lists of nodes (copied), its angle planes filled from them; see ff_axes. FF_ERR_MEMORY. */
+ff_status ff_table_new_axes(ff_axes_kind kind, const size_t n[4], const double *const node[4], double radians_per_unit,
+                            size_t n_channels, int with_weight, ff_table *out, ff_error *err);
+
+/** theta_i, phi_i, theta_o, phi_o of one point q of four axes, all in the same unit; axes.c has the formulas. Of
+ * FF_AXES_INCIDENT_EXIT these are q itself, to the bit. */
+void ff_axes_angles(ff_axes_kind kind, double radians_per_unit, const double q[4], double angle[4]);
+
+/** The values just read are of this quantity: sets t->quantity and converts to the BRDF: f cos(theta_o) is divided by the cosine
+ * (and the sample invalid where that is at most FF_COS_MIN), pi f gets its scale. Values, sigmas; call once. */
+void ff_table_set_quantity(ff_table *t, ff_quantity quantity);
+
+/** The quantity that the person says, else the one given. */
+ff_quantity ff_read_quantity(const ff_read_options *o, ff_quantity in_file);
+
+/** Names a table's channels as those of `from`, with their wavelengths; from's only channel names them all r, g, b where t has 3.
+ */
+void ff_table_name_channels_like(ff_table *t, const ff_table *from);
+
 /** 1 when every sample has the same phi_i. */
 int ff_table_one_incidence_azimuth(const ff_table *t);
 

@@ -2,7 +2,7 @@
 #define _GNU_SOURCE
 #include "internal_input.h"
 #include "internal_table.h"
-#include <ctype.h>
+#include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -132,11 +132,50 @@ static ff_status find_named(const char *path, const char *name, const ff_format 
     return FF_OK;
 }
 
-ff_status ff_table_read(const char *path, const char *format, ff_table *out, ff_error *err)
+void ff_read_options_init(ff_read_options *o)
+{
+    *o = (ff_read_options){.size = sizeof *o, .quantity = -1, .scale = NAN};
+}
+
+static ff_status check_options(const char *path, const ff_format *f, const ff_read_options *o, ff_error *err)
+{
+    const struct {
+        const char *name;
+        int given;
+        unsigned bit;
+    } all[] = {{"columns", o->columns != NULL, FF_READS_COLUMNS},
+               {"grid", o->grid != NULL, FF_READS_GRID},
+               {"part", o->part != NULL, FF_READS_PART},
+               {"quantity", o->quantity >= 0, FF_READS_QUANTITY}};
+    for (size_t k = 0; k < sizeof all / sizeof all[0]; k++)
+        if (all[k].given && !(f->reads & all[k].bit))
+            return ff_error_set(err, FF_ERR_UNSUPPORTED, path, 0, -1, "the format '%s' takes no option '%s'", f->name, all[k].name);
+    if (!isnan(o->scale) && !(o->scale > 0 && isfinite(o->scale)))
+        return ff_error_set(err, FF_ERR_RANGE, path, 0, -1, "found a scale of %g, expected a finite number > 0", o->scale);
+    return FF_OK;
+}
+
+ff_status ff_table_read_with(const char *path, const ff_read_options *options, ff_table *out, ff_error *err)
 {
     const ff_format *f = NULL;
-    ff_status status = format ? find_named(path, format, &f, err) : ff_format_detect(path, &f, err);
-    return status == FF_OK ? f->read(path, out, err) : status;
+    ff_read_options o;
+    ff_read_options_init(&o);
+    if (options) o = *options;
+    ff_status status = o.format ? find_named(path, o.format, &f, err) : ff_format_detect(path, &f, err);
+    if (status == FF_OK) status = check_options(path, f, &o, err);
+    if (status == FF_OK) status = f->read(path, &o, out, err);
+    if (status != FF_OK || isnan(o.scale)) return status;
+    for (size_t c = 0; c < out->n_channels; c++) out->channels[c].scale *= o.scale;
+    ff_table_note(out, "all values are multiplied by %g, as asked", o.scale);
+    return FF_OK;
+}
+
+ff_status ff_table_read(const char *path, const char *format, ff_table *out, ff_error *err)
+{
+    ff_read_options o;
+    ff_read_options_init(&o);
+    o.format = format;
+    return ff_table_read_with(path, &o, out, err);
 }
 
 ff_status ff_table_write(const char *path, const char *format, const ff_table *t, ff_error *err)

@@ -19,7 +19,9 @@ void ff_table_free(ff_table *t)
     free(t->sigma);
     free(t->valid);
     for (int k = 0; k < 4; k++) free(t->angle[k]);
+    for (int k = 0; k < 4; k++) free(t->axes.node[k]);
     free(t->weight);
+    if (t->kept && t->kept_free) t->kept_free(t->kept);
     memset(t, 0, sizeof *t);
 }
 
@@ -214,6 +216,47 @@ void ff_table_angles(const ff_table *t, double unit, size_t first, size_t count,
     }
     double factor = t->radians_per_unit / unit; /* exactly 1 where they are the same */
     for (int k = 0; k < 4; k++) scaled(factor, t->angle[k] + first, count, out[k]);
+}
+
+/* ---- axes ------------------------------------------------------------------------------------ */
+
+ff_status ff_table_new_axes(ff_axes_kind kind, const size_t n[4], const double *const node[4], double radians_per_unit,
+                            size_t n_channels, int with_weight, ff_table *out, ff_error *err)
+{
+    size_t samples = 1;
+    for (int k = 0; k < 4; k++) {
+        if (n[k] == 0 || samples > SIZE_MAX / sizeof(double) / n[k])
+            return ff_error_set(err, FF_ERR_MEMORY, NULL, 0, -1, "no memory for %zu x %zu x %zu x %zu samples", n[0], n[1], n[2],
+                                n[3]);
+        samples *= n[k];
+    }
+    ff_table t;
+    ff_status status = ff_table_new(samples, n_channels, NULL, 0, with_weight, &t, err);
+    if (status != FF_OK) return status;
+    t.radians_per_unit = radians_per_unit;
+    t.axes.kind = kind;
+    for (int k = 0; k < 4; k++) {
+        t.axes.n[k] = n[k];
+        t.axes.node[k] = malloc(n[k] * sizeof(double));
+        if (!t.axes.node[k]) {
+            ff_table_free(&t);
+            return ff_error_set(err, FF_ERR_MEMORY, NULL, 0, -1, "no memory for an axis of %zu nodes", n[k]);
+        }
+        memcpy(t.axes.node[k], node[k], n[k] * sizeof(double));
+    }
+    double *to[4] = {t.angle[0], t.angle[1], t.angle[2], t.angle[3]};
+    size_t a[4];
+    for (a[0] = 0; a[0] < n[0]; a[0]++)
+        for (a[1] = 0; a[1] < n[1]; a[1]++)
+            for (a[2] = 0; a[2] < n[2]; a[2]++)
+                for (a[3] = 0; a[3] < n[3]; a[3]++) {
+                    double q[4], angle[4];
+                    for (int k = 0; k < 4; k++) q[k] = node[k][a[k]];
+                    ff_axes_angles(kind, radians_per_unit, q, angle);
+                    for (int k = 0; k < 4; k++) *to[k]++ = angle[k];
+                }
+    *out = t;
+    return FF_OK;
 }
 
 int ff_table_one_incidence_azimuth(const ff_table *t)
