@@ -108,18 +108,24 @@ static int has_extension(const char *path, const char *extension, size_t length)
     return n > length && strncasecmp(path + n - length, extension, length) == 0;
 }
 
+/* The longest extension decides: "x.zemax.bsdf" is not what "x.bsdf" is. */
 const ff_format *ff_format_for_writing(const char *path)
 {
+    const ff_format *best = NULL;
+    size_t longest = 0;
     for (size_t i = 0; i < ff_format_count(); i++) {
         const char *e = formats[i]->extensions;
         while (formats[i]->write && *e) {
             size_t length = strcspn(e, " ");
-            if (has_extension(path, e, length)) return formats[i];
+            if (length > longest && has_extension(path, e, length)) {
+                best = formats[i];
+                longest = length;
+            }
             e += length;
             e += strspn(e, " ");
         }
     }
-    return NULL;
+    return best;
 }
 
 static ff_status find_named(const char *path, const char *name, const ff_format **out, ff_error *err)
