@@ -86,6 +86,12 @@ void ff_axes_point(ff_axes_kind kind, const double wi[3], const double wo[3], do
     }
 }
 
+const char *ff_quantity_name(int quantity)
+{
+    static const char *const name[3] = {"brdf", "brdf-cos", "reflectance-factor"};
+    return quantity >= 0 && quantity < 3 ? name[quantity] : NULL;
+}
+
 ff_quantity ff_read_quantity(const ff_read_options *o, ff_quantity in_file)
 {
     return o->quantity >= 0 ? (ff_quantity)o->quantity : in_file;

@@ -13,7 +13,8 @@
  *           of Rusinkiewicz' angles in degrees, with s = FF_INTERPOLATE_HALF_SCALE since reflectance changes faster with the half
  *           vector.
  *           Regressions: FF_INTERPOLATE_NEIGHBOURS nearest samples (k-d tree), tricube weights, logarithms where all of them are
- *           positive, the result kept within the range of their values. No reciprocity and no mirror symmetry is assumed.
+ *           positive, the result kept within the range of their values. No reciprocity is assumed. An isotropic table with samples on one
+ *           side of the plane of incidence only is mirrored at it; no other mirror symmetry is assumed.
  *  Errors   ff_status and ff_error; outputs are written only on FF_OK.
  *  Threads  an interpolant is immutable; any number of threads may evaluate it. The table must outlive it. */
 #ifndef FF_INTERPOLATE_H
@@ -55,6 +56,13 @@ const char *ff_interpolant_method(const ff_interpolant *p);
 
 /** What the other samples say of sample i, by regression: value [n_channels]; an ff_found. Of a product of axes, the sample itself. */
 ff_found ff_interpolant_without(const ff_interpolant *p, size_t i, double *value);
+
+/** Up to `most` incident directions (degrees) at which exits can be interpolated: those of the slices, spread over theta_i, each
+ *  theta_i once; without slices, round ones within the data. Their number. */
+size_t ff_interpolant_incidences(const ff_interpolant *p, size_t most, double *theta_i, double *phi_i);
+
+/** 1 when a slice of that incident direction (unit vector; to `within` degrees, of theta_i alone where the table is isotropic) exists. */
+int ff_interpolant_is_incidence(const ff_interpolant *p, const double wi[3], double within);
 
 #ifdef __cplusplus
 }

@@ -32,6 +32,7 @@ typedef enum method { PRODUCT, SLICES, SCATTERED } method;
 struct ff_interpolant {
     const ff_table *t;
     method method;
+    int mirrored;      /* the table is isotropic and has one side of the plane of incidence only */
     ff_axes_kind kind; /* PRODUCT             */
     axis axis[4];
     size_t n_slices;     /* SLICES              */
@@ -343,6 +344,28 @@ static void each_usable(const ff_table *t, visitor *visit, void *context)
     }
 }
 
+/* The sides of the plane of incidence that have samples. */
+typedef struct sides {
+    int left, right;
+} sides;
+
+static void look_aside(void *context, size_t i, const double wi[3], const double wo[3])
+{
+    sides *s = context;
+    const double across = wi[0] * wo[1] - wi[1] * wo[0];
+    (void)i;
+    s->left |= across > 1e-6;
+    s->right |= across < -1e-6;
+}
+
+static int is_one_sided(const ff_table *t)
+{
+    sides s = {0, 0};
+    if (!t->isotropic) return 0;
+    each_usable(t, look_aside, &s);
+    return s.left != s.right;
+}
+
 /* ---- samples in slices of one incident direction --------------------------------------------- */
 
 enum { LEAST_IN_SLICE = 12, MOST_SLICES = 4096 };
@@ -355,7 +378,7 @@ typedef struct placed {
 } placed;
 
 typedef struct placing {
-    int isotropic;
+    int isotropic, mirrored;
     size_t n;
     placed *at;
 } placing;
@@ -370,6 +393,9 @@ static void place(void *context, size_t i, const double wi[3], const double wo[3
     s->phi_i = round(s->phi_i / same_incidence) * same_incidence;
     if (s->phi_i <= -180) s->phi_i += 360;
     s->sample = (uint32_t)i;
+    if (!p->mirrored) return;
+    p->at[p->n] = *s;
+    p->at[p->n++].x[1] *= -1;
 }
 
 static int by_incidence(const void *a, const void *b)
@@ -425,7 +451,7 @@ static int cut_slices(ff_interpolant *p, const placing *all)
 
 static int find_slices(ff_interpolant *p)
 {
-    placing all = {p->t->isotropic, 0, malloc(p->t->n * sizeof *all.at)};
+    placing all = {p->t->isotropic, p->mirrored, 0, malloc((p->mirrored ? 2 : 1) * p->t->n * sizeof *all.at)};
     if (!all.at) return -1;
     each_usable(p->t, place, &all);
     qsort(all.at, all.n, sizeof *all.at, by_incidence);
@@ -533,17 +559,14 @@ static size_t copies_of(int isotropic, const double x[4], const double wi[3], co
 }
 
 typedef struct gathering {
-    int isotropic, dim;
+    int isotropic, mirrored, dim;
     size_t n;
     double *point; /* NULL: only count */
     uint32_t *sample;
 } gathering;
 
-static void gather(void *context, size_t i, const double wi[3], const double wo[3])
+static void gather_at(gathering *g, size_t i, const double x[4], const double wi[3], const double wo[3])
 {
-    gathering *g = context;
-    double x[4];
-    in_space(g->isotropic, wi, wo, x);
     const size_t copies = copies_of(g->isotropic, x, wi, wo);
     for (size_t j = 0; j < copies && g->point; j++) {
         const double turn = 2 * pi * (double)j / RING;
@@ -556,9 +579,19 @@ static void gather(void *context, size_t i, const double wi[3], const double wo[
     g->n += copies;
 }
 
+static void gather(void *context, size_t i, const double wi[3], const double wo[3])
+{
+    gathering *g = context;
+    double x[4];
+    in_space(g->isotropic, wi, wo, x);
+    gather_at(g, i, x, wi, wo);
+    x[1] *= -1;
+    if (g->mirrored) gather_at(g, i, x, wi, wo);
+}
+
 static ff_status grow_tree(ff_interpolant *p, ff_error *err)
 {
-    gathering g = {.isotropic = p->t->isotropic, .dim = p->t->isotropic ? 3 : 4};
+    gathering g = {.isotropic = p->t->isotropic, .mirrored = p->mirrored, .dim = p->t->isotropic ? 3 : 4};
     each_usable(p->t, gather, &g);
     if (g.n == 0)
         return ff_error_set(err, FF_ERR_DATA, NULL, 0, -1,
@@ -590,11 +623,12 @@ static ff_found scattered_at(const ff_interpolant *p, const double wi[3], const 
 /* The first method that fits the table. */
 static ff_status choose(ff_interpolant *p, int scattered, ff_error *err)
 {
-    if (p->t->n > UINT32_MAX / RING)
+    if (p->t->n > UINT32_MAX / (2 * RING))
         return ff_error_set(err, FF_ERR_UNSUPPORTED, NULL, 0, -1, "found %zu samples, expected at most %u to interpolate between",
-                            p->t->n, UINT32_MAX / RING);
+                            p->t->n, UINT32_MAX / (2 * RING));
     int found = scattered ? 0 : find_axes(p);
     p->method = PRODUCT;
+    p->mirrored = found == 0 && is_one_sided(p->t);
     if (found == 0) {
         p->method = SLICES;
         found = find_slices(p);
@@ -653,6 +687,70 @@ ff_found ff_interpolant_without(const ff_interpolant *p, size_t i, double *value
     double w[6], *const planes[6] = {w, w + 1, w + 2, w + 3, w + 4, w + 5};
     ff_table_directions(p->t, i, 1, planes);
     return value_at(p, w, w + 3, (uint32_t)i, value, 1);
+}
+
+int ff_interpolant_is_incidence(const ff_interpolant *p, const double wi[3], double within)
+{
+    const double theta_i = degrees * atan2(hypot(wi[0], wi[1]), wi[2]);
+    for (size_t j = 0; j < p->n_slices; j++) {
+        const slice *s = &p->slice[j];
+        if (fabs(s->theta_i - theta_i) > within) continue;
+        const double a = s->theta_i / degrees, b = s->phi_i / degrees;
+        const double apart = hypot(wi[0] - sin(a) * cos(b), wi[1] - sin(a) * sin(b));
+        if (p->t->isotropic || apart * degrees <= within) return 1;
+    }
+    return 0;
+}
+
+/* The range of theta_i in the data. */
+typedef struct theta_range {
+    double lo, hi;
+} theta_range;
+
+static void widen(void *context, size_t i, const double wi[3], const double wo[3])
+{
+    theta_range *r = context;
+    const double theta = degrees * atan2(hypot(wi[0], wi[1]), wi[2]);
+    (void)i, (void)wo;
+    r->lo = fmin(r->lo, theta);
+    r->hi = fmax(r->hi, theta);
+}
+
+/* First slices of each theta_i, spread evenly when there are more than asked for. */
+static size_t slice_incidences(const ff_interpolant *p, size_t most, double *theta_i, double *phi_i)
+{
+    size_t distinct = 0, taken = 0, seen = 0;
+    for (size_t j = 0; j < p->n_slices; j++) distinct += j == 0 || p->slice[j].theta_i != p->slice[j - 1].theta_i;
+    for (size_t j = 0; j < p->n_slices; j++) {
+        if (j > 0 && p->slice[j].theta_i == p->slice[j - 1].theta_i) continue;
+        const size_t wanted = distinct <= most ? seen : taken * (distinct - 1) / (most - 1);
+        if (seen++ != wanted || taken == most) continue;
+        theta_i[taken] = p->slice[j].theta_i;
+        phi_i[taken++] = p->slice[j].phi_i;
+    }
+    return taken;
+}
+
+size_t ff_interpolant_incidences(const ff_interpolant *p, size_t most, double *theta_i, double *phi_i)
+{
+    static const double round_ones[] = {5, 15, 30, 45, 60, 75};
+    theta_range r = {INFINITY, -INFINITY};
+    size_t n = 0;
+    if (p->method == SLICES) return slice_incidences(p, most, theta_i, phi_i);
+    if (p->method == PRODUCT && p->kind == FF_AXES_SPECULAR) {
+        for (; n < most && n < p->axis[1].n; n++) {
+            theta_i[n] = degrees * p->axis[1].node[n];
+            phi_i[n] = 0;
+        }
+        return n;
+    }
+    each_usable(p->t, widen, &r);
+    for (size_t k = 0; k < sizeof round_ones / sizeof round_ones[0] && n < most; k++)
+        if (round_ones[k] >= r.lo && round_ones[k] <= r.hi) {
+            theta_i[n] = round_ones[k];
+            phi_i[n++] = 0;
+        }
+    return n;
 }
 
 static void eval(const ff_interpolant *p, const double *const w[6], size_t n, int reciprocal, double *value, unsigned char *found)
