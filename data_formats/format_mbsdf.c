@@ -8,9 +8,10 @@
  *
  * theta is uniform in [0, pi/2) and phi, the difference of the azimuths, in [0, pi] (ibsdf_isotropic_data.h), with the mirror
  * direction at pi: wi = (theta_in, 0), wo = (theta_out, phi). Read as nodes, as the brackets say: theta_k = 90 k / n, phi_p =
- * 180 p / (n - 1) degrees. The SDK's own files bear it out: their values at the first theta_out are the same for all phi, as only
- * the normal can be; the kinks of their interpolation over theta_in lie at k = 5, 10, 15 ..., measured at 10, 20, 30 degrees; and
- * they are constant from 80 degrees on. The SDK's renderers take values as cell averages, half a step further.
+ * 180 p / (n - 1) degrees. For theta the SDK's own files bear it out: their values at the first theta_out are the same for all phi,
+ * as only the normal can be; the kinks of their interpolation over theta_in lie at k = 5, 10, 15 ..., measured at 10, 20, 30
+ * degrees; and they are constant over theta_out from 80 degrees on. For phi they leave half a step open, 1 degree. The SDK's
+ * renderers take values as averages of cells, half a step further in both.
  *
  * Values are f in 1/sr without the cosine: the SDK's albedo is their sum times the projected solid angle. A file need not be
  * reciprocal (the SDK averages the two orders of a pair) and has tens of thousands of negative values: both are kept as measured.
