@@ -8,10 +8,11 @@
  * once or copied, and stay 48 samples that share a cell.
  *
  * The reader that the database hands out (TBDRF.cpp, J. Filip 2013) interpolates the numbers as they are and leaves the cosine of
- * the light to its caller: a BRDF without the cosine. Nothing states their absolute scale, which is that of an image (the albedo of
- * bright materials comes out above one), hence --quantity and --scale. The colour space is stated as sRGB; the numbers exceed one
- * in highlights and some are negative, which a conversion of linear colours gives and an encoded image does not, so they are taken
- * as linear. Negative numbers are noise or colours outside of sRGB: other readers set them to 0, this one keeps them. */
+ * the light to its caller: a BRDF without the cosine. Nothing states their absolute scale; users report materials that reflect more
+ * than they receive, hence --quantity and --scale. The colour space is stated as sRGB, which leaves open whether its curve was
+ * applied: some readers undo it, the database's own and others do not. Here the numbers are taken as linear, for readers have to
+ * clip numbers above one and below zero, which a conversion of linear colours gives and an encoded image does not.
+ * Negative numbers are noise or colours outside of sRGB: other readers set them to 0, this one keeps them. */
 #define _GNU_SOURCE
 #include "ff_output.h"
 #include "internal_bytes.h"
