@@ -477,9 +477,75 @@ static beside beside_theta(const ff_interpolant *p, double theta_i)
     return (beside){2, {hi - 1, hi}, {1 - u, u}, 0};
 }
 
+/* One past the slices that have the theta_i of slice `first`: a ring. */
+static size_t ring_end(const ff_interpolant *p, size_t first)
+{
+    size_t end = first;
+    while (end < p->n_slices && p->slice[end].theta_i == p->slice[first].theta_i) end++;
+    return end;
+}
+
+/* Adds the slices of a ring on both sides of an azimuth, linear in it; 0 when the azimuth lies in a gap of the ring. */
+static int add_from_ring(const ff_interpolant *p, size_t first, size_t end, double phi_i, double share, beside *out)
+{
+    static const double widest_gap = 100; /* degrees */
+    if (end - first == 1) {               /* the normal, or not a ring */
+        out->index[out->n] = first;
+        out->share[out->n++] = share;
+        return p->slice[first].theta_i < same_incidence;
+    }
+    double below = INFINITY, above = INFINITY;
+    size_t lo = first, hi = first;
+    for (size_t j = first; j < end; j++) {
+        double up = fmod(p->slice[j].phi_i - phi_i, 360);
+        if (up < 0) up += 360;
+        const double down = up > 0 ? 360 - up : 0;
+        if (up < above) above = up, hi = j;
+        if (down < below) below = down, lo = j;
+    }
+    if (fmin(below, above) < same_incidence) {
+        out->index[out->n] = below < above ? lo : hi;
+        out->share[out->n++] = share;
+        return 1;
+    }
+    const int gap = below + above > widest_gap;
+    const double u = gap ? (double)(above < below) : below / (below + above);
+    const size_t side[2] = {lo, hi};
+    for (int k = 0; k < 2; k++)
+        if ((k ? u : 1 - u) > 0) {
+            out->index[out->n] = side[k];
+            out->share[out->n++] = share * (k ? u : 1 - u);
+        }
+    return !gap;
+}
+
+/* The slices of the rings below and above theta_i; 0 when the incident directions do not come in rings there. */
+static int beside_rings(const ff_interpolant *p, double theta_i, double phi_i, beside *out)
+{
+    size_t lower = 0, upper = 0;
+    while (ring_end(p, upper) < p->n_slices && p->slice[upper].theta_i < theta_i - same_incidence) {
+        lower = upper;
+        upper = ring_end(p, upper);
+    }
+    const double a = p->slice[lower].theta_i, b = p->slice[upper].theta_i;
+    const size_t lower_end = ring_end(p, lower), upper_end = ring_end(p, upper);
+    const int is_upper = upper_end - upper >= 3 || b < same_incidence, is_lower = lower_end - lower >= 3 || a < same_incidence;
+    *out = (beside){0};
+    if (fabs(b - theta_i) <= same_incidence || b < theta_i || a >= theta_i) { /* on a ring, or outside of them all */
+        if (!is_upper) return 0;
+        out->outside = !add_from_ring(p, upper, upper_end, phi_i, 1, out) || fabs(b - theta_i) > same_incidence;
+        return 1;
+    }
+    if (!is_upper || !is_lower) return 0;
+    const double u = (theta_i - a) / (b - a);
+    const int inside = add_from_ring(p, lower, lower_end, phi_i, 1 - u, out) & add_from_ring(p, upper, upper_end, phi_i, u, out);
+    out->outside = !inside;
+    return 1;
+}
+
 /* The nearest slice in each quadrant, seen from the direction along its meridian and across; inverse distances. Outside when one of
  * the outer quadrants is empty. */
-static beside beside_direction(const ff_interpolant *p, double theta_i, double phi_i)
+static beside beside_quadrants(const ff_interpolant *p, double theta_i, double phi_i)
 {
     double nearest[4] = {INFINITY, INFINITY, INFINITY, INFINITY};
     size_t index[4] = {0};
@@ -502,6 +568,12 @@ static beside beside_direction(const ff_interpolant *p, double theta_i, double p
     for (size_t k = 0; k < out.n; k++) out.share[k] /= sum;
     out.outside = !isfinite(nearest[1]) && !isfinite(nearest[3]);
     return out;
+}
+
+static beside beside_direction(const ff_interpolant *p, double theta_i, double phi_i)
+{
+    beside out;
+    return beside_rings(p, theta_i, phi_i, &out) ? out : beside_quadrants(p, theta_i, phi_i);
 }
 
 /* Mean of the slices' values at the half vector, by logarithms where they are positive. Slices whose own data do not reach that
