@@ -236,19 +236,31 @@ static void fitted_shares(int dim, const double *x, size_t n, const ff_neighbour
     }
 }
 
-/* One channel from its neighbours: by logarithms where all are positive, within their range. */
-static double combine(const ff_table *t, size_t c, size_t n, const ff_neighbour *near, const double *share)
+/* Mean of the samples at one place, without one. */
+static double value_of(const ff_table *t, size_t c, const ff_neighbour *place, uint32_t without)
 {
-    double lo = INFINITY, hi = -INFINITY, plain = 0, logs = 0;
+    double sum = 0;
+    size_t n = 0;
+    for (size_t k = 0; k < place->n_samples; k++) {
+        if (place->sample[k] == without) continue;
+        sum += t->value[c * t->n + place->sample[k]];
+        n++;
+    }
+    return t->channels[c].scale * sum / (double)n;
+}
+
+/* One channel from its neighbours: by logarithms where all are positive, within their range. */
+static double combine(const ff_table *t, size_t c, size_t n, const ff_neighbour *near, uint32_t without, const double *share)
+{
+    double v[FF_NEIGHBOURS_MOST], lo = INFINITY, hi = -INFINITY, plain = 0, logs = 0;
     for (size_t j = 0; j < n; j++) {
-        const double v = t->channels[c].scale * t->value[c * t->n + near[j].sample];
-        lo = fmin(lo, v);
-        hi = fmax(hi, v);
+        v[j] = value_of(t, c, &near[j], without);
+        lo = fmin(lo, v[j]);
+        hi = fmax(hi, v[j]);
     }
     for (size_t j = 0; j < n; j++) {
-        const double v = t->channels[c].scale * t->value[c * t->n + near[j].sample];
-        plain += share[j] * v;
-        if (lo > 0) logs += share[j] * log(v);
+        plain += share[j] * v[j];
+        if (lo > 0) logs += share[j] * log(v[j]);
     }
     return fmin(fmax(lo > 0 ? exp(logs) : plain, lo), hi);
 }
@@ -266,15 +278,6 @@ static int is_beyond(int dim, const double *x, size_t n, const ff_neighbour *nea
     return sqrt(offset) > 0.7 * spread && sqrt(near[0].distance2) > 0.5 * sqrt(near[n - 1].distance2);
 }
 
-/* Equal shares for the neighbours at x itself; their number, 0 when there are none. */
-static size_t shares_here(size_t n, const ff_neighbour *near, double *share)
-{
-    size_t here = 0;
-    while (here < n && near[here].distance2 < same * same) here++;
-    for (size_t j = 0; j < here; j++) share[j] = 1 / (double)here;
-    return here;
-}
-
 /* The value at x of the samples in one tree. */
 static ff_found regress(const ff_table *t, const ff_neighbours *tree, int dim, const double *x, uint32_t without, double *value,
                         size_t stride)
@@ -283,14 +286,14 @@ static ff_found regress(const ff_table *t, const ff_neighbours *tree, int dim, c
     double share[FF_NEIGHBOURS_MOST];
     const size_t n = ff_neighbours_find(tree, x, FF_INTERPOLATE_NEIGHBOURS, without, near);
     ff_found found = FF_FOUND_SAMPLE;
-    size_t used = shares_here(n, near, share);
+    size_t used = n > 0 && near[0].distance2 < same * same; /* a place that has samples of its own */
+    share[0] = 1;
     if (used == 0 && n > 0) {
         found = is_beyond(dim, x, n, near) ? FF_FOUND_BEYOND : FF_FOUND_BETWEEN;
         used = found == FF_FOUND_BEYOND ? 1 : n;
-        share[0] = 1;
         if (used > 1) fitted_shares(dim, x, n, near, share);
     }
-    for (size_t c = 0; c < t->n_channels; c++) value[c * stride] = used ? combine(t, c, used, near, share) : 0;
+    for (size_t c = 0; c < t->n_channels; c++) value[c * stride] = used ? combine(t, c, used, near, without, share) : 0;
     return used ? found : FF_FOUND_BEYOND;
 }
 

@@ -67,14 +67,15 @@ static double uniform(void)
     return (double)(state >> 11) * 0x1p-53;
 }
 
+/* Points of which many are equal: a lattice. Distances of distinct places by looking at all of them. */
 static void neighbours_are_the_nearest(void)
 {
     for (int trial = 0; trial < 60; trial++) {
-        const int dim = 2 + trial % 3;
+        const int dim = 2 + trial % 3, lattice = trial % 4 == 0;
         const size_t n = 1 + (size_t)(uniform() * 3000), k = 1 + (size_t)(uniform() * 31);
         double *p = malloc(n * (size_t)dim * sizeof *p), *copy = malloc(n * (size_t)dim * sizeof *copy), *d = malloc(n * sizeof *d);
         uint32_t *sample = malloc(n * sizeof *sample);
-        for (size_t i = 0; i < n * (size_t)dim; i++) p[i] = trial % 5 ? uniform() : floor(4 * uniform()); /* and many equal ones */
+        for (size_t i = 0; i < n * (size_t)dim; i++) p[i] = lattice ? floor(4 * uniform()) : uniform();
         memcpy(copy, p, n * (size_t)dim * sizeof *p);
         for (size_t i = 0; i < n; i++) sample[i] = (uint32_t)i;
         ff_neighbours *tree = ff_neighbours_new(dim, n, p, sample);
@@ -86,10 +87,12 @@ static void neighbours_are_the_nearest(void)
             size_t m = 0;
             for (int j = 0; j < dim; j++) x[j] = 1.4 * uniform() - 0.2;
             for (size_t i = 0; i < n; i++) {
-                if (i == without) continue;
+                int first = i != without;
+                for (size_t e = 0; e < i && lattice && first; e++)
+                    first = e == without || memcmp(copy + e * (size_t)dim, copy + i * (size_t)dim, (size_t)dim * sizeof *copy) != 0;
                 double sum = 0;
                 for (int j = 0; j < dim; j++) sum += pow(copy[i * (size_t)dim + (size_t)j] - x[j], 2);
-                d[m++] = sum;
+                if (first) d[m++] = sum;
             }
             qsort(d, m, sizeof *d, ascending);
             const size_t found = ff_neighbours_find(tree, x, k, without, near), expected = k < m ? k : m;
@@ -97,8 +100,9 @@ static void neighbours_are_the_nearest(void)
             for (size_t j = 0; j < found && j < expected; j++) {
                 FF_CHECK(fabs(near[j].distance2 - d[j]) < 1e-12, "neighbour %zu at %g, by search of all at %g", j,
                          near[j].distance2, d[j]);
-                FF_CHECK(memcmp(near[j].point, copy + near[j].sample * (size_t)dim, (size_t)dim * sizeof *copy) == 0,
-                         "a point with another's number");
+                for (size_t e = 0; e < near[j].n_samples; e++)
+                    FF_CHECK(memcmp(near[j].point, copy + near[j].sample[e] * (size_t)dim, (size_t)dim * sizeof *copy) == 0,
+                             "a point with another's number");
             }
         }
         ff_neighbours_free(tree);
@@ -262,6 +266,43 @@ static void beyond_the_data(void)
     ff_error err = {0};
     FF_CHECK(ff_interpolant_new(&t, 0, &p, &err) == FF_ERR_DATA && err.message[0], "a table without a valid sample");
     ff_table_free(&t);
+}
+
+/* At normal incidence every azimuth of the light is the same pair of directions, and what was measured twice is averaged. */
+static void the_same_pair_many_times(void)
+{
+    const fit_surface s = make_surface(0.3, 0.3);
+    ff_table t = simulate(&s, "goniometer:5", 1), many;
+    const size_t times = 48;
+    FF_CHECK(ff_table_new(times * t.n, 3, NULL, 0, 0, &many, NULL) == FF_OK, "no table");
+    many.radians_per_unit = t.radians_per_unit;
+    for (size_t i = 0; i < many.n; i++) {
+        const size_t j = i / times;
+        for (int k = 0; k < 4; k++) many.angle[k][i] = t.angle[k][j];
+        if (t.angle[0][j] == 0) many.angle[1][i] = 7.5 * (double)(i % times);
+        for (size_t c = 0; c < 3; c++) many.value[c * many.n + i] = t.value[c * t.n + j] * (i % 2 ? 1.25 : 0.75);
+    }
+    const double in[2][4] = {{0, 33, 22, 41}, {37, 0, 21, 160}};
+    for (int isotropic = 0; isotropic < 2; isotropic++) {
+        ff_interpolant *p = NULL, *one = NULL;
+        many.isotropic = isotropic;
+        FF_CHECK(!ff_interpolant_new(&many, 0, &p, NULL) && !ff_interpolant_new(&t, 0, &one, NULL), "no interpolant");
+        for (int k = 0; k <= isotropic; k++) {
+            double wi[3], wo[3], a[3], b[3];
+            unsigned char found;
+            unit(in[k][0] * pi / 180, in[k][1] * pi / 180, wi);
+            unit(in[k][2] * pi / 180, in[k][3] * pi / 180, wo);
+            const double *const w[6] = {&wi[0], &wi[1], &wi[2], &wo[0], &wo[1], &wo[2]};
+            ff_interpolant_eval(p, w, 1, a, &found);
+            FF_CHECK(found == FF_FOUND_BETWEEN, "isotropic %d, pair %d: found %d", isotropic, k, found);
+            ff_interpolant_eval(one, w, 1, b, NULL);
+            FF_CHECK_CLOSE(a[1], b[1], 1e-9, 0);
+        }
+        ff_interpolant_free(p);
+        ff_interpolant_free(one);
+    }
+    ff_table_free(&t);
+    ff_table_free(&many);
 }
 
 /* No value leaves the range of the samples, whatever they are. */
@@ -474,5 +515,6 @@ static void coverage(void)
 }
 
 FF_TEST_MAIN(FF_TEST(neighbours_are_the_nearest), FF_TEST(points_of_axes_and_back), FF_TEST(at_samples), FF_TEST(between_samples),
-             FF_TEST(beyond_the_data), FF_TEST(within_range), FF_TEST(to_merl), FF_TEST(what_is_dropped), FF_TEST(reflectances),
-             FF_TEST(cosines_are_noticed), FF_TEST(isotropy_is_measured), FF_TEST(coverage))
+             FF_TEST(beyond_the_data), FF_TEST(the_same_pair_many_times), FF_TEST(within_range), FF_TEST(to_merl),
+             FF_TEST(what_is_dropped), FF_TEST(reflectances), FF_TEST(cosines_are_noticed), FF_TEST(isotropy_is_measured),
+             FF_TEST(coverage))
