@@ -265,17 +265,35 @@ static double combine(const ff_table *t, size_t c, size_t n, const ff_neighbour 
     return fmin(fmax(lo > 0 ? exp(logs) : plain, lo), hi);
 }
 
-/* 1 when the neighbours lie all to one side of x and far off, measured by their own spread. */
+/* 1 when all the neighbours lie to one side of x and not close, measured by their own spread. */
 static int is_beyond(int dim, const double *x, size_t n, const ff_neighbour *near)
 {
-    double mean[4] = {0}, spread = 0;
-    for (size_t j = 0; j < n; j++) {
+    double mean[4] = {0};
+    for (size_t j = 0; j < n; j++)
         for (int k = 0; k < dim; k++) mean[k] += near[j].point[k] - x[k];
-        spread += sqrt(near[j].distance2);
+    for (size_t j = 0; j < n; j++) {
+        double along = 0;
+        for (int k = 0; k < dim; k++) along += mean[k] * (near[j].point[k] - x[k]);
+        if (along <= 0) return 0;
     }
-    double offset = 0;
-    for (int k = 0; k < dim; k++) offset += mean[k] * mean[k];
-    return sqrt(offset) > 0.7 * spread && sqrt(near[0].distance2) > 0.5 * sqrt(near[n - 1].distance2);
+    return sqrt(near[0].distance2) > 0.3 * sqrt(near[n - 1].distance2);
+}
+
+/* The neighbours to make a value of. Where the nearest all lie to one side (a row of samples close together), more are asked. */
+static size_t neighbours_around(const ff_neighbours *tree, int dim, const double *x, uint32_t without, ff_neighbour *near,
+                                ff_found *found)
+{
+    size_t n = ff_neighbours_find(tree, x, FF_INTERPOLATE_NEIGHBOURS, without, near);
+    *found = FF_FOUND_BEYOND;
+    if (n == 0) return 0;
+    *found = FF_FOUND_SAMPLE;
+    if (near[0].distance2 < same * same) return 1;
+    *found = FF_FOUND_BETWEEN;
+    if (!is_beyond(dim, x, n, near)) return n;
+    n = ff_neighbours_find(tree, x, FF_NEIGHBOURS_MOST, without, near);
+    if (!is_beyond(dim, x, n, near)) return n;
+    *found = FF_FOUND_BEYOND;
+    return 1;
 }
 
 /* The value at x of the samples in one tree. */
@@ -284,17 +302,12 @@ static ff_found regress(const ff_table *t, const ff_neighbours *tree, int dim, c
 {
     ff_neighbour near[FF_NEIGHBOURS_MOST];
     double share[FF_NEIGHBOURS_MOST];
-    const size_t n = ff_neighbours_find(tree, x, FF_INTERPOLATE_NEIGHBOURS, without, near);
-    ff_found found = FF_FOUND_SAMPLE;
-    size_t used = n > 0 && near[0].distance2 < same * same; /* a place that has samples of its own */
+    ff_found found;
+    const size_t n = neighbours_around(tree, dim, x, without, near, &found);
     share[0] = 1;
-    if (used == 0 && n > 0) {
-        found = is_beyond(dim, x, n, near) ? FF_FOUND_BEYOND : FF_FOUND_BETWEEN;
-        used = found == FF_FOUND_BEYOND ? 1 : n;
-        if (used > 1) fitted_shares(dim, x, n, near, share);
-    }
-    for (size_t c = 0; c < t->n_channels; c++) value[c * stride] = used ? combine(t, c, used, near, without, share) : 0;
-    return used ? found : FF_FOUND_BEYOND;
+    if (n > 1) fitted_shares(dim, x, n, near, share);
+    for (size_t c = 0; c < t->n_channels; c++) value[c * stride] = n ? combine(t, c, n, near, without, share) : 0;
+    return found;
 }
 
 /* ---- one pair of directions in the coordinates of each method -------------------------------- */
