@@ -149,6 +149,7 @@ typedef struct window {
     char asked[FF_CHANNEL_NAME];
     block *blocks; /* [n_blocks] */
     size_t n_blocks;
+    size_t left_out;               /* trees beside the one that is kept */
     int seen[NO_FACE];             /* blocks of each direction */
     char names[N_FACES][LIST_MAX]; /* their wavelengths */
 } window;
@@ -312,9 +313,13 @@ static int is_wanted(window *w)
         const block *b = &w->blocks[k];
         const int other_face = b->face != w->face && w->face == FRONT;
         const int less = w->wanted == VISIBLE_OR_ALL && b->face == w->face && is_visible(w->wavelength) && !is_visible(b->name);
-        if (other_face || less) drop_block(w, k);
+        if (!other_face && !less) continue;
+        drop_block(w, k);
+        w->left_out = 0;
     }
-    return 1;
+    if (w->structure < TREE_3 || w->n_blocks == 0 || strcasecmp(w->blocks[0].name, w->wavelength) == 0) return 1;
+    w->left_out++; /* every tree has directions of its own */
+    return 0;
 }
 
 static void note_seen(window *w)
@@ -602,10 +607,10 @@ static ff_status nothing_wanted(const window *w)
 /* Channels of one table share their directions: those of the first. */
 static size_t drop_others(window *w)
 {
-    size_t dropped = 0;
+    size_t dropped = w->left_out;
     for (size_t k = w->n_blocks; k-- > 1;) {
         const block *b = &w->blocks[k], *first = &w->blocks[0];
-        if (w->structure < TREE_3 && b->incident == first->incident && b->exit == first->exit) continue;
+        if (b->incident == first->incident && b->exit == first->exit) continue;
         drop_block(w, k);
         dropped++;
     }
@@ -677,8 +682,8 @@ static void describe(const window *w, size_t dropped, ff_table *t)
     if (dropped)
         ff_table_note(t, "of the wavelengths %s, %s%s read: the others are on other directions", names, first->name, more);
     else if (w->wanted == VISIBLE_OR_ALL && (size_t)w->seen[first->face] > w->n_blocks)
-        ff_table_note(t, "of the wavelengths %s, %s is read: the part %s:NAME reads another, %s:all all of them", names,
-                      first->name, part_name[first->face], part_name[first->face]);
+        ff_table_note(t, "of the wavelengths %s, %s is read: the part %s:NAME reads another%s", names, first->name,
+                      part_name[first->face], w->structure < TREE_3 ? ", :all reads all" : "");
 }
 
 static ff_status to_table(window *w, ff_table *out)

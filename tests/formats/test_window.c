@@ -344,6 +344,17 @@ static void test_parts(void)
         ff_table_free(&table);
     }
 
+    /* the front first; a wavelength in micrometres */
+    start(&t, "Columns");
+    add_basis(&t, "c", coarse);
+    add(&t, "</DataDefinition>\n");
+    add_counted(&t, "0.55", "Reflection Front", "c", 36, 1);
+    add_counted(&t, "Visible", "Reflection Back", "c", 36, 2);
+    finish(&t);
+    memcpy(strstr(t.at, "\"Integral\""), "\"micron\"  ", 10);
+    check_parts(&t, NULL, 1, "550nm", "Reflection Back is there too");
+    check_parts(&t, "reflection-back", 2, "Visible", "");
+
     start(&t, "Columns");
     add_basis(&t, "c", coarse);
     add(&t, "</DataDefinition>\n");
@@ -937,6 +948,19 @@ static size_t second_source(const char *xml, int k, double *value, size_t most)
     return n;
 }
 
+/* The fabric shines at grazing incidence: of the patches at theta = 82.5 the brightest is that of the mirror direction. */
+static void check_lobe(const char *name, const ff_table *t)
+{
+    for (size_t i = 133; i < 145; i++) {
+        size_t best = i + 145 * 133;
+        for (size_t o = 133; o < 145; o++)
+            if (t->value[i + 145 * o] > t->value[best]) best = i + 145 * o;
+        double wi[3], wo[3];
+        directions(t, best, wi, wo);
+        CHECK(same(wo, -wi[0], -wi[1], wi[2]), "%s: the lobe of patch %zu is not at the mirror direction", name, i);
+    }
+}
+
 static void test_real_file(const char *name, const char *part, int block, double least, double most)
 {
     const char *set = getenv("FACETFIT_DATA");
@@ -967,6 +991,7 @@ static void test_real_file(const char *name, const char *part, int block, double
         for (size_t k = (size_t)i; k < t.n; k += 145) albedo += t.value[k] * cos(t.angle[2][k] * pi / 180) * t.weight[k] / omega_i;
         CHECK(albedo > least && albedo < most, "%s: albedo of patch %d is %g", name, i, albedo);
     }
+    if (part && strcmp(part, "reflection-back") == 0) check_lobe(name, &t);
     free(value);
     free(xml);
     ff_table_free(&t);
