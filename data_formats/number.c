@@ -2,7 +2,11 @@
  *
  * A decimal m 10^k is one multiplication or division away from its double. That is correctly rounded when both factors are exact
  * (Clinger 1990: m < 2^53, |k| <= 22). Where long double has a 64-bit significand, m < 2^64 and |k| <= 27 are exact too, and
- * rounding its result to double is right unless it sits exactly half-way between two doubles, which is tested. */
+ * rounding its result to double is right unless it sits exactly half-way between two doubles, which is tested.
+ *
+ * Beyond that (a large exponent; more than 19 digits, of which the first 19 are taken) the result of a few operations is off by a
+ * known number of units in its last place, of which a double has 11 bits fewer: rounding is right unless a half-way point lies
+ * within that distance. */
 #define _GNU_SOURCE
 #include "internal_number.h"
 #include <float.h>
@@ -23,16 +27,42 @@ static const long double ten_to_extended[28] = {1e0L,  1e1L,  1e2L,  1e3L,  1e4L
                                                 1e10L, 1e11L, 1e12L, 1e13L, 1e14L, 1e15L, 1e16L, 1e17L, 1e18L, 1e19L,
                                                 1e20L, 1e21L, 1e22L, 1e23L, 1e24L, 1e25L, 1e26L, 1e27L};
 
-/* Rounds to double unless x lies exactly half-way, where the true number may lie on either side of it. */
-static int round_extended(long double x, double *value)
+/* 10^(27 i), the closest long doubles. */
+static const long double ten_to_27_times[13] = {1e0L,   1e27L,  1e54L,  1e81L,  1e108L, 1e135L, 1e162L,
+                                                1e189L, 1e216L, 1e243L, 1e270L, 1e297L, 1e324L};
+
+/* Rounds to double unless a half-way point lies within `units` of x's last place: the true number may be on its other side. */
+static int round_extended(long double x, int units, double *value)
 {
     uint64_t significand;
     memcpy(&significand, &x, sizeof significand);
     *value = (double)x;
-    return (significand & 0x7FFu) != 0x400u;
+    return abs((int)(significand & 0x7FFu) - 0x400) > units;
+}
+
+/* m 10^k, or with `more` any number from there to (m+1) 10^k, correctly rounded into *value; 0 when this cannot be told.
+ * Three roundings (two operations and a constant), each of half a unit relative to the lower end of a binade, make 3 units; m has
+ * 19 digits when there are more, so that one of its own is 1e-18 2^64 < 19 units at most. */
+static int scale_closely(uint64_t m, int k, int more, double *value)
+{
+    enum { ROUNDINGS = 3, MORE = 19 };
+    const int size = k < 0 ? -k : k, i = size / 27;
+    if (i > 12) return 0;
+    long double x = (long double)m;
+    if (k < 0)
+        x = x / ten_to_extended[size % 27] / ten_to_27_times[i];
+    else
+        x = x * ten_to_extended[size % 27] * ten_to_27_times[i];
+    if (!(x >= 2 * DBL_MIN && x <= DBL_MAX / 2)) return 0; /* fewer bits than 53, or none */
+    return round_extended(x, more ? ROUNDINGS + MORE : ROUNDINGS, value);
 }
 #else
 #define HAVE_EXTENDED 0
+static int scale_closely(uint64_t m, int k, int more, double *value)
+{
+    (void)m, (void)k, (void)more, (void)value;
+    return 0;
+}
 #endif
 
 /* m 10^k correctly rounded into *value; 0 when this needs more than one exact operation. */
@@ -44,7 +74,7 @@ static int scale_exactly(uint64_t m, int k, double *value)
     }
 #if HAVE_EXTENDED
     if (k >= -27 && k <= 27)
-        return round_extended(k < 0 ? (long double)m / ten_to_extended[-k] : (long double)m * ten_to_extended[k], value);
+        return round_extended(k < 0 ? (long double)m / ten_to_extended[-k] : (long double)m * ten_to_extended[k], 0, value);
 #endif
     return 0;
 }
@@ -63,9 +93,34 @@ static int is_digit(char c)
     return (unsigned)(c - '0') < 10u;
 }
 
+enum { EXACT_DIGITS = 19 }; /* as many always fit in 64 bits */
+
+/* The digits from `p` to `stop`, a point among them, are more than EXACT_DIGITS; the last one counts 10^exponent. */
+static int scale_long(const char *p, const char *stop, int exponent, double *value)
+{
+    while (p < stop && (*p == '0' || *p == '.')) p++; /* leading zeros do not count */
+    uint64_t m = 0;
+    int taken = 0, more = 0;
+    for (; p < stop && taken < EXACT_DIGITS; p++)
+        if (*p != '.') {
+            m = 10 * m + (uint64_t)(*p - '0');
+            taken++;
+        }
+    for (; p < stop; p++)
+        if (*p != '.') {
+            more |= *p != '0';
+            exponent++;
+        }
+    if (m == 0) {
+        *value = 0;
+        return 1;
+    }
+    return (!more && scale_exactly(m, exponent, value)) || scale_closely(m, exponent, more, value);
+}
+
 const char *ff_number_read(const char *text, double *value)
 {
-    enum { EXACT_DIGITS = 19, EXPONENT_MAX = 100000 };
+    enum { EXPONENT_MAX = 100000 };
     const char *p = text;
     int negative = *p == '-';
     if (*p == '-' || *p == '+') p++;
@@ -82,6 +137,7 @@ const char *ff_number_read(const char *text, double *value)
         if (p - fraction <= EXPONENT_MAX) exponent = -(int)(p - fraction);
     }
     if (digits == 0) return NULL;
+    const char *after = p; /* the last digit before an exponent */
     if (*p == 'e' || *p == 'E') {
         const char *q = p + 1;
         int minus = *q == '-';
@@ -93,14 +149,14 @@ const char *ff_number_read(const char *text, double *value)
         exponent += minus ? -e : e;
         p = q;
     }
-    /* Leading zeros do not count; only a long number is worth looking for them. */
-    if (digits > EXACT_DIGITS)
-        for (const char *z = first; digits > EXACT_DIGITS && (*z == '0' || *z == '.'); z++) digits -= *z == '0';
-    double magnitude;
-    if (digits > EXACT_DIGITS || !scale_exactly(m, exponent, &magnitude))
-        *value = read_slowly(text);
-    else
-        *value = negative ? -magnitude : magnitude;
+    double magnitude = 0;
+    int known = 0;
+    if (digits <= EXACT_DIGITS)
+        known = m == 0 || scale_exactly(m, exponent, &magnitude) || scale_closely(m, exponent, 0, &magnitude);
+    else if (digits <= EXPONENT_MAX)
+        known = scale_long(first, after, exponent, &magnitude);
+    if (!known) magnitude = fabs(read_slowly(text));
+    *value = negative ? -magnitude : magnitude;
     return p;
 }
 

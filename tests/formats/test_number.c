@@ -75,6 +75,55 @@ static void test_reading(void)
     }
 }
 
+/* Up to 45 digits of any size, and numbers that agree with a half-way point in their first 17 to 50 digits. */
+static void test_long_numbers(void)
+{
+    static const char *const texts[] = {"0.00000000000000000000000000000000",
+                                        "-0.00000000000000000000000000000000",
+                                        "0.26179938779914940782944654529274",
+                                        "-1.57079632679489655799898173427209",
+                                        "0.00000000000000019236706937217898",
+                                        "0.50000000000000000000000000000000",
+                                        "0000000000000000000000000000000001",
+                                        "100000000000000000000000000000000000000000",
+                                        "2.2250738585072011e-308",
+                                        "2.22507385850720113605740979670913197593e-308",
+                                        "2.4703282292062327208299439643e-324",
+                                        "1.7976931348623158079372897140530341507e308",
+                                        "9007199254740993.00000000000000000",
+                                        "9007199254740993.00000000000000001",
+                                        "9007199254740992.99999999999999999",
+                                        "0.1e-330",
+                                        "12345678901234567890e-345",
+                                        "1e-342",
+                                        "123456789e300",
+                                        "1.e-28"};
+    for (size_t k = 0; k < sizeof texts / sizeof texts[0]; k++) compare(texts[k]);
+    char text[1200];
+    for (int k = 0; k < 200000; k++) {
+        unsigned digits = 1 + (unsigned)(check_random() % 45);
+        size_t n = 0;
+        unsigned point = (unsigned)(check_random() % (digits + 1));
+        for (unsigned d = 0; d < digits; d++) {
+            if (d == point) text[n++] = '.';
+            text[n++] = (char)(k % 3 == 0 && d < digits / 2 ? '0' : '0' + check_random() % 10);
+        }
+        text[n] = '\0';
+        if (check_random() % 2) snprintf(text + n, 8, "e%d", (int)(check_random() % 700) - 350);
+        compare(text);
+    }
+    for (int k = 0; k < 200000; k++) {
+        double x = ldexp(0.5 + check_uniform() / 2, (int)(check_random() % 2000) - 1000);
+        snprintf(text, sizeof text, "%.*e", 25 + (int)(check_random() % 20), x);
+        compare(text);
+        snprintf(text, sizeof text, "%.32f", check_uniform());
+        compare(text);
+        long double half_way = ((long double)x + (long double)nextafter(x, INFINITY)) / 2;
+        snprintf(text, sizeof text, "%.*Le", 16 + (int)(check_random() % 34), half_way);
+        compare(text);
+    }
+}
+
 static void test_refusing(void)
 {
     static const char *const texts[] = {"", "-", "+", ".", "e5", "-e", "nan", "inf", "-inf", "1e", "1e+", "x", " 1", "--1"};
@@ -152,6 +201,7 @@ static void test_writing(void)
 int main(void)
 {
     test_reading();
+    test_long_numbers();
     test_refusing();
     test_writing();
     return check_result();
