@@ -21,6 +21,9 @@ ff_status ff_tokens_line(ff_tokens *t, char **text);
 /** The next word, '\0'-terminated; NULL at the end of the file. '#' at the start of a word ends the line. */
 ff_status ff_tokens_word(ff_tokens *t, char **word);
 
+/** Looks for another word: *end is 1 when there is none in the rest of the file. */
+ff_status ff_tokens_at_end(ff_tokens *t, int *end);
+
 /** The next n numbers into out. FF_ERR_READ at the end of the file, FF_ERR_DATA for a word that is no finite number; `what` is for
  *  the message ("a row of 31 values"). */
 ff_status ff_tokens_numbers(ff_tokens *t, double *out, size_t n, const char *what);

@@ -68,6 +68,13 @@ ff_status ff_tokens_word(ff_tokens *t, char **word)
     return FF_OK;
 }
 
+ff_status ff_tokens_at_end(ff_tokens *t, int *end)
+{
+    const ff_status s = seek_word(t);
+    *end = t->at == NULL;
+    return s;
+}
+
 static size_t word_length(const char *p)
 {
     size_t n = 0;
