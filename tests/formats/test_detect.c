@@ -55,6 +55,13 @@ static void test_content(void)
     EXPECT("astm", "LAB_NAME x\nNUM_POINTS 1\nVARS theta_i,phi_i,theta_s,465nm\n0,0,0,1\n", "astm");
     EXPECT("astm without its keys", "VARS theta_i,phi_i,theta_s,465nm\n0,0,0,1\n", "astm");
     EXPECT("astm with crlf", "NUM_POINTS 1\r\nVARS theta_i,theta_s,b\r\n", "astm");
+    EXPECT("alta", "#SAMPLE x\n#PARAM_IN COS_TH\n#DIM 1 1\n1 1\n", "alta");
+    EXPECT("alta, binary", "#DIM 4 1\n#PARAM_IN  CARTESIAN\n#FORMAT binary\n#BEGIN_STREAM\n\0\0\0\0", "alta");
+    EXPECT("cornell", "# two\n2\n465 630\n0.1 0 0.2 3.14 5 6\n", "cornell");
+    EXPECT("cornell without wavelengths", "2\n0.1 0.2 0.3 0.4 5 6\n", NULL);
+    EXPECT("fred", "\n TYPE\tbsdf_data\r\nformat angles=deg bsdf=value scale=1\r\n", "fred");
+    EXPECT("pgii", "#sample_name x\n#intheta 10\n#inphi 0\n#format: theta phi DSF\n1 2 3\n", "pgii");
+    EXPECT("somebody's comments", "#intheta 10\n1 2 3\n", NULL);
     EXPECT("nothing", "", NULL);
     EXPECT("prose", "To be or not to be", NULL);
     EXPECT("binary with a csv header in it", "theta_i,phi_i,theta_o,phi_o,f\n\0\1\2", NULL);
