@@ -152,9 +152,9 @@ static ff_status put_reflectances(const ff_table *t, const ff_survey *s, FILE *o
 {
     enum { COLUMNS = 6 };
     ff_text_table rows = {.right = {1, 1, 1, 1, 1, 1, 1, 1}};
-    char n[FF_TEXT_NUMBER];
+    char n[FF_TEXT_NUMBER], m[FF_TEXT_NUMBER];
     const size_t shown = t->n_channels < COLUMNS ? t->n_channels : COLUMNS;
-    double largest = 0;
+    double largest = 0, at = 0;
     if (s->n_reflectances == 0) return FF_OK;
     fprintf(out, "\nreflectance into the covered part of the hemisphere (%s)\n", s->method);
     ff_text_row(&rows);
@@ -166,7 +166,11 @@ static ff_status put_reflectances(const ff_table *t, const ff_survey *s, FILE *o
         ff_text_row(&rows);
         ff_text_cell(&rows, "%s", ff_text_number(s->reflectance[k].theta_i, 4, n));
         ff_text_cell(&rows, "%.0f %%", 100 * s->reflectance[k].covered);
-        for (size_t c = 0; c < t->n_channels; ++c) largest = fmax(largest, s->albedo[k * t->n_channels + c]);
+        for (size_t c = 0; c < t->n_channels; ++c)
+            if (s->albedo[k * t->n_channels + c] > largest) {
+                largest = s->albedo[k * t->n_channels + c];
+                at = s->reflectance[k].theta_i;
+            }
         for (size_t c = 0; c < shown; ++c)
             ff_text_cell(
                 &rows, "%s",
@@ -174,8 +178,11 @@ static ff_status put_reflectances(const ff_table *t, const ff_survey *s, FILE *o
     }
     const ff_status status = ff_text_print(&rows, out, "  ");
     if (status == FF_OK && largest > 1)
-        fprintf(out, "warning: a reflectance of %s is above 1: is the unit 1/sr, and is a cosine or a factor pi counted?\n",
-                ff_text_number(largest, 4, n));
+        fprintf(
+            out,
+            "warning: the reflectance of %s at %s degrees is above 1: a peak between too few samples, another unit than 1/sr, or a "
+            "cosine or a factor pi counted\n",
+            ff_text_number(largest, 4, n), ff_text_number(at, 4, m));
     return status;
 }
 
