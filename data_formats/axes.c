@@ -1,11 +1,14 @@
 /* Points of product grids as pairs of directions; what a file's numbers stand for.
  *
- *   half, difference    h at (theta_h, phi_h); d = (sin theta_d cos phi_d, sin theta_d sin phi_d, cos theta_d) is wi seen from the
- * half vector: wi = Rz(phi_h) Ry(theta_h) d, wo = Rz(phi_h) Ry(theta_h) (-dx, -dy, dz)   (Rusinkiewicz 1998) incident, exit      as
- * they stand specular            the light at (incidence, -rotation): turning the sample by +rotation about its normal turns the
- * light by -rotation as the sample sees it. The specular direction is s = (incidence, 180 degrees - rotation). wo lies at the polar
- * angle `radial` from s and the azimuth A about it, A = 0 pointing from s away from the normal: wo = Rz(180 - rotation)
- * Ry(incidence) (sin radial cos A, sin radial sin A, cos radial) */
+ * half, difference: h at (theta_h, phi_h); d = (sin theta_d cos phi_d, sin theta_d sin phi_d, cos theta_d) is wi seen from h,
+ *     wi = Rz(phi_h) Ry(theta_h) d,  wo = Rz(phi_h) Ry(theta_h) (-dx, -dy, dz)  (Rusinkiewicz 1998).
+ * incident, exit: as they stand.
+ * specular: turning the sample by +rotation about its normal turns the light by -rotation as the sample sees it. At rotation 0
+ *     the plane of incidence is yz, its normal x, and the light comes from -y: it is at (incidence, -90 degrees - rotation), the
+ *     specular direction s at (incidence, 90 degrees - rotation). wo lies at the polar angle `radial` from s, at the azimuth A
+ *     about it: A = 0 points from s towards the normal, and A grows counter-clockwise for an eye that s points at,
+ *     wo = Rz(90 - rotation) Ry(incidence) (-sin radial cos A, -sin radial sin A, cos radial).
+ *     So has it the BSDF data interchange format (format_zemax.c), whose local +x is our x. */
 #include "internal_table.h"
 #include "ff_model.h"
 #include <math.h>
@@ -40,15 +43,13 @@ void ff_axes_angles(ff_axes_kind kind, double unit, const double q[4], double an
         about(r[2], r[3] + pi, v);
         turned(r[0], r[1], v, &angle[2], &angle[3]);
     } else {
-        angle[0] = r[1];
-        angle[1] = -r[0];
-        about(r[3], r[2], v);
-        turned(r[1], pi - r[0], v, &angle[2], &angle[3]);
+        about(r[3], r[2] + pi, v);
+        turned(r[1], pi / 2 - r[0], v, &angle[2], &angle[3]);
     }
     for (int k = 0; k < 4; k++) angle[k] /= unit;
     if (kind == FF_AXES_SPECULAR) {
         angle[0] = q[1]; /* not through radians and back */
-        angle[1] = -q[0];
+        angle[1] = -pi / 2 / unit - q[0];
     }
 }
 
