@@ -22,11 +22,10 @@ static ff_status write_text(const void *context, FILE *out)
 int cmd_info(const cli_args *args)
 {
     ff_table table;
-    ff_error err = {0};
     const file f = {args, args->word[0], &table};
-    const ff_status failed = ff_table_read(f.path, cli_value(args, FLAG_FORMAT, NULL), &table, &err);
-    if (failed != FF_OK) return cli_failed(failed, &err);
-    const int status = cli_write_both(args, write_json, write_text, &f);
+    int status = cli_read(args, f.path, 0, &table);
+    if (status != EXIT_DONE) return status;
+    status = cli_write_both(args, write_json, write_text, &f);
     ff_table_free(&table);
     return status;
 }

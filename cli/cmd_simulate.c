@@ -3,25 +3,6 @@
 #include "ff_simulate.h"
 #include <string.h>
 
-/* The format by --format or by the extension; CSV on stdout. */
-static int find_format(const cli_args *args, const char *path, const ff_format **out)
-{
-    const char *name = cli_value(args, FLAG_FORMAT, strcmp(path, "-") ? NULL : "csv");
-    const ff_format *format = name ? ff_format_find(name) : ff_format_for_writing(path);
-    char known[256] = "";
-    if (format && format->write) {
-        *out = format;
-        return EXIT_DONE;
-    }
-    for (size_t i = 0; i < ff_format_count(); ++i) {
-        const ff_format *f = ff_format_at(i);
-        if (f->write)
-            snprintf(known + strlen(known), sizeof known - strlen(known), "%s%s (%s)", *known ? ", " : "", f->name, f->extensions);
-    }
-    if (name) return cli_usage(args, "--format %s cannot be written; expected one of %s", name, known);
-    return cli_usage(args, "%s: no format has this extension; expected one of %s, or --format", path, known);
-}
-
 static int read_options(const cli_args *args, ff_simulate_options *o)
 {
     const char *grid = cli_value(args, FLAG_GRID, NULL);
@@ -47,7 +28,7 @@ int cmd_simulate(const cli_args *args)
     ff_error err = {0};
     int status;
     if (!path) return cli_usage(args, "-o FILE is missing: where to write");
-    if ((status = read_options(args, &o)) || (status = find_format(args, path, &format))) return status;
+    if ((status = read_options(args, &o)) || (status = cli_format_for_writing(args, FLAG_FORMAT, path, &format))) return status;
     const int merl = !strcmp(format->name, "merl"); /* three channels, no negative values */
     if ((status = cli_scene_make(args, args->word[0], merl ? 3 : 1, &scene))) return status;
     o.nonnegative = merl;

@@ -87,10 +87,8 @@ int cli_fitting_open(const cli_args *args, const ff_model *models, size_t n_mode
     if (status != EXIT_DONE) return status;
     f.progress = cli_given(args, FLAG_PROGRESS) ? 1 : !cli_given(args, FLAG_NO_PROGRESS) && isatty(STDERR_FILENO);
     f.options.cancel = cli_catch_signals();
-    ff_status failed = ff_table_read(f.path, cli_value(args, FLAG_FORMAT, NULL), &f.table, &err);
-    if (failed != FF_OK) return cli_failed(failed, &err);
-    cli_notes(f.path, f.table.note);
-    failed = make_problems(&f, models, n_models, &err);
+    if ((status = cli_read(args, f.path, 1, &f.table)) != EXIT_DONE) return status;
+    const ff_status failed = make_problems(&f, models, n_models, &err);
     if (failed == FF_OK) {
         release_samples(&f.table);
         *out = f;

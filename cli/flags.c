@@ -15,10 +15,12 @@ enum {
     C_MODELS = 1u << 8,
     C_FORMATS = 1u << 9,
     C_NDF = 1u << 10,
+    C_RESAMPLE = 1u << 11,
     C_FITTING = C_FIT | C_COMPARE,
     C_MEASURED = C_FITTING | C_NDF,
+    C_READS = C_MEASURED | C_INFO | C_RESAMPLE,
     C_SCENE = C_EVAL | C_SIMULATE | C_FURNACE | C_SAMPLE,
-    C_ALL = (1u << 11) - 1
+    C_ALL = (1u << 12) - 1
 };
 
 /* Bit i is command i of this table. */
@@ -63,6 +65,11 @@ static const cli_command commands[] = {
      "the\n"
      "distribution `tabulated` reads, '-o -' to stdout and nothing else. Exit status 1 when the retrieval did not converge.\n",
      1, 1, cmd_ndf},
+    {"resample", "IN OUT", "convert measured data to another format",
+     "The format of OUT is that of its extension, or --to. Where it needs other directions than IN has, values are interpolated; "
+     "what\n"
+     "was interpolated, taken by reciprocity, extrapolated or dropped is counted on stdout.\n",
+     2, 2, cmd_resample},
 };
 enum { COMMANDS = sizeof commands / sizeof commands[0] };
 
@@ -99,25 +106,33 @@ static const flag flags[FLAG_COUNT] = {
     [FLAG_MONOTONE] = {"monotone", 0, "slopes|d", C_NDF,
                        "what must not rise with the angle: the density of slopes, D cos^4, or D itself (slopes)"},
     [FLAG_FROM] = {"from", 0, "NAME", C_CONVERT, "convention of the numbers given"},
-    [FLAG_TO] = {"to", 0, "NAME", C_CONVERT, "convention wanted"},
+    [FLAG_TO] = {"to", 0, "NAME", C_CONVERT | C_RESAMPLE, "convention wanted; of resample, the format of OUT (by its extension)"},
     [FLAG_BY] = {"by", 0, "CRITERION", C_CONVERT, "what is to be equal, where there is a choice (all of them)"},
     [FLAG_LIST] = {"list", 0, NULL, C_CONVERT, "list the conversions"},
     [FLAG_TERMS] = {"terms", 0, NULL, C_EVAL, "also D, Lambda of both directions, G and F"},
     [FLAG_MARKDOWN] = {"markdown", 0, NULL, C_MODELS, "as the page docs/models.md"},
     [FLAG_ROWS] = {"rows", 0, "N", C_COMPARE, "rows of the table, the best ones; 0 for all (25). The JSON has all"},
-    [FLAG_GRID] = {"grid", 0, "NAME", C_SIMULATE,
-                   "merl, goniometer[:STEP] or scattered:N[:FRACTION near the mirror direction] (goniometer:5)"},
+    [FLAG_GRID] = {"grid", 0, "NAME", C_SIMULATE | C_READS,
+                   "of simulate: merl, goniometer[:STEP] or scattered:N[:FRACTION near the mirror direction] (goniometer:5); of\n"
+                   "                               resample: directions of OUT; else: sampling of a file that holds a function"},
     [FLAG_NOISE] = {"noise", 0, "REL", C_SIMULATE, "standard deviation of multiplicative noise (0)"},
     [FLAG_NOISE_FLOOR] = {"noise-floor", 0, "ABS", C_SIMULATE, "standard deviation of additive noise, 1/sr (0)"},
     [FLAG_SIGMA] = {"sigma", 0, NULL, C_SIMULATE, "write the standard deviations too (csv)"},
     [FLAG_SEED] = {"seed", 0, "N", C_SIMULATE | C_SAMPLE, "of noise and random directions (1)"},
+    [FLAG_COLUMNS] = {"columns", 0, "K=NAME,...", C_READS,
+                      "columns of a CSV: theta_i=incidence,f=reflectance,phi_i=0 (by their names)"},
+    [FLAG_QUANTITY] = {"quantity", 0, "NAME", C_READS,
+                       "what the numbers are: brdf, brdf-cos or reflectance-factor (as the file says)"},
+    [FLAG_SCALE] = {"scale", 0, "X", C_READS, "factor on all values, of a file that is not calibrated"},
+    [FLAG_PART] = {"part", 0, "NAME", C_READS, "which data set of a file that has several, e.g. reflection-back"},
+    [FLAG_EXTRAPOLATE] = {"extrapolate", 0, NULL, C_RESAMPLE, "fill what lies beyond the data with the nearest values"},
     [FLAG_OUTPUT] = {"output", 'o', "FILE", C_SIMULATE | C_NDF, "where to write; '-' is stdout"},
     [FLAG_WEAK] = {"weak", 0, NULL, C_FURNACE, "the weak white furnace integral instead of the albedo"},
     [FLAG_MU] = {"mu", 0, "LIST", C_FURNACE, "cosines of the view, in (0, 1] (1,0.9,...,0.1)"},
     [FLAG_THETA] = {"theta", 0, "DEG", C_SAMPLE, "angle of the view from the normal (0)"},
     [FLAG_PHI] = {"phi", 0, "DEG", C_FURNACE | C_SAMPLE, "azimuth of the view (0)"},
     [FLAG_SAMPLES] = {"samples", 'n', "N", C_SAMPLE, "how many (1000)"},
-    [FLAG_FORMAT] = {"format", 0, "NAME", C_MEASURED | C_INFO | C_SIMULATE, "of FILE (reading: by content; writing: by extension)"},
+    [FLAG_FORMAT] = {"format", 0, "NAME", C_READS | C_SIMULATE, "of FILE or IN (reading: by content; simulate: by extension)"},
     [FLAG_THREADS] = {"threads", 0, "N", C_MEASURED, "the result does not depend on it (one per processor)"},
     [FLAG_ISA] = {"isa", 0, "NAME", C_MEASURED | C_SCENE, "best, scalar, avx2 or avx512 (best)"},
     [FLAG_JSON] = {"json", 0, "FILE|-", C_ALL & ~(unsigned)C_SIMULATE, "write JSON; '-' is stdout and nothing else goes there"},

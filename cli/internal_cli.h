@@ -37,6 +37,7 @@ int cmd_info(const cli_args *args);
 int cmd_models(const cli_args *args);
 int cmd_formats(const cli_args *args);
 int cmd_ndf(const cli_args *args);
+int cmd_resample(const cli_args *args);
 
 /* ---- flags -------------------------------------------------------------------------------------------------------------------*/
 
@@ -74,6 +75,11 @@ typedef enum cli_flag_id {
     FLAG_NOISE_FLOOR,
     FLAG_SIGMA,
     FLAG_SEED,
+    FLAG_COLUMNS,
+    FLAG_QUANTITY,
+    FLAG_SCALE,
+    FLAG_PART,
+    FLAG_EXTRAPOLATE,
     FLAG_OUTPUT,
     FLAG_WEAK,
     FLAG_MU,
@@ -157,6 +163,15 @@ int  cli_scene_make(const cli_args *args, const char *expression, size_t least_c
 void cli_scene_free(cli_scene *scene);
 /* "" for one channel, "_r", "_g", "_b" for three, "_c0" ... otherwise. */
 const char *cli_channel_suffix(size_t n_channels, size_t c, char out[24]);
+
+/* ---- measured data -----------------------------------------------------------------------------------------------------------*/
+
+/* Reads `path` with the options of the flags, reduced as --reduce says; notes as messages when with_notes. Exit status; the table is
+ * to be freed after EXIT_DONE. */
+int cli_read(const cli_args *args, const char *path, int with_notes, ff_table *out);
+
+/* The format to write `path` in: by the flag, or by its extension; CSV for "-". Exit status. */
+int cli_format_for_writing(const cli_args *args, cli_flag_id flag, const char *path, const ff_format **out);
 
 /* ---- outputs -----------------------------------------------------------------------------------------------------------------*/
 

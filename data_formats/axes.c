@@ -94,6 +94,46 @@ int ff_axes_fill(const ff_axes *axes, double unit, double *const angle[4])
     return 1;
 }
 
+/* The polar angles of v as seen from a frame turned by Rz(phi) Ry(theta). */
+static void seen(double theta, double phi, const double v[3], double *polar, double *azimuth)
+{
+    const double x0 = cos(phi) * v[0] + sin(phi) * v[1], y = cos(phi) * v[1] - sin(phi) * v[0];
+    const double x = cos(theta) * x0 - sin(theta) * v[2], z = sin(theta) * x0 + cos(theta) * v[2];
+    *polar = atan2(hypot(x, y), z);
+    *azimuth = x == 0 && y == 0 ? 0 : atan2(y, x);
+}
+
+static double azimuth_of(const double v[3])
+{
+    return v[0] == 0 && v[1] == 0 ? 0 : atan2(v[1], v[0]);
+}
+
+void ff_axes_point(ff_axes_kind kind, const double wi[3], const double wo[3], double q[4])
+{
+    const double theta_i = atan2(hypot(wi[0], wi[1]), wi[2]), phi_i = azimuth_of(wi);
+    if (kind == FF_AXES_HALF_DIFFERENCE) {
+        const double h[3] = {wi[0] + wo[0], wi[1] + wo[1], wi[2] + wo[2]};
+        q[0] = atan2(hypot(h[0], h[1]), h[2]);
+        q[1] = azimuth_of(h);
+        seen(q[0], q[1], wi, &q[2], &q[3]);
+    } else if (kind == FF_AXES_SPECULAR) {
+        q[0] = -phi_i;
+        q[1] = theta_i;
+        seen(theta_i, phi_i + pi, wo, &q[3], &q[2]);
+    } else {
+        q[0] = theta_i;
+        q[1] = phi_i;
+        q[2] = atan2(hypot(wo[0], wo[1]), wo[2]);
+        q[3] = azimuth_of(wo);
+    }
+}
+
+const char *ff_quantity_name(int quantity)
+{
+    static const char *const name[3] = {"brdf", "brdf-cos", "reflectance-factor"};
+    return quantity >= 0 && quantity < 3 ? name[quantity] : NULL;
+}
+
 ff_quantity ff_read_quantity(const ff_read_options *o, ff_quantity in_file)
 {
     return o->quantity >= 0 ? (ff_quantity)o->quantity : in_file;

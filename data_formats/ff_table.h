@@ -31,6 +31,9 @@ typedef enum ff_quantity {
     FF_REFLECTANCE_FACTOR = 2 /**< pi f                          */
 } ff_quantity;
 
+/** "brdf", "brdf-cos", "reflectance-factor"; NULL for a number that is none. */
+const char *ff_quantity_name(int quantity);
+
 struct ff_table;
 
 /** A regular parametrisation whose directions and weights follow from the sample's index. Immutable, static storage. */

@@ -71,6 +71,10 @@ void ff_axes_angles(ff_axes_kind kind, double radians_per_unit, const double q[4
 /** The same, to the bit, of all samples of the product in their order into four planes. 0 when there is no memory. */
 int ff_axes_fill(const ff_axes *axes, double radians_per_unit, double *const angle[4]);
 
+/** The inverse: the point q of four axes (radians, azimuths in (-pi, pi]) of a pair of unit vectors wi, wo above the horizon. An
+ *  azimuth that the pair leaves open is 0. Not of FF_AXES_NONE. */
+void ff_axes_point(ff_axes_kind kind, const double wi[3], const double wo[3], double q[4]);
+
 /** The values just read are of this quantity: sets t->quantity and converts to the BRDF: f cos(theta_o) is divided by the cosine
  * (and the sample invalid where that is at most FF_COS_MIN), pi f gets its scale. Values, sigmas; call once. */
 void ff_table_set_quantity(ff_table *t, ff_quantity quantity);

@@ -10,6 +10,7 @@
 #define FF_REPORT_H
 #include "ff_fit.h"
 #include "ff_json.h"
+#include "ff_resample.h"
 #ifdef __cplusplus
 extern "C" {
 #endif
@@ -50,9 +51,16 @@ ff_status ff_report_compare_text(const ff_report_fits *r, FILE *out);
 /** Schema facetfit.fit/1, of `fit` and `compare`. */
 ff_status ff_report_fits_json(const ff_report_fits *r, FILE *out);
 
-/** What is in a table: size, channels, range of angles and values. */
+/** What is in a table: size, channels, range of angles and values, coverage, reflectance, symmetries as ff_survey_new measures them. */
 ff_status ff_report_table_text(const char *path, const ff_table *t, FILE *out);
 ff_status ff_report_table_json(const ff_report_head *head, const char *path, const ff_table *t, FILE *out); /**< facetfit.info/1 */
+
+/** What a conversion did: `made` was written to out_path. */
+ff_status ff_report_resample_text(const char *in, const char *out_path, const ff_format *to, const ff_table *t, const ff_table *made,
+                                  const ff_resample_report *r, FILE *out);
+ff_status ff_report_resample_json(const ff_report_head *head, const char *in, const char *out_path, const ff_format *to,
+                                  const ff_table *t, const ff_table *made, const ff_resample_report *r,
+                                  FILE *out); /**< facetfit.resample/1 */
 
 /** The registries. */
 ff_status ff_report_models_text(FILE *out);

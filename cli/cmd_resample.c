@@ -1,0 +1,48 @@
+/* facetfit resample IN OUT: measured data in another format. */
+#include "internal_cli.h"
+#include "ff_resample.h"
+#include <string.h>
+
+typedef struct result {
+    const cli_args *args;
+    const ff_table *in, *out;
+    const ff_format *to;
+    const ff_resample_report *report;
+} result;
+
+static ff_status write_json(const void *context, FILE *out)
+{
+    const result *r = context;
+    return ff_report_resample_json(&r->args->head, r->args->word[0], r->args->word[1], r->to, r->in, r->out, r->report, out);
+}
+
+static ff_status write_text(const void *context, FILE *out)
+{
+    const result *r = context;
+    return ff_report_resample_text(r->args->word[0], r->args->word[1], r->to, r->in, r->out, r->report, out);
+}
+
+int cmd_resample(const cli_args *args)
+{
+    ff_table in, out;
+    ff_resample_options o;
+    ff_resample_report report;
+    ff_error err = {0};
+    const ff_format *to = NULL;
+    int status = cli_format_for_writing(args, FLAG_TO, args->word[1], &to);
+    if (status == EXIT_DONE) status = cli_read(args, args->word[0], 1, &in);
+    if (status != EXIT_DONE) return status;
+    ff_resample_options_init(&o);
+    o.grid = cli_value(args, FLAG_GRID, NULL);
+    o.beyond = cli_given(args, FLAG_EXTRAPOLATE) > 0;
+    o.cancel = cli_catch_signals();
+    ff_status failed = ff_resample(&in, to, &o, &out, &report, &err);
+    if (failed == FF_OK) {
+        failed = to->write(args->word[1], &out, &err);
+        const result r = {args, &in, &out, to, &report};
+        if (failed == FF_OK && strcmp(args->word[1], "-")) status = cli_write_both(args, write_json, write_text, &r);
+        ff_table_free(&out);
+    }
+    ff_table_free(&in);
+    return failed == FF_OK ? status : cli_failed(failed, &err);
+}

@@ -1,0 +1,55 @@
+/* Measured data as the flags want them. */
+#include "internal_cli.h"
+#include <float.h>
+#include <string.h>
+
+static int find_quantity(const char *name)
+{
+    for (int q = 0; q < 3; ++q)
+        if (!strcmp(name, ff_quantity_name(q))) return q;
+    return -1;
+}
+
+static int read_options(const cli_args *args, ff_read_options *o)
+{
+    int status;
+    ff_read_options_init(o);
+    o->format = cli_value(args, FLAG_FORMAT, NULL);
+    o->columns = cli_value(args, FLAG_COLUMNS, NULL);
+    o->part = cli_value(args, FLAG_PART, NULL);
+    if (strcmp(args->command->name, "resample")) o->grid = cli_value(args, FLAG_GRID, NULL); /* there it is the grid of OUT */
+    if ((status = cli_choice(args, FLAG_QUANTITY, find_quantity, ff_quantity_name, 3, &o->quantity)) != EXIT_DONE) return status;
+    return cli_number(args, FLAG_SCALE, DBL_MIN, DBL_MAX, &o->scale);
+}
+
+int cli_read(const cli_args *args, const char *path, int with_notes, ff_table *out)
+{
+    ff_read_options o;
+    ff_table t;
+    ff_error err = {0};
+    const int status = read_options(args, &o);
+    if (status != EXIT_DONE) return status;
+    const ff_status failed = ff_table_read_with(path, &o, &t, &err);
+    if (failed != FF_OK) return cli_failed(failed, &err);
+    if (with_notes) cli_notes(path, t.note);
+    *out = t;
+    return EXIT_DONE;
+}
+
+int cli_format_for_writing(const cli_args *args, cli_flag_id flag, const char *path, const ff_format **out)
+{
+    const char *name = cli_value(args, flag, strcmp(path, "-") ? NULL : "csv");
+    const ff_format *format = name ? ff_format_find(name) : ff_format_for_writing(path);
+    char known[512] = "";
+    if (format && format->write) {
+        *out = format;
+        return EXIT_DONE;
+    }
+    for (size_t i = 0; i < ff_format_count(); ++i) {
+        const ff_format *f = ff_format_at(i);
+        if (f->write)
+            snprintf(known + strlen(known), sizeof known - strlen(known), "%s%s (%s)", *known ? ", " : "", f->name, f->extensions);
+    }
+    if (name) return cli_usage(args, "--%s %s cannot be written; expected one of %s", cli_flag_name(flag), name, known);
+    return cli_usage(args, "%s: no format has this extension; expected one of %s, or --%s", path, known, cli_flag_name(flag));
+}

@@ -1,0 +1,47 @@
+/** @file ff_resample.h  A table on the directions that another format needs.
+ *
+ *  Where the format takes any directions, or the table has those of its layout already, nothing is interpolated. Elsewhere values are
+ *  those of ff_interpolant_eval_reciprocal: a pair beyond the data takes the value of light and detector exchanged, where that is
+ *  known. What the format cannot hold (standard deviations, negative values, ...) is dropped. The report counts, the note of the new table says so.
+ *  Errors   ff_status and ff_error; outputs are written only on FF_OK.
+ *  Threads  no global state. */
+#ifndef FF_RESAMPLE_H
+#define FF_RESAMPLE_H
+#include "ff_table.h"
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/** Options; fill with ff_resample_options_init, then change. */
+typedef struct ff_resample_options {
+    size_t      size;   /**< sizeof(ff_resample_options)                                                               */
+    const char *grid;   /**< passed to the format's layout; NULL = the usual                                           */
+    int         beyond; /**< samples beyond the data: 0 are invalid where the format can say so, else the nearest values; 1 are
+                             always the nearest values                                                                 */
+    const volatile int *cancel; /**< polled; not NULL and != 0 ends with FF_ERR_CANCELLED                              */
+} ff_resample_options;
+void ff_resample_options_init(ff_resample_options *o);
+
+/** What became of the samples. */
+typedef struct ff_resample_report {
+    int    as_it_is;            /**< 1: the directions are the table's own, nothing was interpolated             */
+    size_t n;                   /**< samples of the result                                                       */
+    size_t at_sample, between, reciprocal, beyond, below_horizon; /**< they add up to n; as ff_found             */
+    size_t invalid;             /**< of them, marked as not measured                                             */
+    size_t raised;              /**< negative values that became 0                                               */
+    char   method[96];          /**< of interpolation; "" when as_it_is                                          */
+} ff_resample_report;
+
+/** Makes *out from t for the format `to`, which must be writable. *out is overwritten, not freed.
+ *  FF_ERR_UNSUPPORTED when the format cannot hold such data, FF_ERR_SYNTAX, FF_ERR_RANGE for a grid that is none, FF_ERR_DATA when
+ *  nothing can be interpolated, FF_ERR_MEMORY, FF_ERR_CANCELLED. */
+ff_status ff_resample(const ff_table *t, const ff_format *to, const ff_resample_options *o, ff_table *out, ff_resample_report *report,
+                      ff_error *err);
+
+/** A copy of the table without `kept`. FF_ERR_MEMORY. */
+ff_status ff_table_copy(const ff_table *t, ff_table *out, ff_error *err);
+
+#ifdef __cplusplus
+}
+#endif
+#endif
