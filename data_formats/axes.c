@@ -117,9 +117,10 @@ void ff_axes_point(ff_axes_kind kind, const double wi[3], const double wo[3], do
         q[1] = azimuth_of(h);
         seen(q[0], q[1], wi, &q[2], &q[3]);
     } else if (kind == FF_AXES_SPECULAR) {
-        q[0] = -phi_i;
+        const int upright = wi[0] == 0 && wi[1] == 0;
+        q[0] = upright ? 0 : phi_i >= pi / 2 ? 1.5 * pi - phi_i : -pi / 2 - phi_i; /* in (-pi, pi] */
         q[1] = theta_i;
-        seen(theta_i, phi_i + pi, wo, &q[3], &q[2]);
+        seen(-theta_i, upright ? -pi / 2 : phi_i, wo, &q[3], &q[2]);
     } else {
         q[0] = theta_i;
         q[1] = phi_i;

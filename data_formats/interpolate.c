@@ -740,7 +740,7 @@ size_t ff_interpolant_incidences(const ff_interpolant *p, size_t most, double *t
     if (p->method == PRODUCT && p->kind == FF_AXES_SPECULAR) {
         for (; n < most && n < p->axis[1].n; n++) {
             theta_i[n] = degrees * p->axis[1].node[n];
-            phi_i[n] = 0;
+            phi_i[n] = -90 - degrees * p->axis[0].node[0];
         }
         return n;
     }
