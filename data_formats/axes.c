@@ -135,6 +135,32 @@ const char *ff_quantity_name(int quantity)
     return quantity >= 0 && quantity < 3 ? name[quantity] : NULL;
 }
 
+void ff_polar_bands(const double *node, size_t n, double unit, double *band)
+{
+    double low = n > 1 ? fmax(0, node[0] - (node[1] - node[0]) / 2) * unit : 0;
+    for (size_t k = 0; k < n; k++) {
+        double high = pi / 2;
+        if (k + 1 < n)
+            high = (node[k] + node[k + 1]) / 2 * unit;
+        else if (n > 1)
+            high = fmin(pi / 2, (node[k] + (node[k] - node[k - 1]) / 2) * unit);
+        band[k] = 2 * sin((low + high) / 2) * sin((high - low) / 2); /* cos low - cos high without its cancellation */
+        low = high;
+    }
+}
+
+void ff_table_product_weights(ff_table *t, const double *const factor[4])
+{
+    const size_t *n = t->axes.n;
+    double *w = t->weight;
+    for (size_t a = 0; a < n[0]; a++)
+        for (size_t b = 0; b < n[1]; b++)
+            for (size_t c = 0; c < n[2]; c++) {
+                const double abc = factor[0][a] * factor[1][b] * factor[2][c];
+                for (size_t d = 0; d < n[3]; d++) *w++ = abc * factor[3][d];
+            }
+}
+
 ff_quantity ff_read_quantity(const ff_read_options *o, ff_quantity in_file)
 {
     return o->quantity >= 0 ? (ff_quantity)o->quantity : in_file;

@@ -75,6 +75,14 @@ int ff_axes_fill(const ff_axes *axes, double radians_per_unit, double *const ang
  *  azimuth that the pair leaves open is 0. Not of FF_AXES_NONE. */
 void ff_axes_point(ff_axes_kind kind, const double wi[3], const double wo[3], double q[4]);
 
+/** Solid angle per radian of azimuth, cos(lower edge) - cos(upper edge), of the bands around n ascending polar angles (times unit:
+ *  radians) into band [n]. Neighbours meet half way; the first and the last reach as far outward as inward, though not beyond the
+ *  normal and the horizon; one alone is the hemisphere. */
+void ff_polar_bands(const double *node, size_t n, double unit, double *band);
+
+/** t->weight of a table on axes: the product of a factor from each, factor[k] [t->axes.n[k]]. */
+void ff_table_product_weights(ff_table *t, const double *const factor[4]);
+
 /** The values just read are of this quantity: sets t->quantity and converts to the BRDF: f cos(theta_o) is divided by the cosine
  * (and the sample invalid where that is at most FF_COS_MIN), pi f gets its scale. Values, sigmas; call once. */
 void ff_table_set_quantity(ff_table *t, ff_quantity quantity);
