@@ -5,8 +5,8 @@
  *           joined, samples that were not measured left out and the others' weights raised to make up for them.
  *           Where samples come in slices of one incident direction each (goniometers): in every slice, local regression of second
  *           degree over the half vector (theta_h cos phi_h, theta_h sin phi_h), which keeps the mirror direction in place; between
- *           slices linear in theta_i, or between the nearest in each quadrant around the incident direction where the table is not
- *           isotropic.
+ *           slices linear in theta_i and, where the table is not isotropic, phi_i (or by inverse distance between the nearest in each
+ *           quadrant around the incident direction, where incident directions do not come in rings of one theta_i).
  *           Everywhere else: local linear regression in the coordinates
  *               isotropic   (s theta_h cos phi_d, -s theta_h sin phi_d, theta_d)
  *               otherwise   (s theta_h cos phi_h, s theta_h sin phi_h, theta_d cos(phi_d + phi_h), theta_d sin(phi_d + phi_h))

@@ -578,6 +578,8 @@ static ff_status layout(const ff_table *t, const char *grid, ff_table *out, ff_e
 
 static ff_status check_writable(const char *path, const ff_table *t, ff_error *err)
 {
+    const ff_status status = ff_table_check(t, path, err);
+    if (status != FF_OK) return status;
     if (t->axes.kind != FF_AXES_SPECULAR)
         return ff_error_set(
             err, FF_ERR_UNSUPPORTED, path, 0, -1,
@@ -586,8 +588,7 @@ static ff_status check_writable(const char *path, const ff_table *t, ff_error *e
     if (t->sigma)
         return ff_error_set(err, FF_ERR_UNSUPPORTED, path, 0, -1,
                             "a file of this format has no room for the standard deviations of this table; write csv");
-    const ff_status status = check_channels(t, path, err);
-    return status == FF_OK ? ff_table_check(t, path, err) : status;
+    return check_channels(t, path, err);
 }
 
 static void put_number(FILE *file, double v, char after)

@@ -236,43 +236,64 @@ static void fitted_shares(int dim, const double *x, size_t n, const ff_neighbour
     }
 }
 
-/* One channel from its neighbours: by logarithms where all are positive, within their range. */
-static double combine(const ff_table *t, size_t c, size_t n, const ff_neighbour *near, const double *share)
+/* Mean of the samples at one place, without one. */
+static double value_of(const ff_table *t, size_t c, const ff_neighbour *place, uint32_t without)
 {
-    double lo = INFINITY, hi = -INFINITY, plain = 0, logs = 0;
+    double sum = 0;
+    size_t n = 0;
+    for (size_t k = 0; k < place->n_samples; k++) {
+        if (place->sample[k] == without) continue;
+        sum += t->value[c * t->n + place->sample[k]];
+        n++;
+    }
+    return t->channels[c].scale * sum / (double)n;
+}
+
+/* One channel from its neighbours: by logarithms where all are positive, within their range. */
+static double combine(const ff_table *t, size_t c, size_t n, const ff_neighbour *near, uint32_t without, const double *share)
+{
+    double v[FF_NEIGHBOURS_MOST], lo = INFINITY, hi = -INFINITY, plain = 0, logs = 0;
     for (size_t j = 0; j < n; j++) {
-        const double v = t->channels[c].scale * t->value[c * t->n + near[j].sample];
-        lo = fmin(lo, v);
-        hi = fmax(hi, v);
+        v[j] = value_of(t, c, &near[j], without);
+        lo = fmin(lo, v[j]);
+        hi = fmax(hi, v[j]);
     }
     for (size_t j = 0; j < n; j++) {
-        const double v = t->channels[c].scale * t->value[c * t->n + near[j].sample];
-        plain += share[j] * v;
-        if (lo > 0) logs += share[j] * log(v);
+        plain += share[j] * v[j];
+        if (lo > 0) logs += share[j] * log(v[j]);
     }
     return fmin(fmax(lo > 0 ? exp(logs) : plain, lo), hi);
 }
 
-/* 1 when the neighbours lie all to one side of x and far off, measured by their own spread. */
+/* 1 when all the neighbours lie to one side of x and not close, measured by their own spread. */
 static int is_beyond(int dim, const double *x, size_t n, const ff_neighbour *near)
 {
-    double mean[4] = {0}, spread = 0;
-    for (size_t j = 0; j < n; j++) {
+    double mean[4] = {0};
+    for (size_t j = 0; j < n; j++)
         for (int k = 0; k < dim; k++) mean[k] += near[j].point[k] - x[k];
-        spread += sqrt(near[j].distance2);
+    for (size_t j = 0; j < n; j++) {
+        double along = 0;
+        for (int k = 0; k < dim; k++) along += mean[k] * (near[j].point[k] - x[k]);
+        if (along <= 0) return 0;
     }
-    double offset = 0;
-    for (int k = 0; k < dim; k++) offset += mean[k] * mean[k];
-    return sqrt(offset) > 0.7 * spread && sqrt(near[0].distance2) > 0.5 * sqrt(near[n - 1].distance2);
+    return sqrt(near[0].distance2) > 0.3 * sqrt(near[n - 1].distance2);
 }
 
-/* Equal shares for the neighbours at x itself; their number, 0 when there are none. */
-static size_t shares_here(size_t n, const ff_neighbour *near, double *share)
+/* The neighbours to make a value of. Where the nearest all lie to one side (a row of samples close together), more are asked. */
+static size_t neighbours_around(const ff_neighbours *tree, int dim, const double *x, uint32_t without, ff_neighbour *near,
+                                ff_found *found)
 {
-    size_t here = 0;
-    while (here < n && near[here].distance2 < same * same) here++;
-    for (size_t j = 0; j < here; j++) share[j] = 1 / (double)here;
-    return here;
+    size_t n = ff_neighbours_find(tree, x, FF_INTERPOLATE_NEIGHBOURS, without, near);
+    *found = FF_FOUND_BEYOND;
+    if (n == 0) return 0;
+    *found = FF_FOUND_SAMPLE;
+    if (near[0].distance2 < same * same) return 1;
+    *found = FF_FOUND_BETWEEN;
+    if (!is_beyond(dim, x, n, near)) return n;
+    n = ff_neighbours_find(tree, x, FF_NEIGHBOURS_MOST, without, near);
+    if (!is_beyond(dim, x, n, near)) return n;
+    *found = FF_FOUND_BEYOND;
+    return 1;
 }
 
 /* The value at x of the samples in one tree. */
@@ -281,17 +302,12 @@ static ff_found regress(const ff_table *t, const ff_neighbours *tree, int dim, c
 {
     ff_neighbour near[FF_NEIGHBOURS_MOST];
     double share[FF_NEIGHBOURS_MOST];
-    const size_t n = ff_neighbours_find(tree, x, FF_INTERPOLATE_NEIGHBOURS, without, near);
-    ff_found found = FF_FOUND_SAMPLE;
-    size_t used = shares_here(n, near, share);
-    if (used == 0 && n > 0) {
-        found = is_beyond(dim, x, n, near) ? FF_FOUND_BEYOND : FF_FOUND_BETWEEN;
-        used = found == FF_FOUND_BEYOND ? 1 : n;
-        share[0] = 1;
-        if (used > 1) fitted_shares(dim, x, n, near, share);
-    }
-    for (size_t c = 0; c < t->n_channels; c++) value[c * stride] = used ? combine(t, c, used, near, share) : 0;
-    return used ? found : FF_FOUND_BEYOND;
+    ff_found found;
+    const size_t n = neighbours_around(tree, dim, x, without, near, &found);
+    share[0] = 1;
+    if (n > 1) fitted_shares(dim, x, n, near, share);
+    for (size_t c = 0; c < t->n_channels; c++) value[c * stride] = n ? combine(t, c, n, near, without, share) : 0;
+    return found;
 }
 
 /* ---- one pair of directions in the coordinates of each method -------------------------------- */
@@ -477,9 +493,75 @@ static beside beside_theta(const ff_interpolant *p, double theta_i)
     return (beside){2, {hi - 1, hi}, {1 - u, u}, 0};
 }
 
+/* One past the slices that have the theta_i of slice `first`: a ring. */
+static size_t ring_end(const ff_interpolant *p, size_t first)
+{
+    size_t end = first;
+    while (end < p->n_slices && p->slice[end].theta_i == p->slice[first].theta_i) end++;
+    return end;
+}
+
+/* Adds the slices of a ring on both sides of an azimuth, linear in it; 0 when the azimuth lies in a gap of the ring. */
+static int add_from_ring(const ff_interpolant *p, size_t first, size_t end, double phi_i, double share, beside *out)
+{
+    static const double widest_gap = 100; /* degrees */
+    if (end - first == 1) {               /* the normal, or not a ring */
+        out->index[out->n] = first;
+        out->share[out->n++] = share;
+        return p->slice[first].theta_i < same_incidence;
+    }
+    double below = INFINITY, above = INFINITY;
+    size_t lo = first, hi = first;
+    for (size_t j = first; j < end; j++) {
+        double up = fmod(p->slice[j].phi_i - phi_i, 360);
+        if (up < 0) up += 360;
+        const double down = up > 0 ? 360 - up : 0;
+        if (up < above) above = up, hi = j;
+        if (down < below) below = down, lo = j;
+    }
+    if (fmin(below, above) < same_incidence) {
+        out->index[out->n] = below < above ? lo : hi;
+        out->share[out->n++] = share;
+        return 1;
+    }
+    const int gap = below + above > widest_gap;
+    const double u = gap ? (double)(above < below) : below / (below + above);
+    const size_t side[2] = {lo, hi};
+    for (int k = 0; k < 2; k++)
+        if ((k ? u : 1 - u) > 0) {
+            out->index[out->n] = side[k];
+            out->share[out->n++] = share * (k ? u : 1 - u);
+        }
+    return !gap;
+}
+
+/* The slices of the rings below and above theta_i; 0 when the incident directions do not come in rings there. */
+static int beside_rings(const ff_interpolant *p, double theta_i, double phi_i, beside *out)
+{
+    size_t lower = 0, upper = 0;
+    while (ring_end(p, upper) < p->n_slices && p->slice[upper].theta_i < theta_i - same_incidence) {
+        lower = upper;
+        upper = ring_end(p, upper);
+    }
+    const double a = p->slice[lower].theta_i, b = p->slice[upper].theta_i;
+    const size_t lower_end = ring_end(p, lower), upper_end = ring_end(p, upper);
+    const int is_upper = upper_end - upper >= 3 || b < same_incidence, is_lower = lower_end - lower >= 3 || a < same_incidence;
+    *out = (beside){0};
+    if (fabs(b - theta_i) <= same_incidence || b < theta_i || a >= theta_i) { /* on a ring, or outside of them all */
+        if (!is_upper) return 0;
+        out->outside = !add_from_ring(p, upper, upper_end, phi_i, 1, out) || fabs(b - theta_i) > same_incidence;
+        return 1;
+    }
+    if (!is_upper || !is_lower) return 0;
+    const double u = (theta_i - a) / (b - a);
+    const int inside = add_from_ring(p, lower, lower_end, phi_i, 1 - u, out) & add_from_ring(p, upper, upper_end, phi_i, u, out);
+    out->outside = !inside;
+    return 1;
+}
+
 /* The nearest slice in each quadrant, seen from the direction along its meridian and across; inverse distances. Outside when one of
  * the outer quadrants is empty. */
-static beside beside_direction(const ff_interpolant *p, double theta_i, double phi_i)
+static beside beside_quadrants(const ff_interpolant *p, double theta_i, double phi_i)
 {
     double nearest[4] = {INFINITY, INFINITY, INFINITY, INFINITY};
     size_t index[4] = {0};
@@ -502,6 +584,12 @@ static beside beside_direction(const ff_interpolant *p, double theta_i, double p
     for (size_t k = 0; k < out.n; k++) out.share[k] /= sum;
     out.outside = !isfinite(nearest[1]) && !isfinite(nearest[3]);
     return out;
+}
+
+static beside beside_direction(const ff_interpolant *p, double theta_i, double phi_i)
+{
+    beside out;
+    return beside_rings(p, theta_i, phi_i, &out) ? out : beside_quadrants(p, theta_i, phi_i);
 }
 
 /* Mean of the slices' values at the half vector, by logarithms where they are positive. Slices whose own data do not reach that

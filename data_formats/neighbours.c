@@ -1,49 +1,85 @@
-/* A k-d tree in place: the middle of a range of points is its node, the halves its children (Bentley 1975). */
+/* A k-d tree in place: the middle of a range of places is its node, the halves its children (Bentley 1975). */
 #include "internal_neighbours.h"
+#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
-enum { LEAF = 8 };
+enum { LEAF = 8, DIM = 4 };
+
+/* A place: its coordinates and its samples, which stand together in the list of all. */
+typedef struct place {
+    double x[DIM];
+    uint32_t first, n_samples;
+} place;
 
 struct ff_neighbours {
     int dim;
     size_t n;
-    double *point;
+    place *place;
     uint32_t *sample;
     unsigned char *axis; /* [n] by which a node divides */
 };
 
-static void swap_points(ff_neighbours *t, size_t i, size_t j)
+/* ---- places ---------------------------------------------------------------------------------- */
+
+static int by_coordinates(const void *a, const void *b)
 {
-    for (int k = 0; k < t->dim; k++) {
-        const double x = t->point[i * (size_t)t->dim + (size_t)k];
-        t->point[i * (size_t)t->dim + (size_t)k] = t->point[j * (size_t)t->dim + (size_t)k];
-        t->point[j * (size_t)t->dim + (size_t)k] = x;
+    const place *p = a, *q = b;
+    for (int k = 0; k < DIM; k++) {
+        const double x = round(p->x[k] / FF_NEIGHBOURS_SAME), y = round(q->x[k] / FF_NEIGHBOURS_SAME);
+        if (x != y) return x < y ? -1 : 1;
     }
-    const uint32_t s = t->sample[i];
-    t->sample[i] = t->sample[j];
-    t->sample[j] = s;
+    return 0;
 }
 
-static double at(const ff_neighbours *t, size_t i, int axis)
+static int by_coordinates_and_sample(const void *a, const void *b)
 {
-    return t->point[i * (size_t)t->dim + (size_t)axis];
+    const place *p = a, *q = b;
+    const int order = by_coordinates(a, b);
+    return order ? order : (p->first > q->first) - (p->first < q->first);
 }
 
-/* Brings the point of rank m of lo..hi-1 into its place, no larger ones before it and no smaller ones behind (Hoare's selection;
- * the pivots come from a fixed sequence, so that no order of the points makes it slow on purpose). */
+/* Joins equal points; until then `first` of a place is the number of its sample. */
+static void join(ff_neighbours *t, size_t n)
+{
+    qsort(t->place, n, sizeof *t->place, by_coordinates_and_sample);
+    t->n = 0;
+    for (size_t i = 0; i < n; i++) {
+        const uint32_t sample = t->place[i].first;
+        t->sample[i] = sample;
+        if (i > 0 && by_coordinates(&t->place[t->n - 1], &t->place[i]) == 0) {
+            t->place[t->n - 1].n_samples++;
+            continue;
+        }
+        t->place[t->n] = t->place[i];
+        t->place[t->n].first = (uint32_t)i;
+        t->place[t->n++].n_samples = 1;
+    }
+}
+
+/* ---- the tree -------------------------------------------------------------------------------- */
+
+static void swap_places(ff_neighbours *t, size_t i, size_t j)
+{
+    const place p = t->place[i];
+    t->place[i] = t->place[j];
+    t->place[j] = p;
+}
+
+/* Brings the place of rank m of lo..hi-1 to where it belongs, no larger ones before it and no smaller ones behind (Hoare's
+ * selection; the pivots come from a fixed sequence, so that no order of the points makes it slow on purpose). */
 static void select_rank(ff_neighbours *t, size_t lo, size_t hi, size_t m, int axis)
 {
     uint64_t state = 88172645463325252u;
     ptrdiff_t left = (ptrdiff_t)lo, right = (ptrdiff_t)hi - 1;
     while (left < right) {
         state ^= state << 13, state ^= state >> 7, state ^= state << 17;
-        const double pivot = at(t, (size_t)left + (size_t)(state % (uint64_t)(right - left + 1)), axis);
+        const double pivot = t->place[(size_t)left + (size_t)(state % (uint64_t)(right - left + 1))].x[axis];
         ptrdiff_t i = left, j = right;
         while (i <= j) {
-            while (at(t, (size_t)i, axis) < pivot) i++;
-            while (at(t, (size_t)j, axis) > pivot) j--;
-            if (i <= j) swap_points(t, (size_t)i++, (size_t)j--);
+            while (t->place[i].x[axis] < pivot) i++;
+            while (t->place[j].x[axis] > pivot) j--;
+            if (i <= j) swap_places(t, (size_t)i++, (size_t)j--);
         }
         if (j < (ptrdiff_t)m) left = i;
         if ((ptrdiff_t)m < i) right = j;
@@ -55,9 +91,9 @@ static int widest(const ff_neighbours *t, size_t lo, size_t hi)
     int best = 0;
     double width = -1;
     for (int k = 0; k < t->dim; k++) {
-        double least = at(t, lo, k), most = least;
+        double least = t->place[lo].x[k], most = least;
         for (size_t i = lo + 1; i < hi; i++) {
-            const double x = at(t, i, k);
+            const double x = t->place[i].x[k];
             least = x < least ? x : least;
             most = x > most ? x : most;
         }
@@ -83,28 +119,36 @@ static void build(ff_neighbours *t, size_t lo, size_t hi)
 
 ff_neighbours *ff_neighbours_new(int dim, size_t n, double *point, uint32_t *sample)
 {
-    ff_neighbours *t = malloc(sizeof *t);
-    unsigned char *axis = malloc(n);
-    if (!t || !axis) {
-        free(t);
-        free(axis);
+    ff_neighbours *t = calloc(1, sizeof *t);
+    if (t) *t = (ff_neighbours){dim, n, calloc(n, sizeof *t->place), sample, malloc(n)};
+    if (!t || !t->place || !t->axis) {
         free(point);
-        free(sample);
+        if (t)
+            ff_neighbours_free(t);
+        else
+            free(sample);
         return NULL;
     }
-    *t = (ff_neighbours){dim, n, point, sample, axis};
-    build(t, 0, n);
+    for (size_t i = 0; i < n; i++) {
+        memcpy(t->place[i].x, point + i * (size_t)dim, (size_t)dim * sizeof *point);
+        t->place[i].first = sample[i];
+    }
+    free(point);
+    join(t, n);
+    build(t, 0, t->n);
     return t;
 }
 
 void ff_neighbours_free(ff_neighbours *t)
 {
     if (!t) return;
-    free(t->point);
+    free(t->place);
     free(t->sample);
     free(t->axis);
     free(t);
 }
+
+/* ---- searching ------------------------------------------------------------------------------- */
 
 typedef struct search {
     const ff_neighbours *t;
@@ -114,16 +158,23 @@ typedef struct search {
     ff_neighbour *best; /* [k], nearest first */
 } search;
 
+/* 1 when every sample of the place is the one to leave out. */
+static int left_out(const search *s, const place *p)
+{
+    uint32_t i = 0;
+    while (i < p->n_samples && s->t->sample[p->first + i] == s->without) i++;
+    return i == p->n_samples;
+}
+
 static void consider(search *s, size_t i)
 {
-    const ff_neighbours *t = s->t;
-    const double *p = t->point + i * (size_t)t->dim;
+    const place *p = &s->t->place[i];
     double d2 = 0;
-    for (int k = 0; k < t->dim; k++) d2 += (p[k] - s->x[k]) * (p[k] - s->x[k]);
-    if (t->sample[i] == s->without || (s->n == s->k && d2 >= s->best[s->n - 1].distance2)) return;
+    for (int k = 0; k < s->t->dim; k++) d2 += (p->x[k] - s->x[k]) * (p->x[k] - s->x[k]);
+    if ((s->n == s->k && d2 >= s->best[s->n - 1].distance2) || left_out(s, p)) return;
     size_t j = s->n < s->k ? s->n++ : s->n - 1;
     for (; j > 0 && s->best[j - 1].distance2 > d2; j--) s->best[j] = s->best[j - 1];
-    s->best[j] = (ff_neighbour){d2, p, t->sample[i]};
+    s->best[j] = (ff_neighbour){d2, p->x, s->t->sample + p->first, p->n_samples};
 }
 
 static void descend(search *s, size_t lo, size_t hi)
@@ -134,7 +185,7 @@ static void descend(search *s, size_t lo, size_t hi)
     }
     const size_t middle = lo + (hi - lo) / 2;
     const int axis = s->t->axis[middle];
-    const double beyond = s->x[axis] - at(s->t, middle, axis);
+    const double beyond = s->x[axis] - s->t->place[middle].x[axis];
     if (beyond < 0)
         descend(s, lo, middle);
     else

@@ -220,6 +220,22 @@ void ff_table_angles(const ff_table *t, double unit, size_t first, size_t count,
 
 /* ---- axes ------------------------------------------------------------------------------------ */
 
+/* Where the nodes are the angles: plain runs, several times as fast. */
+static void copy_nodes(ff_table *t)
+{
+    const ff_axes *x = &t->axes;
+    const size_t runs = t->n / x->n[3];
+    for (size_t r = 0; r < runs; r++) {
+        const double q0 = x->node[0][r / x->n[2] / x->n[1]], q1 = x->node[1][r / x->n[2] % x->n[1]], q2 = x->node[2][r % x->n[2]];
+        double *const to[4] = {t->angle[0] + r * x->n[3], t->angle[1] + r * x->n[3], t->angle[2] + r * x->n[3],
+                               t->angle[3] + r * x->n[3]};
+        for (size_t k = 0; k < x->n[3]; k++) to[0][k] = q0;
+        for (size_t k = 0; k < x->n[3]; k++) to[1][k] = q1;
+        for (size_t k = 0; k < x->n[3]; k++) to[2][k] = q2;
+        memcpy(to[3], x->node[3], x->n[3] * sizeof(double));
+    }
+}
+
 ff_status ff_table_new_axes(ff_axes_kind kind, const size_t n[4], const double *const node[4], double radians_per_unit,
                             size_t n_channels, int with_weight, ff_table *out, ff_error *err)
 {
@@ -244,7 +260,9 @@ ff_status ff_table_new_axes(ff_axes_kind kind, const size_t n[4], const double *
         }
         memcpy(t.axes.node[k], node[k], n[k] * sizeof(double));
     }
-    if (!ff_axes_fill(&t.axes, radians_per_unit, t.angle)) {
+    if (kind == FF_AXES_INCIDENT_EXIT) {
+        copy_nodes(&t);
+    } else if (!ff_axes_fill(&t.axes, radians_per_unit, t.angle)) {
         ff_table_free(&t);
         return ff_error_set(err, FF_ERR_MEMORY, NULL, 0, -1, "no memory for the angles of %zu samples", samples);
     }

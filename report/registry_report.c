@@ -1,6 +1,7 @@
 /* The registries of models and formats as lists. */
 #include "ff_report.h"
 #include "internal_text.h"
+#include <stdio.h>
 #include <string.h>
 
 /* ---- models ---------------------------------------------------------------------------------- */
@@ -230,26 +231,46 @@ ff_status ff_report_models_json(const ff_report_head *head, FILE *out)
 
 /* ---- formats --------------------------------------------------------------------------------- */
 
+static const struct {
+    unsigned bit;
+    const char *name;
+} reads[] = {{FF_READS_COLUMNS, "columns"}, {FF_READS_GRID, "grid"}, {FF_READS_PART, "part"}, {FF_READS_QUANTITY, "quantity"}},
+  holds[] = {{FF_HOLDS_SIGMA, "sigma"},   {FF_HOLDS_INVALID, "invalid"}, {FF_HOLDS_NEGATIVE, "negative"}, {FF_HOLDS_NAMES, "names"},
+             {FF_HOLDS_DOUBLE, "double"}, {FF_HOLDS_WEIGHTS, "weights"}, {FF_HOLDS_MANY, "any-channels"}};
+enum { N_READS = sizeof reads / sizeof reads[0], N_HOLDS = sizeof holds / sizeof holds[0] };
+
+static void put_options(ff_text_table *rows, unsigned bits)
+{
+    char text[64] = "";
+    for (int k = 0; k < N_READS; ++k)
+        if (bits & reads[k].bit) snprintf(text + strlen(text), sizeof text - strlen(text), "%s%s", *text ? " " : "", reads[k].name);
+    ff_text_cell(rows, "%s", *text ? text : "-");
+}
+
 ff_status ff_report_formats_text(FILE *out)
 {
     ff_text_table rows = {.columns = 0};
     ff_text_row(&rows);
     ff_text_cell(&rows, "format");
-    ff_text_cell(&rows, "reads");
     ff_text_cell(&rows, "writes");
     ff_text_cell(&rows, "names");
+    ff_text_cell(&rows, "options");
     ff_text_cell(&rows, "what it is");
     for (size_t i = 0; i < ff_format_count(); ++i) {
         const ff_format *f = ff_format_at(i);
         ff_text_row(&rows);
         ff_text_cell(&rows, "%s", f->name);
-        ff_text_cell(&rows, "%s", f->read ? "yes" : "no");
-        ff_text_cell(&rows, "%s", f->write ? "yes" : "no");
+        ff_text_cell(&rows, "%s", !f->write ? "-" : f->holds & FF_HOLDS_DOUBLE ? "exactly" : "rounded");
         ff_text_cell(&rows, "%s", f->extensions);
-        ff_text_cell(&rows, "%s (%s)", f->title, f->source);
+        put_options(&rows, f->reads);
+        ff_text_cell(&rows, "%s", f->title);
     }
     const ff_status status = ff_text_print(&rows, out, "");
-    fputs("\nA format is recognised by the content of the file; --format NAME overrides.\n", out);
+    fputs("\nAll can be read. A format is recognised by the content of the file; --format NAME overrides. Options are those of "
+          "fit, compare,\n"
+          "ndf, info and resample: --columns, --grid, --part, --quantity; --scale and --reduce go with every format. "
+          "docs/formats.md has more.\n",
+          out);
     return status;
 }
 
@@ -269,6 +290,14 @@ ff_status ff_report_formats_json(const ff_report_head *head, FILE *out)
         ff_json_string(&j, "source", f->source);
         ff_json_bool(&j, "reads", f->read != NULL);
         ff_json_bool(&j, "writes", f->write != NULL);
+        ff_json_array(&j, "options", FF_JSON_LINE);
+        for (int k = 0; k < N_READS; ++k)
+            if (f->reads & reads[k].bit) ff_json_string(&j, NULL, reads[k].name);
+        ff_json_close(&j);
+        ff_json_array(&j, "holds", FF_JSON_LINE);
+        for (int k = 0; k < N_HOLDS; ++k)
+            if (f->holds & holds[k].bit) ff_json_string(&j, NULL, holds[k].name);
+        ff_json_close(&j);
         ff_json_close(&j);
     }
     ff_json_close(&j);

@@ -405,6 +405,7 @@ static void test_unwritable(void)
     ff_table_free(&t);
     if (!lambert(1, NULL, &t)) return;
     t.sigma = calloc(t.n, sizeof *t.sigma);
+    for (size_t i = 0; i < t.n; i++) t.sigma[i] = 1;
     refuses_writing("sigma", &t, "standard deviations");
     free(t.sigma);
     t.sigma = NULL;
