@@ -125,6 +125,8 @@ static int bracket(const axis *a, double x, size_t index[2], double *weight)
     if (a->folded) x = fabs(x);
     const double first = a->node[0], last = a->node[a->n - 1];
     if (a->period > 0) x -= a->period * floor((x - first) / a->period);
+    if (fabs(x - first) < 1e-9) x = first; /* angles come back from directions with their rounding */
+    if (fabs(x - last) < 1e-9) x = last;
     if (x < first || x > last) {
         const double gap = a->period > 0 ? first + a->period - last : 0, past = x - last;
         index[0] = index[1] = x > last ? a->n - 1 : 0;
