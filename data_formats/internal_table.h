@@ -68,6 +68,8 @@ ff_status ff_table_new_axes(ff_axes_kind kind, const size_t n[4], const double *
 /** theta_i, phi_i, theta_o, phi_o of one point q of four axes, all in the same unit; axes.c has the formulas. Of
  * FF_AXES_INCIDENT_EXIT these are q itself, to the bit. */
 void ff_axes_angles(ff_axes_kind kind, double radians_per_unit, const double q[4], double angle[4]);
+/** The same, to the bit, of all samples of the product in their order into four planes. 0 when there is no memory. */
+int ff_axes_fill(const ff_axes *axes, double radians_per_unit, double *const angle[4]);
 
 /** The inverse: the point q of four axes (radians, azimuths in (-pi, pi]) of a pair of unit vectors wi, wo above the horizon. An
  *  azimuth that the pair leaves open is 0. Not of FF_AXES_NONE. */

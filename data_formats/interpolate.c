@@ -125,6 +125,8 @@ static int bracket(const axis *a, double x, size_t index[2], double *weight)
     if (a->folded) x = fabs(x);
     const double first = a->node[0], last = a->node[a->n - 1];
     if (a->period > 0) x -= a->period * floor((x - first) / a->period);
+    if (fabs(x - first) < 1e-9) x = first; /* angles come back from directions with their rounding */
+    if (fabs(x - last) < 1e-9) x = last;
     if (x < first || x > last) {
         const double gap = a->period > 0 ? first + a->period - last : 0, past = x - last;
         index[0] = index[1] = x > last ? a->n - 1 : 0;
@@ -828,7 +830,7 @@ size_t ff_interpolant_incidences(const ff_interpolant *p, size_t most, double *t
     if (p->method == PRODUCT && p->kind == FF_AXES_SPECULAR) {
         for (; n < most && n < p->axis[1].n; n++) {
             theta_i[n] = degrees * p->axis[1].node[n];
-            phi_i[n] = 0;
+            phi_i[n] = -90 - degrees * p->axis[0].node[0];
         }
         return n;
     }

@@ -250,7 +250,7 @@ static void integrate(const ff_table *t, const ff_interpolant *p, double *value,
     for (int a = 0; a < RADII; a++)
         for (int b = 0; b < TURNS; b++) {
             const double x = (a + 0.5) / RADII, radius = pi * x * x, measure = sin(radius) * 2 * pi * x / RADII * 2 * pi / TURNS;
-            const double q[4] = {-phi_i, theta_i, 2 * pi * (b + 0.5) / TURNS, radius};
+            const double q[4] = {-pi / 2 - phi_i, theta_i, 2 * pi * (b + 0.5) / TURNS, radius};
             double angle[4];
             ff_axes_angles(FF_AXES_SPECULAR, 1, q, angle);
             const double wo[3] = {sin(angle[2]) * cos(angle[3]), sin(angle[2]) * sin(angle[3]), cos(angle[2])};

@@ -220,24 +220,7 @@ void ff_table_angles(const ff_table *t, double unit, size_t first, size_t count,
 
 /* ---- axes ------------------------------------------------------------------------------------ */
 
-/* The angles of each sample by formula. */
-static void compute_angles(ff_table *t)
-{
-    const ff_axes *x = &t->axes;
-    double *to[4] = {t->angle[0], t->angle[1], t->angle[2], t->angle[3]};
-    size_t a[4];
-    for (a[0] = 0; a[0] < x->n[0]; a[0]++)
-        for (a[1] = 0; a[1] < x->n[1]; a[1]++)
-            for (a[2] = 0; a[2] < x->n[2]; a[2]++)
-                for (a[3] = 0; a[3] < x->n[3]; a[3]++) {
-                    double q[4], angle[4];
-                    for (int k = 0; k < 4; k++) q[k] = x->node[k][a[k]];
-                    ff_axes_angles(x->kind, t->radians_per_unit, q, angle);
-                    for (int k = 0; k < 4; k++) *to[k]++ = angle[k];
-                }
-}
-
-/* The same where the nodes are the angles: plain runs, several times as fast. */
+/* Where the nodes are the angles: plain runs, several times as fast. */
 static void copy_nodes(ff_table *t)
 {
     const ff_axes *x = &t->axes;
@@ -277,10 +260,12 @@ ff_status ff_table_new_axes(ff_axes_kind kind, const size_t n[4], const double *
         }
         memcpy(t.axes.node[k], node[k], n[k] * sizeof(double));
     }
-    if (kind == FF_AXES_INCIDENT_EXIT)
+    if (kind == FF_AXES_INCIDENT_EXIT) {
         copy_nodes(&t);
-    else
-        compute_angles(&t);
+    } else if (!ff_axes_fill(&t.axes, radians_per_unit, t.angle)) {
+        ff_table_free(&t);
+        return ff_error_set(err, FF_ERR_MEMORY, NULL, 0, -1, "no memory for the angles of %zu samples", samples);
+    }
     *out = t;
     return FF_OK;
 }
