@@ -15,30 +15,28 @@
  * quantity                      brdf (f, 1/sr), brdf-cos (f cos theta_o), reflectance-factor (pi f); for values and sigmas
  * isotropic                     yes: only azimuth differences mean something. Not said: when there is but one phi_i
  *
- * Columns come in any order. Numbers have a decimal point, cells are separated by commas. Written files hold the brdf. */
+ * Columns come in any order. Numbers have a decimal point, cells are separated by commas. Written files hold the brdf. Tables with
+ * other names are read through a mapping of their columns: csv_columns.c. */
 #define _GNU_SOURCE
 #include "ff_output.h"
+#include "internal_csv.h"
 #include "internal_input.h"
 #include "internal_number.h"
 #include "internal_table.h"
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
-#include <strings.h>
 
 static const double pi = 3.14159265358979323846;
 static const double degree = 3.14159265358979323846 / 180;
 static const double cos_min = 1e-8; /* FF_COS_MIN of ff_model.h: at or below it nothing can be divided by the cosine */
 static const char *const angle_name[4] = {"theta_i", "phi_i", "theta_o", "phi_o"};
-static const char *const quantity_name[3] = {"brdf", "brdf-cos", "reflectance-factor"};
 
 typedef struct csv {
     ff_lines lines;
     ff_error *err;
     const char *path;
-    ff_quantity quantity;
-    double radians_per_unit;
-    int isotropic; /* -1 = not said */
+    ff_csv_head head;
     ff_names names;
     size_t n_channels;
     int with_sigma, with_weight;
@@ -76,74 +74,14 @@ static int probe(const unsigned char *head, size_t n, int64_t file_size)
             int separated = memchr(p, ',', length) || memchr(p, ';', length) || memchr(p, '\t', length);
             if (contains(p, length, "VARS ") || !separated) return 0;
             if (contains(p, length, "theta_i")) return 90;
-            return memchr(p, ',', length) ? 10 : 0; /* somebody's table: our reader tells which columns it misses */
+            return memchr(p, ',', length) ? 10 : 5; /* somebody's table: our reader tells which columns it misses */
         }
         p = end ? end + 1 : stop;
     }
     return 0;
 }
 
-/* ---- comment lines --------------------------------------------------------------------------- */
-
-static ff_status bad_comment(const csv *f, const char *key, const char *found, const char *expected)
-{
-    char quoted[FF_QUOTE];
-    return ff_error_set(f->err, FF_ERR_FORMAT, f->path, f->lines.line, -1, "'# %s:': found %s, expected %s", key,
-                        ff_quote(found, strlen(found), quoted), expected);
-}
-
-static ff_status set_quantity(csv *f, const char *key, const char *value)
-{
-    for (int q = 0; q < 3; q++)
-        if (strcasecmp(value, quantity_name[q]) == 0) {
-            f->quantity = (ff_quantity)q;
-            return FF_OK;
-        }
-    return bad_comment(f, key, value, "brdf, brdf-cos or reflectance-factor");
-}
-
-static ff_status set_angles(csv *f, const char *key, const char *value)
-{
-    if (strcasecmp(value, "degrees") != 0 && strcasecmp(value, "radians") != 0)
-        return bad_comment(f, key, value, "degrees or radians");
-    f->radians_per_unit = strcasecmp(value, "radians") == 0 ? 1 : degree;
-    return FF_OK;
-}
-
-static ff_status set_isotropic(csv *f, const char *key, const char *value)
-{
-    if (strcasecmp(value, "yes") != 0 && strcasecmp(value, "no") != 0) return bad_comment(f, key, value, "yes or no");
-    f->isotropic = strcasecmp(value, "yes") == 0;
-    return FF_OK;
-}
-
-static ff_status set_version(csv *f, const char *key, const char *value)
-{
-    return strcmp(value, "1") == 0 ? FF_OK : bad_comment(f, key, value, "version 1");
-}
-
-/* "# key: value"; other comments say nothing to us. Commas at the end are what a spreadsheet adds. */
-static ff_status read_comment(csv *f, char *text)
-{
-    static const struct {
-        const char *key;
-        ff_status (*set)(csv *, const char *, const char *);
-    } known[] = {{"quantity", set_quantity}, {"angles", set_angles}, {"isotropic", set_isotropic}, {"facetfit-csv", set_version}};
-    char *key = text + strspn(text, "# \t"), *colon = strchr(key, ':');
-    if (!colon) return FF_OK;
-    char *value = colon + 1 + strspn(colon + 1, " \t"), *end = value + strlen(value);
-    while (end > value && strchr(", \t\"", end[-1])) end--;
-    *end = '\0';
-    for (*colon-- = '\0'; colon >= key && (*colon == ' ' || *colon == '\t'); colon--) *colon = '\0';
-    for (size_t k = 0; k < sizeof known / sizeof known[0]; k++) {
-        if (strcasecmp(key, known[k].key) != 0) continue;
-        if (f->names.n)
-            return ff_error_set(f->err, FF_ERR_FORMAT, f->path, f->lines.line, -1,
-                                "found '# %s:' after the header line, expected it before", key);
-        return known[k].set(f, known[k].key, value);
-    }
-    return FF_OK;
-}
+/* ---- lines ----------------------------------------------------------------------------------- */
 
 /* The next line that is neither blank nor a comment; *text is NULL at the end. */
 static ff_status next_line(csv *f, char **text, size_t *length)
@@ -153,7 +91,8 @@ static ff_status next_line(csv *f, char **text, size_t *length)
         if (status != FF_OK || !*text) return status;
         char *start = *text + strspn(*text, " \t");
         if (*start == '"' && start[1] == '#') start++; /* a comment that a spreadsheet has quoted */
-        if (*start == '#' && (status = read_comment(f, start)) != FF_OK) return status;
+        if (*start == '#') status = ff_csv_comment(&f->head, start, f->names.n > 0, f->path, f->lines.line, f->err);
+        if (status != FF_OK) return status;
         if (*start != '#' && *start != '\0') return FF_OK;
     }
 }
@@ -208,7 +147,7 @@ static ff_status place_angles(csv *f)
 {
     for (size_t a = 0; a < 4; a++) {
         long k = find_name(&f->names, angle_name[a]);
-        if (k < 0) return wrong_header(f, angle_name[a], "is missing");
+        if (k < 0) return wrong_header(f, angle_name[a], "is missing (the option 'columns' can say which one it is)");
         put(f, (size_t)k, a);
     }
     return FF_OK;
@@ -291,7 +230,8 @@ static ff_status read_header(csv *f)
                             "found the end of the file, expected a header line theta_i,phi_i,theta_o,phi_o,f");
     if (!strchr(text, ',') && strpbrk(text, ";\t"))
         return ff_error_set(f->err, FF_ERR_FORMAT, f->path, f->lines.line, -1,
-                            "found columns separated by %s, expected ',' (and numbers with a decimal point)",
+                            "found columns separated by %s, expected ',' (and numbers with a decimal point); the option 'columns' "
+                            "takes either",
                             strchr(text, ';') ? "';'" : "tabs");
     status = ff_names_read(text, length, f->path, f->lines.line, &f->names, f->err);
     return status == FF_OK ? place_columns(f) : status;
@@ -309,7 +249,7 @@ static ff_status bad_cell(const csv *f, size_t place, double found, const char *
 
 static ff_status check_row(csv *f, const double *row)
 {
-    int radians = f->radians_per_unit == 1;
+    int radians = f->head.radians_per_unit == 1;
     double theta_max = radians ? pi + 1e-9 : 180; /* files round pi to the digits they have */
     for (size_t k = 0; k < 4; k += 2) {
         if (fabs(row[k]) > theta_max)
@@ -329,7 +269,7 @@ static ff_status check_row(csv *f, const double *row)
 /* f cos(theta_o) -> f; where the cosine leaves nothing, the sample was not measured. */
 static void divide_by_cosine(const csv *f, double *row)
 {
-    double c = cos(f->radians_per_unit * row[2]);
+    double c = cos(f->head.radians_per_unit * row[2]);
     size_t n = f->n_channels * (f->with_sigma ? 2 : 1);
     for (size_t k = 0; k < n; k++) row[4 + k] = c > cos_min ? row[4 + k] / c : NAN;
 }
@@ -347,7 +287,7 @@ static ff_status read_rows(csv *f)
         status = ff_row_read(text, length, &columns, row, f->path, f->lines.line, f->err);
         if (status == FF_OK) status = check_row(f, row);
         if (status != FF_OK) return status;
-        if (f->quantity == FF_BRDF_COS) divide_by_cosine(f, row);
+        if (f->head.quantity == FF_BRDF_COS) divide_by_cosine(f, row);
     }
 }
 
@@ -356,15 +296,15 @@ static ff_status read_rows(csv *f)
 static void describe(const csv *f, ff_table *t)
 {
     strcpy(t->format, "csv");
-    t->quantity = f->quantity;
-    t->radians_per_unit = f->radians_per_unit;
+    t->quantity = f->head.quantity;
+    t->radians_per_unit = f->head.radians_per_unit;
     for (size_t c = 0; c < f->n_channels; c++) {
         strcpy(t->channels[c].name, channel_of(f->names.name[f->column[4 + c]])); /* ff_names_read checked the length */
         t->channels[c].wavelength_nm = ff_wavelength_of(t->channels[c].name);
-        t->channels[c].scale = f->quantity == FF_REFLECTANCE_FACTOR ? 1 / pi : 1;
+        t->channels[c].scale = f->head.quantity == FF_REFLECTANCE_FACTOR ? 1 / pi : 1;
     }
-    t->isotropic = f->isotropic >= 0 ? f->isotropic : ff_table_one_incidence_azimuth(t);
-    if (f->radians_per_unit != 1 && t->n >= 20 && f->theta_largest > 0 && f->theta_largest <= 1.5708) {
+    t->isotropic = f->head.isotropic >= 0 ? f->head.isotropic : ff_table_one_incidence_azimuth(t);
+    if (f->head.radians_per_unit != 1 && t->n >= 20 && f->theta_largest > 0 && f->theta_largest <= 1.5708) {
         char largest[FF_NUMBER_TEXT + 1];
         largest[ff_number_write(round(f->theta_largest * 1e4) / 1e4, largest)] = '\0';
         ff_table_note(t, "the largest theta is %s degrees: are these radians? then say '# angles: radians'", largest);
@@ -372,9 +312,10 @@ static void describe(const csv *f, ff_table *t)
     if (f->lines.unterminated) ff_table_note(t, "the last line has no end-of-line: if the file was cut, so was its last number");
 }
 
-static ff_status read_all(csv *f, ff_table *out)
+static ff_status read_all(csv *f, const ff_read_options *o, ff_table *out)
 {
     ff_status status = read_header(f);
+    f->head.quantity = ff_read_quantity(o, f->head.quantity);
     if (status == FF_OK) status = read_rows(f);
     if (status == FF_OK && f->rows.n == 0)
         status =
@@ -394,11 +335,14 @@ static ff_status read_all(csv *f, ff_table *out)
 
 static ff_status read_csv(const char *path, const ff_read_options *o, ff_table *out, ff_error *err)
 {
-    (void)o;
-    csv f = {.err = err, .path = path, .radians_per_unit = degree, .isotropic = -1};
+    if (o->columns) return ff_csv_read_columns(path, o, NULL, out, err);
+    if (o->part)
+        return ff_error_set(err, FF_ERR_UNSUPPORTED, path, 0, -1,
+                            "found the option 'part', expected it where 'columns' names a wavelength that it can choose");
+    csv f = {.err = err, .path = path, .head = {.radians_per_unit = degree, .isotropic = -1}};
     ff_status status = ff_lines_open(path, &f.lines, err);
     if (status != FF_OK) return status;
-    status = read_all(&f, out);
+    status = read_all(&f, o, out);
     ff_lines_close(&f.lines);
     ff_names_free(&f.names);
     free(f.slot);
@@ -519,6 +463,7 @@ const ff_format ff_format_csv = {
     .extensions = ".csv",
     .source = "docs/csv.md",
     .probe = probe,
+    .reads = FF_READS_COLUMNS | FF_READS_PART | FF_READS_QUANTITY,
     .holds =
         FF_HOLDS_SIGMA | FF_HOLDS_INVALID | FF_HOLDS_NEGATIVE | FF_HOLDS_NAMES | FF_HOLDS_DOUBLE | FF_HOLDS_WEIGHTS | FF_HOLDS_MANY,
     .read = read_csv,

@@ -167,6 +167,7 @@ ff_status ff_table_read_with(const char *path, const ff_read_options *options, f
     ff_read_options o;
     ff_read_options_init(&o);
     if (options) o = *options;
+    if (o.columns && !o.format) o.format = "csv"; /* whatever it looks like, the person says how to read it */
     ff_status status = o.format ? find_named(path, o.format, &f, err) : ff_format_detect(path, &f, err);
     if (status == FF_OK) status = check_options(path, f, &o, err);
     if (status == FF_OK) status = f->read(path, &o, out, err);

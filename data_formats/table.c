@@ -3,6 +3,7 @@
 #include "internal_directions.h"
 #include "internal_table.h"
 #include "internal_number.h"
+#include <locale.h>
 #include <math.h>
 #include <stdarg.h>
 #include <stdint.h>
@@ -124,13 +125,20 @@ int ff_table_channel_find(const ff_table *t, const char *name)
 
 /* ---- shared by the formats ------------------------------------------------------------------- */
 
+/* Numbers have a decimal point in every locale, as in the messages of errors. */
 void ff_table_note(ff_table *t, const char *fmt, ...)
 {
     char sentence[sizeof t->note];
+    locale_t c_locale = newlocale(LC_ALL_MASK, "C", (locale_t)0);
+    locale_t previous = c_locale ? uselocale(c_locale) : (locale_t)0;
     va_list args;
     va_start(args, fmt);
     int length = vsnprintf(sentence, sizeof sentence, fmt, args);
     va_end(args);
+    if (c_locale) {
+        uselocale(previous);
+        freelocale(c_locale);
+    }
     size_t used = strlen(t->note);
     if (length < 0 || used + (size_t)length + 2 > sizeof t->note) return;
     if (used) t->note[used++] = '\n';

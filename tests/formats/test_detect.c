@@ -52,6 +52,12 @@ static void test_content(void)
     EXPECT("csv with a mark", "\xEF\xBB\xBFtheta_i,phi_i,theta_o,phi_o,f\r\n", "csv");
     EXPECT("csv with semicolons", "theta_i;phi_i;theta_o;phi_o;f\n", "csv");
     EXPECT("somebody's table", "incidence,emission,value\n1,2,3\n", "csv");
+    EXPECT("somebody's table with semicolons", "incidence;emission;value\n1;2;3\n", "csv");
+    EXPECT("nist", "lambda,thetai,phii,thetar,phir,fr11,m12\n0.532,1,2,3,4,5,6\n", "nist");
+    EXPECT("planetary",
+           "# 'counter', 'incidence', 'emission', 'azimuth', 'phase', 'reflectance_factor', 'standard_deviation', "
+           "'bandpass_central'\n",
+           "planetary");
     EXPECT("astm", "LAB_NAME x\nNUM_POINTS 1\nVARS theta_i,phi_i,theta_s,465nm\n0,0,0,1\n", "astm");
     EXPECT("astm without its keys", "VARS theta_i,phi_i,theta_s,465nm\n0,0,0,1\n", "astm");
     EXPECT("astm with crlf", "NUM_POINTS 1\r\nVARS theta_i,theta_s,b\r\n", "astm");
@@ -79,8 +85,8 @@ static void test_messages(void)
     check_write(path, "", 0);
     check_fails("empty", path, NULL, FF_ERR_READ, 0, WORDS("byte 0", "empty"));
     check_write(path, "\x89PNG\r\n\x1a\n", 8);
-    check_fails("png", path, NULL, FF_ERR_FORMAT, 0, WORDS("89 50 4e 47", "PNG", "merl, astm, csv"));
-    check_fails("unknown name", path, "nonesuch", FF_ERR_UNKNOWN, 0, WORDS("'nonesuch'", "merl, astm, csv"));
+    check_fails("png", path, NULL, FF_ERR_FORMAT, 0, WORDS("89 50 4e 47", "PNG", "merl, ", "astm, ", "csv"));
+    check_fails("unknown name", path, "nonesuch", FF_ERR_UNKNOWN, 0, WORDS("'nonesuch'", "merl, ", "astm, ", "csv"));
     if (geteuid() != 0) {
         chmod(path, 0);
         check_fails("unreadable", path, NULL, FF_ERR_OPEN, 0, WORDS("ermission"));

@@ -1,0 +1,34 @@
+/** @file ff_spectral.h  Many wavelengths become a few channels.
+ *
+ *  Every reduction is linear: channel k of the result is the sum over the channels c of weight[k][c] times f, in 1/sr, and its
+ *  variance the sum of the squares of weight times standard deviation (the channels' errors are taken as independent).
+ *
+ *  Between its wavelengths f is taken to be linear. */
+#ifndef FF_SPECTRAL_H
+#define FF_SPECTRAL_H
+#include "ff_table.h"
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/** Reduces the channels of t; directions, grid, axes, weights, validity and notes stay, t->kept does not come along.
+ *  @param text  one of
+ *    "bands:NAME=A-B,NAME=A-B,..."  means over bands from A to B nm, by the trapezoidal rule; a band that the wavelengths cover only
+ *                                   in part is the mean over that part, and the table's note says so
+ *    "srgb", "srgb:d65", "srgb:e"   linear sRGB r, g, b: CIE 1931 2-degree observer, illuminant D65 (also for "srgb") or equal
+ *                                   energy. A spectrum that is constant c gives r = g = b = c under either: with D65 since that is
+ *                                   sRGB's white, with E by adaptation of E to D65 (Bradford). Beyond the first and last
+ *                                   wavelength f stays as it is there (CIE 15); the note says how much of X, Y and Z that
+ *                                   concerns. Colours outside of sRGB have a negative channel.
+ *    "channels:NAME,NAME,..."       those, in this order, to the bit
+ *    "mean"                         the plain mean of all channels
+ *  @param out   overwritten, not freed; untouched on failure.
+ *  FF_ERR_SYNTAX, FF_ERR_UNKNOWN (a channel that is not there), FF_ERR_UNSUPPORTED (a channel without wavelength or two of the same
+ *  for bands and srgb; a band outside of the wavelengths; wavelengths with less than half of Y), FF_ERR_RANGE (a band that is
+ *  none), FF_ERR_DATA (no valid sample), FF_ERR_MEMORY. Any number of threads may reduce a table at once. */
+ff_status ff_table_reduce(const ff_table *t, const char *text, ff_table *out, ff_error *err);
+
+#ifdef __cplusplus
+}
+#endif
+#endif

@@ -1,0 +1,132 @@
+/* NIST CSV, made here, and the published random-direction data where they are. */
+#include "check.h"
+
+#define OLD "lambda,thetai,phii,thetar,phir,fr11,m12,m44\n"
+#define NEW "lambda,thetai,phi,thetar,phir,f_r11,f_r12/f_r11,f_r44/f_r11\n"
+
+static int reads(const char *label, const char *text, const char *part, ff_table *t)
+{
+    const char *path = check_path("t.csv");
+    check_write(path, text, strlen(text));
+    ff_read_options o;
+    ff_read_options_init(&o);
+    o.part = part;
+    ff_error err = {0};
+    if (!CHECK(ff_table_read_with(path, &o, t, &err) == FF_OK, "%s: line %ld %s", label, err.line, err.message)) return 0;
+    return CHECK(strcmp(t->format, "nist") == 0, "%s: read as %s", label, t->format);
+}
+
+static void test_made(void)
+{
+    static const char *const heads[] = {OLD, NEW};
+    ff_table t;
+    for (int k = 0; k < 2; k++) {
+        char text[600];
+        snprintf(text, sizeof text,
+                 "%s0.532,-30,10,45,170,0.3,0.1,x\r\n0.532,30,10,45,170,0.31,-0.1,\r\n0.633,-30,10,45,170,0.4,1,1\r\n0.633,30,10,"
+                 "45,170,0.41,1,1\r\n",
+                 heads[k]);
+        if (!reads("regular", text, NULL, &t)) continue;
+        double v, p[6], *const planes[6] = {p, p + 1, p + 2, p + 3, p + 4, p + 5};
+        CHECK(t.n == 2 && t.n_channels == 2 && t.channels[0].wavelength_nm == 532 && strcmp(t.channels[1].name, "633nm") == 0 &&
+                  !t.sigma,
+              "%zu x %zu", t.n, t.n_channels);
+        ff_table_values(&t, 1, 1, 1, &v);
+        CHECK(v == 0.41 && t.value[0] == 0.3 && t.angle[0][0] == -30 && t.angle[3][0] == 170 && t.quantity == FF_BRDF, "values");
+        ff_table_directions(&t, 1, 1, planes);
+        CHECK(p[0] > 0 && p[2] > 0 && p[3] < 0 && p[5] > 0, "light and detector on opposite sides: %g %g", p[0], p[3]);
+        ff_table_free(&t);
+    }
+    if (reads("random", NEW ".633,1,2,3,4,5,6,7\n.532,2,2,3,4,6,6,7\n.532,3,2,3,4,7,6,7\n", NULL, &t)) {
+        CHECK(t.n == 2 && t.n_channels == 1 && t.channels[0].wavelength_nm == 532 && strstr(t.note, "'part'"), "%s", t.note);
+        ff_table_free(&t);
+    }
+    if (reads("random, chosen", NEW ".633,1,2,3,4,5,6,7\n.532,2,2,3,4,6,6,7\n.532,3,2,3,4,7,6,7\n", "633nm", &t)) {
+        CHECK(t.n == 1 && t.value[0] == 5, "%zu", t.n);
+        ff_table_free(&t);
+    }
+    const char *path = check_path("bad.csv");
+    check_write(path, NEW ".633,1,2,3,4,nan,6,7\n", strlen(NEW) + 21);
+    check_fails("nan", path, "nist", FF_ERR_DATA, 2, WORDS("column 6", "'nan'"));
+    check_write(path, NEW, strlen(NEW));
+    check_fails("no rows", path, NULL, FF_ERR_DATA, 1, WORDS("no rows"));
+    check_write(path, "lambda,thetai,phii,thetar,phir\n1,2,3,4,5\n", 41);
+    check_fails("no values", path, "nist", FF_ERR_FORMAT, 1, WORDS("f_r11|fr11", "lambda, thetai, phii"));
+    ff_error err = {0};
+    if (reads("not written", NEW ".633,1,2,3,4,5,6,7\n", NULL, &t)) {
+        CHECK(ff_table_write(check_path("x"), "nist", &t, &err) == FF_ERR_UNSUPPORTED && strstr(err.message, "only be read"), "%s",
+              err.message);
+        ff_table_free(&t);
+    }
+}
+
+static void test_prefixes(void)
+{
+    static const char text[] = NEW "0.532,-30,10,45,170,0.3,0.1,1\n0.532,30,10,45,170,0.31,-0.1,2\n";
+    const char *path = check_path("prefix");
+    for (size_t n = 0; n < sizeof text; n++)
+        for (int bit = -1; bit < (n < 60 ? 8 : 0); bit++) {
+            char copy[sizeof text];
+            memcpy(copy, text, sizeof text);
+            size_t length = bit < 0 ? n : sizeof text - 1;
+            if (bit >= 0) copy[n] ^= (char)(1 << bit);
+            check_write(path, copy, length);
+            ff_table t;
+            ff_error err = {0};
+            if (ff_table_read(path, "nist", &t, &err) == FF_OK) {
+                CHECK(bit >= 0 || n == 0 || text[n - 1] == '\n' || strstr(t.note, "cut"), "prefix %zu: note '%s'", n, t.note);
+                CHECK(t.n >= 1 && t.n <= 2, "%zu samples", t.n);
+                ff_table_free(&t);
+            } else {
+                CHECK(err.message[0] && err.path[0], "prefix %zu bit %d: no message", n, bit);
+            }
+        }
+}
+
+static int test_real(void)
+{
+    const char *set = getenv("FACETFIT_DATA");
+    char path[900], line[4096];
+    snprintf(path, sizeof path, "%s/nist/PTFE.data.random.csv", set ? set : FF_SOURCE_DIR "/../shared/data");
+    FILE *f = fopen(path, "r");
+    if (!f) return 0;
+    size_t n = 0;
+    double sum[6] = {0};
+    while (fgets(line, sizeof line, f)) {
+        double v[6];
+        if (sscanf(line, "%lf,%lf,%lf,%lf,%lf,%lf", v, v + 1, v + 2, v + 3, v + 4, v + 5) != 6) continue;
+        for (int k = 0; k < 6; k++) sum[k] += v[k];
+        n++;
+    }
+    fclose(f);
+    ff_table t;
+    ff_error err = {0};
+    if (!CHECK(ff_table_read(path, NULL, &t, &err) == FF_OK, "%ld: %s", err.line, err.message)) return 1;
+    double mine[6] = {0}, forward = 0, backward = 0;
+    size_t n_forward = 0, n_backward = 0;
+    for (size_t i = 0; i < t.n; i++) {
+        for (int k = 0; k < 4; k++) mine[k + 1] += t.angle[k][i];
+        mine[5] += t.value[i];
+        double d = fabs(remainder(t.angle[3][i] - t.angle[1][i], 360));
+        if (t.angle[0][i] < 50 || t.angle[2][i] < 50) continue;
+        if (d > 140) forward += t.value[i], n_forward++;
+        if (d < 40) backward += t.value[i], n_backward++;
+    }
+    CHECK(strcmp(t.format, "nist") == 0 && t.n == n && n == 1760 && t.n_channels == 1 && t.channels[0].wavelength_nm == 532,
+          "%s: %zu of %zu, '%s'", t.format, t.n, n, t.channels[0].name);
+    for (int k = 1; k < 6; k++) CHECK(mine[k] == sum[k], "sum of column %d: %.17g, expected %.17g", k, mine[k], sum[k]);
+    /* the side on which it scatters more is that of the mirror direction */
+    forward /= (double)n_forward, backward /= (double)n_backward;
+    CHECK(forward > 1.2 * backward && forward < 0.5 && backward > 0.2, "forward %g, backward %g", forward, backward);
+    CHECK(t.n_invalid == 0 && t.n_negative == 0 && !t.note[0], "note '%s'", t.note);
+    ff_table_free(&t);
+    return 1;
+}
+
+int main(void)
+{
+    test_made();
+    test_prefixes();
+    if (!test_real()) printf("skipped: no PTFE.data.random.csv in $FACETFIT_DATA/nist\n");
+    return check_result();
+}
