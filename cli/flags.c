@@ -125,6 +125,8 @@ static const flag flags[FLAG_COUNT] = {
                        "what the numbers are: brdf, brdf-cos or reflectance-factor (as the file says)"},
     [FLAG_SCALE] = {"scale", 0, "X", C_READS, "factor on all values, of a file that is not calibrated"},
     [FLAG_PART] = {"part", 0, "NAME", C_READS, "which data set of a file that has several, e.g. reflection-back"},
+    [FLAG_REDUCE] = {"reduce", 0, "TO", C_READS,
+                     "channels: srgb[:d65|e], bands:NAME=LO-HI,..., channels:NAME,... or mean (as they are)"},
     [FLAG_EXTRAPOLATE] = {"extrapolate", 0, NULL, C_RESAMPLE, "fill what lies beyond the data with the nearest values"},
     [FLAG_OUTPUT] = {"output", 'o', "FILE", C_SIMULATE | C_NDF, "where to write; '-' is stdout"},
     [FLAG_WEAK] = {"weak", 0, NULL, C_FURNACE, "the weak white furnace integral instead of the albedo"},

@@ -79,6 +79,7 @@ typedef enum cli_flag_id {
     FLAG_QUANTITY,
     FLAG_SCALE,
     FLAG_PART,
+    FLAG_REDUCE,
     FLAG_EXTRAPOLATE,
     FLAG_OUTPUT,
     FLAG_WEAK,

@@ -1,5 +1,6 @@
 /* Measured data as the flags want them. */
 #include "internal_cli.h"
+#include "ff_spectral.h"
 #include <float.h>
 #include <string.h>
 
@@ -22,14 +23,26 @@ static int read_options(const cli_args *args, ff_read_options *o)
     return cli_number(args, FLAG_SCALE, DBL_MIN, DBL_MAX, &o->scale);
 }
 
+/* Replaces *t by what --reduce makes of it. */
+static ff_status reduce(const char *to, ff_table *t, ff_error *err)
+{
+    ff_table reduced;
+    const ff_status failed = ff_table_reduce(t, to, &reduced, err);
+    ff_table_free(t);
+    if (failed == FF_OK) *t = reduced;
+    return failed;
+}
+
 int cli_read(const cli_args *args, const char *path, int with_notes, ff_table *out)
 {
     ff_read_options o;
     ff_table t;
     ff_error err = {0};
+    const char *to = cli_value(args, FLAG_REDUCE, NULL);
     const int status = read_options(args, &o);
     if (status != EXIT_DONE) return status;
-    const ff_status failed = ff_table_read_with(path, &o, &t, &err);
+    ff_status failed = ff_table_read_with(path, &o, &t, &err);
+    if (failed == FF_OK && to) failed = reduce(to, &t, &err);
     if (failed != FF_OK) return cli_failed(failed, &err);
     if (with_notes) cli_notes(path, t.note);
     *out = t;
