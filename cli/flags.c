@@ -112,9 +112,10 @@ static const flag flags[FLAG_COUNT] = {
     [FLAG_TERMS] = {"terms", 0, NULL, C_EVAL, "also D, Lambda of both directions, G and F"},
     [FLAG_MARKDOWN] = {"markdown", 0, NULL, C_MODELS, "as the page docs/models.md"},
     [FLAG_ROWS] = {"rows", 0, "N", C_COMPARE, "rows of the table, the best ones; 0 for all (25). The JSON has all"},
-    [FLAG_GRID] = {"grid", 0, "NAME", C_SIMULATE | C_READS,
-                   "of simulate: merl, goniometer[:STEP] or scattered:N[:FRACTION near the mirror direction] (goniometer:5); of\n"
-                   "                               resample: directions of OUT; else: sampling of a file that holds a function"},
+    [FLAG_GRID] =
+        {"grid", 0, "NAME", C_SIMULATE | C_READS,
+         "simulate: merl, goniometer[:STEP] or scattered:N[:FRACTION near the mirror direction] (goniometer:5); resample: "
+         "directions of OUT; else where to sample a file that holds a function"},
     [FLAG_NOISE] = {"noise", 0, "REL", C_SIMULATE, "standard deviation of multiplicative noise (0)"},
     [FLAG_NOISE_FLOOR] = {"noise-floor", 0, "ABS", C_SIMULATE, "standard deviation of additive noise, 1/sr (0)"},
     [FLAG_SIGMA] = {"sigma", 0, NULL, C_SIMULATE, "write the standard deviations too (csv)"},

@@ -2,21 +2,24 @@
  *
  *     #DIM nX nY                  numbers of a row: nX coordinates, nY values
  *     #PARAM_IN NAME              what the coordinates are, see `parametrisations` below; radians
- *     #PARAM_OUT NAME             INV_STERADIAN f; INV_STERADIAN_COSINE_FACTOR f cos(theta_v); RGB_COLOR, XYZ_COLOR f of three
- * channels #VS 0|1|2                   0 or missing: no more columns; 1: half-widths of intervals about the values; 2: their two
- * ends #CHANNELS r,g,b             written by this program only: names of the values #ISOTROPIC 0|1              likewise: 1 = only
- * differences of azimuth mean something # text                      a comment; so are other keys, and every '#' line after the
- * first row
+ *     #PARAM_OUT NAME             INV_STERADIAN: f; INV_STERADIAN_COSINE_FACTOR: f cos(theta_v);
+ *                                 RGB_COLOR, XYZ_COLOR: f of three channels
+ *     #VS 0|1|2                   0 or missing: no more columns; 1: half-widths of intervals about the values; 2: their two ends
+ *     #CHANNELS r,g,b             written by this program only: names of the values
+ *     #ISOTROPIC 0|1              likewise: 1 = only differences of azimuth mean something
+ *     # text                      a comment; so are other keys, and every '#' line after the first row
  *
  * L is the light and V the view, both pointing away from the surface, azimuths counter-clockwise: this program's frame. L = V is
  * retro-reflection: in the tapes of hal-01083366 the retro-reflected peak stands at L = V, the mirror image at a difference of pi.
  * "Cosine factor" is that "of the output direction" (params.h), theta_v; the values of those tapes obey reciprocity after division
- * by it. RUSIN_*: ALTA measures the difference angles of V, where others take L; the pair is the same but for reciprocity. Where
- * ALTA's two directions of conversion disagree, or one is wrong, the documented meaning is read: STEREOGRAPHIC              the
- * inverse of its from_cartesian; its to_cartesian does not give unit vectors STARK_3D, NEUMANN_3D       phi_B of B = (L - V)/2 as
- * documented and as from_cartesian has it; to_cartesian turns B around RETRO_TL_TVL_PROJ_DPHI     the point at the arc theta_VL
- * from L; to_cartesian forgets on which side of the normal it lies
- *     ..._DPHI with sin          V at +phi from L as in to_cartesian; from_cartesian has the mirror image
+ * by it. RUSIN_*: ALTA measures the difference angles of V, where others take L; the pair is the same but for reciprocity.
+ *
+ * Where ALTA's two directions of conversion disagree, or one is wrong, the documented meaning is read:
+ *
+ *     STEREOGRAPHIC               the inverse of its from_cartesian; its to_cartesian does not give unit vectors
+ *     STARK_3D, NEUMANN_3D        phi_B of B = (L - V)/2 as documented and as from_cartesian has it; to_cartesian turns B around
+ *     RETRO_TL_TVL_PROJ_DPHI      the point at the arc theta_VL from L; to_cartesian forgets on which side of the normal it lies
+ *     ..._DPHI with sin           V at +phi from L as in to_cartesian; from_cartesian has the mirror image
  *
  * #VS: in current versions of ALTA only the first value of a row has an interval; a column per value is what its binary format has.
  * Both are read. The intervals have no stated level: half their width is taken as the standard deviation.
