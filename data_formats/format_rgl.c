@@ -16,14 +16,16 @@
  * Samples: for every node of incidence those of the colours, at s = (column / (W-1), row / (H-1)): the file's numbers themselves,
  * not interpolated. The vndf warp of the node takes s to u, u is the half vector m, and wo is the mirror image of wi about m. The
  * corners of the grid are those of the square, so a whole column looks in the mirror direction and the first and last row at the
- * same azimuth; the measurements there differ, as they were made. Weights are the solid angles of the cells around the samples. Not
- * valid: wo below the horizon, incidence at 90 degrees, no density of normals, and colours that are 0 in all channels with a
+ * same azimuth; the measurements there differ, as they were made. Weights are the solid angles of the cells around the samples.
+ *
+ * Not valid: wo below the horizon, incidence at 90 degrees, no density of normals, and colours that are 0 in all channels with a
  * luminance of 0. The field `valid` of some files says no more than the first of these, with either meaning of its bits.
  * Negative colours lie outside the gamut of RGB; they are not clipped as the loader does.
  *
  * Frame: wi is the direction towards the light, phi counter-clockwise from x: ours.
  *
- * Writing turns f back into colours. What was read gives the same bytes; for other tables rgl_layout.c makes the fields. */
+ * Writing turns f back into colours. What was read gives the same bytes; for other tables rgl_layout.c makes the fields. Colours
+ * of samples below the horizon are then 0, which is where those above it go: they are those of f cos(theta_o). */
 #define _GNU_SOURCE
 #include "ff_output.h"
 #include "internal_input.h"
@@ -77,9 +79,9 @@ static unsigned char *colours_of(const ff_rgl *r, size_t slice, size_t c)
 
 static int all_zero(const ff_rgl *r, size_t slice, size_t i)
 {
-    uint32_t any = 0;
-    for (size_t c = 0; c <= r->n_channels; c++) any |= ff_uint32_of(colours_of(r, slice, c) + 4 * i) << 1; /* -0 is 0 */
-    return any == 0;
+    for (size_t c = r->n_channels + 1; c-- > 0;)
+        if (ff_uint32_of(colours_of(r, slice, c) + 4 * i) << 1) return 0; /* -0 is 0 */
+    return 1;
 }
 
 /* What became of the samples, for the notes. */
@@ -375,7 +377,6 @@ static ff_status layout(const ff_table *t, const char *grid, ff_table *out, ff_e
         ff_rgl_free(r);
         return status;
     }
-    r->made = 1;
     out->kept = r;
     out->kept_free = kept_free;
     return FF_OK;
@@ -449,18 +450,6 @@ static ff_status put_sample(const ff_rgl *r, const ff_table *t, size_t slice, si
     return FF_OK;
 }
 
-/* Interpolation up to the horizon needs a colour beyond it: in a file that has none there, that of the last sample above. */
-static void continue_rows(const ff_rgl *r, const ff_table *t, size_t slice, const double *factor)
-{
-    for (size_t y = 0; y < r->height; y++)
-        for (size_t i = y * r->width + 1; i < (y + 1) * r->width; i++) {
-            const size_t at = slice * r->width * r->height + i;
-            if (factor[i] > 0 || !(factor[i - 1] > 0) || !t->valid[at - 1] || !all_zero(r, slice, i)) continue;
-            for (size_t c = 0; c <= r->n_channels; c++)
-                memcpy(colours_of(r, slice, c) + 4 * i, colours_of(r, slice, c) + 4 * (i - 1), 4);
-        }
-}
-
 static ff_status put_table(const ff_rgl *r, const ff_table *t, const slice_room *room, const char *path, ff_error *err)
 {
     for (size_t p = 0; p < r->n_phi; p++)
@@ -474,7 +463,6 @@ static ff_status put_table(const ff_rgl *r, const ff_table *t, const slice_room 
                 const ff_status status = factor > 0 ? put_sample(r, t, slice, i, factor, path, err) : FF_OK;
                 if (status != FF_OK) return status;
             }
-            if (r->made) continue_rows(r, t, slice, room->slice.factor);
         }
     return FF_OK;
 }

@@ -19,7 +19,6 @@ struct ff_rgl {
     const ff_tensor *luminance; /**< [n_phi][n_theta][height][width] float32                              */
     ff_channel *channels;       /**< [n_channels]                                                         */
     int spectral;               /**< channels are wavelengths                                             */
-    int made;                   /**< 1: by ff_rgl_make, without colours; 0: read                          */
     char *description;
 };
 

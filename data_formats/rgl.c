@@ -67,17 +67,22 @@ static ff_status check_shape(const opening *o, const ff_tensor *t, size_t n_lead
                         ff_tensor_describe(t, text), expected);
 }
 
-/* Element i of t: finite, and not negative where that has no meaning. */
+static int is_usable(uint32_t bits, int may_be_negative)
+{
+    return (bits & 0x7F800000u) != 0x7F800000u && (may_be_negative || bits <= 0x80000000u); /* -0 is not negative */
+}
+
+/* Every element is finite, and not negative where that has no meaning. */
 static ff_status check_numbers(const opening *o, const ff_tensor *t, int may_be_negative)
 {
     const unsigned char *data = ff_tensor_data(&o->r->file, t);
-    for (size_t i = 0; i < t->count; i++) {
-        const uint32_t bits = ff_uint32_of(data + 4 * i);
-        if ((bits & 0x7F800000u) != 0x7F800000u && (may_be_negative || bits <= 0x80000000u)) continue;
-        return ff_error_set(o->err, FF_ERR_DATA, o->path, 0, (int64_t)(t->offset + 4 * i),
-                            "element %zu of the field '%s': found %g, expected a finite number%s", i, t->name,
-                            (double)ff_float_of(data + 4 * i), may_be_negative ? "" : " >= 0");
-    }
+    int wrong = 0;
+    for (size_t i = 0; i < t->count; i++) wrong |= !is_usable(ff_uint32_of(data + 4 * i), may_be_negative);
+    for (size_t i = 0; i < t->count && wrong; i++)
+        if (!is_usable(ff_uint32_of(data + 4 * i), may_be_negative))
+            return ff_error_set(o->err, FF_ERR_DATA, o->path, 0, (int64_t)(t->offset + 4 * i),
+                                "element %zu of the field '%s': found %g, expected a finite number%s", i, t->name,
+                                (double)ff_float_of(data + 4 * i), may_be_negative ? "" : " >= 0");
     return FF_OK;
 }
 

@@ -2,17 +2,20 @@
  *
  * The format writes f cos(theta_o) = colour ndf / (4 sigma): any positive ndf will do, since the colour takes up what it leaves.
  * What the ndf decides is where the samples lie, since they follow the density of visible normals. So it is estimated from the
- * table:
+ * table.
  *
- *     shape(theta_m)  = mean of 4 f cos(theta_i) cos(theta_o) = D F G of a microfacet model, over the pairs whose half vector falls
- * into one of 128 rings, away from grazing; negative means count as 0, empty rings are interpolated shape(theta_m, phi_m) of an
- * anisotropic table: the same over 32 x 32 cells, drawn towards the ring where there are few pairs ndf             = 0.9 shape /
- * area(shape) + 0.1 / pi,  area(D) = integral of D cos over the hemisphere: so a tenth of the samples goes everywhere, and no
- * direction is without sigma(wi)       = integral of ndf max(wi.m, 0) over the hemisphere vndf(u; wi)     = ndf(u) max(wi.m, 0) u
- * sin(theta_m), the density over u, with the sum 1
+ *     shape = mean of 4 f cos(theta_i) cos(theta_o), which is D F G of a microfacet model
+ *     ndf = 0.9 shape / area(shape) + 0.1 / pi
+ *     sigma(wi) = integral of ndf max(wi.m, 0) over the hemisphere of m
+ *     vndf(u; wi) = ndf(u) max(wi.m, 0) u sin(theta_m), with the sum 1
  *
- * Nodes of theta_i: those of the table where they are few, else 8, spaced as in the database: 86 degrees (k/7)^0.6; of phi_i:
- * -pi..pi, both ends included, since the database's own loader knows no other. */
+ * The mean is over the pairs whose half vector falls into one of 128 rings, away from grazing; a negative mean counts as 0, empty
+ * rings are interpolated. In an anisotropic table there are 32 x 32 cells, drawn towards the ring where they have few pairs. The
+ * area of D is the integral of D cos(theta_m); the second term sends a tenth of the samples everywhere, so that no direction is
+ * without.
+ *
+ * Nodes of theta_i are those of the table where they are few, else 8, spaced as in the database: 86 degrees (k/7)^0.6. Those of
+ * phi_i are -pi..pi, both ends included: the database's own loader knows no other. */
 #include "internal_rgl.h"
 #include "internal_input.h"
 #include <math.h>
@@ -142,9 +145,9 @@ static ff_status choose(const ff_table *t, const char *grid, sizes *z, ff_error 
     ff_status s = choose_channels(t, z, err);
     if (s == FF_OK && grid) s = parse(grid, z, err);
     if (s == FF_OK) s = choose_theta(t, grid != NULL, z, err);
-    const double incidences_ = (double)z->n_phi * (double)z->n_theta;
-    if (s == FF_OK && (incidences_ > INCIDENCES_MOST ||
-                       incidences_ * (double)z->res * (double)z->res * (double)(z->n_colours + 1) > numbers_most))
+    const double nodes = (double)z->n_phi * (double)z->n_theta;
+    if (s == FF_OK &&
+        (nodes > INCIDENCES_MOST || nodes * (double)z->res * (double)z->res * (double)(z->n_colours + 1) > numbers_most))
         s = ff_error_set(
             err, FF_ERR_RANGE, NULL, 0, -1,
             "found a grid of %zu x %zu incidences with %zu x %zu samples of %zu channels, expected at most 4096 incidences "

@@ -55,6 +55,8 @@ static void test_content(void)
     EXPECT("astm", "LAB_NAME x\nNUM_POINTS 1\nVARS theta_i,phi_i,theta_s,465nm\n0,0,0,1\n", "astm");
     EXPECT("astm without its keys", "VARS theta_i,phi_i,theta_s,465nm\n0,0,0,1\n", "astm");
     EXPECT("astm with crlf", "NUM_POINTS 1\r\nVARS theta_i,theta_s,b\r\n", "astm");
+    EXPECT("rgl", "tensor_file\0\1\0\2\0\0\0\7\0theta_i\4\0vndf", "rgl");
+    EXPECT("another tensor file", "tensor_file\0\1\0\1\0\0\0\5\0theta", "rgl");
     EXPECT("nothing", "", NULL);
     EXPECT("prose", "To be or not to be", NULL);
     EXPECT("binary with a csv header in it", "theta_i,phi_i,theta_o,phi_o,f\n\0\1\2", NULL);

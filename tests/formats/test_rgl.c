@@ -1,8 +1,7 @@
 /* RGL files: made here and read, evaluated against a second implementation by plain integration, written, and spoilt; real files
  * against the output of the database's own loader. `test_formats_rgl --corpus DIR` writes the files of tests/fuzz/corpus/rgl. */
 #include "check.h"
-#include "ff_rgl.h"
-#include <time.h>
+#include "internal_rgl.h"
 
 static const double pi = 3.14159265358979323846;
 
@@ -228,7 +227,7 @@ static void second(const material *m, const double *wi, const double *wo, double
     for (int k = 0; k < 3; k++) h[k] /= sqrt(length);
     const double theta = acos(fmin(wi[2], 1)), phi = atan2(wi[1], wi[0]);
     square_of(m, h, phi, u);
-    blend(m, phi, theta, slice, weight);
+    blend(m, phi < (double)m->phi[0] ? phi + 2 * pi : phi > (double)m->phi[0] + 2 * pi ? phi - 2 * pi : phi, theta, slice, weight);
     uniform_of(m, slice, weight, u[0], u[1], s);
     const double factor = m->jacobian[0] ? grid_at(m->ndf, m->nh, m->nw, u[0], u[1]) / 4 /
                                                grid_at(m->sigma, m->sh, m->sw, sqrt(2 * theta / pi), (phi + pi) / (2 * pi))
@@ -260,9 +259,10 @@ static void eval_one(const ff_rgl *r, const double wi[3], const double wo[3], do
 
 /* ---- evaluation ------------------------------------------------------------------------------ */
 
-static void test_evaluator(const char *label, size_t P, int reduction, size_t C, int spectral, int jacobian)
+static void test_evaluator(const char *label, size_t P, int reduction, size_t C, int spectral, int jacobian, double turn)
 {
     material m = make(P, reduction, C, spectral);
+    for (size_t p = 0; p < P; p++) m.phi[p] = (float)((double)m.phi[p] + turn);
     m.jacobian[0] = (unsigned char)jacobian;
     ff_rgl *r;
     ff_error err = {0};
@@ -280,8 +280,8 @@ static void test_evaluator(const char *label, size_t P, int reduction, size_t C,
         unit(1.5 * check_uniform(), 2 * pi * check_uniform() - pi, wo);
         eval_one(r, wi, wo, f, &valid);
         double a[3] = {wi[0], wi[1], wi[2]}, b[3] = {wo[0], wo[1], wo[2]};
-        int turn = reduction == 2 && wi[1] > 0, x = turn || (reduction == 4 && wi[0] > 0),
-            y = turn || (reduction == 4 && wi[1] > 0);
+        int back = reduction == 2 && wi[1] > 0, x = back || (reduction == 4 && wi[0] > 0),
+            y = back || (reduction == 4 && wi[1] > 0);
         if (x) a[0] = -a[0], b[0] = -b[0];
         if (y) a[1] = -a[1], b[1] = -b[1];
         second(&m, a, b, expected);
@@ -302,14 +302,16 @@ static void test_evaluator(const char *label, size_t P, int reduction, size_t C,
 
 static void test_evaluators(void)
 {
-    test_evaluator("isotropic rgb", 1, 1, 3, 0, 1);
-    test_evaluator("isotropic rgb, two azimuths", 2, 1, 3, 0, 1);
-    test_evaluator("isotropic spectral", 1, 1, 7, 1, 1);
-    test_evaluator("anisotropic rgb", 5, 1, 3, 0, 1);
-    test_evaluator("anisotropic spectral", 9, 1, 4, 1, 1);
-    test_evaluator("half a circle", 4, 2, 3, 0, 1);
-    test_evaluator("a quarter", 3, 4, 3, 0, 1);
-    test_evaluator("no jacobian", 1, 1, 3, 0, 0);
+    test_evaluator("isotropic rgb", 1, 1, 3, 0, 1, 0);
+    test_evaluator("isotropic rgb, two azimuths", 2, 1, 3, 0, 1, 0);
+    test_evaluator("isotropic spectral", 1, 1, 7, 1, 1, 0);
+    test_evaluator("anisotropic rgb", 5, 1, 3, 0, 1, 0);
+    test_evaluator("anisotropic spectral", 9, 1, 4, 1, 1, 0);
+    test_evaluator("half a circle", 4, 2, 3, 0, 1, 0);
+    test_evaluator("a quarter", 3, 4, 3, 0, 1, 0);
+    test_evaluator("no jacobian", 1, 1, 3, 0, 0, 0);
+    test_evaluator("azimuths from 0 to 2 pi", 5, 1, 3, 0, 1, pi);
+    test_evaluator("azimuths from -2 pi to 0", 5, 1, 3, 0, 1, -pi);
     ff_rgl_free(NULL);
 }
 
@@ -692,8 +694,9 @@ static void test_round_trip(size_t P, int reduction, size_t C, int spectral)
     ff_table t, back;
     ff_error err = {0};
     size_t n = file_of(&m), written;
-    for (size_t c = 0; c < C; c++) m.colour[c * m.H * m.W + 7] = m.colour[c * m.H * m.W + 8] = 0; /* unmeasured; black */
-    m.colour[9] = -0.0f, m.colour[11] = 1e-42f, m.luminance[7] = 0;
+    for (size_t c = 0; c < C; c++) m.colour[c * m.H * m.W + 6] = m.colour[c * m.H * m.W + 11] = 0; /* unmeasured; black */
+    m.colour[6] = -0.0f;
+    m.colour[7] = -0.0f, m.colour[10] = 1e-42f, m.luminance[6] = 0;
     file_of(&m);
     if (!CHECK(read_bytes(file_bytes, n, NULL, &t, &err), "%s", err.message)) return;
     CHECK(ff_table_write(copy, NULL, &t, &err) == FF_OK, "%s", err.message);
@@ -705,6 +708,8 @@ static void test_round_trip(size_t P, int reduction, size_t C, int spectral)
     for (size_t i = 0; i < t.n; i++) changed += t.valid[i] && i % 3 == 0;
     for (size_t c = 0; c < C; c++)
         for (size_t i = 0; i < t.n; i += 3) t.value[c * t.n + i] = 0.3 * check_uniform() + (double)c;
+    for (size_t c = 0; c < C; c++) t.value[c * t.n + 15] = 0; /* black */
+    CHECK(t.valid[15] && !t.valid[6] && t.valid[11], "the samples that this is about");
     size_t gone = t.n / 2;
     while (!t.valid[gone]) gone++;
     t.valid[gone] = 0;
@@ -717,7 +722,7 @@ static void test_round_trip(size_t P, int reduction, size_t C, int spectral)
             for (size_t i = 0; i < t.n; i++) {
                 const double a = t.value[c * t.n + i], b = back.value[c * t.n + i];
                 if (!t.valid[i]) continue;
-                if (i % 3)
+                if (i % 3 || a == 0)
                     CHECK(a == b, "sample %zu has changed", i);
                 else
                     worst = fmax(worst, fabs(b - a) / fabs(a));
@@ -776,6 +781,9 @@ static void fill_lobe(double ax, double ay, ff_table *t)
     }
 }
 
+static void check_parts(const char *label, const ff_table *t, size_t incidence);
+static void check_horizon(const char *label, const ff_rgl *r, double ax, double ay);
+
 /* Through a layout and a file: at the samples to float precision, between them as the worst and the mean say. */
 static void test_layout(const char *label, const ff_table *from, const char *grid, double ax, double ay, double mean_most)
 {
@@ -786,6 +794,7 @@ static void test_layout(const char *label, const ff_table *from, const char *gri
     ff_error err = {0};
     if (!CHECK(rgl->layout(from, grid, &t, &err) == FF_OK, "%s: %s", label, err.message)) return;
     for (size_t i = 0; i < t.n; i++) CHECK(t.valid[i] == 1 && t.value[i] == 0, "%s: an empty table", label);
+    check_parts(label, &t, 2);
     fill_lobe(ax, ay, &t);
     CHECK(ff_table_write(path, NULL, &t, &err) == FF_OK, "%s: %s", label, err.message);
     if (!CHECK(ff_table_read(path, NULL, &back, &err) == FF_OK, "%s: %s", label, err.message)) return;
@@ -804,6 +813,7 @@ static void test_layout(const char *label, const ff_table *from, const char *gri
     CHECK(above > 0.8 * (double)t.n && fabs(covered / (4 * pi * pi) - 1) < 0.02, "%s: %zu of %zu above the horizon, weights %g",
           label, above, t.n, covered / (4 * pi * pi));
     if (!CHECK(ff_rgl_open(path, &r, &err) == FF_OK, "%s: %s", label, err.message)) return;
+    check_horizon(label, r, ax, ay);
     double between = 0, mean = 0;
     enum { TRIALS = 20000 };
     for (int k = 0; k < TRIALS; k++) {
@@ -821,6 +831,44 @@ static void test_layout(const char *label, const ff_table *from, const char *gri
     ff_rgl_free(r);
     ff_table_free(&back);
     ff_table_free(&t);
+}
+
+/* Each cell of a layout has the same part of the visible normals: (H-1) (W-1) times its solid angle times ndf / (4 sigma) is 1. */
+static void check_parts(const char *label, const ff_table *t, size_t incidence)
+{
+    const ff_rgl *r = t->kept;
+    const size_t n = r->width * r->height;
+    double *memory = malloc((4 * n + 2 * r->vndf.width) * sizeof *memory), mean = 0, square = 0, count = 0, widest = 0;
+    if (!memory) exit(1);
+    const ff_rgl_slice s = {memory, memory + n, memory + 2 * n, memory + 3 * n};
+    ff_rgl_sample_slice(r, 0, incidence, memory + 4 * n, &s);
+    for (size_t y = 1; y + 1 < r->height; y++)
+        for (size_t x = 1; x + 1 < r->width; x++) {
+            const size_t i = y * r->width + x;
+            if (s.factor[i + 1] <= 0) continue;
+            const double part = (double)((r->width - 1) * (r->height - 1)) * s.solid_angle[i] * s.factor[i] * cos(s.theta_o[i]);
+            mean += part, square += part * part, count++;
+            widest = fmax(widest, s.theta_o[i]);
+        }
+    mean /= count;
+    const double spread = sqrt(square / count - mean * mean);
+    CHECK(fabs(mean - 1) < 0.05 && spread < 0.2, "%s: parts of %g +- %g", label, mean, spread);
+    CHECK(widest > 70 * pi / 180, "%s: samples up to %g degrees", label, widest * 180 / pi);
+    free(memory);
+}
+
+/* Near the horizon the function goes on instead of falling to what lies below. */
+static void check_horizon(const char *label, const ff_rgl *r, double ax, double ay)
+{
+    double mean = 0;
+    for (int k = 0; k < 500; k++) {
+        double wi[3], wo[3], f[40];
+        unit(40 * pi / 180, 0.3, wi);
+        unit((84 + 5 * check_uniform()) * pi / 180, 2 * pi * check_uniform(), wo);
+        eval_one(r, wi, wo, f, NULL);
+        mean += fabs(f[0] / lobe(ax, ay, wi, wo) - 1) / 500;
+    }
+    CHECK(mean < 0.25, "%s: %g in the mean near the horizon", label, mean);
 }
 
 /* A table to lay out for: pairs of directions all over. */
@@ -857,7 +905,18 @@ static void test_layouts(void)
         CHECK(s == bad[k].code && strstr(err.message, bad[k].word), "%s: %d %s", bad[k].grid, s, err.message);
     }
     if (CHECK(rgl->layout(&t, "4x3", &out, &err) == FF_OK, "%s", err.message)) {
-        CHECK(ff_table_write(check_path("empty.bsdf"), NULL, &out, &err) == FF_OK, "zeros: %s", err.message);
+        const char *path = check_path("black.bsdf");
+        ff_table black;
+        CHECK(ff_table_write(path, NULL, &out, &err) == FF_OK, "zeros: %s", err.message);
+        ff_table_free(&out);
+        if (CHECK(ff_table_read(path, NULL, &black, &err) == FF_OK, "black: %s", err.message)) {
+            CHECK(black.n == 36 && black.n_invalid < 20 && black.valid[0] && black.value[0] == 0, "%zu invalid", black.n_invalid);
+            ff_table_free(&black);
+        }
+    }
+    for (size_t i = 0; i < t.n; i++) t.value[i] = t.value[t.n + i] = t.value[2 * t.n + i] *= t.value[i] > 0.5;
+    if (CHECK(rgl->layout(&t, NULL, &out, &err) == FF_OK, "%s", err.message)) {
+        check_parts("nothing beside the lobe", &out, 0);
         ff_table_free(&out);
     }
     ff_table_free(&t);
@@ -923,7 +982,7 @@ static void test_real_file(const char *path)
             for (size_t c = 0; c < 3; c++) largest = fmax(largest, fabs(t.value[c * t.n + i]));
             for (size_t c = 0; c < 3; c++) worst = fmax(worst, fabs(f[c] - t.value[c * t.n + i]) / largest);
         }
-        CHECK(worst < 2e-3, "%s: samples and function differ by %g", path, worst);
+        CHECK(worst < 1e-2, "%s: samples and function differ by %g", path, worst);
         for (size_t k = 0; k < 7; k++) {
             const double *theta = t.angle[0], lo = k ? (theta[1024 * k - 1] + theta[1024 * k]) / 2 : 0,
                          hi = (theta[1024 * k] + theta[1024 * (k + 1)]) / 2, all = 4 * pi * pi * (cos(lo) - cos(hi));
