@@ -848,8 +848,8 @@ static void check_parts(const char *label, const ff_table *t, size_t incidence)
             if (s.factor[i + 1] <= 0) continue;
             const double part = (double)((r->width - 1) * (r->height - 1)) * s.solid_angle[i] * s.factor[i] * cos(s.theta_o[i]);
             mean += part, square += part * part, count++;
-            widest = fmax(widest, s.theta_o[i]);
         }
+    for (size_t i = 0; i < n; i++) widest = s.factor[i] > 0 ? fmax(widest, s.theta_o[i]) : widest;
     mean /= count;
     const double spread = sqrt(square / count - mean * mean);
     CHECK(fabs(mean - 1) < 0.05 && spread < 0.2, "%s: parts of %g +- %g", label, mean, spread);
