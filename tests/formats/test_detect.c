@@ -68,6 +68,8 @@ static void test_content(void)
     EXPECT("fred", "\n TYPE\tbsdf_data\r\nformat angles=deg bsdf=value scale=1\r\n", "fred");
     EXPECT("pgii", "#sample_name x\n#intheta 10\n#inphi 0\n#format: theta phi DSF\n1 2 3\n", "pgii");
     EXPECT("somebody's comments", "#intheta 10\n1 2 3\n", NULL);
+    EXPECT("rgl", "tensor_file\0\1\0\2\0\0\0\7\0theta_i\4\0vndf", "rgl");
+    EXPECT("another tensor file", "tensor_file\0\1\0\1\0\0\0\5\0theta", "rgl");
     EXPECT("nothing", "", NULL);
     EXPECT("prose", "To be or not to be", NULL);
     EXPECT("binary with a csv header in it", "theta_i,phi_i,theta_o,phi_o,f\n\0\1\2", NULL);
