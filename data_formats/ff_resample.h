@@ -38,7 +38,7 @@ typedef struct ff_resample_report {
 ff_status ff_resample(const ff_table *t, const ff_format *to, const ff_resample_options *o, ff_table *out, ff_resample_report *report,
                       ff_error *err);
 
-/** A copy of the table without `kept`. FF_ERR_MEMORY. */
+/** A copy of the table, `kept` included. FF_ERR_MEMORY. */
 ff_status ff_table_copy(const ff_table *t, ff_table *out, ff_error *err);
 
 #ifdef __cplusplus

@@ -82,6 +82,7 @@ typedef struct ff_table {
     char         note[2048];     /**< what a reader had to assume, sentences separated by newlines; "" when nothing  */
     void        *kept;           /**< what `format` needs to write the same file again; NULL for most                */
     void       (*kept_free)(void *kept);
+    void      *(*kept_share)(void *kept); /**< for a copy of the table: a copy, or the same with one owner more; NULL = no memory */
 } ff_table;
 
 /** Releases what the table owns and zeroes it. A zeroed table and NULL are legal. */

@@ -53,6 +53,14 @@ static void kept_free(void *kept)
     ff_rgl_free(kept);
 }
 
+/* What a table keeps never changes: copies of the table share it. */
+static void *kept_share(void *kept)
+{
+    ff_rgl *r = kept;
+    r->owners++;
+    return r;
+}
+
 /* Planes and scratch for one node of incidence. */
 typedef struct slice_room {
     double *memory, *row, *weight;
@@ -194,6 +202,7 @@ static ff_status read_own_grid(ff_rgl *r, ff_table *out, ff_error *err)
     note_grid(r, &invalid, &t);
     t.kept = r;
     t.kept_free = kept_free;
+    t.kept_share = kept_share;
     *out = t;
     return FF_OK;
 }
@@ -379,6 +388,7 @@ static ff_status layout(const ff_table *t, const char *grid, ff_table *out, ff_e
     }
     out->kept = r;
     out->kept_free = kept_free;
+    out->kept_share = kept_share;
     return FF_OK;
 }
 

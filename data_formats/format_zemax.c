@@ -232,6 +232,15 @@ static ff_status read_data(zemax *z, char *word)
 
 /* ---- the table ------------------------------------------------------------------------------- */
 
+static void *kept_copy(void *original)
+{
+    const kept *k = original;
+    const size_t bytes = sizeof *k + k->n * sizeof *k->tis;
+    kept *copy = malloc(bytes);
+    if (copy) memcpy(copy, k, bytes);
+    return copy;
+}
+
 static ff_status keep(const zemax *z, ff_table *t)
 {
     kept *k = malloc(sizeof *k + z->tis.n * sizeof *k->tis);
@@ -241,6 +250,7 @@ static ff_status keep(const zemax *z, ff_table *t)
     memcpy(k->tis, z->tis.value, z->tis.n * sizeof *k->tis);
     t->kept = k;
     t->kept_free = free;
+    t->kept_share = kept_copy;
     return FF_OK;
 }
 

@@ -7,6 +7,7 @@
 
 struct ff_rgl {
     ff_tensor_file file; /**< owned                                                                */
+    _Atomic int owners;  /**< beyond the first                                                     */
     size_t n_phi, n_theta, n_channels, width, height;
     double *phi, *theta; /**< [n_phi], [n_theta], radians                                          */
     int isotropic;       /**< azimuths of the half vector are relative to that of the incidence    */

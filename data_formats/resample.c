@@ -47,7 +47,17 @@ ff_status ff_table_copy(const ff_table *t, ff_table *out, ff_error *err)
     c.quantity = t->quantity;
     c.n_invalid = t->n_invalid;
     c.n_negative = t->n_negative;
+    memcpy(c.format, t->format, sizeof c.format);
     memcpy(c.note, t->note, sizeof c.note);
+    if (t->kept && t->kept_share) {
+        c.kept = t->kept_share(t->kept);
+        c.kept_free = t->kept_free;
+        c.kept_share = t->kept_share;
+        if (!c.kept) {
+            ff_table_free(&c);
+            return ff_error_set(err, FF_ERR_MEMORY, NULL, 0, -1, "no memory for a copy of %zu samples", t->n);
+        }
+    }
     *out = c;
     return FF_OK;
 }
@@ -178,9 +188,11 @@ ff_status ff_resample(const ff_table *t, const ff_format *to, const ff_resample_
     if (!to->layout && o->grid)
         return ff_error_set(err, FF_ERR_UNSUPPORTED, NULL, 0, -1,
                             "the format '%s' takes the directions as they are, found the grid '%s'", to->name, o->grid);
-    ff_status s = to->layout ? to->layout(t, o->grid, &made, err) : FF_OK;
+    /* what came from such a file goes back to it as it is */
+    const int back = t->kept && t->kept_share && strcmp(t->format, to->name) == 0 && !o->grid;
+    ff_status s = to->layout && !back ? to->layout(t, o->grid, &made, err) : FF_OK;
     if (s != FF_OK) return s;
-    if (to->layout && !(made.n_channels == t->n_channels && same_directions(t, &made))) {
+    if (made.n > 0 && !(made.n_channels == t->n_channels && same_directions(t, &made))) {
         r.as_it_is = 0;
         s = interpolate(t, to, o, &made, &r, err);
     } else {

@@ -15,6 +15,7 @@
 #include "internal_number.h"
 #include "ff_model.h"
 #include <math.h>
+#include <stdatomic.h>
 #include <stdlib.h>
 
 static const double pi = 3.14159265358979323846;
@@ -274,7 +275,7 @@ ff_status ff_rgl_open(const char *path, ff_rgl **out, ff_error *err)
 
 void ff_rgl_free(ff_rgl *r)
 {
-    if (!r) return;
+    if (!r || atomic_fetch_sub(&r->owners, 1) > 0) return;
     ff_tensor_file_free(&r->file);
     ff_warp2d_free(&r->vndf);
     free(r->phi);
