@@ -15,6 +15,7 @@
  *
  * Values are f in 1/sr without the cosine: the SDK's albedo is their sum times the projected solid angle. A file need not be
  * reciprocal (the SDK averages the two orders of a pair) and has tens of thousands of negative values: both are kept as measured.
+ * Rows that only repeat the last measured theta are not valid.
  */
 #define _GNU_SOURCE
 #include "internal_bytes.h"
@@ -235,19 +236,27 @@ static int repeats(const mbsdf *m, const block *b, int exit, size_t k)
     return 1;
 }
 
-/* Files are often filled up to the horizon with the last angle that was measured: worth knowing before a fit. */
-static void note_repetition(const mbsdf *m, const block *b, ff_table *t)
+/* Samples of theta index k of one side. */
+static void mark_theta(const block *b, int exit, size_t k, ff_table *t)
+{
+    for (size_t j = 0; j < b->n_theta; j++)
+        memset(t->valid + (exit ? j * b->n_theta + k : k * b->n_theta + j) * b->n_phi, 0, b->n_phi);
+}
+
+/* Files are often filled up to the horizon with the last angle that was measured. What merely repeats it was not measured. */
+static void mark_repetition(const mbsdf *m, const block *b, ff_table *t)
 {
     for (int exit = 0; exit < 2; exit++) {
-        size_t k = b->n_theta;
-        while (k > 1 && repeats(m, b, exit, k - 1)) k--;
-        if (k < b->n_theta && k > 1)
-            ff_table_note(t, "the values are the same at every %s from %g degrees on: the last ones measured, repeated",
-                          exit ? "theta_o" : "theta_i", t->axes.node[0][k - 1]);
+        size_t last = b->n_theta;
+        while (last > 1 && repeats(m, b, exit, last - 1)) last--;
+        if (last == b->n_theta || last == 1) continue; /* none, or no dependence on theta at all */
+        for (size_t k = last; k < b->n_theta; k++) mark_theta(b, exit, k, t);
+        ff_table_note(t, "beyond %s = %g degrees the values are those of that angle, repeated: taken as not measured",
+                      exit ? "theta_o" : "theta_i", t->axes.node[0][last - 1]);
     }
 }
 
-static void add_notes(const mbsdf *m, const block *b, int with_transmission, ff_table *t)
+static void add_notes(const block *b, int with_transmission, ff_table *t)
 {
     ff_table_note(
         t,
@@ -256,7 +265,6 @@ static void add_notes(const mbsdf *m, const block *b, int with_transmission, ff_
         90 / (double)b->n_theta);
     ff_table_note(
         t, "the two orders of a pair of directions are kept as stored and need not be equal; negative values are kept as noise");
-    note_repetition(m, b, t);
     if (with_transmission) ff_table_note(t, "the file has a transmission part, which is not read");
 }
 
@@ -272,6 +280,7 @@ static ff_status read_data(mbsdf *m, ff_table *out)
     if (s == FF_OK) s = new_table(&b, &t, m->err);
     if (s != FF_OK) return s;
     s = take_values(m, &b, &t);
+    if (s == FF_OK) mark_repetition(m, &b, &t);
     if (s == FF_OK) s = ff_table_count(&t, m->path, m->err);
     if (s != FF_OK) {
         ff_table_free(&t);
@@ -280,7 +289,7 @@ static ff_status read_data(mbsdf *m, ff_table *out)
     for (size_t c = 0; c < b.n_channels; c++) strcpy(t.channels[c].name, b.n_channels == 1 ? "f" : rgb[c]);
     snprintf(t.format, sizeof t.format, "mbsdf");
     t.isotropic = 1;
-    add_notes(m, &b, with_transmission, &t);
+    add_notes(&b, with_transmission, &t);
     *out = t;
     return FF_OK;
 }

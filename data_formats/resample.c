@@ -111,7 +111,7 @@ static void drop(ff_table *t, const ff_format *to, ff_resample_report *r)
         t->sigma = NULL;
         ff_table_note(t, "standard deviations are dropped: the format '%s' has none", to->name);
     }
-    if (t->weight && !(holds & FF_HOLDS_WEIGHTS) && !t->axes.kind)
+    if (t->weight && !to->layout && !(holds & FF_HOLDS_WEIGHTS)) /* with a layout they follow from the directions */
         ff_table_note(t, "weights of the samples are dropped: the format '%s' has none", to->name);
     if (!(holds & FF_HOLDS_NEGATIVE)) raise_negative(t, r);
     if (r->as_it_is && !(holds & FF_HOLDS_INVALID) && count_invalid(t))

@@ -159,14 +159,17 @@ static void test_repetition(void)
     const size_t row = 4 * 3 * 3, slice = 5 * row;
     memcpy(v + 4 * slice, v + 3 * slice, slice);
     if (read_bytes(m.b, m.n, &t)) {
-        CHECK(strstr(t.note, "every theta_i from 54 degrees on") && !strstr(t.note, "theta_o from"), "note '%s'", t.note);
+        CHECK(strstr(t.note, "beyond theta_i = 54 degrees") && !strstr(t.note, "beyond theta_o"), "note '%s'", t.note);
+        for (size_t i = 0; i < t.n; i++) CHECK(t.valid[i] == (t.angle[0][i] < 60), "sample %zu: valid %d", i, t.valid[i]);
+        CHECK(t.n_invalid == 5 * 3, "%zu invalid", t.n_invalid);
         ff_table_free(&t);
     }
     for (size_t ti = 0; ti < 5; ti++)
         for (size_t to = 3; to < 5; to++) memcpy(v + ti * slice + to * row, v + ti * slice + 2 * row, row);
     if (read_bytes(m.b, m.n, &t)) {
-        CHECK(strstr(t.note, "every theta_i from 54 degrees on") && strstr(t.note, "every theta_o from 36 degrees on"), "note '%s'",
-              t.note);
+        CHECK(strstr(t.note, "beyond theta_i = 54 degrees") && strstr(t.note, "beyond theta_o = 36 degrees"), "note '%s'", t.note);
+        for (size_t i = 0; i < t.n; i++)
+            CHECK(t.valid[i] == (t.angle[0][i] < 60 && t.angle[2][i] < 40), "sample %zu: valid %d", i, t.valid[i]);
         ff_table_free(&t);
     }
     m.b[m.n - 1] ^= 0x80; /* one bit is a difference */
@@ -395,12 +398,11 @@ static void test_real_file(const char *path, size_t negative, double largest)
 {
     ff_table t;
     ff_error err = {0};
-    size_t size, found = 0;
+    size_t size, found = 0, measured = 0, invalid = 0;
     char *bytes = check_slurp(path, &size);
     if (!CHECK(ff_table_read(path, NULL, &t, &err) == FF_OK, "%s", err.message)) exit(1);
-    CHECK(strcmp(t.format, "mbsdf") == 0 && t.n == 182250 && t.n_channels == 3 && t.n_invalid == 0 && t.isotropic &&
-              size == 2187055,
-          "%zu x %zu", t.n, t.n_channels);
+    CHECK(strcmp(t.format, "mbsdf") == 0 && t.n == 182250 && t.n_channels == 3 && t.isotropic && size == 2187055, "%zu x %zu", t.n,
+          t.n_channels);
     double most = 0, brightest = 0;
     for (size_t i = 0; i < 182250; i++) {
         int any = 0;
@@ -411,15 +413,21 @@ static void test_real_file(const char *path, size_t negative, double largest)
             CHECK(t.value[c * t.n + i] == v, "sample %zu: %g, in the file %g", i, t.value[c * t.n + i], v);
         }
         found += any != 0;
+        const int repeated = i / 4050 > 33 || i / 90 % 45 > 40; /* beyond 66 and 80 degrees */
+        CHECK(t.valid[i] == !repeated, "sample %zu: valid %d", i, t.valid[i]);
+        measured += any && !repeated;
+        invalid += repeated;
     }
-    CHECK(t.n_negative == found && found == negative, "%zu negative, %zu in the file, expected %zu", t.n_negative, found, negative);
+    CHECK(found == negative, "%zu negative in the file, expected %zu", found, negative);
+    CHECK(t.n_negative == measured && t.n_invalid == invalid, "%zu negative, %zu invalid, expected %zu, %zu", t.n_negative,
+          t.n_invalid, measured, invalid);
     CHECK(fabs(most - largest) < 1e-5, "largest %.9g, expected %.9g", most, largest);
     CHECK(t.value[1 * t.n + (20 * 45 + 21) * 90 + 89] == (double)float_in_file(bytes, 20, 21, 89, 1),
           "a value at the mirror direction");
     CHECK(t.angle[0][(20 * 45 + 21) * 90 + 89] == 40 && t.angle[2][(20 * 45 + 21) * 90 + 89] == 42 &&
               t.angle[3][(20 * 45 + 21) * 90 + 89] == 180 && t.angle[1][7] == 0,
           "its direction");
-    CHECK(strstr(t.note, "theta_i from 66 degrees on") && strstr(t.note, "theta_o from 80 degrees on"), "note '%s'", t.note);
+    CHECK(strstr(t.note, "beyond theta_i = 66 degrees") && strstr(t.note, "beyond theta_o = 80 degrees"), "note '%s'", t.note);
     for (size_t ti = 0; ti < 45; ti++) { /* reflects less than it receives, and more than nothing */
         double albedo = 0, cells = 0, o;
         for (size_t i = ti * 4050; i < (ti + 1) * 4050; i++) {

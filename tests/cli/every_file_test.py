@@ -1,0 +1,81 @@
+#!/usr/bin/env python3
+"""every_file_test.py PROGRAM DATA: every measured file of the shared data is described by `info` and fitted by the default command.
+
+What cannot be read as it is must be refused with an explanation, and read with what the explanation asks for. Prints a table of what
+came out; skipped (77) without the data.
+"""
+import json
+import os
+import subprocess
+import sys
+
+# Not measurements: descriptions, licences, published parameters, weights of networks.
+NO_DATA = {"README.md", "README.txt", "rgl_reference_values.txt", "LICENSE", "LICENSE.ua-loft", "MERL_sha256_from_lfs_pointers.txt",
+           "nbrdf_weights.npz", "valid_mask.bits"}
+NO_FOLDERS = {"tables"}
+# Refused without these flags; words of the explanation.
+NEEDS = {"golden_paper_partial.txt": (["--scale", "1e-3"], ["uA", "--scale"])}
+# Words that the notes or warnings of info must have.
+SAYS = {"retro-gray-tape.dat": ["no #PARAM_OUT", "--quantity brdf-cos"], "C9_Gold.astm": ["VARS names 6 columns, the rows have 7"]}
+
+
+def run(program, *words):
+    p = subprocess.run([program, *words], capture_output=True, text=True, check=False, timeout=120)
+    return p.returncode, p.stdout, p.stderr
+
+
+def files(data):
+    for folder in sorted(os.listdir(data)):
+        path = os.path.join(data, folder)
+        if not os.path.isdir(path) or folder in NO_FOLDERS:
+            continue
+        for name in sorted(os.listdir(path)):
+            if name not in NO_DATA:
+                yield os.path.join(path, name)
+
+
+def check(program, path, failures):
+    name, flags = os.path.basename(path), []
+    if name in NEEDS:
+        flags, words = NEEDS[name]
+        status, _, said = run(program, "fit", path)
+        if status not in (2, 3) or not all(w in said for w in words):
+            failures.append(f"{name}: without {flags} exit status {status}: {said}")
+    status, out, said = run(program, "info", path, *flags)
+    if status != 0:
+        failures.append(f"{name}: info: exit status {status}: {said}")
+        return
+    for words in SAYS.get(name, []):
+        if words not in out:
+            failures.append(f"{name}: info does not say '{words}'")
+    status, out, said = run(program, "fit", path, "--json", "-", *flags)
+    if status not in (0, 1):
+        failures.append(f"{name}: fit: exit status {status}: {said}")
+        return
+    document = json.loads(out)
+    fit, data = document["fits"][0], document["data"]
+    if fit["outcome"] != "converged":
+        failures.append(f"{name}: fit: {fit['outcome']}")
+    if data["used"] < 0.3 * data["samples"]:
+        failures.append(f"{name}: only {data['used']} of {data['samples']} samples used")
+    alpha = fit["parameters"]["alpha_x"]["value"]
+    print(f"{name:44} {data['format']:10} {data['samples']:8} {data['used']:8}  alpha_x {alpha:.4f}  log rmse {fit['residual']['log_rmse']:.4g}")
+
+
+def main(argv):
+    program, data = argv[1], os.environ.get("FACETFIT_DATA", argv[2])
+    if not os.path.isdir(data):
+        print(f"no measured data at {data}")
+        return 77
+    failures, n = [], 0
+    for path in files(data):
+        check(program, path, failures)
+        n += 1
+    print(f"{n} files, {len(failures)} failures")
+    for f in failures:
+        print(f)
+    return 1 if failures or n < 30 else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv))
