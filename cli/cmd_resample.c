@@ -22,6 +22,15 @@ static ff_status write_text(const void *context, FILE *out)
     return ff_report_resample_text(r->args->word[0], r->args->word[1], r->to, r->in, r->out, r->report, out);
 }
 
+/* Where the data go to stdout, what was lost of them goes to stderr, and the rest to the file of --json alone. */
+static int report_conversion(const result *r)
+{
+    const char *json = cli_value(r->args, FLAG_JSON, NULL);
+    if (strcmp(r->args->word[1], "-")) return cli_write_both(r->args, write_json, write_text, r);
+    cli_notes(r->args->word[0], r->out->note);
+    return json ? cli_write(json, write_json, r) : EXIT_DONE;
+}
+
 int cmd_resample(const cli_args *args)
 {
     ff_table in, out;
@@ -30,6 +39,8 @@ int cmd_resample(const cli_args *args)
     ff_error err = {0};
     const ff_format *to = NULL;
     int status = cli_format_for_writing(args, FLAG_TO, args->word[1], &to);
+    if (status == EXIT_DONE && !strcmp(args->word[1], "-") && !strcmp(cli_value(args, FLAG_JSON, ""), "-"))
+        status = cli_usage(args, "--json - and OUT - both want stdout");
     if (status == EXIT_DONE) status = cli_read(args, args->word[0], 1, &in);
     if (status != EXIT_DONE) return status;
     ff_resample_options_init(&o);
@@ -40,7 +51,7 @@ int cmd_resample(const cli_args *args)
     if (failed == FF_OK) {
         failed = to->write(args->word[1], &out, &err);
         const result r = {args, &in, &out, to, &report};
-        if (failed == FF_OK && strcmp(args->word[1], "-")) status = cli_write_both(args, write_json, write_text, &r);
+        if (failed == FF_OK) status = report_conversion(&r);
         ff_table_free(&out);
     }
     ff_table_free(&in);

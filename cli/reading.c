@@ -1,7 +1,8 @@
 /* Measured data as the flags want them. */
 #include "internal_cli.h"
 #include "ff_spectral.h"
-#include <float.h>
+#include "internal_number.h"
+#include <math.h>
 #include <string.h>
 
 static int find_quantity(const char *name)
@@ -9,6 +10,15 @@ static int find_quantity(const char *name)
     for (int q = 0; q < 3; ++q)
         if (!strcmp(name, ff_quantity_name(q))) return q;
     return -1;
+}
+
+static int read_scale(const cli_args *args, double *scale)
+{
+    const char *text = cli_value(args, FLAG_SCALE, NULL), *end;
+    if (!text) return EXIT_DONE;
+    end = ff_number_read(text, scale);
+    if (end && !*end && *scale > 0 && isfinite(*scale)) return EXIT_DONE;
+    return cli_usage(args, "--scale %s: expected a number above 0", text);
 }
 
 static int read_options(const cli_args *args, ff_read_options *o)
@@ -20,7 +30,7 @@ static int read_options(const cli_args *args, ff_read_options *o)
     o->part = cli_value(args, FLAG_PART, NULL);
     if (strcmp(args->command->name, "resample")) o->grid = cli_value(args, FLAG_GRID, NULL); /* there it is the grid of OUT */
     if ((status = cli_choice(args, FLAG_QUANTITY, find_quantity, ff_quantity_name, 3, &o->quantity)) != EXIT_DONE) return status;
-    return cli_number(args, FLAG_SCALE, DBL_MIN, DBL_MAX, &o->scale);
+    return read_scale(args, &o->scale);
 }
 
 /* Replaces *t by what --reduce makes of it. */
@@ -43,7 +53,10 @@ int cli_read(const cli_args *args, const char *path, int with_notes, ff_table *o
     if (status != EXIT_DONE) return status;
     ff_status failed = ff_table_read_with(path, &o, &t, &err);
     if (failed == FF_OK && to) failed = reduce(to, &t, &err);
-    if (failed != FF_OK) return cli_failed(failed, &err);
+    if (failed != FF_OK) {
+        if (!err.path[0]) snprintf(err.path, sizeof err.path, "%s", path);
+        return cli_failed(failed, &err);
+    }
     if (with_notes) cli_notes(path, t.note);
     *out = t;
     return EXIT_DONE;

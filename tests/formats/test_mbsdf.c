@@ -416,7 +416,7 @@ static void test_real_file(const char *path, size_t negative, double largest)
         const int repeated = i / 4050 > 33 || i / 90 % 45 > 40; /* beyond 66 and 80 degrees */
         CHECK(t.valid[i] == !repeated, "sample %zu: valid %d", i, t.valid[i]);
         measured += any && !repeated;
-        invalid += repeated;
+        invalid += repeated != 0;
     }
     CHECK(found == negative, "%zu negative in the file, expected %zu", found, negative);
     CHECK(t.n_negative == measured && t.n_invalid == invalid, "%zu negative, %zu invalid, expected %zu, %zu", t.n_negative,
