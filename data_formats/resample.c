@@ -154,10 +154,8 @@ static ff_status fill(const ff_table *t, const ff_interpolant *p, const ff_forma
         for (size_t i = 0; i < n; i++) {
             count(r, found[i]);
             if (found[i] == FF_FOUND_BELOW || (found[i] == FF_FOUND_BEYOND && !keep_beyond)) out->valid[first + i] = 0;
-            for (size_t c = 0; c < out->n_channels && out->valid[first + i]; c++) {
-                const double f = value[(t->n_channels == 1 ? 0 : c) * n + i];
-                out->value[c * out->n + first + i] = f / out->channels[c].scale;
-            }
+            for (size_t c = 0; c < out->n_channels && out->valid[first + i]; c++)
+                out->value[c * out->n + first + i] = value[(t->n_channels == 1 ? 0 : c) * n + i];
         }
     }
     free(value);

@@ -305,6 +305,82 @@ static void the_same_pair_many_times(void)
     ff_table_free(&many);
 }
 
+/* Isotropic samples at random on one side of the plane of incidence stand for the other side as well. */
+static void one_side_of_the_plane(void)
+{
+    const fit_surface s = make_surface(0.3, 0.3);
+    ff_table t = simulate(&s, "scattered:20000:0.5", 1), at = simulate(&s, "scattered:2000:0.5", 2);
+    directions d = directions_of(&t);
+    t.isotropic = 1;
+    for (size_t i = 0; i < t.n; i++) t.valid[i] = d.w[0][i] * d.w[4][i] - d.w[1][i] * d.w[3][i] > 0;
+    directions_free(&d);
+    double half, most, inside;
+    errors_of(&t, &at, &half, &most, &inside); /* the model does not care about the side either */
+    FF_CHECK(half < 0.03 && most < 0.15 && inside > 0.95, "%g, %g, %g", half, most, inside);
+    ff_table_free(&t);
+    ff_table_free(&at);
+}
+
+/* A difference azimuth that goes half around is closed by reciprocity, and one that goes around by itself. */
+static void azimuths_are_closed(void)
+{
+    for (int whole = 0; whole < 2; whole++) {
+        double theta[18], phi[36], none = 0;
+        for (int k = 0; k < 18; k++) theta[k] = 5 * k + 2.5;
+        for (int k = 0; k < 36; k++) phi[k] = 10 * k + 5;
+        const size_t n[4] = {18, 1, 18, whole ? 36 : 18};
+        const double *const node[4] = {theta, &none, theta, phi};
+        ff_table t;
+        ff_interpolant *p = NULL;
+        FF_CHECK(ff_table_new_axes(FF_AXES_HALF_DIFFERENCE, n, node, pi / 180, 1, 0, &t, NULL) == FF_OK, "no table");
+        t.isotropic = 1;
+        for (size_t i = 0; i < t.n; i++) t.value[i] = 2 + cos(2 * phi[i % n[3]] * pi / 180);
+        FF_CHECK(ff_interpolant_new(&t, 0, &p, NULL) == FF_OK, "no interpolant");
+        for (int k = 0; k < 36; k++) {
+            const double q[4] = {20, 0, 30, 10 * k}, in[4] = {20 * pi / 180, 0.3, 30 * pi / 180, 10 * k * pi / 180};
+            double a[4], wi[3], wo[3], v;
+            unsigned char found;
+            ff_axes_angles(FF_AXES_HALF_DIFFERENCE, 1, in, a);
+            unit(a[0], a[1], wi);
+            unit(a[2], a[3], wo);
+            const double *const w[6] = {&wi[0], &wi[1], &wi[2], &wo[0], &wo[1], &wo[2]};
+            ff_interpolant_eval(p, w, 1, &v, &found);
+            FF_CHECK(found == FF_FOUND_BETWEEN, "phi_d = %g: found %d", q[3], found);
+            FF_CHECK_CLOSE(v, 2 + cos(2 * in[3]) * cos(10 * pi / 180), 1e-9, 0); /* the mean of two neighbours */
+        }
+        ff_interpolant_free(p);
+        ff_table_free(&t);
+    }
+}
+
+/* Left out, a sample does not speak for itself, not even where another was taken at the same place. */
+static void without_a_sample(void)
+{
+    const fit_surface s = make_surface(0.3, 0.3);
+    ff_table t = simulate(&s, "goniometer:5", 1), twice;
+    ff_interpolant *p = NULL;
+    double value[3], y;
+    FF_CHECK(ff_table_new(t.n + 1, 3, NULL, 0, 0, &twice, NULL) == FF_OK, "no table");
+    twice.radians_per_unit = t.radians_per_unit;
+    twice.isotropic = 1;
+    const size_t i = 2000;
+    for (size_t j = 0; j < twice.n; j++)
+        for (int k = 0; k < 4; k++) twice.angle[k][j] = t.angle[k][j < t.n ? j : i];
+    for (size_t j = 0; j < twice.n; j++)
+        for (size_t c = 0; c < 3; c++) twice.value[c * twice.n + j] = j < t.n ? t.value[c * t.n + j] : 77;
+    FF_CHECK(ff_interpolant_new(&twice, 0, &p, NULL) == FF_OK, "no interpolant");
+    FF_CHECK(ff_interpolant_without(p, i, value) == FF_FOUND_SAMPLE, "the other one stands there");
+    FF_CHECK_CLOSE(value[1], 77, 1e-12, 0);
+    ff_interpolant_free(p);
+    FF_CHECK(ff_interpolant_new(&t, 0, &p, NULL) == FF_OK, "no interpolant");
+    FF_CHECK(ff_interpolant_without(p, i, value) == FF_FOUND_BETWEEN, "it is found among its neighbours");
+    ff_table_values(&t, 1, i, 1, &y);
+    FF_CHECK(value[1] != y && fabs(value[1] / y - 1) < 0.05, "%g, without it %g", y, value[1]);
+    ff_interpolant_free(p);
+    ff_table_free(&t);
+    ff_table_free(&twice);
+}
+
 /* No value leaves the range of the samples, whatever they are. */
 static void within_range(void)
 {
@@ -515,6 +591,7 @@ static void coverage(void)
 }
 
 FF_TEST_MAIN(FF_TEST(neighbours_are_the_nearest), FF_TEST(points_of_axes_and_back), FF_TEST(at_samples), FF_TEST(between_samples),
-             FF_TEST(beyond_the_data), FF_TEST(the_same_pair_many_times), FF_TEST(within_range), FF_TEST(to_merl),
+             FF_TEST(beyond_the_data), FF_TEST(the_same_pair_many_times), FF_TEST(one_side_of_the_plane),
+             FF_TEST(azimuths_are_closed), FF_TEST(without_a_sample), FF_TEST(within_range), FF_TEST(to_merl),
              FF_TEST(what_is_dropped), FF_TEST(reflectances), FF_TEST(cosines_are_noticed), FF_TEST(isotropy_is_measured),
              FF_TEST(coverage))
