@@ -566,12 +566,7 @@ static ff_status read_all(alta *a, ff_table *out)
     s = ff_rows_to_table(&a->rows, a->n_y, a->with_sigma, 0, &t, a->err);
     if (s != FF_OK) return s;
     describe(a, &t);
-    s = ff_table_count(&t, a->path, a->err);
-    if (s == FF_OK)
-        *out = t;
-    else
-        ff_table_free(&t);
-    return s;
+    return ff_table_hand_out(&t, a->path, out, a->err);
 }
 
 static ff_status read_alta(const char *path, const ff_read_options *o, ff_table *out, ff_error *err)

@@ -244,12 +244,7 @@ static ff_status read_all(astm *a, ff_table *out)
     status = ff_rows_to_table(&a->rows, a->n_channels, 0, 0, &t, a->err);
     if (status != FF_OK) return status;
     describe(a, &t);
-    status = ff_table_count(&t, a->path, a->err);
-    if (status == FF_OK)
-        *out = t;
-    else
-        ff_table_free(&t);
-    return status;
+    return ff_table_hand_out(&t, a->path, out, a->err);
 }
 
 static ff_status read_astm(const char *path, const ff_read_options *o, ff_table *out, ff_error *err)

@@ -160,12 +160,7 @@ static ff_status read_all(cornell *c, ff_table *out)
     s = ff_rows_to_table(&c->rows, c->n, 0, 0, &t, c->err);
     if (s != FF_OK) return s;
     describe(c, &t);
-    s = ff_table_count(&t, c->path, c->err);
-    if (s == FF_OK)
-        *out = t;
-    else
-        ff_table_free(&t);
-    return s;
+    return ff_table_hand_out(&t, c->path, out, c->err);
 }
 
 static ff_status read_cornell(const char *path, const ff_read_options *o, ff_table *out, ff_error *err)

@@ -325,12 +325,7 @@ static ff_status read_all(csv *f, const ff_read_options *o, ff_table *out)
     status = ff_rows_to_table(&f->rows, f->n_channels, f->with_sigma, f->with_weight, &t, f->err);
     if (status != FF_OK) return status;
     describe(f, &t);
-    status = ff_table_count(&t, f->path, f->err);
-    if (status == FF_OK)
-        *out = t;
-    else
-        ff_table_free(&t);
-    return status;
+    return ff_table_hand_out(&t, f->path, out, f->err);
 }
 
 static ff_status read_csv(const char *path, const ff_read_options *o, ff_table *out, ff_error *err)

@@ -237,12 +237,7 @@ static ff_status read_all(fred *f, ff_table *out)
     s = ff_rows_to_table(&f->rows, 1, 0, 0, &t, f->err);
     if (s != FF_OK) return s;
     describe(f, &t);
-    s = ff_table_count(&t, f->path, f->err);
-    if (s == FF_OK)
-        *out = t;
-    else
-        ff_table_free(&t);
-    return s;
+    return ff_table_hand_out(&t, f->path, out, f->err);
 }
 
 static ff_status read_fred(const char *path, const ff_read_options *o, ff_table *out, ff_error *err)

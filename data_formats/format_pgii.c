@@ -253,12 +253,7 @@ static ff_status read_all(pgii *g, ff_table *out)
     s = ff_rows_to_table(&g->rows, g->n_channels, 0, 0, &t, g->err);
     if (s != FF_OK) return s;
     describe(g, &t);
-    s = ff_table_count(&t, g->path, g->err);
-    if (s == FF_OK)
-        *out = t;
-    else
-        ff_table_free(&t);
-    return s;
+    return ff_table_hand_out(&t, g->path, out, g->err);
 }
 
 static ff_status read_pgii(const char *path, const ff_read_options *o, ff_table *out, ff_error *err)

@@ -695,12 +695,7 @@ static ff_status to_table(window *w, ff_table *out)
         w->structure < TREE_3 ? matrix_to_table(w, &t) : ff_rows_to_table(&w->blocks[0].data.leaves, 1, 0, 1, &t, w->xml.err);
     if (status != FF_OK) return status;
     describe(w, dropped, &t);
-    status = ff_table_count(&t, w->xml.path, w->xml.err);
-    if (status == FF_OK)
-        *out = t;
-    else
-        ff_table_free(&t);
-    return status;
+    return ff_table_hand_out(&t, w->xml.path, out, w->xml.err);
 }
 
 /* ---- the format ------------------------------------------------------------------------------ */

@@ -100,6 +100,9 @@ int ff_table_one_incidence_azimuth(const ff_table *t);
 /** Counts invalid and negative samples. FF_ERR_DATA when no sample is valid. */
 ff_status ff_table_count(ff_table *t, const char *path, ff_error *err);
 
+/** The end of a reader: counts, and moves the table to *out; on failure (no valid sample) frees it. */
+ff_status ff_table_hand_out(ff_table *t, const char *path, ff_table *out, ff_error *err);
+
 /** What every writer requires: finite angles, weights >= 0, and of valid samples finite values and standard deviations > 0; at
  *  least one valid sample.
  *  FF_ERR_DATA names the sample. */

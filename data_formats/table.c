@@ -162,6 +162,16 @@ ff_status ff_table_count(ff_table *t, const char *path, ff_error *err)
     return FF_OK;
 }
 
+ff_status ff_table_hand_out(ff_table *t, const char *path, ff_table *out, ff_error *err)
+{
+    const ff_status status = ff_table_count(t, path, err);
+    if (status == FF_OK)
+        *out = *t;
+    else
+        ff_table_free(t);
+    return status;
+}
+
 static ff_status bad_number(const char *path, size_t i, const char *what, const char *name, double found, const char *expected,
                             ff_error *err)
 {
