@@ -1,4 +1,4 @@
-/* Points of product grids as pairs of directions; what a file's numbers stand for.
+/* Points of product grids as pairs of directions, and the solid angles that they stand for.
  *
  * half, difference: h at (theta_h, phi_h); d = (sin theta_d cos phi_d, sin theta_d sin phi_d, cos theta_d) is wi seen from h,
  *     wi = Rz(phi_h) Ry(theta_h) d,  wo = Rz(phi_h) Ry(theta_h) (-dx, -dy, dz)  (Rusinkiewicz 1998).
@@ -129,12 +129,6 @@ void ff_axes_point(ff_axes_kind kind, const double wi[3], const double wo[3], do
     }
 }
 
-const char *ff_quantity_name(int quantity)
-{
-    static const char *const name[3] = {"brdf", "brdf-cos", "reflectance-factor"};
-    return quantity >= 0 && quantity < 3 ? name[quantity] : NULL;
-}
-
 void ff_polar_bands(const double *node, size_t n, double unit, double *band)
 {
     double low = n > 1 ? fmax(0, node[0] - (node[1] - node[0]) / 2) * unit : 0;
@@ -159,50 +153,4 @@ void ff_table_product_weights(ff_table *t, const double *const factor[4])
                 const double abc = factor[0][a] * factor[1][b] * factor[2][c];
                 for (size_t d = 0; d < n[3]; d++) *w++ = abc * factor[3][d];
             }
-}
-
-ff_quantity ff_read_quantity(const ff_read_options *o, ff_quantity in_file)
-{
-    return o->quantity >= 0 ? (ff_quantity)o->quantity : in_file;
-}
-
-static void divide_by_cosine(ff_table *t)
-{
-    enum { BLOCK = 512 };
-    double plane[6][BLOCK], *const planes[6] = {plane[0], plane[1], plane[2], plane[3], plane[4], plane[5]};
-    for (size_t first = 0; first < t->n; first += BLOCK) {
-        const size_t n = t->n - first < BLOCK ? t->n - first : BLOCK;
-        ff_table_directions(t, first, n, planes);
-        for (size_t k = 0; k < n; k++) {
-            const int gone = !(plane[5][k] > FF_COS_MIN);
-            if (gone) t->valid[first + k] = 0;
-            for (size_t c = 0; c < t->n_channels; c++) {
-                double *v = t->value + c * t->n + first + k, *s = t->sigma ? t->sigma + c * t->n + first + k : v;
-                *v = gone ? 0 : *v / plane[5][k];
-                if (s != v) *s = gone ? 0 : *s / plane[5][k];
-            }
-        }
-    }
-}
-
-void ff_table_set_quantity(ff_table *t, ff_quantity quantity)
-{
-    t->quantity = quantity;
-    if (quantity == FF_BRDF_COS) divide_by_cosine(t);
-    for (size_t c = 0; c < t->n_channels && quantity == FF_REFLECTANCE_FACTOR; c++) t->channels[c].scale /= pi;
-}
-
-void ff_table_name_channels_like(ff_table *t, const ff_table *from)
-{
-    static const char *const rgb[3] = {"r", "g", "b"};
-    for (size_t c = 0; c < t->n_channels; c++) {
-        ff_channel *to = &t->channels[c];
-        if (from->n_channels == 1 && t->n_channels == 3) {
-            strcpy(to->name, rgb[c]);
-            continue;
-        }
-        const ff_channel *source = &from->channels[from->n_channels == 1 ? 0 : c];
-        memcpy(to->name, source->name, sizeof to->name);
-        to->wavelength_nm = source->wavelength_nm;
-    }
 }

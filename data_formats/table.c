@@ -295,6 +295,21 @@ int ff_table_one_incidence_azimuth(const ff_table *t)
     return 1;
 }
 
+void ff_table_name_channels_like(ff_table *t, const ff_table *from)
+{
+    static const char *const rgb[3] = {"r", "g", "b"};
+    for (size_t c = 0; c < t->n_channels; c++) {
+        ff_channel *to = &t->channels[c];
+        if (from->n_channels == 1 && t->n_channels == 3) {
+            strcpy(to->name, rgb[c]);
+            continue;
+        }
+        const ff_channel *source = &from->channels[from->n_channels == 1 ? 0 : c];
+        memcpy(to->name, source->name, sizeof to->name);
+        to->wavelength_nm = source->wavelength_nm;
+    }
+}
+
 double ff_wavelength_of(const char *name)
 {
     double nm;
