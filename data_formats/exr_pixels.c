@@ -236,7 +236,8 @@ static ff_status read_chunks(pixels *p)
     for (int64_t y = 0; y < p->f->height; y += lines) {
         const size_t first = (size_t)y * width;
         if (first >= p->t->n) break;
-        const exr_result_t r = decode(p, y);
+        exr_result_t r = decode(p, y);
+        if (r == EXR_ERR_OUT_OF_MEMORY) r = EXR_ERR_CORRUPT_CHUNK; /* what the decoders of PIZ and B44 say of damaged data */
         if (r != EXR_ERR_SUCCESS) return ff_exr_failed(&p->io, r, p->f->path, "a whole image", p->f->err);
         const size_t there = width * (size_t)lines, n = p->t->n - first < there ? p->t->n - first : there;
         for (size_t k = 0; k < p->n_planes; k++) {

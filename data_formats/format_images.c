@@ -26,6 +26,7 @@
  * not say it for sRGB. Floating-point images that do not say are linear; integers that do not say are refused without `encoding`.
  */
 #define _GNU_SOURCE
+#include "internal_image_check.h"
 #include "internal_input.h"
 #include "internal_number.h"
 #include "internal_table.h"
@@ -383,7 +384,9 @@ static ff_status open_beside(shot *s, const char *name, ff_image **image, ff_ima
                             s->path, strerror(errno));
     if (!S_ISREG(st.st_mode)) return shot_fails(s, FF_ERR_OPEN, "no regular file", "an image");
     ff_error inner = {0};
-    const ff_status status = ff_image_open(s->path, image, info, &inner);
+    const char *kind = NULL;
+    ff_status status = ff_image_check(s->path, &kind, &inner);
+    if (status == FF_OK) status = ff_image_open(s->path, kind, image, info, &inner);
     if (status == FF_OK) return FF_OK;
     return ff_error_set(f->err, status, f->path, f->lines.line, -1, "image %s: %.500s", s->quoted, inner.message);
 }
@@ -620,7 +623,7 @@ static ff_status read_pixels(shot *s, const float *mask)
 static ff_status open_mask(shot *s)
 {
     const char *name = cell(s->f, MASK);
-    char found[60], expected[60];
+    char found[80], expected[80];
     if (*name == '\0') return FF_OK;
     const ff_status status = open_beside(s, name, &s->mask, &s->mask_info);
     if (status != FF_OK || (s->mask_info.width == s->info.width && s->mask_info.height == s->info.height)) return status;

@@ -21,8 +21,8 @@ namespace
 
 /// A file of so many bytes cannot be worth an image much larger: deflate, the densest in use, makes 1032 bytes of one.
 constexpr double kSmallImage = 32e6, kExpansion = 1200;
-/// Floats of one band.
-constexpr double kBandFloats = 1 << 21, kLargestBand = 1 << 26;
+/// Floats of one band of lines.
+constexpr double kBandFloats = 1 << 21;
 
 void SetText(const std::string &from, char (&to)[FF_IMAGE_NAME])
 {
@@ -46,14 +46,16 @@ ff_status Describe(const OIIO::ImageSpec &spec, const std::string &path, ff_imag
     const double pixels = static_cast<double>(spec.width) * spec.height;
     struct stat st;
     const double file = stat(path.c_str(), &st) == 0 ? static_cast<double>(st.st_size) : 0;
-    if (pixels * static_cast<double>(spec.pixel_bytes(true)) > std::max(kSmallImage, kExpansion * file))
+    const double most = std::max(kSmallImage, kExpansion * file);
+    if (pixels * static_cast<double>(spec.pixel_bytes(true)) > most)
         return fail(FF_ERR_FORMAT, std::to_string(spec.width) + " x " + std::to_string(spec.height) + " pixels",
                     "a file that is large enough to hold them");
     const double line = static_cast<double>(spec.width) * spec.nchannels;
     const double band = spec.tile_height > 0 ? spec.tile_height : std::max(1.0, std::min(64.0, kBandFloats / line));
     const double tile_width = std::max(spec.tile_width, 1);
-    if (band * (line + tile_width * spec.nchannels) > kLargestBand)
-        return fail(FF_ERR_UNSUPPORTED, "lines or tiles of more than " + std::to_string(1 << 26) + " numbers", "fewer");
+    if (4 * band * (line + tile_width * spec.nchannels) > most)
+        return fail(FF_ERR_FORMAT, "tiles of " + std::to_string(spec.tile_width) + " x " + std::to_string(spec.tile_height) + " pixels",
+                    "a file that is large enough to hold them");
     *info = ff_image_info{};
     info->width = spec.width;
     info->height = spec.height;
@@ -67,16 +69,17 @@ ff_status Describe(const OIIO::ImageSpec &spec, const std::string &path, ff_imag
     return FF_OK;
 }
 
-ff_status Open(const char *path, ff_image **out, ff_image_info *info, ff_error *err)
+ff_status Open(const char *path, const char *kind, ff_image **out, ff_image_info *info, ff_error *err)
 {
     OIIO::ImageSpec wishes; // the numbers of the file, not what a viewer would make of them
     wishes.attribute("oiio:UnassociatedAlpha", 1);
     wishes.attribute("oiio:RawColor", 1);
     auto image = std::make_unique<ff_image>();
     image->path = path;
-    image->input = OIIO::ImageInput::open(path, &wishes);
-    if (!image->input) {
-        const std::string reason = OIIO::geterror();
+    image->input = OIIO::ImageInput::create(kind); // this one and no other
+    OIIO::ImageSpec spec;
+    if (!image->input || !image->input->open(path, spec, wishes)) {
+        const std::string reason = image->input ? image->input->geterror() : OIIO::geterror();
         return ff_error_set(err, FF_ERR_FORMAT, path, 0, -1, "OpenImageIO cannot read it (%s), expected an image",
                             reason.empty() ? "no reason given" : reason.c_str());
     }
@@ -119,9 +122,9 @@ template <class F> ff_status Guarded(const char *path, ff_error *err, F &&call) 
 
 } // namespace
 
-extern "C" ff_status ff_image_open(const char *path, ff_image **out, ff_image_info *info, ff_error *err)
+extern "C" ff_status ff_image_open(const char *path, const char *kind, ff_image **out, ff_image_info *info, ff_error *err)
 {
-    return Guarded(path, err, [&] { return Open(path, out, info, err); });
+    return Guarded(path, err, [&] { return Open(path, kind, out, info, err); });
 }
 
 extern "C" ff_status ff_image_lines(ff_image *image, long first, long count, float *out, ff_error *err)

@@ -24,9 +24,9 @@ typedef struct ff_image_info {
     long band;                /**< lines to be read at once                                                  */
 } ff_image_info;
 
-/** Opens the image at path. *out and *info are written only on FF_OK; then ff_image_close must follow. FF_ERR_FORMAT for what is no
- *  image or none of two dimensions, FF_ERR_UNSUPPORTED for more channels, FF_ERR_MEMORY. No exception passes. */
-ff_status ff_image_open(const char *path, ff_image **out, ff_image_info *info, ff_error *err);
+/** Opens the image at path, of a kind that ff_image_check found. *out and *info are written only on FF_OK; then ff_image_close must follow. FF_ERR_FORMAT for what is no
+ *  image or none of two dimensions, or is larger than its file can hold; FF_ERR_UNSUPPORTED for more channels, FF_ERR_MEMORY. No exception passes. */
+ff_status ff_image_open(const char *path, const char *kind, ff_image **out, ff_image_info *info, ff_error *err);
 
 /** Reads `count` lines from line `first` on, a multiple of info.band; count is info.band, or what is left of the image.
  *  out [count][width][n_channels]. FF_ERR_READ. */
