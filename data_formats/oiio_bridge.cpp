@@ -34,7 +34,7 @@ int BitsOf(OIIO::TypeDesc type)
     return type.is_floating_point() ? 0 : static_cast<int>(8 * type.basesize());
 }
 
-ff_status Describe(const OIIO::ImageSpec &spec, const std::string &path, ff_image_info *info, ff_error *err)
+ff_status Describe(const OIIO::ImageSpec &spec, const char *kind, const std::string &path, ff_image_info *info, ff_error *err)
 {
     const auto fail = [&](ff_status code, const std::string &found, const char *expected) {
         return ff_error_set(err, code, path.c_str(), 0, -1, "found %s, expected %s", found.c_str(), expected);
@@ -64,7 +64,9 @@ ff_status Describe(const OIIO::ImageSpec &spec, const std::string &path, ff_imag
     info->bits = BitsOf(spec.format);
     info->band = static_cast<long>(band);
     info->gamma = spec.get_float_attribute("oiio:Gamma", 0);
-    SetText(spec.get_string_attribute("oiio:ColorSpace", ""), info->encoding);
+    // PFM is linear; the library says Rec. 709 of all that looks like PNM.
+    const bool pfm = std::string(kind) == "pnm" && info->bits == 0;
+    if (!pfm) SetText(spec.get_string_attribute("oiio:ColorSpace", ""), info->encoding);
     for (size_t c = 0; c < info->n_channels; c++) SetText(spec.channel_name(static_cast<int>(c)), info->name[c]);
     return FF_OK;
 }
@@ -84,7 +86,7 @@ ff_status Open(const char *path, const char *kind, ff_image **out, ff_image_info
                             reason.empty() ? "no reason given" : reason.c_str());
     }
     image->input->threads(1);
-    const ff_status status = Describe(image->input->spec(), image->path, info, err);
+    const ff_status status = Describe(image->input->spec(), kind, image->path, info, err);
     if (status == FF_OK)
         *out = image.release();
     else

@@ -858,8 +858,7 @@ static void test_hostile(void)
     hostile("high", &m, window, sizeof window, 12, 0x1FFFFFF0, FF_ERR_READ, -1, "expected all lines");
     hostile("wide zip", &z, window, sizeof window, 8, 1 << 20, FF_ERR_FORMAT, -1, "expected");
     hostile("high zip", &z, window, sizeof window, 12, 1 << 28, FF_ERR_READ, -1, "expected all lines");
-    hostile("compression", &m, compression, sizeof compression, 0, 0x746164AA, FF_ERR_UNSUPPORTED, -1,
-            "found the compression 170");
+    hostile("compression", &m, compression, sizeof compression, 0, 0x746164AA, FF_ERR_UNSUPPORTED, -1, "found the compression 170");
     hostile("channels", &m, channels, sizeof channels - 1, 0, 0x7FFFFFFF, FF_ERR_READ, -2,
             "found an attribute of 2147483647 bytes");
     hostile("channels", &m, channels, sizeof channels - 1, 0, 0xFFFFFFFF, FF_ERR_READ, -2,
@@ -882,9 +881,39 @@ static void test_hostile(void)
     printf("largest resident set %ld MiB\n", use.ru_maxrss / 1024);
 }
 
+/* Small files for the fuzzers: tests/fuzz/corpus/exr is what this writes. */
+static int write_corpus(const char *dir)
+{
+    static const struct {
+        const char *name, *attribute, *text;
+        int compression;
+    } files[] = {{"list.exr", NULL, NULL, EXR_COMPRESSION_NONE},
+                 {"list-zip.exr", NULL, NULL, EXR_COMPRESSION_ZIP},
+                 {"list-piz.exr", NULL, NULL, EXR_COMPRESSION_PIZ},
+                 {"list-pxr24.exr", NULL, NULL, EXR_COMPRESSION_PXR24},
+                 {"axes.exr", "facetfit.parametrisation", "half-difference", EXR_COMPRESSION_NONE},
+                 {"cosine.exr", "facetfit.quantity", "brdf-cos", EXR_COMPRESSION_RLE},
+                 {"wrong-version.exr", "facetfit.version", NULL, EXR_COMPRESSION_NONE}};
+    for (size_t k = 0; k < sizeof files / sizeof files[0]; k++) {
+        image m = list_image();
+        char path[512];
+        size_t n;
+        m.compression = files[k].compression;
+        if (files[k].attribute) m.attribute[index_of(&m, files[k].attribute)].text = files[k].text;
+        if (files[k].attribute) m.attribute[index_of(&m, files[k].attribute)].number = 2;
+        static const char *const axis[4] = {"facetfit.theta_h", "facetfit.phi_h", "facetfit.theta_d", "facetfit.phi_d"};
+        for (int j = 0; j < 4 && strcmp(files[k].name, "axes.exr") == 0; j++) set_text(&m, axis[j], j ? "45" : "10 20.5 30");
+        char *bytes = check_slurp(write_image("corpus.exr", &m), &n);
+        snprintf(path, sizeof path, "%s/%s", dir, files[k].name);
+        check_write(path, bytes, n);
+        free(bytes);
+    }
+    return 0;
+}
+
 int main(int argc, char **argv)
 {
-    if (argc == 3 && strcmp(argv[1], "--read") == 0) return check_sane(argv[2], argv[2]) == FF_OK ? check_result() : 1;
+    if (argc == 3 && strcmp(argv[1], "--corpus") == 0) return write_corpus(argv[2]);
     test_list();
     test_types();
     test_quantity();

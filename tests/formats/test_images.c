@@ -223,6 +223,16 @@ static void test_encodings(void)
         CHECK(strstr(t.note, cases[k].note), "%s: note: %s", label, t.note);
         ff_table_free(&t);
     }
+    static char pfm[16 + 4 * PIXELS]; /* made by hand: lines from the bottom up, which is the same for a mean */
+    const int head = snprintf(pfm, sizeof pfm, "Pf\n%d %d\n-1\n", W, H);
+    memcpy(pfm + head, p16, 4 * PIXELS);
+    check_write(check_path("e.pfm"), pfm, (size_t)head + 4 * PIXELS);
+    ff_table t;
+    if (read_ok("pfm", "image,theta_i,phi_i,theta_o,phi_o\ne.pfm,0,0,0,0\n", &t)) {
+        check_sample("pfm", &t, 0, p16, 1, whole, same, 1);
+        CHECK(strstr(t.note, "1 floating-point images do not say"), "pfm: %s", t.note);
+        ff_table_free(&t);
+    }
     picture("u.tif", C, "uint16", p16, NULL, 0, NULL);
     fails("no encoding", "image,theta_i,phi_i,theta_o,phi_o\nu.tif,0,0,0,0\n", FF_ERR_UNSUPPORTED, 2,
           WORDS("image 'u.tif'", "no word on how its numbers encode light", "'# encoding: linear'"));
