@@ -145,20 +145,46 @@ void ff_table_note(ff_table *t, const char *fmt, ...)
     memcpy(t->note + used, sentence, (size_t)length + 1);
 }
 
+static int any_sign(const double *v, size_t n)
+{
+    uint64_t any = 0;
+    for (size_t k = 0; k < n; k++) {
+        uint64_t u;
+        memcpy(&u, v + k, sizeof u);
+        any |= u;
+    }
+    return (any >> 63) != 0;
+}
+
+/* Most blocks have no negative number, which their signs tell at the speed of the memory. */
+static size_t count_negative(const ff_table *t)
+{
+    enum { BLOCK = 256 };
+    size_t negative = 0;
+    for (size_t first = 0; first < t->n; first += BLOCK) {
+        const size_t n = t->n - first < BLOCK ? t->n - first : BLOCK;
+        unsigned char any[BLOCK] = {0};
+        int seen = 0;
+        for (size_t c = 0; c < t->n_channels; c++) {
+            const double *v = t->value + c * t->n + first;
+            if (!any_sign(v, n)) continue;
+            seen = 1;
+            for (size_t k = 0; k < n; k++) any[k] |= v[k] < 0;
+        }
+        for (size_t k = 0; k < n && seen; k++) negative += any[k] && t->valid[first + k];
+    }
+    return negative;
+}
+
 ff_status ff_table_count(ff_table *t, const char *path, ff_error *err)
 {
-    size_t invalid = 0, negative = 0;
+    size_t invalid = 0;
     for (size_t i = 0; i < t->n; i++) invalid += t->valid[i] == 0;
-    for (size_t i = 0; i < t->n; i++) {
-        int any = 0;
-        for (size_t c = 0; c < t->n_channels; c++) any |= t->value[c * t->n + i] < 0;
-        negative += any && t->valid[i];
-    }
     if (invalid == t->n)
         return ff_error_set(err, FF_ERR_DATA, path, 0, -1,
                             "found %zu samples, all of them marked as not measured, expected at least one measurement", t->n);
     t->n_invalid = invalid;
-    t->n_negative = negative;
+    t->n_negative = count_negative(t);
     return FF_OK;
 }
 

@@ -131,7 +131,7 @@ static void test_writing_by_name(void)
     ff_error err = {0};
     if (!CHECK(ff_table_new(1, 1, NULL, 0, 0, &t, &err) == FF_OK, "%s", err.message)) return;
     ff_status s = ff_table_write(check_path("x.dat"), NULL, &t, &err);
-    CHECK(s == FF_ERR_UNKNOWN && strstr(err.message, "merl, astm, csv"), "%d %s", s, err.message);
+    CHECK(s == FF_ERR_UNKNOWN && strstr(err.message, "merl, astm, "), "%d %s", s, err.message);
     s = ff_table_write(check_path("x.csv"), "nonesuch", &t, &err);
     CHECK(s == FF_ERR_UNKNOWN && strstr(err.message, "nonesuch"), "%d %s", s, err.message);
     CHECK(ff_table_write(check_path("x.csv"), NULL, &t, &err) == FF_OK, "%s", err.message);
