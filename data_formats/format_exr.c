@@ -57,6 +57,13 @@ void ff_exr_kept_free(void *kept)
     free(kept);
 }
 
+static void *kept_copy(void *kept)
+{
+    ff_exr_kept *copy = malloc(sizeof *copy);
+    if (copy) *copy = *(const ff_exr_kept *)kept;
+    return copy;
+}
+
 ff_status ff_exr_keep(ff_table *t, int doubles, const char *source, ff_error *err)
 {
     ff_exr_kept *kept = calloc(1, sizeof *kept);
@@ -65,6 +72,7 @@ ff_status ff_exr_keep(ff_table *t, int doubles, const char *source, ff_error *er
     snprintf(kept->source, sizeof kept->source, "%s", source);
     t->kept = kept;
     t->kept_free = ff_exr_kept_free;
+    t->kept_share = kept_copy;
     return FF_OK;
 }
 

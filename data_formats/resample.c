@@ -177,6 +177,24 @@ static ff_status interpolate(const ff_table *t, const ff_format *to, const ff_re
     return s;
 }
 
+/* What t holds, in a layout that has its directions already; where there is no layout, a copy of t. */
+static ff_status take_as_it_is(const ff_table *t, ff_table *made, ff_error *err)
+{
+    if (made->n == 0) {
+        const ff_status s = ff_table_copy(t, made, err);
+        if (s == FF_OK) made->note[0] = '\0';
+        return s;
+    }
+    if (!copy_plane(&made->sigma, t->sigma, t->n * t->n_channels))
+        return ff_error_set(err, FF_ERR_MEMORY, NULL, 0, -1, "no memory for a copy of %zu samples", t->n);
+    memcpy(made->value, t->value, t->n * t->n_channels * sizeof *t->value);
+    memcpy(made->valid, t->valid, t->n);
+    memcpy(made->channels, t->channels, t->n_channels * sizeof *t->channels);
+    if (made->weight && t->weight) memcpy(made->weight, t->weight, t->n * sizeof *t->weight);
+    made->quantity = t->quantity;
+    return FF_OK;
+}
+
 ff_status ff_resample(const ff_table *t, const ff_format *to, const ff_resample_options *o, ff_table *out,
                       ff_resample_report *report, ff_error *err)
 {
@@ -194,10 +212,8 @@ ff_status ff_resample(const ff_table *t, const ff_format *to, const ff_resample_
         r.as_it_is = 0;
         s = interpolate(t, to, o, &made, &r, err);
     } else {
-        ff_table_free(&made);
         r.at_sample = t->n;
-        s = ff_table_copy(t, &made, err);
-        made.note[0] = '\0';
+        s = take_as_it_is(t, &made, err);
     }
     if (s == FF_OK) {
         drop(&made, to, &r);

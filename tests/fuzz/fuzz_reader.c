@@ -14,8 +14,8 @@ static void fail(const char *format, const char *what)
     abort();
 }
 
-/* Bytes of a whole file where it has but one size, else 0. Inputs of one short length stand for such a file that goes on with zeros:
- * the corpus stays small, and most executions fast. */
+/* Bytes of a whole file where it has but one size, else 0. Inputs of one short length stand for such a file that goes on with
+ * zeros: the corpus stays small, and most executions fast. */
 static size_t whole_size(const char *format, size_t size)
 {
     return strcmp(format, "merl") == 0 && size == 20 ? 34992012 : strcmp(format, "utia") == 0 && size == 24 ? 1990656 : 0;
@@ -34,16 +34,17 @@ static const char *memory_file(const char *format, const uint8_t *data, size_t s
     return path;
 }
 
-/* Formats whose files name others need a folder with them: one with a picture of two by two pixels. */
+/* Formats whose files name others need a folder with them: one with a picture of four by two pixels. */
 static const char *folder_file(const char *format, const uint8_t *data, size_t size)
 {
-    static const char picture[] = "P6\n2 2\n255\n\x10\x20\x30\x40\x50\x60\x70\x80\x90\xa0\xb0\xc0";
+    static const char picture[] =
+        "P6 4 2 255\n\x10\x20\x30\x40\x50\x60\x70\x80\x90\xa0\xb0\xc0\xd0\xe0\xf0\xff\x11\x22\x33\x44\x55\x66\x77\x88";
     static char folder[32], path[64], other[64];
     if (!folder[0]) {
         strcpy(folder, "/tmp/ff-fuzz-XXXXXX");
         if (!mkdtemp(folder)) fail(format, "no folder");
         snprintf(path, sizeof path, "%s/input.csv", folder);
-        snprintf(other, sizeof other, "%s/a.ppm", folder);
+        snprintf(other, sizeof other, "%s/p.ppm", folder);
         const int fd = open(other, O_CREAT | O_WRONLY, 0600);
         if (fd < 0 || write(fd, picture, sizeof picture - 1) < 0) fail(format, "no picture");
         close(fd);
@@ -83,7 +84,8 @@ int fuzz_reader(const char *format, const uint8_t *data, size_t size)
     const char *why = unsound_table(&t, format);
     if (why) fail(format, why);
     f = ff_format_find(format);
-    if (f->write && t.n < 1000000 && f->write("/dev/null", &t, &err) != FF_OK && err.code != FF_ERR_UNSUPPORTED && err.code != FF_ERR_DATA)
+    if (f->write && t.n < 1000000 && f->write("/dev/null", &t, &err) != FF_OK && err.code != FF_ERR_UNSUPPORTED &&
+        err.code != FF_ERR_DATA)
         fail(format, err.message);
     ff_table_free(&t);
     return 1;
