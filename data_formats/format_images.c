@@ -545,7 +545,7 @@ static ff_status take_pixel(shot *s, const float *pixel, long x, long y)
     for (size_t c = 0; c < s->f->n_channels; c++) {
         const float v = pixel[s->channel[c]];
         if (!isfinite(v)) {
-            char found[80];
+            char found[120];
             snprintf(found, sizeof found, "%s in channel %.20s of pixel (%ld, %ld)", isnan(v) ? "nan" : "inf", s->f->first.name[c],
                      x, y);
             return shot_fails(s, FF_ERR_DATA, found, "finite numbers");
