@@ -18,6 +18,7 @@ ROUNDS = 3
 COMPARE_NDFS, COMPARE_MASKINGS = ["beckmann", "ggx", "student-t", "phong"], [
     "smith-separable", "smith-height-correlated", "smith-direction-correlated", "smith-height-direction-correlated", "v-cavity", "none"]
 COMPARE_MODELS = len(COMPARE_NDFS) * len(COMPARE_MASKINGS)
+TEXT_FORMATS = ["csv", "astm", "alta", "cornell", "fred", "pgii", "nist", "planetary"]
 # Their Lambda is an integral, or they read the directional albedo of the lobes.
 BY_TABLE = {"gtr", "vmf", "gaussian", "sgd", "abc", "tabulated", "mikkelsen-coupled", "kelemen-matte", "kulla-conty"}
 
@@ -155,6 +156,18 @@ def merl(build, items):
     return {"material": origin, "compare_fits": fits, "compare_fits_expected": COMPARE_MODELS}
 
 
+def readers(build, items):
+    """Every reader's speed beside that of reading the bytes. Real tensor and XML files where the shared data are."""
+    folder = os.path.join(build, "bench", "files")
+    os.makedirs(folder, exist_ok=True)
+    data = os.environ.get("FACETFIT_DATA", os.path.join(ROOT, "..", "shared", "data"))
+    real = [os.path.join(data, name) for name in ("rgl/aurora_white_rgb.bsdf", "zemax/IMX455.bsdf", "klems/2011-SA1.XML", "mbsdf/carpaint_blue.mbsdf")]
+    files = program_json(f"{build}/bench/bench_readers", folder, *[p for p in real if os.path.exists(p)])["files"]
+    for f in files:
+        items[f"read.{f['format']}"] = {key: f[key] for key in ("bytes", "read_bytes_s", "with_arithmetic_s", "table_s", "mb_per_s")}
+    return {f["format"]: f for f in files}
+
+
 def ratio(value, target, unit, at_least):
     return {"value": value, "target": target, "sense": "at least" if at_least else "at most", "unit": unit,
             "met": value >= target if at_least else value <= target}
@@ -174,6 +187,7 @@ def main(argv):
     same = threads(bench, items)
     slowest = passes(bench, items)
     merl_info = merl(build, items)
+    read = readers(build, items)
 
     def median(name):
         return items[name]["median"]
@@ -191,7 +205,11 @@ def main(argv):
         "threads_2_over_1": ratio(times("threads.1.solve", "threads.2.solve"), 1.7, "1", True),
         "pass_closed_form": ratio(slowest[False][1], 3, "ggx passes", False),
         "pass_integral": ratio(slowest[True][1], 8, "ggx passes", False),
+        "read_slowest_text": ratio(min(read[f]["mb_per_s"] for f in TEXT_FORMATS), 150, "MB/s", True),
     }
+    for name in ("merl", "exr", "rgl"):
+        if name in read:
+            ratios[f"read_{name}"] = ratio(read[name]["with_arithmetic_s"] / read[name]["table_s"], 0.5, "of the bytes' speed", True)
     informative = {
         "solve_vs_plain_dense_qr": times("plain_ceres.DENSE_QR.solve", "facetfit.given.solve"),
         "total_vs_plain": times(f"plain_ceres.{baseline}.total", "facetfit.given.total"),

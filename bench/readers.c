@@ -1,7 +1,8 @@
 /* Speed of the readers: each file in turn read as bytes into fresh memory and as a table, so that a slow minute falls on both.
  * Files are made here, of some ten megabytes, in the folder named on the command line; files named after it are timed as well.
  * Prints JSON: per file its format, bytes, medians of both times and MB/s. For the formats whose values need little arithmetic the
- * bytes are also timed with that arithmetic: a look at every double (merl), floats made doubles (exr). */
+ * bytes are also timed with that arithmetic: a look at every double (merl), floats made doubles (exr), and for a tensor file (rgl)
+ * the running sums of its warps and two directions' sines, cosines, arc tangents and square roots per sample. */
 #define _GNU_SOURCE /* clock_gettime */
 #include "ff_resample.h"
 #include "ff_simulate.h"
@@ -144,43 +145,71 @@ static unsigned char *read_bytes(const char *path, size_t n)
     return bytes;
 }
 
-/* What cannot be left out: of MERL a look at every double's bits for numbers that are none and for signs; of EXR floats made
- * doubles. */
-static void arithmetic(const char *format, const unsigned char *bytes, size_t n)
+static volatile double sink; /* keeps the compiler from leaving the arithmetic out */
+
+/* Bits of numbers that are none, and signs. */
+static void look_at_doubles(const unsigned char *bytes, size_t n)
 {
-    static volatile uint64_t sink;
-    if (strcmp(format, "merl") == 0) {
-        uint64_t any = 0, sign = 0;
-        for (size_t i = 12; i + 8 <= n; i += 8) {
-            uint64_t u;
-            memcpy(&u, bytes + i, 8);
-            any |= (u & UINT64_C(0x7FFFFFFFFFFFFFFF)) + UINT64_C(0x0010000000000000);
-            sign += u >> 63;
-        }
-        sink = any + sign;
-    } else if (strcmp(format, "exr") == 0) {
-        double *v = malloc(n / 4 * sizeof *v);
-        if (!v) give_up("no memory");
-        for (size_t i = 0; i < n / 4; i++) {
-            float x;
-            memcpy(&x, bytes + 4 * i, 4);
-            v[i] = x;
-        }
-        sink = (uint64_t)v[n / 8];
-        free(v);
+    uint64_t any = 0, sign = 0;
+    for (size_t i = 12; i + 8 <= n; i += 8) {
+        uint64_t u;
+        memcpy(&u, bytes + i, 8);
+        any |= (u & UINT64_C(0x7FFFFFFFFFFFFFFF)) + UINT64_C(0x0010000000000000);
+        sign += u >> 63;
     }
+    sink = (double)(any + sign);
 }
 
-static double bytes_seconds(const char *path, size_t n, const char *format)
+static void make_doubles(const unsigned char *bytes, size_t n)
+{
+    double *v = malloc(n / 4 * sizeof *v);
+    if (!v) give_up("no memory");
+    for (size_t i = 0; i < n / 4; i++) {
+        float x;
+        memcpy(&x, bytes + 4 * i, 4);
+        v[i] = x;
+    }
+    sink = v[n / 8];
+    free(v);
+}
+
+static void warp(const unsigned char *bytes, size_t n, size_t samples)
+{
+    double sum = 0, *running = malloc(n / 4 * sizeof *running);
+    if (!running) give_up("no memory");
+    for (size_t i = 0; i < n / 4; i++) {
+        float x;
+        memcpy(&x, bytes + 4 * i, 4);
+        sum += fabsf(x);
+        running[i] = sum;
+    }
+    for (size_t i = 0; i < samples; i++) {
+        const double u = (double)i / (double)samples, x = sqrt(u) + sqrt(1 - u), theta = 1.5 * x * x, phi = 6 * u;
+        const double y = sin(theta) * cos(phi), z = sin(theta) * sin(phi);
+        sum += atan2(sqrt(y * y + z * z), cos(theta)) + atan2(z, y);
+    }
+    sink = sum + running[n / 8];
+    free(running);
+}
+
+/* What cannot be left out. */
+static void arithmetic(const char *format, const unsigned char *bytes, size_t n, size_t samples)
+{
+    if (strcmp(format, "merl") == 0) look_at_doubles(bytes, n);
+    if (strcmp(format, "exr") == 0) make_doubles(bytes, n);
+    if (strcmp(format, "rgl") == 0) warp(bytes, n, samples);
+}
+
+static double bytes_seconds(const char *path, size_t n, const char *format, size_t samples)
 {
     const double begin = now();
     unsigned char *bytes = read_bytes(path, n);
-    if (format) arithmetic(format, bytes, n);
+    if (format) arithmetic(format, bytes, n, samples);
     free(bytes);
     return now() - begin;
 }
 
-static double table_seconds(const char *path, const char *format)
+static double table_seconds(const char *path, const char *format, size_t *samples)
 {
     ff_table t;
     ff_read_options o;
@@ -190,6 +219,7 @@ static double table_seconds(const char *path, const char *format)
     o.format = format;
     if (format && strcmp(format, "pgii") == 0) o.scale = 1;
     if (ff_table_read_with(path, &o, &t, &err) != FF_OK) give_up(err.message);
+    *samples = t.n;
     ff_table_free(&t);
     return now() - begin;
 }
@@ -213,11 +243,12 @@ static void time_file(const char *path, int first)
     double bytes[ROUNDS], with_arithmetic[ROUNDS], table[ROUNDS];
     if (ff_format_detect(path, &f, &err) != FF_OK) give_up(err.message);
     const size_t n = file_size(path);
-    table_seconds(path, f->name); /* once to warm up */
+    size_t samples;
+    table_seconds(path, f->name, &samples); /* once to warm up */
     for (int k = 0; k < ROUNDS; k++) {
-        bytes[k] = bytes_seconds(path, n, NULL);
-        with_arithmetic[k] = bytes_seconds(path, n, f->name);
-        table[k] = table_seconds(path, f->name);
+        bytes[k] = bytes_seconds(path, n, NULL, 0);
+        with_arithmetic[k] = bytes_seconds(path, n, f->name, samples);
+        table[k] = table_seconds(path, f->name, &samples);
     }
     const double b = median(bytes), a = median(with_arithmetic), t = median(table);
     printf("%s\n  {\"file\": \"%s\", \"format\": \"%s\", \"bytes\": %zu, \"read_bytes_s\": %.6g, \"with_arithmetic_s\": %.6g, "
@@ -250,7 +281,7 @@ int main(int argc, char **argv)
          "# 'counter', 'incidence', 'emission', 'azimuth', 'phase', 'reflectance_factor', 'standard_deviation', 'error_estimate', "
          "'quality_flag', 'absolute_time', 'relative_time', 'bandpass_central', 'bandpass_FWHM', 'sample_temperature', "
          "'monochromator_temperature', 'humidity'\n",
-         "", 12000, planetary_row},
+         "", 120000, planetary_row},
     };
     static const struct {
         const char *name, *format, *sampling;
