@@ -2,7 +2,8 @@
  * Files are made here, of some ten megabytes, in the folder named on the command line; files named after it are timed as well.
  * Prints JSON: per file its format, bytes, medians of both times and MB/s. For the formats whose values need little arithmetic the
  * bytes are also timed with that arithmetic: a look at every double (merl), floats made doubles (exr), and for a tensor file (rgl)
- * the running sums of its warps and two directions' sines, cosines, arc tangents and square roots per sample. */
+ * the running sums of its warps and, per sample, the sines, cosines, arc tangents and square roots of its directions and solid
+ * angle. */
 #define _GNU_SOURCE /* clock_gettime */
 #include "ff_resample.h"
 #include "ff_simulate.h"
@@ -186,7 +187,8 @@ static void warp(const unsigned char *bytes, size_t n, size_t samples)
     for (size_t i = 0; i < samples; i++) {
         const double u = (double)i / (double)samples, x = sqrt(u) + sqrt(1 - u), theta = 1.5 * x * x, phi = 6 * u;
         const double y = sin(theta) * cos(phi), z = sin(theta) * sin(phi);
-        sum += atan2(sqrt(y * y + z * z), cos(theta)) + atan2(z, y);
+        const double edge = theta + 0.01; /* of the sample's solid angle */
+        sum += atan2(sqrt(y * y + z * z), cos(theta)) + atan2(z, y) + edge - sin(edge) * cos(edge);
     }
     sink = sum + running[n / 8];
     free(running);
