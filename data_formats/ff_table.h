@@ -149,7 +149,8 @@ typedef struct ff_format {
     const char *precision;  /**< of written values without FF_HOLDS_DOUBLE: "32-bit float, 6e-8 relative"; else NULL */
     ff_status (*read)(const char *path, const ff_read_options *o, ff_table *out, ff_error *err);
     /** The pairs of directions that a file of this format has for data like t: a table with those directions (and grid or axes),
-     *  channels named as in t (one channel may become several of the same content), values 0, scales 1, all valid. NULL: any directions.
+     *  channels named as in t (one channel may become several of the same content), scales as the format stores values, values 0,
+     *  all valid. NULL: any directions.
      *  @param grid  what the format lets choose, as a text of its own; NULL = the usual.
      *  FF_ERR_SYNTAX, FF_ERR_RANGE for a grid that is none, FF_ERR_UNSUPPORTED for a t that cannot be held, FF_ERR_MEMORY. */
     ff_status (*layout)(const ff_table *t, const char *grid, ff_table *out, ff_error *err);

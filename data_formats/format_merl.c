@@ -186,8 +186,10 @@ static ff_status layout(const ff_table *t, const char *grid, ff_table *out, ff_e
         return ff_error_set(err, FF_ERR_UNSUPPORTED, NULL, 0, -1,
                             "a MERL file has 3 channels, found %zu; reduce them first (srgb, or three bands)", t->n_channels);
     ff_status status = ff_table_new(ff_grid_merl.n, N_CHANNELS, &ff_grid_merl, 0, 0, out, err);
-    if (status == FF_OK) ff_table_name_channels_like(out, t);
-    return status;
+    if (status != FF_OK) return status;
+    ff_table_name_channels_like(out, t);
+    for (size_t c = 0; c < N_CHANNELS; c++) out->channels[c].scale = channel_scale[c];
+    return FF_OK;
 }
 
 /* With the file's own scales the numbers go out as they are; else the nearest ones: scale (f / scale) is f again for most f and the

@@ -155,7 +155,7 @@ static ff_status fill(const ff_table *t, const ff_interpolant *p, const ff_forma
             count(r, found[i]);
             if (found[i] == FF_FOUND_BELOW || (found[i] == FF_FOUND_BEYOND && !keep_beyond)) out->valid[first + i] = 0;
             for (size_t c = 0; c < out->n_channels && out->valid[first + i]; c++)
-                out->value[c * out->n + first + i] = value[(t->n_channels == 1 ? 0 : c) * n + i];
+                out->value[c * out->n + first + i] = value[(t->n_channels == 1 ? 0 : c) * n + i] / out->channels[c].scale;
         }
     }
     free(value);
@@ -218,6 +218,12 @@ ff_status ff_resample(const ff_table *t, const ff_format *to, const ff_resample_
     if (s == FF_OK) {
         drop(&made, to, &r);
         s = ff_table_count(&made, NULL, err);
+        if (s != FF_OK)
+            ff_error_set(
+                err, s, NULL, 0, -1,
+                "none of the %zu samples that the format '%s' needs lies within the data; extrapolated, they would take the "
+                "nearest values",
+                made.n, to->name);
     }
     if (s != FF_OK) {
         ff_table_free(&made);

@@ -1,0 +1,224 @@
+/* Every measured file through every format that can be written: what is written is what is read again, to the bit where the format
+ * says so and within its stated loss elsewhere, and writing that again gives the same bytes. Without measured data, one simulated
+ * by hand. Full-size grids of a million samples are made of every tenth file only. */
+#include "check.h"
+#include "ff_resample.h"
+#include "ff_spectral.h"
+
+enum { PATH = 1024, FILES = 256 };
+
+static long n_trips, n_exact;
+static double worst_loss;
+
+/* The valid samples, in their order. A format whose only mark for "not measured" is 0 loses measured zeros. */
+static size_t *measured(const ff_table *t, int zero_is_lost, size_t *n)
+{
+    size_t *index = malloc(t->n * sizeof *index);
+    if (!index) exit(1);
+    *n = 0;
+    for (size_t i = 0; i < t->n; i++) {
+        int lost = zero_is_lost;
+        for (size_t c = 0; c < t->n_channels; c++) lost &= t->value[c * t->n + i] == 0;
+        if (t->valid[i] && !lost) index[(*n)++] = i;
+    }
+    return index;
+}
+
+/* Largest relative difference of values and standard deviations, 0 where all bits are the same; of directions, the absolute one. */
+static void differences(const ff_table *a, const size_t *ia, const ff_table *b, const size_t *ib, size_t n, double *values,
+                        double *directions)
+{
+    *values = *directions = 0;
+    for (size_t k = 0; k < n; k++) {
+        double x[6], y[6], u[2] = {0, 0}, v[2] = {0, 0};
+        double *const px[6] = {x, x + 1, x + 2, x + 3, x + 4, x + 5}, *const py[6] = {y, y + 1, y + 2, y + 3, y + 4, y + 5};
+        ff_table_directions(a, ia[k], 1, px);
+        ff_table_directions(b, ib[k], 1, py);
+        for (int j = 0; j < 6; j++) *directions = fmax(*directions, fabs(x[j] - y[j]));
+        for (size_t c = 0; c < a->n_channels; c++) {
+            ff_table_values(a, c, ia[k], 1, &u[0]);
+            ff_table_values(b, c, ib[k], 1, &v[0]);
+            if (a->sigma) ff_table_sigmas(a, c, ia[k], 1, &u[1]);
+            if (b->sigma) ff_table_sigmas(b, c, ib[k], 1, &v[1]);
+            for (int j = 0; j < 2; j++)
+                if (!check_same_bits(&u[j], &v[j], 1)) *values = fmax(*values, fabs(u[j] - v[j]) / fmax(fabs(u[j]), 1e-30));
+        }
+    }
+}
+
+static void compare(const char *label, const ff_format *f, const ff_table *a, const ff_table *b)
+{
+    size_t na, nb;
+    const int zero_is_lost = strcmp(f->name, "zemax") == 0;
+    size_t *ia = measured(a, zero_is_lost, &na), *ib = measured(b, 0, &nb);
+    double values = 0, directions = 0;
+    if (CHECK(na == nb && a->n_channels == b->n_channels, "%s: %zu x %zu measured, %zu x %zu read again", label, na, a->n_channels,
+              nb, b->n_channels)) {
+        differences(a, ia, b, ib, na, &values, &directions);
+        CHECK(directions < 1e-12, "%s: directions differ by %g", label, directions);
+        if (f->holds & FF_HOLDS_DOUBLE) {
+            CHECK(values == 0, "%s: values differ by %g", label, values);
+            n_exact++;
+        } else {
+            CHECK(values <= 6e-8, "%s: values differ by %g, more than '%s'", label, values, f->precision);
+            worst_loss = fmax(worst_loss, values);
+        }
+    }
+    CHECK(!(f->holds & FF_HOLDS_SIGMA) || !a->sigma == !b->sigma, "%s: standard deviations", label);
+    CHECK(a->isotropic == b->isotropic || strcmp(f->name, "utia") == 0 || strcmp(f->name, "merl") == 0 || f->layout == NULL,
+          "%s: isotropic %d, read again %d", label, a->isotropic, b->isotropic);
+    for (size_t c = 0; c < a->n_channels && (f->holds & FF_HOLDS_NAMES) && a->n_channels == b->n_channels; c++)
+        CHECK(strcmp(a->channels[c].name, b->channels[c].name) == 0, "%s: channel '%s', read again '%s'", label,
+              a->channels[c].name, b->channels[c].name);
+    free(ia);
+    free(ib);
+}
+
+static int same_bytes(const char *one, const char *other)
+{
+    size_t n, m;
+    char *a = check_slurp(one, &n), *b = check_slurp(other, &m);
+    const int same = n == m && memcmp(a, b, n) == 0;
+    free(a);
+    free(b);
+    return same;
+}
+
+/* Writes `made`, reads it, writes that, and compares. */
+static void there_and_back(const char *label, const ff_format *f, const ff_table *made)
+{
+    char first[200], second[200];
+    ff_table again;
+    ff_error err = {0};
+    snprintf(first, sizeof first, "%s", check_path("first"));
+    snprintf(second, sizeof second, "%s", check_path("second"));
+    if (!CHECK(f->write(first, made, &err) == FF_OK, "%s: %s", label, err.message)) return;
+    if (!CHECK(ff_table_read(first, f->name, &again, &err) == FF_OK, "%s: %s", label, err.message)) return;
+    compare(label, f, made, &again);
+    if (CHECK(f->write(second, &again, &err) == FF_OK, "%s, again: %s", label, err.message))
+        CHECK(same_bytes(first, second), "%s: written again, the file is another", label);
+    n_trips++;
+    ff_table_free(&again);
+}
+
+static void trip(const char *name, const ff_table *t, const ff_format *f)
+{
+    char label[256];
+    ff_resample_options o;
+    ff_resample_report report;
+    ff_table made, mean = {0};
+    ff_error err = {0};
+    ff_resample_options_init(&o);
+    snprintf(label, sizeof label, "%s to %s", name, f->name);
+    ff_status s = ff_resample(t, f, &o, &made, &report, &err);
+    if (s == FF_ERR_UNSUPPORTED && t->n_channels > 1) { /* fewer channels are held, for which the message asks */
+        CHECK(err.message[0], "%s: refused without a word", label);
+        s = ff_table_reduce(t, "mean", &mean, &err);
+        if (s == FF_OK) s = ff_resample(&mean, f, &o, &made, &report, &err);
+    }
+    if (s == FF_ERR_DATA) { /* one incidence, where the format has others */
+        CHECK(strstr(err.message, "extrapolated") != NULL, "%s: %s", label, err.message);
+        o.beyond = 1;
+        s = ff_resample(t, f, &o, &made, &report, &err);
+    }
+    if (CHECK(s == FF_OK, "%s: %s", label, err.message)) {
+        there_and_back(label, f, &made);
+        ff_table_free(&made);
+    }
+    ff_table_free(&mean);
+}
+
+static void all_formats(const char *name, const ff_table *t, size_t number)
+{
+    for (size_t k = 0; k < ff_format_count(); k++) {
+        const ff_format *f = ff_format_at(k);
+        const int large = strcmp(f->name, "merl") == 0;
+        if (f->write && (!large || number % 10 == 0)) trip(name, t, f);
+    }
+}
+
+/* ---- files ----------------------------------------------------------------------------------- */
+
+static void real_file(const char *path, size_t *number)
+{
+    ff_read_options o;
+    ff_table t;
+    ff_error err = {0};
+    const ff_format *f = NULL;
+    if (ff_format_detect(path, &f, &err) != FF_OK) return; /* a description, a licence */
+    ff_read_options_init(&o);
+    if (strcmp(f->name, "pgii") == 0) o.scale = 1e-3;
+    if (ff_table_read_with(path, &o, &t, &err) != FF_OK) return; /* a table of parameters */
+    all_formats(strrchr(path, '/') + 1, &t, (*number)++);
+    ff_table_free(&t);
+}
+
+static int by_name(const void *a, const void *b)
+{
+    return strcmp(a, b);
+}
+
+static size_t real_files(const char *data)
+{
+    static char path[FILES][PATH];
+    size_t n = 0, number = 0;
+    DIR *d = opendir(data);
+    for (struct dirent *e; d && (e = readdir(d));) {
+        char folder[PATH / 2];
+        snprintf(folder, sizeof folder, "%.300s/%.100s", data, e->d_name);
+        DIR *inner = e->d_name[0] == '.' ? NULL : opendir(folder);
+        for (struct dirent *g; inner && n < FILES && (g = readdir(inner));)
+            if (g->d_name[0] != '.') snprintf(path[n++], PATH, "%.400s/%.255s", folder, g->d_name);
+        if (inner) closedir(inner);
+    }
+    if (d) closedir(d);
+    qsort(path, n, sizeof path[0], by_name);
+    for (size_t k = 0; k < n; k++) real_file(path[k], &number);
+    return number;
+}
+
+/* A glossy lobe on a goniometer's directions, two channels with wavelengths, standard deviations, a negative value and one that was
+ * not measured. */
+static void made_file(void)
+{
+    enum { INCIDENCES = 4, THETAS = 17, PHIS = 13, N = INCIDENCES * THETAS * PHIS };
+    ff_table t;
+    if (ff_table_new(N, 2, NULL, 1, 0, &t, NULL) != FF_OK) exit(1);
+    t.radians_per_unit = 3.14159265358979323846 / 180;
+    t.isotropic = 1;
+    for (size_t i = 0; i < N; i++) {
+        const double theta_i = 20.0 * (double)(i / (THETAS * PHIS)), theta_o = 5.0 * (double)(i / PHIS % THETAS),
+                     phi = 15.0 * (double)(i % PHIS);
+        const double apart =
+            pow(theta_o * cos(phi / 57.29577951308232) + theta_i, 2) + pow(theta_o * sin(phi / 57.29577951308232), 2);
+        t.angle[0][i] = theta_i;
+        t.angle[2][i] = theta_o;
+        t.angle[3][i] = phi;
+        for (size_t c = 0; c < 2; c++) {
+            t.value[c * N + i] = 0.1 + (1 + (double)c) * exp(-apart / 300) / 3;
+            t.sigma[c * N + i] = 0.01 * t.value[c * N + i];
+        }
+    }
+    for (size_t c = 0; c < 2; c++) {
+        snprintf(t.channels[c].name, FF_CHANNEL_NAME, "%dnm", c ? 620 : 450);
+        t.channels[c].wavelength_nm = c ? 620 : 450;
+    }
+    t.value[100] = -1e-3;
+    t.valid[200] = 0;
+    t.n_invalid = t.n_negative = 1;
+    all_formats("made", &t, 0);
+    ff_table_free(&t);
+}
+
+int main(void)
+{
+    char usual[PATH];
+    snprintf(usual, sizeof usual, "%s/../shared/data", FF_SOURCE_DIR);
+    const char *data = getenv("FACETFIT_DATA") ? getenv("FACETFIT_DATA") : usual;
+    made_file();
+    const size_t files = real_files(data);
+    if (files == 0) printf("no measured files at %s: only the made one was tried\n", data);
+    printf("%zu measured files, %ld round trips, %ld of them to the bit, the others within %.2g\n", files, n_trips, n_exact,
+           worst_loss);
+    return check_result();
+}
