@@ -18,6 +18,7 @@ typedef struct ff_resample_options {
     const char *grid;   /**< passed to the format's layout; NULL = the usual                                           */
     int         beyond; /**< samples beyond the data: 0 are invalid where the format can say so, else the nearest values; 1 are
                              always the nearest values                                                                 */
+    int         threads; /**< 0 = as many as the system lets run; the result does not depend on it                     */
     const volatile int *cancel; /**< polled; not NULL and != 0 ends with FF_ERR_CANCELLED                              */
 } ff_resample_options;
 void ff_resample_options_init(ff_resample_options *o);

@@ -2,6 +2,7 @@
 #include "ff_resample.h"
 #include "ff_interpolate.h"
 #include "ff_model.h"
+#include "internal_pool.h"
 #include "internal_table.h"
 #include <math.h>
 #include <stdio.h>
@@ -125,41 +126,58 @@ static void drop(ff_table *t, const ff_format *to, ff_resample_report *r)
 
 /* ---- interpolation --------------------------------------------------------------------------- */
 
-static void count(ff_resample_report *r, unsigned char found)
+/* What the threads share, and what each has of its own. */
+typedef struct filling {
+    const ff_table *t;
+    const ff_interpolant *p;
+    ff_table *out;
+    int keep_beyond;
+    const volatile int *cancel;
+    double *value;                       /* [threads][n_channels][BLOCK] */
+    size_t (*found)[FF_FOUND_BELOW + 1]; /* [threads] counts            */
+} filling;
+
+static void fill_block(void *context, size_t block, int worker)
 {
-    size_t *const counter[5] = {[FF_FOUND_SAMPLE] = &r->at_sample,
-                                [FF_FOUND_BETWEEN] = &r->between,
-                                [FF_FOUND_RECIPROCAL] = &r->reciprocal,
-                                [FF_FOUND_BEYOND] = &r->beyond,
-                                [FF_FOUND_BELOW] = &r->below_horizon};
-    ++*counter[found];
+    const filling *f = context;
+    const size_t channels = f->t->n_channels, first = block * BLOCK, n = f->out->n - first < BLOCK ? f->out->n - first : BLOCK;
+    double plane[6][BLOCK], *const planes[6] = {plane[0], plane[1], plane[2], plane[3], plane[4], plane[5]};
+    double *value = f->value + (size_t)worker * channels * BLOCK;
+    unsigned char found[BLOCK];
+    ff_table *out = f->out;
+    if (f->cancel && *f->cancel) return;
+    ff_table_directions(out, first, n, planes);
+    ff_interpolant_eval_reciprocal(f->p, (const double *const *)planes, n, value, found);
+    for (size_t i = 0; i < n; i++) {
+        f->found[worker][found[i]]++;
+        if (found[i] == FF_FOUND_BELOW || (found[i] == FF_FOUND_BEYOND && !f->keep_beyond)) out->valid[first + i] = 0;
+        for (size_t c = 0; c < out->n_channels && out->valid[first + i]; c++)
+            out->value[c * out->n + first + i] = value[(channels == 1 ? 0 : c) * n + i] / out->channels[c].scale;
+    }
 }
 
 static ff_status fill(const ff_table *t, const ff_interpolant *p, const ff_format *to, const ff_resample_options *o, ff_table *out,
                       ff_resample_report *r, ff_error *err)
 {
-    double plane[6][BLOCK], *const planes[6] = {plane[0], plane[1], plane[2], plane[3], plane[4], plane[5]};
-    unsigned char found[BLOCK];
-    double *value = malloc(t->n_channels * BLOCK * sizeof *value);
-    const int keep_beyond = o->beyond || !(to->holds & FF_HOLDS_INVALID);
-    if (!value) return ff_error_set(err, FF_ERR_MEMORY, NULL, 0, -1, "no memory for %zu channels", t->n_channels);
-    for (size_t first = 0; first < out->n; first += BLOCK) {
-        const size_t n = out->n - first < BLOCK ? out->n - first : BLOCK;
-        if (o->cancel && *o->cancel) {
-            free(value);
-            return ff_error_set(err, FF_ERR_CANCELLED, NULL, 0, -1, "cancelled");
-        }
-        ff_table_directions(out, first, n, planes);
-        ff_interpolant_eval_reciprocal(p, (const double *const *)planes, n, value, found);
-        for (size_t i = 0; i < n; i++) {
-            count(r, found[i]);
-            if (found[i] == FF_FOUND_BELOW || (found[i] == FF_FOUND_BEYOND && !keep_beyond)) out->valid[first + i] = 0;
-            for (size_t c = 0; c < out->n_channels && out->valid[first + i]; c++)
-                out->value[c * out->n + first + i] = value[(t->n_channels == 1 ? 0 : c) * n + i] / out->channels[c].scale;
-        }
+    ff_pool *pool = ff_pool_new(o->threads ? o->threads : ff_threads_default());
+    filling f = {.t = t, .p = p, .out = out, .keep_beyond = o->beyond || !(to->holds & FF_HOLDS_INVALID), .cancel = o->cancel};
+    const size_t threads = pool ? (size_t)ff_pool_threads(pool) : 0;
+    f.value = malloc((threads + 1) * t->n_channels * BLOCK * sizeof *f.value);
+    f.found = calloc(threads + 1, sizeof *f.found);
+    ff_status s = FF_OK;
+    if (pool && f.value && f.found) {
+        ff_pool_run(pool, (out->n + BLOCK - 1) / BLOCK, fill_block, &f);
+        size_t *const counter[] = {&r->at_sample, &r->between, &r->reciprocal, &r->beyond, &r->below_horizon};
+        for (size_t w = 0; w < threads; w++)
+            for (int k = 0; k <= FF_FOUND_BELOW; k++) *counter[k] += f.found[w][k];
+        if (o->cancel && *o->cancel) s = ff_error_set(err, FF_ERR_CANCELLED, NULL, 0, -1, "cancelled");
+    } else {
+        s = ff_error_set(err, FF_ERR_MEMORY, NULL, 0, -1, "no memory for %zu channels", t->n_channels);
     }
-    free(value);
-    return FF_OK;
+    ff_pool_free(pool);
+    free(f.value);
+    free(f.found);
+    return s;
 }
 
 static ff_status interpolate(const ff_table *t, const ff_format *to, const ff_resample_options *o, ff_table *out,

@@ -1,6 +1,6 @@
 /* A pool of threads that share out numbered items. */
 #define _GNU_SOURCE /* sysconf(_SC_NPROCESSORS_ONLN) and cpu affinity */
-#include "internal_fit.h"
+#include "internal_pool.h"
 #include <pthread.h>
 #include <sched.h>
 #include <signal.h>
