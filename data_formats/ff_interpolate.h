@@ -54,6 +54,9 @@ void ff_interpolant_eval_reciprocal(const ff_interpolant *p, const double *const
 /** The method in words: static storage. */
 const char *ff_interpolant_method(const ff_interpolant *p);
 
+/** 1 where values come from regression over neighbours, 0 where they are interpolated along axes. */
+int ff_interpolant_regresses(const ff_interpolant *p);
+
 /** What the other samples say of sample i, by regression: value [n_channels]; an ff_found. Of a product of axes, the sample itself. */
 ff_found ff_interpolant_without(const ff_interpolant *p, size_t i, double *value);
 

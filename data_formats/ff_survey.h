@@ -16,7 +16,8 @@ enum {
     FF_SURVEY_ROWS = 9,        /**< theta_i in bands of 10 degrees                              */
     FF_SURVEY_COLUMNS = 18,    /**< theta_o in bands of 5 degrees                               */
     FF_SURVEY_AZIMUTHS = 12,   /**< |phi_o - phi_i| in bands of 15 degrees                      */
-    FF_SURVEY_INCIDENCES = 8
+    FF_SURVEY_INCIDENCES = 8,
+    FF_SURVEY_SAMPLES = 2000000 /**< memory for interpolation is that of so many samples at most   */
 };
 
 /** A symmetry put to the test. */
@@ -39,6 +40,7 @@ typedef struct ff_survey {
     unsigned char azimuths[FF_SURVEY_ROWS][FF_SURVEY_COLUMNS];       /**< how many of the azimuth bands have a valid sample  */
     size_t near_mirror[4];                                           /**< samples with theta_h up to 1, 2, 5, 10 degrees     */
     const char *method;                                              /**< of interpolation                                   */
+    size_t every;            /**< what follows is of every so many samples of a list longer than FF_SURVEY_SAMPLES; 1 = of all    */
     ff_symmetry isotropy;
     ff_symmetry reciprocity;
     double with_cosine;      /**< deviation from reciprocity if the values were f cos(theta_o); NaN without pairs            */

@@ -93,6 +93,11 @@ void ff_interpolant_free(ff_interpolant *p)
     free(p);
 }
 
+int ff_interpolant_regresses(const ff_interpolant *p)
+{
+    return p->method != FF_PRODUCT;
+}
+
 const char *ff_interpolant_method(const ff_interpolant *p)
 {
     return p->method == FF_PRODUCT  ? "linear along the axes of the grid"

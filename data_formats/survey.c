@@ -209,23 +209,18 @@ static void survey_isotropy(surveyor *s, ff_survey *out)
     out->isotropy = (ff_symmetry){0, s->pairs.n, median(&s->pairs), median(&s->alone)};
 }
 
-static ff_status survey_symmetries(const ff_table *t, ff_survey *out, ff_error *err)
+static ff_status survey_symmetries(const ff_table *t, const ff_interpolant *p, ff_survey *out, ff_error *err)
 {
-    ff_interpolant *p = NULL;
-    surveyor s = {.t = t};
+    surveyor s = {.t = t, .p = p};
     double *room = malloc((4 * PAIRS + t->n_channels) * sizeof *room);
-    ff_status status = room ? ff_interpolant_new(t, 1, &p, err) : ff_error_set(err, FF_ERR_MEMORY, NULL, 0, -1, "no memory");
-    if (status == FF_OK) {
-        deviations *const all[4] = {&s.pairs, &s.with_cosine, &s.without_cosine, &s.alone};
-        for (int k = 0; k < 4; k++) all[k]->at = room + k * PAIRS;
-        s.value = room + 4 * PAIRS;
-        s.p = p;
-        survey_reciprocity(&s, out);
-        if (!t->isotropic) survey_isotropy(&s, out);
-    }
-    ff_interpolant_free(p);
+    if (!room) return ff_error_set(err, FF_ERR_MEMORY, NULL, 0, -1, "no memory for %zu channels", t->n_channels);
+    deviations *const all[4] = {&s.pairs, &s.with_cosine, &s.without_cosine, &s.alone};
+    for (int k = 0; k < 4; k++) all[k]->at = room + k * PAIRS;
+    s.value = room + 4 * PAIRS;
+    survey_reciprocity(&s, out);
+    if (!t->isotropic) survey_isotropy(&s, out);
     free(room);
-    return status;
+    return FF_OK;
 }
 
 int ff_survey_cosine(const ff_survey *s)
@@ -266,27 +261,57 @@ static void integrate(const ff_table *t, const ff_interpolant *p, double *value,
     r->covered = covered / all;
 }
 
-static ff_status survey_reflectance(const ff_table *t, ff_survey *s, ff_error *err)
+static ff_status survey_reflectance(const ff_table *t, const ff_interpolant *p, ff_survey *s, ff_error *err)
 {
-    ff_interpolant *p = NULL;
-    ff_status status = ff_interpolant_new(t, 0, &p, err);
-    if (status != FF_OK) return status;
+    double theta[FF_SURVEY_INCIDENCES], phi[FF_SURVEY_INCIDENCES];
     double *value = malloc(t->n_channels * sizeof *value);
     s->albedo = malloc(FF_SURVEY_INCIDENCES * t->n_channels * sizeof *s->albedo);
-    if (value && s->albedo) {
-        s->method = ff_interpolant_method(p);
-        double theta[FF_SURVEY_INCIDENCES], phi[FF_SURVEY_INCIDENCES];
-        s->n_reflectances = ff_interpolant_incidences(p, FF_SURVEY_INCIDENCES, theta, phi);
-        for (size_t k = 0; k < s->n_reflectances; k++) {
-            s->reflectance[k] = (ff_reflectance){theta[k], phi[k], 0};
-            integrate(t, p, value, &s->reflectance[k], s->albedo + k * t->n_channels);
-        }
-    } else {
-        status = ff_error_set(err, FF_ERR_MEMORY, NULL, 0, -1, "no memory for %zu channels", t->n_channels);
+    if (!value || !s->albedo) {
+        free(value);
+        return ff_error_set(err, FF_ERR_MEMORY, NULL, 0, -1, "no memory for %zu channels", t->n_channels);
+    }
+    s->method = ff_interpolant_method(p);
+    s->n_reflectances = ff_interpolant_incidences(p, FF_SURVEY_INCIDENCES, theta, phi);
+    for (size_t k = 0; k < s->n_reflectances; k++) {
+        s->reflectance[k] = (ff_reflectance){theta[k], phi[k], 0};
+        integrate(t, p, value, &s->reflectance[k], s->albedo + k * t->n_channels);
     }
     free(value);
-    ff_interpolant_free(p);
+    return FF_OK;
+}
+
+/* Reflectance by the best interpolation there is, symmetries by regression, whose error can be measured. */
+static ff_status survey_values(const ff_table *t, ff_survey *s, ff_error *err)
+{
+    ff_interpolant *best = NULL, *regression = NULL;
+    ff_status status = ff_interpolant_new(t, 0, &best, err);
+    if (status == FF_OK) status = survey_reflectance(t, best, s, err);
+    if (status == FF_OK && !s->reciprocity.given) {
+        if (!ff_interpolant_regresses(best)) status = ff_interpolant_new(t, 1, &regression, err);
+        if (status == FF_OK) status = survey_symmetries(t, regression ? regression : best, s, err);
+    }
+    ff_interpolant_free(best);
+    ff_interpolant_free(regression);
     return status;
+}
+
+/* ---- long lists ------------------------------------------------------------------------------ */
+
+/* Every so many samples of t. */
+static ff_status thin_out(const ff_table *t, size_t every, ff_table *out, ff_error *err)
+{
+    const size_t n = (t->n + every - 1) / every;
+    const ff_status s = ff_table_new(n, t->n_channels, NULL, 0, 0, out, err);
+    if (s != FF_OK) return s;
+    out->radians_per_unit = t->radians_per_unit;
+    out->isotropic = t->isotropic;
+    memcpy(out->channels, t->channels, t->n_channels * sizeof *t->channels);
+    for (size_t i = 0; i < n; i++) {
+        for (int k = 0; k < 4; k++) out->angle[k][i] = t->angle[k][i * every];
+        for (size_t c = 0; c < t->n_channels; c++) out->value[c * n + i] = t->value[c * t->n + i * every];
+        out->valid[i] = t->valid[i * every];
+    }
+    return FF_OK;
 }
 
 /* ---- all of it ------------------------------------------------------------------------------- */
@@ -298,10 +323,13 @@ ff_status ff_survey_new(const ff_table *t, ff_survey *out, ff_error *err)
     s.reciprocity = (ff_symmetry){t->grid == &ff_grid_merl, 0, NAN, NAN};
     survey_coverage(t, &s);
     ff_status status = FF_OK;
-    if (isfinite(s.theta_i[0])) {
-        if (!s.reciprocity.given) status = survey_symmetries(t, &s, err);
-        if (status == FF_OK) status = survey_reflectance(t, &s, err);
-    }
+    ff_table few = {0};
+    s.every = t->grid ? 1 : (t->n - 1) / FF_SURVEY_SAMPLES + 1;
+    if (s.every > 1) status = thin_out(t, s.every, &few, err);
+    const ff_table *of = s.every > 1 ? &few : t;
+    if (isfinite(s.theta_i[0]) && status == FF_OK) status = survey_values(of, &s, err);
+    if (status == FF_ERR_DATA) status = FF_OK; /* none of the few is usable: an empty survey */
+    ff_table_free(&few);
     if (status == FF_OK)
         *out = s;
     else

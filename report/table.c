@@ -244,6 +244,7 @@ ff_status ff_report_table_text(const char *path, const ff_table *t, FILE *out)
     put_coverage(&s.survey, out);
     if (status == FF_OK) status = put_reflectances(t, &s.survey, out);
     fputc('\n', out);
+    if (s.survey.every > 1) fprintf(out, "from one sample in %zu:\n", s.survey.every);
     put_symmetry("isotropy  ", "values turned about the normal", &s.survey.isotropy, out);
     put_symmetry("reciprocity", "values with light and detector exchanged", &s.survey.reciprocity, out);
     put_cosine(&s.survey, out);
@@ -291,6 +292,7 @@ static void survey_json(ff_json *j, const ff_table *t, const ff_survey *s)
         ff_json_close(j);
     }
     ff_json_close(j);
+    ff_json_integer(j, "surveyed_every", (int64_t)s->every);
     symmetry_json(j, "isotropy", &s->isotropy);
     symmetry_json(j, "reciprocity", &s->reciprocity);
     ff_json_number(j, "reciprocity_if_cosine_counted", expm1(s->with_cosine));
