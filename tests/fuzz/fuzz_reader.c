@@ -34,24 +34,37 @@ static const char *memory_file(const char *format, const uint8_t *data, size_t s
     return path;
 }
 
-/* Formats whose files name others need a folder with them: one with a picture of four by two pixels. */
-static const char *folder_file(const char *format, const uint8_t *data, size_t size)
+static void write_file(const char *format, const char *folder, const char *name, const void *data, size_t size)
+{
+    char path[64];
+    snprintf(path, sizeof path, "%s/%s", folder, name);
+    const int fd = open(path, O_CREAT | O_TRUNC | O_WRONLY, 0600);
+    if (fd < 0 || write(fd, data, size) != (ssize_t)size) fail(format, "no file");
+    close(fd);
+}
+
+/* An image stack needs a folder: one with a picture of four by two pixels. An input that begins with a zero byte is itself a
+ * picture, of a stack of one. */
+static const char *stack_file(const char *format, const uint8_t *data, size_t size)
 {
     static const char picture[] =
-        "P6 4 2 255\n\x10\x20\x30\x40\x50\x60\x70\x80\x90\xa0\xb0\xc0\xd0\xe0\xf0\xff\x11\x22\x33\x44\x55\x66\x77\x88";
-    static char folder[32], path[64], other[64];
+        "P6 4 2 255\n\x10\x20\x30\x40\x50\x60\x70\x80\x90\xa0\xb0\xc0\xd0\xe0\xf0\xff\x11\x22\x33\x44\x55\x66\x77"
+        "\x88";
+    static const char stack[] = "# encoding: linear\nimage,theta_i,phi_i,theta_o,phi_o\np.ppm,30,0,30,180\n";
+    static char folder[32], path[64];
+    const int is_picture = size > 0 && data[0] == 0;
     if (!folder[0]) {
         strcpy(folder, "/tmp/ff-fuzz-XXXXXX");
         if (!mkdtemp(folder)) fail(format, "no folder");
         snprintf(path, sizeof path, "%s/input.csv", folder);
-        snprintf(other, sizeof other, "%s/p.ppm", folder);
-        const int fd = open(other, O_CREAT | O_WRONLY, 0600);
-        if (fd < 0 || write(fd, picture, sizeof picture - 1) < 0) fail(format, "no picture");
-        close(fd);
     }
-    const int fd = open(path, O_CREAT | O_TRUNC | O_WRONLY, 0600);
-    if (fd < 0 || write(fd, data, size) != (ssize_t)size) fail(format, "no file");
-    close(fd);
+    if (is_picture) {
+        write_file(format, folder, "p.ppm", data + 1, size - 1);
+        write_file(format, folder, "input.csv", stack, sizeof stack - 1);
+    } else {
+        write_file(format, folder, "p.ppm", picture, sizeof picture - 1);
+        write_file(format, folder, "input.csv", data, size);
+    }
     return path;
 }
 
@@ -65,7 +78,7 @@ static void check_error(const char *format, ff_status status, const ff_error *er
 
 int fuzz_reader(const char *format, const uint8_t *data, size_t size)
 {
-    const char *path = strcmp(format, "images") ? memory_file(format, data, size) : folder_file(format, data, size);
+    const char *path = strcmp(format, "images") ? memory_file(format, data, size) : stack_file(format, data, size);
     ff_read_options o;
     ff_table t;
     ff_error err = {0};
