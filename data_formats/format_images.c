@@ -69,6 +69,7 @@ typedef struct images {
     char first_image[FF_QUOTE];
     ff_image_info first; /* what all images have to agree with */
     size_t n_channels;   /* without alpha */
+    const ff_image_reader *reader;
     ff_rows rows;
     double *curve_table; /* [2^bits] light of the integers */
     encoding table_of;
@@ -386,7 +387,7 @@ static ff_status open_beside(shot *s, const char *name, ff_image **image, ff_ima
     ff_error inner = {0};
     const char *kind = NULL;
     ff_status status = ff_image_check(s->path, &kind, &inner);
-    if (status == FF_OK) status = ff_image_open(s->path, kind, image, info, &inner);
+    if (status == FF_OK) status = f->reader->open(s->path, kind, image, info, &inner);
     if (status == FF_OK) return FF_OK;
     return ff_error_set(f->err, status, f->path, f->lines.line, -1, "image %s: %.500s", s->quoted, inner.message);
 }
@@ -590,7 +591,7 @@ static ff_status read_mask(shot *s, float **out)
     ff_error inner = {0};
     ff_status status = FF_OK;
     for (long y = 0; y < m->height && status == FF_OK; y += m->band)
-        status = ff_image_lines(s->mask, y, m->height - y < m->band ? m->height - y : m->band, all + (size_t)y * line, &inner);
+        status = s->f->reader->lines(s->mask, y, m->height - y < m->band ? m->height - y : m->band, all + (size_t)y * line, &inner);
     if (status != FF_OK) {
         free(all);
         return inner_error(s, status, &inner);
@@ -610,7 +611,7 @@ static ff_status read_pixels(shot *s, const float *mask)
     for (long y = s->y / info->band * info->band; y < s->y + s->height && status == FF_OK; y += info->band) {
         const long count = info->height - y < info->band ? info->height - y : info->band;
         ff_error inner = {0};
-        status = ff_image_lines(s->image, y, count, band, &inner);
+        status = s->f->reader->lines(s->image, y, count, band, &inner);
         if (status != FF_OK)
             status = inner_error(s, status, &inner);
         else
@@ -674,6 +675,14 @@ static ff_status read_shot(shot *s, const double v[N_NUMBERS])
     return status == FF_OK ? add_sample(s, v) : status;
 }
 
+static ff_status find_reader(images *f)
+{
+    ff_error inner = {0};
+    const ff_status s = ff_image_reader_get(&f->reader, &inner);
+    if (s == FF_OK) return FF_OK;
+    return ff_error_set(f->err, s, f->path, f->lines.line, -1, "%.700s", inner.message);
+}
+
 static ff_status read_line(images *f, char *text)
 {
     const size_t n = cut_cells(f, text);
@@ -683,13 +692,14 @@ static ff_status read_line(images *f, char *text)
     double v[N_NUMBERS];
     if (*cell(f, IMAGE) == '\0') return bad_cell(f, IMAGE, "the path of an image");
     ff_status status = read_numbers(f, v);
+    if (status == FF_OK && !f->reader) status = find_reader(f);
     shot *s = status == FF_OK ? calloc(1, sizeof *s) : NULL;
     if (status != FF_OK) return status;
     if (!s) return ff_error_set(f->err, FF_ERR_MEMORY, f->path, f->lines.line, -1, "no memory for an image");
     s->f = f;
     status = read_shot(s, v);
-    ff_image_close(s->image);
-    ff_image_close(s->mask);
+    f->reader->close(s->image);
+    f->reader->close(s->mask);
     free(s);
     return status;
 }

@@ -10,14 +10,14 @@
 #include <OpenImageIO/imageio.h>
 #include <sys/stat.h>
 
-namespace
-{
-
 /// An image that is open.
-struct Image {
+struct ff_image {
     std::unique_ptr<OIIO::ImageInput> input;
     std::string path;
 };
+
+namespace
+{
 
 /// A file of so many bytes cannot be worth an image much larger: deflate, the densest in use, makes 1032 bytes of one.
 constexpr double kSmallImage = 32e6, kExpansion = 1200;
@@ -54,8 +54,7 @@ ff_status Describe(const OIIO::ImageSpec &spec, const char *kind, const std::str
     const double band = spec.tile_height > 0 ? spec.tile_height : std::max(1.0, std::min(64.0, kBandFloats / line));
     const double tile_width = std::max(spec.tile_width, 1);
     if (4 * band * (line + tile_width * spec.nchannels) > most)
-        return fail(FF_ERR_FORMAT,
-                    "tiles of " + std::to_string(spec.tile_width) + " x " + std::to_string(spec.tile_height) + " pixels",
+        return fail(FF_ERR_FORMAT, "tiles of " + std::to_string(spec.tile_width) + " x " + std::to_string(spec.tile_height) + " pixels",
                     "a file that is large enough to hold them");
     *info = ff_image_info{};
     info->width = spec.width;
@@ -72,12 +71,12 @@ ff_status Describe(const OIIO::ImageSpec &spec, const char *kind, const std::str
     return FF_OK;
 }
 
-ff_status Open(const char *path, const char *kind, void **out, ff_image_info *info, ff_error *err)
+ff_status Open(const char *path, const char *kind, ff_image **out, ff_image_info *info, ff_error *err)
 {
     OIIO::ImageSpec wishes; // the numbers of the file, not what a viewer would make of them
     wishes.attribute("oiio:UnassociatedAlpha", 1);
     wishes.attribute("oiio:RawColor", 1);
-    auto image = std::make_unique<Image>();
+    auto image = std::make_unique<ff_image>();
     image->path = path;
     image->input = OIIO::ImageInput::create(kind); // this one and no other
     OIIO::ImageSpec spec;
@@ -95,24 +94,22 @@ ff_status Open(const char *path, const char *kind, void **out, ff_image_info *in
     return status;
 }
 
-ff_status Lines(Image &image, long first, long count, float *out, ff_error *err)
+ff_status Lines(ff_image &image, long first, long count, float *out, ff_error *err)
 {
     OIIO::ImageInput &input = *image.input;
     const OIIO::ImageSpec &spec = input.spec();
     const int y = spec.y + static_cast<int>(first), end = y + static_cast<int>(count);
-    const bool done = spec.tile_width ? input.read_tiles(0, 0, spec.x, spec.x + spec.width, y, end, spec.z, spec.z + 1, 0,
-                                                         spec.nchannels, OIIO::TypeDesc::FLOAT, out)
+    const bool done = spec.tile_width ? input.read_tiles(0, 0, spec.x, spec.x + spec.width, y, end, spec.z, spec.z + 1, 0, spec.nchannels,
+                                                         OIIO::TypeDesc::FLOAT, out)
                                       : input.read_scanlines(0, 0, y, end, spec.z, 0, spec.nchannels, OIIO::TypeDesc::FLOAT, out);
     const std::string reason = input.geterror();
     if (done) return FF_OK;
-    return ff_error_set(err, FF_ERR_READ, image.path.c_str(), 0, -1,
-                        "OpenImageIO cannot read lines %ld to %ld (%s), expected a whole image", first, first + count - 1,
-                        reason.empty() ? "no reason given" : reason.c_str());
+    return ff_error_set(err, FF_ERR_READ, image.path.c_str(), 0, -1, "OpenImageIO cannot read lines %ld to %ld (%s), expected a whole image",
+                        first, first + count - 1, reason.empty() ? "no reason given" : reason.c_str());
 }
 
 /// Runs what must not throw.
-template <class F>
-ff_status Guarded(const char *path, ff_error *err, F &&call) noexcept
+template <class F> ff_status Guarded(const char *path, ff_error *err, F &&call) noexcept
 {
     try {
         return call();
@@ -125,21 +122,19 @@ ff_status Guarded(const char *path, ff_error *err, F &&call) noexcept
     }
 }
 
-ff_status CallOpen(const char *path, const char *kind, void **out, ff_image_info *info, ff_error *err)
+ff_status OpenImage(const char *path, const char *kind, ff_image **out, ff_image_info *info, ff_error *err)
 {
     return Guarded(path, err, [&] { return Open(path, kind, out, info, err); });
 }
 
-ff_status CallLines(void *handle, long first, long count, float *out, ff_error *err)
+ff_status ReadLines(ff_image *image, long first, long count, float *out, ff_error *err)
 {
-    Image &image = *static_cast<Image *>(handle);
-    return Guarded(image.path.c_str(), err, [&] { return Lines(image, first, count, out, err); });
+    return Guarded(image->path.c_str(), err, [&] { return Lines(*image, first, count, out, err); });
 }
 
-void CallClose(void *handle)
+void CloseImage(ff_image *image)
 {
     (void)Guarded("", nullptr, [&] {
-        auto *image = static_cast<Image *>(handle);
         if (image) image->input->close();
         if (image) (void)image->input->geterror();
         delete image;
@@ -149,5 +144,5 @@ void CallClose(void *handle)
 
 } // namespace
 
-extern "C" __attribute__((visibility("default"))) const ff_oiio_calls ff_oiio_calls_1;
-const ff_oiio_calls ff_oiio_calls_1 = {FF_OIIO_VERSION, CallOpen, CallLines, CallClose};
+extern "C" __attribute__((visibility("default"))) const ff_image_reader ff_image_reader_v1 = {FF_IMAGE_READER, OpenImage, ReadLines,
+                                                                                               CloseImage};

@@ -1,5 +1,5 @@
-/* The only door to OpenImageIO: one image, read in bands of lines. The library brings hundreds of others along, which take a quarter of
- * a second and 130 MB to load: so it stands behind a module, facetfit_oiio.so, that is loaded with the first image (oiio_module.c).
+/* The only door to OpenImageIO: one image, read in bands of lines. It is a module, facetfit_images.so, that is opened when the first
+ * image is to be read: the library brings some 250 others, whose loading takes longer than most fits.
  * Prints  nothing, but for libpng, whose words on a damaged PNG go to stderr: OpenImageIO gives it no other place. */
 #ifndef FF_OIIO_BRIDGE_H
 #define FF_OIIO_BRIDGE_H
@@ -25,26 +25,25 @@ typedef struct ff_image_info {
     long band;                /**< lines to be read at once                                                  */
 } ff_image_info;
 
-/** Opens the image at path, of a kind that ff_image_check found. *out and *info are written only on FF_OK; then ff_image_close must
- *  follow. FF_ERR_FORMAT for what is no image or none of two dimensions, or is larger than its file can hold; FF_ERR_UNSUPPORTED for
- *  more channels, and where the module is not installed; FF_ERR_MEMORY. No exception passes. */
-ff_status ff_image_open(const char *path, const char *kind, ff_image **out, ff_image_info *info, ff_error *err);
+/** What the module does. No exception passes. */
+typedef struct ff_image_reader {
+    int version; /**< FF_IMAGE_READER */
+    /** Opens the image at path, of a kind that ff_image_check found. *out and *info are written only on FF_OK; then close must follow.
+     *  FF_ERR_FORMAT for what is no image or none of two dimensions, or is larger than its file can hold; FF_ERR_UNSUPPORTED for more
+     *  channels, FF_ERR_MEMORY. */
+    ff_status (*open)(const char *path, const char *kind, ff_image **out, ff_image_info *info, ff_error *err);
+    /** Reads `count` lines from line `first` on, a multiple of info.band; count is info.band, or what is left of the image.
+     *  out [count][width][n_channels]. FF_ERR_READ. */
+    ff_status (*lines)(ff_image *image, long first, long count, float *out, ff_error *err);
+    void (*close)(ff_image *image); /**< NULL is legal */
+} ff_image_reader;
 
-/** Reads `count` lines from line `first` on, a multiple of info.band; count is info.band, or what is left of the image.
- *  out [count][width][n_channels]. FF_ERR_READ. */
-ff_status ff_image_lines(ff_image *image, long first, long count, float *out, ff_error *err);
+enum { FF_IMAGE_READER = 1 };
+/** Symbol of the module. */
+extern const ff_image_reader ff_image_reader_v1;
 
-void ff_image_close(ff_image *image);
-
-/** The same as the module has it, under the name FF_OIIO_SYMBOL. `version` changes with everything in this header. */
-typedef struct ff_oiio_calls {
-    int version;
-    ff_status (*open)(const char *path, const char *kind, void **out, ff_image_info *info, ff_error *err);
-    ff_status (*lines)(void *image, long first, long count, float *out, ff_error *err);
-    void (*close)(void *image);
-} ff_oiio_calls;
-enum { FF_OIIO_VERSION = 1 };
-#define FF_OIIO_SYMBOL "ff_oiio_calls_1"
+/** Opens the module, which stays open; image_module.c says where it is looked for. FF_ERR_UNSUPPORTED when it is not there. */
+ff_status ff_image_reader_get(const ff_image_reader **out, ff_error *err);
 
 #ifdef __cplusplus
 }

@@ -875,6 +875,7 @@ static void test_hostile(void)
     hostile("offset", &m, NULL, 0, table + 8, 0, FF_ERR_READ, -1, "found chunk 1 of the image at byte 0");
     hostile("line", &m, NULL, 0, chunks, 77, FF_ERR_FORMAT, -2, "found a chunk of line 77, expected line 0");
     hostile("size", &m, NULL, 0, chunks + 4, 0x7FFFFFFF, FF_ERR_FORMAT, -2, "found a chunk of 2147483647 bytes, expected 56");
+    hostile("size", &m, NULL, 0, chunks + 4, 55, FF_ERR_FORMAT, -2, "found a chunk of 55 bytes, expected 56");
     hostile("size", &m, NULL, 0, chunks + 4, (uint32_t)-1, FF_ERR_FORMAT, -2, "found a chunk of -1 bytes");
     struct rusage use;
     getrusage(RUSAGE_SELF, &use);

@@ -379,6 +379,21 @@ static void test_messages(void)
           WORDS("found nan in channel B of pixel (2, 2), expected finite numbers"));
 }
 
+/* What is no module where one is looked for first does not keep the right one from being found. */
+static void test_module(void)
+{
+    static float p[PIXELS];
+    picture("m.exr", 1, "float", p, NULL, 0, NULL);
+    ff_table t;
+    csv("facetfit_images.so", "");
+    char dir[160];
+    snprintf(dir, sizeof dir, "%s", check_path("facetfit_images.so"));
+    *strrchr(dir, '/') = '\0';
+    setenv("FACETFIT_MODULES", dir, 1);
+    if (read_ok("another module follows", "image,theta_i,phi_i,theta_o,phi_o\nm.exr,0,0,0,0\n", &t)) ff_table_free(&t);
+    unsetenv("FACETFIT_MODULES");
+}
+
 static void test_detection(void)
 {
     static const struct {
@@ -509,6 +524,7 @@ int main(void)
     test_spread();
     test_messages();
     test_detection();
+    test_module();
     test_damaged_csv();
     test_damaged_images();
     return check_result();
