@@ -72,7 +72,7 @@ static void check_error(const char *format, ff_status status, const ff_error *er
 {
     if (err->code != status) fail(format, "the error has another code than the call");
     if (status == FF_ERR_INTERNAL) fail(format, err->message);
-    if (strstr(err->message, "module facetfit_images.so")) fail(format, err->message); /* then nothing is tested */
+    if (strncmp(err->message, "image stacks need the module", 28) == 0) fail(format, err->message); /* then nothing is tested */
     if (!err->message[0]) fail(format, "an error without a message");
     if (strcmp(err->path, path)) fail(format, "an error that does not name the file");
 }
