@@ -60,6 +60,10 @@ int ff_interpolant_regresses(const ff_interpolant *p);
 /** What the other samples say of sample i, by regression: value [n_channels]; an ff_found. Of a product of axes, the sample itself. */
 ff_found ff_interpolant_without(const ff_interpolant *p, size_t i, double *value);
 
+/** What the incidences on both sides say of sample i, its own left out: FF_FOUND_BETWEEN, or FF_FOUND_BEYOND where there are none on one
+ *  side, and where the samples do not come in slices or the table is not isotropic. */
+ff_found ff_interpolant_without_incidence(const ff_interpolant *p, size_t i, double *value);
+
 /** Up to `most` incident directions (degrees) at which exits can be interpolated: those of the slices, spread over theta_i, each
  *  theta_i once; without slices, round ones within the data. Their number. */
 size_t ff_interpolant_incidences(const ff_interpolant *p, size_t most, double *theta_i, double *phi_i);

@@ -2,7 +2,8 @@
  *
  *  Where the format takes any directions, or the table has those of its layout already, nothing is interpolated. Elsewhere values are
  *  those of ff_interpolant_eval_reciprocal: a pair beyond the data takes the value of light and detector exchanged, where that is
- *  known. What the format cannot hold (standard deviations, negative values, ...) is dropped. The report counts, the note of the new table says so.
+ *  known. What interpolation is worth on these data is measured by predicting samples from the others; narrow peaks between samples
+ *  are where it fails. What the format cannot hold (standard deviations, negative values, ...) is dropped. The report counts, the note of the new table says so.
  *  Errors   ff_status and ff_error; outputs are written only on FF_OK.
  *  Threads  no global state. */
 #ifndef FF_RESAMPLE_H
@@ -23,6 +24,12 @@ typedef struct ff_resample_options {
 } ff_resample_options;
 void ff_resample_options_init(ff_resample_options *o);
 
+/** Samples predicted from others: |ln(predicted / measured)| of channel means; NaN where n is 0. */
+typedef struct ff_prediction {
+    size_t n;
+    double median, most, largest; /**< most: of 95 percent */
+} ff_prediction;
+
 /** What became of the samples. */
 typedef struct ff_resample_report {
     int    as_it_is;            /**< 1: the directions are the table's own, nothing was interpolated             */
@@ -31,6 +38,7 @@ typedef struct ff_resample_report {
     size_t invalid;             /**< of them, marked as not measured                                             */
     size_t raised;              /**< negative values that became 0                                               */
     char   method[96];          /**< of interpolation; "" when as_it_is                                          */
+    ff_prediction near, across; /**< what interpolation is worth at a measured incidence, and between incidences */
 } ff_resample_report;
 
 /** Makes *out from t for the format `to`, which must be writable. *out is overwritten, not freed.

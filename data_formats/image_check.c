@@ -87,38 +87,128 @@ static ff_status check_png(ff_bytes *b)
     return s;
 }
 
-/* A text that ends in 0; *length without it. */
-static ff_status read_text(ff_bytes *b, size_t *length)
+/* A text of at most 255 bytes that ends in 0. */
+static ff_status read_text(ff_bytes *b, char text[256])
 {
-    for (*length = 0; *length <= 255; (*length)++) {
-        unsigned char c;
-        const ff_status s = ff_bytes_read(b, &c, 1, "a name in the header of an OpenEXR image");
-        if (s != FF_OK || c == 0) return s;
+    for (size_t length = 0; length < 256; length++) {
+        const ff_status s = ff_bytes_read(b, text + length, 1, "a name in the header of an OpenEXR image");
+        if (s != FF_OK || text[length] == '\0') return s;
     }
     return ff_error_set(b->err, FF_ERR_FORMAT, b->path, 0, b->offset,
                         "found a name of more than 255 bytes, expected one in a header");
+}
+
+/* Types whose size is fixed. The library reads as many bytes as the type has, whatever the file says, and goes on from there: with
+ * another size it would take anything for what follows. */
+static const struct {
+    const char *type;
+    uint32_t size;
+} fixed_sizes[] = {{"box2f", 16},
+                   {"box2i", 16},
+                   {"chromaticities", 32},
+                   {"compression", 1},
+                   {"deepImageState", 1},
+                   {"double", 8},
+                   {"envmap", 1},
+                   {"float", 4},
+                   {"int", 4},
+                   {"keycode", 28},
+                   {"lineOrder", 1},
+                   {"m33d", 72},
+                   {"m33f", 36},
+                   {"m44d", 128},
+                   {"m44f", 64},
+                   {"rational", 8},
+                   {"tiledesc", 9},
+                   {"timecode", 8},
+                   {"v2d", 16},
+                   {"v2f", 8},
+                   {"v2i", 8},
+                   {"v3d", 24},
+                   {"v3f", 12},
+                   {"v3i", 12}};
+
+static ff_status wrong_attribute(const ff_bytes *b, const char *type, uint32_t size)
+{
+    char found[FF_QUOTE];
+    return ff_error_set(b->err, FF_ERR_FORMAT, b->path, 0, b->offset,
+                        "found an attribute of the type %s in %lu bytes that do not hold one, expected a sound header",
+                        ff_quote(type, strlen(type), found), (unsigned long)size);
+}
+
+/* Channels: name, 16 bytes, up to an empty name, which is the last byte. */
+static int is_channel_list(const unsigned char *v, size_t n)
+{
+    size_t at = 0;
+    while (at < n && v[at] != 0) {
+        const unsigned char *end = memchr(v + at, 0, n - at);
+        if (!end || (size_t)(v + n - end) < 17 + 1) return 0;
+        at = (size_t)(end - v) + 17;
+    }
+    return at + 1 == n;
+}
+
+/* i32 n, n bytes, and so on. */
+static int is_string_vector(const unsigned char *v, size_t n)
+{
+    while (n >= 4 && ff_uint32_of(v) <= n - 4) {
+        const size_t step = 4 + ff_uint32_of(v);
+        v += step;
+        n -= step;
+    }
+    return n == 0;
+}
+
+static int is_preview(const unsigned char *v, size_t n)
+{
+    return n >= 8 && ff_uint32_of(v) <= 65535 && ff_uint32_of(v + 4) <= 65535 &&
+           n == 8 + 4 * (size_t)ff_uint32_of(v) * ff_uint32_of(v + 4);
+}
+
+/* Steps over the value of an attribute, which holds what its type says. */
+static ff_status check_attribute(ff_bytes *b, const char *type, uint32_t size)
+{
+    for (size_t k = 0; k < sizeof fixed_sizes / sizeof fixed_sizes[0]; k++)
+        if (strcmp(type, fixed_sizes[k].type) == 0)
+            return size == fixed_sizes[k].size ? skip(b, size) : wrong_attribute(b, type, size);
+    static const struct {
+        const char *type;
+        int (*is)(const unsigned char *, size_t);
+    } lists[] = {{"chlist", is_channel_list}, {"stringvector", is_string_vector}, {"preview", is_preview}};
+    for (size_t k = 0; k < sizeof lists / sizeof lists[0]; k++) {
+        if (strcmp(type, lists[k].type) != 0) continue;
+        unsigned char *value = malloc(size + 1);
+        if (!value) return ff_error_set(b->err, FF_ERR_MEMORY, b->path, 0, b->offset, "no memory for an attribute");
+        const ff_status s = ff_bytes_read(b, value, size, "the value of an attribute");
+        const int sound = s == FF_OK && lists[k].is(value, size);
+        free(value);
+        return s != FF_OK ? s : sound ? FF_OK : wrong_attribute(b, type, size);
+    }
+    if (strcmp(type, "idmanifest") == 0) return wrong_attribute(b, type, size); /* packed: it unfolds to any size */
+    if (strcmp(type, "floatvector") == 0 && size % 4 != 0) return wrong_attribute(b, type, size);
+    return skip(b, size);
 }
 
 /* Attributes: name, type, i32 n, n bytes, up to an empty name; of several parts one list after the other, up to an empty one. */
 static ff_status check_exr(ff_bytes *b)
 {
     unsigned char version[8], size[4];
-    size_t length;
+    char name[256], type[256];
     ff_status s = ff_bytes_read(b, version, sizeof version, "the header of an OpenEXR image");
     const int parts = (version[5] & 0x10) != 0;
     for (int in_part = 0; s == FF_OK;) {
-        s = read_text(b, &length);
-        if (s == FF_OK && length == 0) {
+        s = read_text(b, name);
+        if (s == FF_OK && name[0] == '\0') {
             if (!parts || !in_part) return FF_OK;
             in_part = 0;
             continue;
         }
         in_part = 1;
-        if (s == FF_OK) s = read_text(b, &length);
+        if (s == FF_OK) s = read_text(b, type);
         if (s == FF_OK) s = ff_bytes_read(b, size, sizeof size, "the size of an attribute");
         if (s != FF_OK) break;
         if (ff_uint32_of(size) > b->size - b->offset) return too_large(b, b->offset, "an attribute", ff_uint32_of(size));
-        s = skip(b, ff_uint32_of(size));
+        s = check_attribute(b, type, ff_uint32_of(size));
     }
     return s;
 }

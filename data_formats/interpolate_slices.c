@@ -275,6 +275,20 @@ ff_found ff_slices_at(const ff_interpolant *p, const double wi[3], const double 
     return across_slices(p, &b, x, without, value, stride);
 }
 
+ff_found ff_interpolant_without_incidence(const ff_interpolant *p, size_t i, double *value)
+{
+    double w[6], theta_i, phi_i, x[2], *const planes[6] = {w, w + 1, w + 2, w + 3, w + 4, w + 5};
+    if (p->method != FF_SLICES || !p->t->isotropic) return FF_FOUND_BEYOND;
+    ff_table_directions(p->t, i, 1, planes);
+    in_slice(1, w, w + 3, &theta_i, &phi_i, x);
+    size_t own = 0;
+    while (own < p->n_slices && fabs(p->slice[own].theta_i - theta_i) > ff_same_incidence) own++;
+    if (own == 0 || own + 1 >= p->n_slices) return FF_FOUND_BEYOND;
+    const double lower = p->slice[own - 1].theta_i, u = (theta_i - lower) / (p->slice[own + 1].theta_i - lower);
+    const beside b = {2, {own - 1, own + 1}, {1 - u, u}, 0};
+    return across_slices(p, &b, x, UINT32_MAX, value, 1);
+}
+
 /* ---- incidences ------------------------------------------------------------------------------ */
 
 /* First slices of each theta_i, spread evenly when there are more than asked for. */

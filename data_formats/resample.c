@@ -180,6 +180,41 @@ static ff_status fill(const ff_table *t, const ff_interpolant *p, const ff_forma
     return s;
 }
 
+static int ascending(const void *a, const void *b)
+{
+    const double x = *(const double *)a, y = *(const double *)b;
+    return (x > y) - (x < y);
+}
+
+/* What others say of a sample against what was measured, for samples spread over the table. */
+static ff_status predict(const ff_table *t, const ff_interpolant *p, ff_found (*from)(const ff_interpolant *, size_t, double *),
+                         ff_prediction *out, ff_error *err)
+{
+    enum { MOST = 4000 };
+    const size_t step = t->n / MOST + 1;
+    double *error = malloc(MOST * sizeof *error), *value = malloc(t->n_channels * sizeof *value);
+    *out = (ff_prediction){0, NAN, NAN, NAN};
+    if (!error || !value) {
+        free(error);
+        free(value);
+        return ff_error_set(err, FF_ERR_MEMORY, NULL, 0, -1, "no memory for %zu channels", t->n_channels);
+    }
+    for (size_t i = 0; i < t->n && ff_interpolant_regresses(p); i += step) {
+        double predicted = 0, measured = 0;
+        if (!t->valid[i] || from(p, i, value) != FF_FOUND_BETWEEN) continue;
+        for (size_t c = 0; c < t->n_channels; c++) {
+            predicted += value[c];
+            measured += t->channels[c].scale * t->value[c * t->n + i];
+        }
+        if (predicted > 0 && measured > 0) error[out->n++] = fabs(log(predicted / measured));
+    }
+    qsort(error, out->n, sizeof *error, ascending);
+    if (out->n) *out = (ff_prediction){out->n, error[out->n / 2], error[out->n * 95 / 100], error[out->n - 1]};
+    free(error);
+    free(value);
+    return FF_OK;
+}
+
 static ff_status interpolate(const ff_table *t, const ff_format *to, const ff_resample_options *o, ff_table *out,
                              ff_resample_report *r, ff_error *err)
 {
@@ -188,6 +223,8 @@ static ff_status interpolate(const ff_table *t, const ff_format *to, const ff_re
     if (s != FF_OK) return s;
     snprintf(r->method, sizeof r->method, "%s", ff_interpolant_method(p));
     s = fill(t, p, to, o, out, r, err);
+    if (s == FF_OK) s = predict(t, p, ff_interpolant_without, &r->near, err);
+    if (s == FF_OK) s = predict(t, p, ff_interpolant_without_incidence, &r->across, err);
     ff_interpolant_free(p);
     if (t->sigma) ff_table_note(out, "standard deviations are dropped: interpolated values have none");
     if (t->weight && !out->weight && !out->grid)
@@ -216,7 +253,7 @@ static ff_status take_as_it_is(const ff_table *t, ff_table *made, ff_error *err)
 ff_status ff_resample(const ff_table *t, const ff_format *to, const ff_resample_options *o, ff_table *out,
                       ff_resample_report *report, ff_error *err)
 {
-    ff_resample_report r = {.as_it_is = 1};
+    ff_resample_report r = {.as_it_is = 1, .near = {0, NAN, NAN, NAN}, .across = {0, NAN, NAN, NAN}};
     ff_table made = {0};
     if (!to->write) return ff_error_set(err, FF_ERR_UNSUPPORTED, NULL, 0, -1, "the format '%s' can only be read", to->name);
     if (!to->layout && o->grid)

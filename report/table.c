@@ -368,6 +368,24 @@ ff_status ff_report_table_json(const ff_report_head *head, const char *path, con
 
 /* ---- conversions ----------------------------------------------------------------------------- */
 
+static void put_prediction(const char *how, const ff_prediction *p, FILE *out)
+{
+    char a[FF_TEXT_NUMBER], b[FF_TEXT_NUMBER], c[FF_TEXT_NUMBER];
+    if (p->n == 0) return;
+    fprintf(out, "its error     %s: %s %% in the median, %s %% at 95 %%, %s %% at most\n", how, percent(p->median, a),
+            percent(p->most, b), percent(p->largest, c));
+}
+
+static void prediction_json(ff_json *j, const char *key, const ff_prediction *p)
+{
+    ff_json_object(j, key, FF_JSON_LINE);
+    ff_json_integer(j, "samples", (int64_t)p->n);
+    ff_json_number(j, "median", expm1(p->median));
+    ff_json_number(j, "percentile_95", expm1(p->most));
+    ff_json_number(j, "largest", expm1(p->largest));
+    ff_json_close(j);
+}
+
 ff_status ff_report_resample_text(const char *in, const char *out_path, const ff_format *to, const ff_table *t,
                                   const ff_table *made, const ff_resample_report *r, FILE *out)
 {
@@ -383,6 +401,8 @@ ff_status ff_report_resample_text(const char *in, const char *out_path, const ff
             fprintf(out, "extrapolated  %zu beyond the data%s\n", r->beyond,
                     r->invalid > r->below_horizon ? ", marked as not measured" : ", with the nearest value");
         if (r->below_horizon) fprintf(out, "below horizon %zu, marked as not measured\n", r->below_horizon);
+        put_prediction("each sample predicted from the others", &r->near, out);
+        put_prediction("from the incidences on both sides, twice as far apart", &r->across, out);
     }
     put_notes(made->note, out);
     return FF_OK;
@@ -408,6 +428,8 @@ ff_status ff_report_resample_json(const ff_report_head *head, const char *in, co
     ff_json_integer(&j, "reciprocal", (int64_t)r->reciprocal);
     ff_json_integer(&j, "beyond", (int64_t)r->beyond);
     ff_json_integer(&j, "below_horizon", (int64_t)r->below_horizon);
+    prediction_json(&j, "error_at_incidence", &r->near);
+    prediction_json(&j, "error_between_incidences", &r->across);
     ff_json_integer(&j, "invalid", (int64_t)r->invalid);
     ff_json_integer(&j, "negative_raised", (int64_t)r->raised);
     notes_json(&j, made->note);
