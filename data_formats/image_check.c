@@ -5,8 +5,8 @@
 #include "internal_image_check.h"
 #include "internal_bytes.h"
 #include "internal_input.h"
-#include <stdlib.h>
 #include <stdio.h>
+#include <stdlib.h>
 #include <strings.h>
 #include <unistd.h>
 
