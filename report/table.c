@@ -113,7 +113,8 @@ static void put_coverage(const ff_survey *s, FILE *out)
 /* A deviation of logarithms as a percentage. */
 static const char *percent(double deviation, char out[FF_TEXT_NUMBER])
 {
-    return ff_text_number(100 * expm1(deviation), 2, out);
+    const double x = 100 * expm1(deviation);
+    return x < 100 ? ff_text_number(x, 2, out) : ff_text_fixed(x, 0, out);
 }
 
 static void put_symmetry(const char *name, const char *what, const ff_symmetry *s, FILE *out)
