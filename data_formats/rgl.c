@@ -313,13 +313,23 @@ static double u_of_theta(double theta)
     return sqrt(2 / pi * theta);
 }
 
-double ff_rgl_factor(const ff_rgl *r, double theta_i, double phi_i, const double u[2])
+/* Projected area of the microsurface seen from the light. */
+static double sigma_of(const ff_rgl *r, double theta_i, double phi_i)
+{
+    const double at[2] = {u_of_theta(theta_i), u_of_phi(phi_i)};
+    return r->jacobian ? ff_bilinear(r->sigma, r->sigma_width, r->sigma_height, at) : 1;
+}
+
+static double factor_of(const ff_rgl *r, double sigma, const double u[2])
 {
     if (!r->jacobian) return 1;
-    const double at[2] = {u_of_theta(theta_i), u_of_phi(phi_i)};
-    const double sigma = ff_bilinear(r->sigma, r->sigma_width, r->sigma_height, at);
     const double factor = ff_bilinear(r->ndf, r->ndf_width, r->ndf_height, u) / (4 * sigma);
     return isfinite(factor) ? factor : 0;
+}
+
+double ff_rgl_factor(const ff_rgl *r, double theta_i, double phi_i, const double u[2])
+{
+    return factor_of(r, sigma_of(r, theta_i, phi_i), u);
 }
 
 /* Turns or mirrors a pair of directions into the part of the circle that the file has. */
@@ -403,7 +413,7 @@ double ff_rgl_incidence_weight(const ff_rgl *r, size_t p, size_t t)
 
 /* Light of one node of incidence. */
 typedef struct light {
-    double theta, phi, sine, cosine, cos_phi, sin_phi;
+    double sine, cosine, cos_phi, sin_phi, sigma;
 } light;
 
 /* The sample with the half vector at u: sine and cosine of its azimuth are given, as they are those of the row. */
@@ -417,7 +427,7 @@ static void sample(const ff_rgl *r, const light *l, const double u[2], double co
     const double wo[3] = {2 * along * m[0] - wi[0], 2 * along * m[1] - wi[1], 2 * along * m[2] - wi[2]};
     out->theta_o[i] = atan2(sqrt(wo[0] * wo[0] + wo[1] * wo[1]), wo[2]);
     out->phi_o[i] = atan2(wo[1], wo[0]);
-    out->factor[i] = l->cosine > grazing && wo[2] > grazing ? ff_rgl_factor(r, l->theta, l->phi, u) / wo[2] : 0;
+    out->factor[i] = l->cosine > grazing && wo[2] > grazing ? factor_of(r, l->sigma, u) / wo[2] : 0;
 }
 
 /* Half vectors of one azimuth: wi.m = a cos(theta_m) + b sin(theta_m). */
@@ -435,7 +445,7 @@ static fan fan_of(const light *l, double cos_difference)
 /* Integral of 4 (wi.m) sin(theta_m) from the normal to u, or to the horizon: per radian of azimuth, the solid angle of wo. */
 static double seen(const fan *f, double u)
 {
-    const double theta = fmin(ff_rgl_theta(u), f->horizon), s = sin(theta), c = cos(theta);
+    const double reached = ff_rgl_theta(u), theta = reached < f->horizon ? reached : f->horizon, s = sin(theta), c = cos(theta);
     return 2 * (f->a * s * s + f->b * (theta - s * c));
 }
 
@@ -446,7 +456,7 @@ void ff_rgl_sample_slice(const ff_rgl *r, size_t p, size_t t, double *row, const
 {
     const ff_warp2d_mix mix = {.n = 1, .slice = {p * r->n_theta + t}, .weight = {1}};
     const double theta = r->theta[t], phi = r->phi[p];
-    const light l = {theta, phi, sin(theta), cos(theta), cos(phi), sin(phi)};
+    const light l = {sin(theta), cos(theta), cos(phi), sin(phi), sigma_of(r, theta, phi)};
     const double columns = (double)(r->width - 1), rows = (double)(r->height - 1);
     double below = ff_warp2d_row(&r->vndf, &mix, 0, NULL);
     for (size_t y = 0; y < r->height; y++) {
@@ -459,11 +469,13 @@ void ff_rgl_sample_slice(const ff_rgl *r, size_t p, size_t t, double *row, const
         double left = seen(&f, ff_warp2d_along(&r->vndf, row, 0, &cell));
         for (size_t x = 0; x < r->width; x++, i++) {
             const double u[2] = {ff_warp2d_along(&r->vndf, row, (double)x / columns, &cell), v - floor(v)};
-            const double right = seen(&f, ff_warp2d_along(&r->vndf, row, fmin(((double)x + 0.5) / columns, 1), &cell));
+            const double border = x + 1 < r->width ? ((double)x + 0.5) / columns : 1;
+            const double right = seen(&f, ff_warp2d_along(&r->vndf, row, border, &cell));
             const int hidden = x > 0 && ff_rgl_theta(u[0]) >= f.horizon;
             sample(r, &l, u, c, s, i, out);
             out->solid_angle[i] = 0;
-            out->solid_angle[i - (size_t)hidden] += fmax(azimuths * (right - left), 0);
+            const double part = azimuths * (right - left);
+            out->solid_angle[i - (size_t)hidden] += part > 0 ? part : 0;
             left = right;
         }
         below = above;

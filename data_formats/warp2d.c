@@ -158,8 +158,9 @@ double ff_warp2d_eval(const ff_warp2d *w, const ff_warp2d_mix *mix, const double
 /* Where a density that goes from d0 to d1 over a cell has the integral `mass`: 0..1. */
 static double invert_cell(double mass, double d0, double d1)
 {
-    const double below = d0 + sqrt(fmax(d0 * d0 + 2 * mass * (d1 - d0), 0));
-    return below > 0 ? fmin(fmax(2 * mass / below, 0), 1) : 0;
+    const double square = d0 * d0 + 2 * mass * (d1 - d0), below = d0 + (square > 0 ? sqrt(square) : 0);
+    const double place = below > 0 ? 2 * mass / below : 0;
+    return place > 1 ? 1 : place > 0 ? place : 0;
 }
 
 double ff_warp2d_invert(const ff_warp2d *w, const ff_warp2d_mix *mix, const double u[2], double s[2])
