@@ -55,7 +55,8 @@ ff_status ff_survey_new(const ff_table *t, ff_survey *out, ff_error *err);
 void      ff_survey_free(ff_survey *s);
 
 /** 1 when reciprocity says that a cosine is still in the values, -1 that one was divided out that was not there, 0 when it says
- *  nothing: the deviation must halve and be above that of interpolation. */
+ *  nothing: three quarters of the deviation must go, and it must be above that of interpolation. (Glossy materials are less reciprocal
+ *  as measured than one would think: half is not enough to tell.) */
 int ff_survey_cosine(const ff_survey *s);
 
 #ifdef __cplusplus

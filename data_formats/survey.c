@@ -228,8 +228,8 @@ int ff_survey_cosine(const ff_survey *s)
     enum { ENOUGH = 20 };
     const ff_symmetry *r = &s->reciprocity;
     if (r->pairs < ENOUGH || !(r->deviation > 2 * r->interpolation) || !(r->deviation > 0.02)) return 0;
-    if (s->with_cosine < 0.5 * r->deviation && s->with_cosine <= s->without_cosine) return 1;
-    return s->without_cosine < 0.5 * r->deviation ? -1 : 0;
+    if (s->with_cosine < 0.25 * r->deviation && s->with_cosine <= s->without_cosine) return 1;
+    return s->without_cosine < 0.25 * r->deviation ? -1 : 0;
 }
 
 /* ---- reflectance ----------------------------------------------------------------------------- */
