@@ -106,16 +106,14 @@ static const flag flags[FLAG_COUNT] = {
     [FLAG_MONOTONE] = {"monotone", 0, "slopes|d", C_NDF,
                        "what must not rise with the angle: the density of slopes, D cos^4, or D itself (slopes)"},
     [FLAG_FROM] = {"from", 0, "NAME", C_CONVERT, "convention of the numbers given"},
-    [FLAG_TO] = {"to", 0, "NAME", C_CONVERT | C_RESAMPLE, "convention wanted; of resample, the format of OUT (by its extension)"},
+    [FLAG_TO] = {"to", 0, "NAME", C_CONVERT | C_RESAMPLE, "convention wanted"},
     [FLAG_BY] = {"by", 0, "CRITERION", C_CONVERT, "what is to be equal, where there is a choice (all of them)"},
     [FLAG_LIST] = {"list", 0, NULL, C_CONVERT, "list the conversions"},
     [FLAG_TERMS] = {"terms", 0, NULL, C_EVAL, "also D, Lambda of both directions, G and F"},
     [FLAG_MARKDOWN] = {"markdown", 0, NULL, C_MODELS, "as the page docs/models.md"},
     [FLAG_ROWS] = {"rows", 0, "N", C_COMPARE, "rows of the table, the best ones; 0 for all (25). The JSON has all"},
-    [FLAG_GRID] =
-        {"grid", 0, "NAME", C_SIMULATE | C_READS,
-         "simulate: merl, goniometer[:STEP] or scattered:N[:FRACTION near the mirror direction] (goniometer:5); resample: "
-         "directions of OUT; else where to sample a file that holds a function"},
+    [FLAG_GRID] = {"grid", 0, "NAME", C_SIMULATE | C_READS,
+                   "merl, goniometer[:STEP] or scattered:N[:FRACTION near the mirror direction] (goniometer:5)"},
     [FLAG_NOISE] = {"noise", 0, "REL", C_SIMULATE, "standard deviation of multiplicative noise (0)"},
     [FLAG_NOISE_FLOOR] = {"noise-floor", 0, "ABS", C_SIMULATE, "standard deviation of additive noise, 1/sr (0)"},
     [FLAG_SIGMA] = {"sigma", 0, NULL, C_SIMULATE, "write the standard deviations too (csv)"},
@@ -135,7 +133,7 @@ static const flag flags[FLAG_COUNT] = {
     [FLAG_THETA] = {"theta", 0, "DEG", C_SAMPLE, "angle of the view from the normal (0)"},
     [FLAG_PHI] = {"phi", 0, "DEG", C_FURNACE | C_SAMPLE, "azimuth of the view (0)"},
     [FLAG_SAMPLES] = {"samples", 'n', "N", C_SAMPLE, "how many (1000)"},
-    [FLAG_FORMAT] = {"format", 0, "NAME", C_READS | C_SIMULATE, "of FILE or IN (reading: by content; simulate: by extension)"},
+    [FLAG_FORMAT] = {"format", 0, "NAME", C_READS | C_SIMULATE, "of FILE (reading: by content; writing: by extension)"},
     [FLAG_THREADS] = {"threads", 0, "N", C_MEASURED | C_RESAMPLE, "the result does not depend on it (one per processor)"},
     [FLAG_ISA] = {"isa", 0, "NAME", C_MEASURED | C_SCENE, "best, scalar, avx2 or avx512 (best)"},
     [FLAG_JSON] = {"json", 0, "FILE|-", C_ALL & ~(unsigned)C_SIMULATE, "write JSON; '-' is stdout and nothing else goes there"},
@@ -143,6 +141,25 @@ static const flag flags[FLAG_COUNT] = {
     [FLAG_NO_PROGRESS] = {"no-progress", 0, NULL, C_MEASURED, "do not"},
     [FLAG_HELP] = {"help", 'h', NULL, C_ALL, "this text"},
 };
+
+/* What a flag means to some commands, where it is not what the table says. */
+static const struct {
+    cli_flag_id flag;
+    unsigned commands;
+    const char *help;
+} other_help[] = {
+    {FLAG_GRID, C_RESAMPLE, "directions of OUT, in the words of its format (as the format likes)"},
+    {FLAG_GRID, C_READS, "where to sample a file that holds a function: merl, goniometer:STEP, ... (as it was measured)"},
+    {FLAG_TO, C_RESAMPLE, "format of OUT (by its extension)"},
+    {FLAG_FORMAT, C_RESAMPLE, "of IN (by content)"},
+};
+
+static const char *help_of(int flag, unsigned command)
+{
+    for (size_t k = 0; k < sizeof other_help / sizeof other_help[0]; ++k)
+        if ((int)other_help[k].flag == flag && other_help[k].commands & command) return other_help[k].help;
+    return flags[flag].help;
+}
 
 size_t cli_command_count(void)
 {
@@ -320,7 +337,7 @@ void cli_help_command(const cli_command *command, FILE *out)
         if (!(f->commands & bit_of(command))) continue;
         snprintf(left, sizeof left, "%s%c%s--%s%s%s", f->letter ? "-" : " ", f->letter ? f->letter : ' ', f->letter ? ", " : "  ",
                  f->name, f->argument ? " " : "", f->argument ? f->argument : "");
-        fprintf(out, "  %-28s %s\n", left, f->help);
+        fprintf(out, "  %-28s %s\n", left, help_of(i, bit_of(command)));
     }
 }
 
