@@ -122,6 +122,31 @@ __attribute__((unused)) static void check_fails(const char *label, const char *p
 }
 #define WORDS(...) ((const char *const[]){__VA_ARGS__, NULL})
 
+/* The n bytes through a pipe, which has no size to look at first: whole, ended after `cut` bytes, and with a byte too many. */
+__attribute__((unused)) static void check_pipe(const char *format, const unsigned char *bytes, size_t n, size_t cut)
+{
+    char ended[40];
+    snprintf(ended, sizeof ended, "head -c %zu", cut);
+    const struct {
+        const char *filter;
+        ff_status status;
+        int64_t byte;
+    } cases[] = {{"cat", FF_OK, -1}, {ended, FF_ERR_READ, (int64_t)cut}, {"cat - /dev/null; echo", FF_ERR_FORMAT, (int64_t)n}};
+    const char *path = check_path("whole"), *fifo = check_path("fifo");
+    check_write(path, bytes, n);
+    for (size_t k = 0; k < 3; k++) {
+        char command[800];
+        snprintf(command, sizeof command, "rm -f '%s'; mkfifo '%s'; (%s) < '%s' > '%s' &", fifo, fifo, cases[k].filter, path, fifo);
+        if (system(command) != 0) exit(1);
+        ff_table t;
+        ff_error err = {0};
+        ff_status s = ff_table_read(fifo, format, &t, &err);
+        CHECK(s == cases[k].status && (s == FF_OK || err.byte == cases[k].byte), "%s: %d at %lld %s", cases[k].filter, s,
+              (long long)err.byte, err.message);
+        if (s == FF_OK) ff_table_free(&t);
+    }
+}
+
 /* Same numbers in both tables, bit for bit; values and sigmas as 1/sr, of valid samples. */
 __attribute__((unused)) static int check_same_bits(const double *a, const double *b, size_t n)
 {

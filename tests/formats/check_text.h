@@ -6,8 +6,8 @@
 static const double check_pi = 3.14159265358979323846;
 
 /* Writes text and reads it back with the options (NULL: none), found by content; 1 when it is of this format. */
-__attribute__((unused)) static int check_reads_with(const char *label, const char *format, const char *text, const ff_read_options *o,
-                                                    ff_table *t)
+__attribute__((unused)) static int check_reads_with(const char *label, const char *format, const char *text,
+                                                    const ff_read_options *o, ff_table *t)
 {
     const char *path = check_path("content");
     check_write(path, text, strlen(text));
@@ -24,6 +24,16 @@ __attribute__((unused)) static int check_reads_with(const char *label, const cha
 __attribute__((unused)) static int check_reads(const char *label, const char *format, const char *text, ff_table *t)
 {
     return check_reads_with(label, format, text, NULL, t);
+}
+
+/* With the part of a file that --part chooses (NULL: the default). */
+__attribute__((unused)) static int check_reads_part(const char *label, const char *format, const char *text, const char *part,
+                                                    ff_table *t)
+{
+    ff_read_options o;
+    ff_read_options_init(&o);
+    o.part = part;
+    return check_reads_with(label, format, text, &o, t);
 }
 
 __attribute__((unused)) static void check_refuses(const char *format, const char *text, ff_status code, long line,
@@ -58,8 +68,8 @@ static int check_survives(const char *label, size_t at, const char *format, cons
     return 1;
 }
 
-/* Every prefix is an error, or a table that says that its last line may be cut, or, cut between two rows of a file whose format does
- * not count them (may_end_early), a shorter one. The whole text has n samples. */
+/* Every prefix is an error, or a table that says that its last line may be cut, or, cut between two rows of a file whose format
+ * does not count them (may_end_early), a shorter one. The whole text has n samples. */
 __attribute__((unused)) static void check_prefixes(const char *format, const char *text, size_t n, int may_end_early)
 {
     const size_t length = strlen(text);

@@ -1,19 +1,7 @@
 /* ASTM files, made here: those of the standard, those with the unnamed column, and those that are wrong. */
-#include "check.h"
+#include "check_text.h"
 
 #define HEAD "LAB_NAME somebody\n\nAPERTURE\nNUM_POINTS 2\n"
-
-static int reads(const char *label, const char *text, ff_table *t)
-{
-    const char *path = check_path("t.dat");
-    check_write(path, text, strlen(text));
-    ff_error err = {0};
-    char all[2048];
-    ff_status s = ff_table_read(path, NULL, t, &err);
-    ff_error_format(&err, all, sizeof all);
-    if (!CHECK(s == FF_OK, "%s: %s", label, all)) return 0;
-    return CHECK(strcmp(t->format, "astm") == 0, "%s: read as %s", label, t->format);
-}
 
 static void test_variants(void)
 {
@@ -37,7 +25,7 @@ static void test_variants(void)
         {"no end of line", HEAD "VARS theta_i,phi_i,theta_s,phi_s,b\n0.1,3,0.2,1,5\n0.1,3,0.2,1,-8", "end-of-line", 3, 1, 1}};
     for (size_t k = 0; k < sizeof cases / sizeof cases[0]; k++) {
         ff_table t;
-        if (!reads(cases[k].label, cases[k].text, &t)) continue;
+        if (!check_reads(cases[k].label, "astm", cases[k].text, &t)) continue;
         double phi_i = cases[k].phi_i < 0 ? pi : cases[k].phi_i;
         CHECK(t.n == 2 && t.n_channels == cases[k].n_channels, "%s: %zu x %zu", cases[k].label, t.n, t.n_channels);
         for (size_t i = 0; i < 2; i++)
@@ -51,49 +39,49 @@ static void test_variants(void)
         ff_table_free(&t);
     }
     ff_table t;
-    if (reads("two azimuths", HEAD "VARS theta_i,phi_i,theta_s,phi_s,b\n0,3,0,0,1\n0,2,0,0,1\n", &t)) {
+    if (check_reads("two azimuths", "astm", HEAD "VARS theta_i,phi_i,theta_s,phi_s,b\n0,3,0,0,1\n0,2,0,0,1\n", &t)) {
         CHECK(t.isotropic == 0, "two azimuths of incidence");
         ff_table_free(&t);
     }
 }
 
-static void refuses(const char *text, ff_status code, long line, const char *const *words)
-{
-    const char *path = check_path("bad.astm");
-    check_write(path, text, strlen(text));
-    check_fails(text, path, "astm", code, line, words);
-}
-
 static void test_refusals(void)
 {
 #define VARS HEAD "VARS theta_i,phi_i,theta_s,phi_s,b\n"
-    refuses("", FF_ERR_READ, 0, WORDS("end of the file", "expected a line VARS"));
-    refuses(HEAD, FF_ERR_READ, 4, WORDS("end of the file", "expected a line VARS"));
-    refuses(HEAD "0,1,2,3,4\n", FF_ERR_FORMAT, 5, WORDS("'0,1,2,3,4'", "expected 'KEY value' or VARS"));
-    refuses(VARS, FF_ERR_READ, 5, WORDS("no rows", "NUM_POINTS"));
-    refuses(VARS "0,0,0,0,1\n", FF_ERR_READ, 6, WORDS("after 1 rows", "expected 2", "NUM_POINTS"));
-    refuses(VARS "0,0,0,0,1\n0,0,0,0,2\n0,0,0,0,3\n", FF_ERR_FORMAT, 8, WORDS("found more rows", "expected 2", "NUM_POINTS"));
-    refuses("NUM_POINTS many\nVARS theta_i,theta_s,b\n0,0,1\n", FF_ERR_FORMAT, 1, WORDS("'many'", "whole number"));
-    refuses("NUM_POINTS 0\nVARS theta_i,theta_s,b\n0,0,1\n", FF_ERR_FORMAT, 1, WORDS("'0'", "whole number >= 1"));
-    refuses("NUM_POINTS -5\nVARS theta_i,theta_s,b\n0,0,1\n", FF_ERR_FORMAT, 1, WORDS("'-5'", "whole number >= 1"));
-    refuses("NUM_POINTS 99999999999999999999999\nVARS theta_i,theta_s,b\n0,0,1\n", FF_ERR_FORMAT, 1, WORDS("whole number"));
-    refuses("NUM_POINTS 4000000000000000000\nVARS theta_i,theta_s,b\n0,0,1\n", FF_ERR_READ, 3,
-            WORDS("after 1 rows", "4000000000000000000"));
-    refuses(HEAD "VARS theta_i,phi_i,phi_s,b\n", FF_ERR_FORMAT, 5, WORDS("theta_i, phi_i, phi_s, b", "expected a column theta_s"));
-    refuses(HEAD "VARS phi_i,theta_s,b\n", FF_ERR_FORMAT, 5, WORDS("expected a column theta_i"));
-    refuses(HEAD "VARS theta_i,phi_i,theta_s,phi_s\n", FF_ERR_FORMAT, 5, WORDS("expected at least one column of values"));
-    refuses(HEAD "VARS theta_i,theta_s,theta_r,b\n", FF_ERR_FORMAT, 5, WORDS("theta_s and theta_r", "expected one"));
-    refuses(HEAD "VARS theta_i,theta_s,b,b\n", FF_ERR_FORMAT, 5, WORDS("'b' twice"));
-    refuses(HEAD "VARS\n", FF_ERR_FORMAT, 5, WORDS("column 1", "no name"));
-    refuses(VARS "0,0,0,0\n", FF_ERR_FORMAT, 6, WORDS("found 4 cells", "expected 5"));
-    refuses(VARS "0,0,0,0,1,2\n", FF_ERR_FORMAT, 6, WORDS("found 6 cells", "expected 5"));
-    refuses(HEAD "VARS theta_i,phi_i,theta_s,b\n0,0,0,0,1,2\n", FF_ERR_FORMAT, 6, WORDS("found 6 cells", "expected 4"));
-    refuses(HEAD "VARS theta_i,phi_i,theta_s,b\n0,0,0,0,1\n0,0,0,1\n", FF_ERR_FORMAT, 7, WORDS("found 4 cells", "expected 5"));
-    refuses(VARS "0,0,0,0,nan\n", FF_ERR_DATA, 6, WORDS("column 'b'", "'nan'", "expected a finite number"));
-    refuses(VARS "0,0,0,0,1\n0,inf,0,0,1\n", FF_ERR_DATA, 7, WORDS("column 'phi_i'", "'inf'", "expected a finite number"));
-    refuses(VARS "0,0,0,0,\n", FF_ERR_DATA, 6, WORDS("column 'b'", "an empty cell", "expected a finite number"));
-    refuses(VARS "45,0,0,0,1\n", FF_ERR_DATA, 6, WORDS("column 'theta_i'", "found 45", "radians", "degrees?"));
-    refuses(VARS "0,0,-4,0,1\n", FF_ERR_DATA, 6, WORDS("column 'theta_s'", "found -4", "radians"));
+    check_refuses("astm", "", FF_ERR_READ, 0, WORDS("end of the file", "expected a line VARS"));
+    check_refuses("astm", HEAD, FF_ERR_READ, 4, WORDS("end of the file", "expected a line VARS"));
+    check_refuses("astm", HEAD "0,1,2,3,4\n", FF_ERR_FORMAT, 5, WORDS("'0,1,2,3,4'", "expected 'KEY value' or VARS"));
+    check_refuses("astm", VARS, FF_ERR_READ, 5, WORDS("no rows", "NUM_POINTS"));
+    check_refuses("astm", VARS "0,0,0,0,1\n", FF_ERR_READ, 6, WORDS("after 1 rows", "expected 2", "NUM_POINTS"));
+    check_refuses("astm", VARS "0,0,0,0,1\n0,0,0,0,2\n0,0,0,0,3\n", FF_ERR_FORMAT, 8,
+                  WORDS("found more rows", "expected 2", "NUM_POINTS"));
+    check_refuses("astm", "NUM_POINTS many\nVARS theta_i,theta_s,b\n0,0,1\n", FF_ERR_FORMAT, 1, WORDS("'many'", "whole number"));
+    check_refuses("astm", "NUM_POINTS 0\nVARS theta_i,theta_s,b\n0,0,1\n", FF_ERR_FORMAT, 1, WORDS("'0'", "whole number >= 1"));
+    check_refuses("astm", "NUM_POINTS -5\nVARS theta_i,theta_s,b\n0,0,1\n", FF_ERR_FORMAT, 1, WORDS("'-5'", "whole number >= 1"));
+    check_refuses("astm", "NUM_POINTS 99999999999999999999999\nVARS theta_i,theta_s,b\n0,0,1\n", FF_ERR_FORMAT, 1,
+                  WORDS("whole number"));
+    check_refuses("astm", "NUM_POINTS 4000000000000000000\nVARS theta_i,theta_s,b\n0,0,1\n", FF_ERR_READ, 3,
+                  WORDS("after 1 rows", "4000000000000000000"));
+    check_refuses("astm", HEAD "VARS theta_i,phi_i,phi_s,b\n", FF_ERR_FORMAT, 5,
+                  WORDS("theta_i, phi_i, phi_s, b", "expected a column theta_s"));
+    check_refuses("astm", HEAD "VARS phi_i,theta_s,b\n", FF_ERR_FORMAT, 5, WORDS("expected a column theta_i"));
+    check_refuses("astm", HEAD "VARS theta_i,phi_i,theta_s,phi_s\n", FF_ERR_FORMAT, 5,
+                  WORDS("expected at least one column of values"));
+    check_refuses("astm", HEAD "VARS theta_i,theta_s,theta_r,b\n", FF_ERR_FORMAT, 5, WORDS("theta_s and theta_r", "expected one"));
+    check_refuses("astm", HEAD "VARS theta_i,theta_s,b,b\n", FF_ERR_FORMAT, 5, WORDS("'b' twice"));
+    check_refuses("astm", HEAD "VARS\n", FF_ERR_FORMAT, 5, WORDS("column 1", "no name"));
+    check_refuses("astm", VARS "0,0,0,0\n", FF_ERR_FORMAT, 6, WORDS("found 4 cells", "expected 5"));
+    check_refuses("astm", VARS "0,0,0,0,1,2\n", FF_ERR_FORMAT, 6, WORDS("found 6 cells", "expected 5"));
+    check_refuses("astm", HEAD "VARS theta_i,phi_i,theta_s,b\n0,0,0,0,1,2\n", FF_ERR_FORMAT, 6,
+                  WORDS("found 6 cells", "expected 4"));
+    check_refuses("astm", HEAD "VARS theta_i,phi_i,theta_s,b\n0,0,0,0,1\n0,0,0,1\n", FF_ERR_FORMAT, 7,
+                  WORDS("found 4 cells", "expected 5"));
+    check_refuses("astm", VARS "0,0,0,0,nan\n", FF_ERR_DATA, 6, WORDS("column 'b'", "'nan'", "expected a finite number"));
+    check_refuses("astm", VARS "0,0,0,0,1\n0,inf,0,0,1\n", FF_ERR_DATA, 7,
+                  WORDS("column 'phi_i'", "'inf'", "expected a finite number"));
+    check_refuses("astm", VARS "0,0,0,0,\n", FF_ERR_DATA, 6, WORDS("column 'b'", "an empty cell", "expected a finite number"));
+    check_refuses("astm", VARS "45,0,0,0,1\n", FF_ERR_DATA, 6, WORDS("column 'theta_i'", "found 45", "radians", "degrees?"));
+    check_refuses("astm", VARS "0,0,-4,0,1\n", FF_ERR_DATA, 6, WORDS("column 'theta_s'", "found -4", "radians"));
 }
 
 static void test_prefixes(void)

@@ -1,5 +1,5 @@
 /* LightTools BSDF files, made here. */
-#include "check.h"
+#include "check_text.h"
 
 static const double degree = 3.14159265358979323846 / 180;
 
@@ -20,21 +20,12 @@ static ff_status read_part(const char *text, const char *part, ff_table *t, ff_e
     return ff_table_read_with(path, &o, t, err);
 }
 
-static int reads(const char *label, const char *text, const char *part, ff_table *t)
-{
-    ff_error err = {0};
-    char all[2048];
-    ff_status s = read_part(text, part, t, &err);
-    ff_error_format(&err, all, sizeof all);
-    if (!CHECK(s == FF_OK, "%s: %s", label, all)) return 0;
-    return CHECK(strcmp(t->format, "lighttools") == 0, "%s: read as %s", label, t->format);
-}
-
 static void test_values(void)
 {
     ff_table t;
-    if (!reads("small", HEAD KEYS("30", "532", "BRDF") ROWS KEYS("10", "532", "BRDF") "-1 0 1\n1 1 1\n1 1 1\n1 1 1\nDataEnd\n",
-               NULL, &t))
+    if (!check_reads_part("small", "lighttools",
+                          HEAD KEYS("30", "532", "BRDF") ROWS KEYS("10", "532", "BRDF") "-1 0 1\n1 1 1\n1 1 1\n1 1 1\nDataEnd\n",
+                          NULL, &t))
         return;
     CHECK(t.n == 24 && t.n_channels == 1 && t.isotropic == 1 && t.radians_per_unit == degree, "%zu x %zu", t.n, t.n_channels);
     CHECK(t.axes.kind == FF_AXES_INCIDENT_EXIT && t.axes.n[0] == 2 && t.axes.n[1] == 1 && t.axes.n[2] == 3 && t.axes.n[3] == 4,
@@ -59,11 +50,12 @@ static void test_values(void)
 static void test_channels(void)
 {
     ff_table t;
-    if (reads("two wavelengths",
-              HEAD KEYS("10", "465.5", "BRDF") ROWS KEYS("10", "525", "BRDF") "21 1 1\n1 1 1\n1 1 1\n1 1 1\n" KEYS(
-                  "20", "525", "BRDF") "22 1 "
-                                       "1\n1 1 1\n1 1 1\n1 1 1\n" KEYS("20", "465.5", "BRDF") "23 1 1\n1 1 1\n1 1 1\n1 1 1\n",
-              NULL, &t)) {
+    if (check_reads_part(
+            "two wavelengths", "lighttools",
+            HEAD KEYS("10", "465.5", "BRDF") ROWS KEYS("10", "525", "BRDF") "21 1 1\n1 1 1\n1 1 1\n1 1 1\n" KEYS(
+                "20", "525", "BRDF") "22 1 "
+                                     "1\n1 1 1\n1 1 1\n1 1 1\n" KEYS("20", "465.5", "BRDF") "23 1 1\n1 1 1\n1 1 1\n1 1 1\n",
+            NULL, &t)) {
         CHECK(t.n == 24 && t.n_channels == 2 && strcmp(t.channels[0].name, "465.5nm") == 0 && t.channels[1].wavelength_nm == 525,
               "%zu x %zu '%s'", t.n, t.n_channels, t.channels[0].name);
         CHECK(t.value[0] == 1 && t.value[24] == 21 && t.value[12] == 23 && t.value[36] == 22, "%g %g %g %g", t.value[0],
@@ -72,19 +64,21 @@ static void test_channels(void)
         ff_table_free(&t);
     }
 #define TRIS(v, w) "TristimulusValue Tris" v "\nAOI 0\nScatterType BRDF\nTIS 1\n" w " 1\n"
-    if (reads("tristimulus",
-              "symmetry planesymmetrical\nSPECTRALCONTENT XYZ\nScatterAzimuth 1 0\nScatterRadial 2 0 10\nDataBegin\n" TRIS("Z", "3")
-                  TRIS("X", "1") TRIS("Y", "2") "DataEnd\n",
-              NULL, &t)) {
+    if (check_reads_part(
+            "tristimulus", "lighttools",
+            "symmetry planesymmetrical\nSPECTRALCONTENT XYZ\nScatterAzimuth 1 0\nScatterRadial 2 0 10\nDataBegin\n" TRIS("Z", "3")
+                TRIS("X", "1") TRIS("Y", "2") "DataEnd\n",
+            NULL, &t)) {
         CHECK(t.n == 2 && t.n_channels == 3 && strcmp(t.channels[0].name, "X") == 0 && strcmp(t.channels[2].name, "Z") == 0,
               "%zu x %zu", t.n, t.n_channels);
         CHECK(t.value[0] == 1 && t.value[2] == 2 && t.value[4] == 3 && isnan(t.channels[1].wavelength_nm), "values");
         ff_table_free(&t);
     }
-    if (reads("no wavelength",
-              "Symmetry Asymmetric\nSpectralContent Monochrome\nScatterAzimuth 1 0\nScatterRadial 1 0\nDataBegin\nAOI 0\n"
-              "ScatterType BRDF\nTIS 1\n7\n",
-              NULL, &t)) {
+    if (check_reads_part(
+            "no wavelength", "lighttools",
+            "Symmetry Asymmetric\nSpectralContent Monochrome\nScatterAzimuth 1 0\nScatterRadial 1 0\nDataBegin\nAOI 0\n"
+            "ScatterType BRDF\nTIS 1\n7\n",
+            NULL, &t)) {
         CHECK(t.n == 1 && strcmp(t.channels[0].name, "f") == 0 && isnan(t.channels[0].wavelength_nm) && !t.weight, "channel");
         ff_table_free(&t);
     }
@@ -96,17 +90,17 @@ static void test_parts(void)
     static const char both[] = HEAD KEYS("10", "532", "BRDF") ROWS KEYS("10", "532", "BTDF") ROWS BACK;
     ff_table t;
     ff_error err = {0};
-    if (reads("front", both, NULL, &t)) {
+    if (check_reads_part("front", "lighttools", both, NULL, &t)) {
         CHECK(t.n == 12 && t.value[0] == 1, "front: %zu", t.n);
         CHECK(strstr(t.note, "1 blocks of the other side are left out; part back") && strstr(t.note, "1 blocks of transmission"),
               "note '%s'", t.note);
         ff_table_free(&t);
     }
-    if (reads("back", both, "back", &t)) {
+    if (check_reads_part("back", "lighttools", both, "back", &t)) {
         CHECK(t.n == 12 && t.value[0] == 31 && t.angle[0][0] == 30, "back: %g at %g", t.value[0], t.angle[0][0]);
         ff_table_free(&t);
     }
-    if (reads("back alone", HEAD BACK, NULL, &t)) {
+    if (check_reads_part("back alone", "lighttools", HEAD BACK, NULL, &t)) {
         CHECK(strstr(t.note, "reflection of the back side"), "note '%s'", t.note);
         ff_table_free(&t);
     }
@@ -139,7 +133,7 @@ static void test_mirror_side(double where, int said)
         }
     strcpy(at, "DataEnd\n");
     ff_table t;
-    if (!reads("lobe", text, NULL, &t)) return;
+    if (!check_reads_part("lobe", "lighttools", text, NULL, &t)) return;
     char expected[64];
     snprintf(expected, sizeof expected, "leaves around the azimuth %g, not around 270", where);
     CHECK(!strstr(t.note, "leaves around") == !said && (!said || strstr(t.note, expected)), "lobe at %g: note '%s'", where, t.note);
@@ -149,51 +143,50 @@ static void test_mirror_side(double where, int said)
     ff_table_free(&t);
 }
 
-static void refuses(const char *text, ff_status code, long line, const char *const *words)
-{
-    const char *path = check_path("bad.bsdf");
-    check_write(path, text, strlen(text));
-    check_fails(text, path, "lighttools", code, line, words);
-}
-
 static void test_refusals(void)
 {
-    refuses("", FF_ERR_READ, 0, WORDS("end of the file", "DataBegin"));
-    refuses("Symmetry Asymmetric\nDataBegin\n", FF_ERR_FORMAT, 2, WORDS("without SpectralContent"));
-    refuses("SpectralContent Monochrome\nDataBegin\n", FF_ERR_FORMAT, 2, WORDS("without Symmetry"));
-    refuses("Symmetry Asymmetric\nSpectralContent XYZ\nDataBegin\n", FF_ERR_FORMAT, 3, WORDS("without ScatterAzimuth"));
-    refuses("Symmetry Asymmetric\nSpectralContent XYZ\nScatterAzimuth 1\n0\nDataBegin\n", FF_ERR_FORMAT, 5,
-            WORDS("without ScatterRadial"));
-    refuses("Symmetry Odd\n", FF_ERR_FORMAT, 1, WORDS("'Odd'", "PlaneSymmetrical, Asymmetric or Asymmetrical"));
-    refuses("ScatterAzimuth 2\n0 1 2\n", FF_ERR_FORMAT, 2, WORDS("'2'", "more angles than their count"));
-    refuses(HEAD, FF_ERR_READ, 11, WORDS("end of the file", "at least one block"));
-    refuses(HEAD "DataEnd\n", FF_ERR_READ, 12, WORDS("end of the file", "at least one block"));
-    refuses(HEAD "AOI 0\n", FF_ERR_READ, 12, WORDS("end of the file", "TIS and the values"));
-    refuses(HEAD "AOI 0\nAOI 0\n", FF_ERR_FORMAT, 13, WORDS("AOI twice"));
-    refuses(HEAD "AOI x\n", FF_ERR_DATA, 12, WORDS("'x'", "AOI"));
-    refuses(HEAD "Side Left\n", FF_ERR_FORMAT, 12, WORDS("'Left'", "Front or Back"));
-    refuses(HEAD "Colour 3\n", FF_ERR_FORMAT, 12, WORDS("'Colour'", "AOI, POI, Side"));
-    refuses(HEAD "ScatterType BRDF\nTIS 1\n", FF_ERR_FORMAT, 13, WORDS("no AOI"));
-    refuses(HEAD "AOI 1\nTIS 1\n", FF_ERR_FORMAT, 13, WORDS("no ScatterType"));
-    refuses(HEAD "AOI 95\nScatterType BRDF\nTIS 1\n", FF_ERR_DATA, 14, WORDS("AOI 95", "0 to 90"));
-    refuses(HEAD "AOI 5\nWavelength 0\nScatterType BRDF\nTIS 1\n", FF_ERR_DATA, 15, WORDS("wavelength 0", "> 0"));
-    refuses(HEAD KEYS("5", "532", "BRDF") "1 2 3\n4 5\nAOI 3\n", FF_ERR_DATA, 20, WORDS("'AOI'", "a row of 3 values"));
-    refuses(HEAD KEYS("5", "532", "BRDF") "1 2 3\n4 5", FF_ERR_READ, 19,
-            WORDS("end of the file after 2 numbers", "a row of 3 values"));
-    refuses(HEAD KEYS("5", "532", "BRDF") ROWS "13\n", FF_ERR_FORMAT, 22, WORDS("'13'", "AOI, POI"));
-    refuses(HEAD KEYS("5", "532", "BRDF") ROWS "DataEnd\nmore\n", FF_ERR_FORMAT, 23, WORDS("'more'", "after DataEnd"));
-    refuses(HEAD KEYS("5", "532", "BRDF") ROWS KEYS("5", "532", "BRDF") ROWS, FF_ERR_FORMAT, 31,
-            WORDS("2 blocks for 1 incidences and 1 channels"));
-    refuses(HEAD KEYS("5", "532", "BRDF") ROWS KEYS("6", "600", "BRDF") ROWS, FF_ERR_FORMAT, 31,
-            WORDS("2 blocks for 2", "expected 4"));
-    refuses(HEAD KEYS("5", "532", "BRDF") ROWS KEYS("5", "532", "BRDF") ROWS KEYS("5", "600", "BRDF") ROWS KEYS("6", "600", "BRDF")
-                ROWS,
-            FF_ERR_FORMAT, 27, WORDS("AOI 5, wavelength 532", "twice"));
-    refuses(HEAD KEYS("5", "532", "BRDF") ROWS "AOI 6\nPOI 90\nWavelength 532\nScatterType BRDF\nTIS 1\n" ROWS, FF_ERR_UNSUPPORTED,
-            26, WORDS("POI 90 after POI 0", "not documented"));
-    refuses("Symmetry Asymmetric\nSpectralContent XYZ\nScatterAzimuth 1 0\nScatterRadial 1 0\nDataBegin\nAOI 0\nScatterType "
-            "BRDF\nTIS 1\n1\n",
-            FF_ERR_FORMAT, 8, WORDS("no TristimulusValue"));
+    check_refuses("lighttools", "", FF_ERR_READ, 0, WORDS("end of the file", "DataBegin"));
+    check_refuses("lighttools", "Symmetry Asymmetric\nDataBegin\n", FF_ERR_FORMAT, 2, WORDS("without SpectralContent"));
+    check_refuses("lighttools", "SpectralContent Monochrome\nDataBegin\n", FF_ERR_FORMAT, 2, WORDS("without Symmetry"));
+    check_refuses("lighttools", "Symmetry Asymmetric\nSpectralContent XYZ\nDataBegin\n", FF_ERR_FORMAT, 3,
+                  WORDS("without ScatterAzimuth"));
+    check_refuses("lighttools", "Symmetry Asymmetric\nSpectralContent XYZ\nScatterAzimuth 1\n0\nDataBegin\n", FF_ERR_FORMAT, 5,
+                  WORDS("without ScatterRadial"));
+    check_refuses("lighttools", "Symmetry Odd\n", FF_ERR_FORMAT, 1, WORDS("'Odd'", "PlaneSymmetrical, Asymmetric or Asymmetrical"));
+    check_refuses("lighttools", "ScatterAzimuth 2\n0 1 2\n", FF_ERR_FORMAT, 2, WORDS("'2'", "more angles than their count"));
+    check_refuses("lighttools", HEAD, FF_ERR_READ, 11, WORDS("end of the file", "at least one block"));
+    check_refuses("lighttools", HEAD "DataEnd\n", FF_ERR_READ, 12, WORDS("end of the file", "at least one block"));
+    check_refuses("lighttools", HEAD "AOI 0\n", FF_ERR_READ, 12, WORDS("end of the file", "TIS and the values"));
+    check_refuses("lighttools", HEAD "AOI 0\nAOI 0\n", FF_ERR_FORMAT, 13, WORDS("AOI twice"));
+    check_refuses("lighttools", HEAD "AOI x\n", FF_ERR_DATA, 12, WORDS("'x'", "AOI"));
+    check_refuses("lighttools", HEAD "Side Left\n", FF_ERR_FORMAT, 12, WORDS("'Left'", "Front or Back"));
+    check_refuses("lighttools", HEAD "Colour 3\n", FF_ERR_FORMAT, 12, WORDS("'Colour'", "AOI, POI, Side"));
+    check_refuses("lighttools", HEAD "ScatterType BRDF\nTIS 1\n", FF_ERR_FORMAT, 13, WORDS("no AOI"));
+    check_refuses("lighttools", HEAD "AOI 1\nTIS 1\n", FF_ERR_FORMAT, 13, WORDS("no ScatterType"));
+    check_refuses("lighttools", HEAD "AOI 95\nScatterType BRDF\nTIS 1\n", FF_ERR_DATA, 14, WORDS("AOI 95", "0 to 90"));
+    check_refuses("lighttools", HEAD "AOI 5\nWavelength 0\nScatterType BRDF\nTIS 1\n", FF_ERR_DATA, 15,
+                  WORDS("wavelength 0", "> 0"));
+    check_refuses("lighttools", HEAD KEYS("5", "532", "BRDF") "1 2 3\n4 5\nAOI 3\n", FF_ERR_DATA, 20,
+                  WORDS("'AOI'", "a row of 3 values"));
+    check_refuses("lighttools", HEAD KEYS("5", "532", "BRDF") "1 2 3\n4 5", FF_ERR_READ, 19,
+                  WORDS("end of the file after 2 numbers", "a row of 3 values"));
+    check_refuses("lighttools", HEAD KEYS("5", "532", "BRDF") ROWS "13\n", FF_ERR_FORMAT, 22, WORDS("'13'", "AOI, POI"));
+    check_refuses("lighttools", HEAD KEYS("5", "532", "BRDF") ROWS "DataEnd\nmore\n", FF_ERR_FORMAT, 23,
+                  WORDS("'more'", "after DataEnd"));
+    check_refuses("lighttools", HEAD KEYS("5", "532", "BRDF") ROWS KEYS("5", "532", "BRDF") ROWS, FF_ERR_FORMAT, 31,
+                  WORDS("2 blocks for 1 incidences and 1 channels"));
+    check_refuses("lighttools", HEAD KEYS("5", "532", "BRDF") ROWS KEYS("6", "600", "BRDF") ROWS, FF_ERR_FORMAT, 31,
+                  WORDS("2 blocks for 2", "expected 4"));
+    check_refuses("lighttools",
+                  HEAD KEYS("5", "532", "BRDF") ROWS KEYS("5", "532", "BRDF") ROWS KEYS("5", "600", "BRDF")
+                      ROWS KEYS("6", "600", "BRDF") ROWS,
+                  FF_ERR_FORMAT, 27, WORDS("AOI 5, wavelength 532", "twice"));
+    check_refuses("lighttools", HEAD KEYS("5", "532", "BRDF") ROWS "AOI 6\nPOI 90\nWavelength 532\nScatterType BRDF\nTIS 1\n" ROWS,
+                  FF_ERR_UNSUPPORTED, 26, WORDS("POI 90 after POI 0", "not documented"));
+    check_refuses("lighttools",
+                  "Symmetry Asymmetric\nSpectralContent XYZ\nScatterAzimuth 1 0\nScatterRadial 1 0\nDataBegin\nAOI 0\nScatterType "
+                  "BRDF\nTIS 1\n1\n",
+                  FF_ERR_FORMAT, 8, WORDS("no TristimulusValue"));
 }
 
 /* Read is a file that stops after a block, which the note says may be too early; nothing else. */

@@ -361,30 +361,6 @@ static void test_prefixes(const unsigned char *bytes)
     }
 }
 
-/* A pipe has no size to look at first. */
-static void test_pipe(const unsigned char *bytes)
-{
-    const char *path = check_path("whole.binary");
-    check_write(path, bytes, BYTES);
-    static const struct {
-        const char *filter;
-        ff_status status;
-        int64_t byte;
-    } cases[] = {{"cat", FF_OK, -1}, {"head -c 20000000", FF_ERR_READ, 20000000}, {"cat - /dev/null; echo", FF_ERR_FORMAT, BYTES}};
-    for (size_t k = 0; k < 3; k++) {
-        char command[800], fifo[160];
-        snprintf(fifo, sizeof fifo, "%s", check_path("fifo"));
-        snprintf(command, sizeof command, "rm -f '%s'; mkfifo '%s'; (%s) < '%s' > '%s' &", fifo, fifo, cases[k].filter, path, fifo);
-        if (system(command) != 0) exit(1);
-        ff_table t;
-        ff_error err = {0};
-        ff_status s = ff_table_read(fifo, "merl", &t, &err);
-        CHECK(s == cases[k].status && (s == FF_OK || err.byte == cases[k].byte), "%s: %d at %lld %s", cases[k].filter, s,
-              (long long)err.byte, err.message);
-        if (s == FF_OK) ff_table_free(&t);
-    }
-}
-
 int main(void)
 {
     test_directions();
@@ -394,7 +370,7 @@ int main(void)
     test_writing();
     test_bad_content(bytes);
     test_prefixes(bytes);
-    test_pipe(bytes);
+    check_pipe("merl", bytes, BYTES, 20000000);
     free(bytes);
     return check_result();
 }

@@ -1,20 +1,8 @@
 /* NIST CSV, made here, and the published random-direction data where they are. */
-#include "check.h"
+#include "check_text.h"
 
 #define OLD "lambda,thetai,phii,thetar,phir,fr11,m12,m44\n"
 #define NEW "lambda,thetai,phi,thetar,phir,f_r11,f_r12/f_r11,f_r44/f_r11\n"
-
-static int reads(const char *label, const char *text, const char *part, ff_table *t)
-{
-    const char *path = check_path("t.csv");
-    check_write(path, text, strlen(text));
-    ff_read_options o;
-    ff_read_options_init(&o);
-    o.part = part;
-    ff_error err = {0};
-    if (!CHECK(ff_table_read_with(path, &o, t, &err) == FF_OK, "%s: line %ld %s", label, err.line, err.message)) return 0;
-    return CHECK(strcmp(t->format, "nist") == 0, "%s: read as %s", label, t->format);
-}
 
 static void test_made(void)
 {
@@ -26,7 +14,7 @@ static void test_made(void)
                  "%s0.532,-30,10,45,170,0.3,0.1,x\r\n0.532,30,10,45,170,0.31,-0.1,\r\n0.633,-30,10,45,170,0.4,1,1\r\n0.633,30,10,"
                  "45,170,0.41,1,1\r\n",
                  heads[k]);
-        if (!reads("regular", text, NULL, &t)) continue;
+        if (!check_reads_part("regular", "nist", text, NULL, &t)) continue;
         double v, p[6], *const planes[6] = {p, p + 1, p + 2, p + 3, p + 4, p + 5};
         CHECK(t.n == 2 && t.n_channels == 2 && t.channels[0].wavelength_nm == 532 && strcmp(t.channels[1].name, "633nm") == 0 &&
                   !t.sigma,
@@ -37,11 +25,12 @@ static void test_made(void)
         CHECK(p[0] > 0 && p[2] > 0 && p[3] < 0 && p[5] > 0, "light and detector on opposite sides: %g %g", p[0], p[3]);
         ff_table_free(&t);
     }
-    if (reads("random", NEW ".633,1,2,3,4,5,6,7\n.532,2,2,3,4,6,6,7\n.532,3,2,3,4,7,6,7\n", NULL, &t)) {
+    if (check_reads_part("random", "nist", NEW ".633,1,2,3,4,5,6,7\n.532,2,2,3,4,6,6,7\n.532,3,2,3,4,7,6,7\n", NULL, &t)) {
         CHECK(t.n == 2 && t.n_channels == 1 && t.channels[0].wavelength_nm == 532 && strstr(t.note, "'part'"), "%s", t.note);
         ff_table_free(&t);
     }
-    if (reads("random, chosen", NEW ".633,1,2,3,4,5,6,7\n.532,2,2,3,4,6,6,7\n.532,3,2,3,4,7,6,7\n", "633nm", &t)) {
+    if (check_reads_part("random, chosen", "nist", NEW ".633,1,2,3,4,5,6,7\n.532,2,2,3,4,6,6,7\n.532,3,2,3,4,7,6,7\n", "633nm",
+                         &t)) {
         CHECK(t.n == 1 && t.value[0] == 5, "%zu", t.n);
         ff_table_free(&t);
     }
@@ -53,7 +42,7 @@ static void test_made(void)
     check_write(path, "lambda,thetai,phii,thetar,phir\n1,2,3,4,5\n", 41);
     check_fails("no values", path, "nist", FF_ERR_FORMAT, 1, WORDS("f_r11|fr11", "lambda, thetai, phii"));
     ff_error err = {0};
-    if (reads("not written", NEW ".633,1,2,3,4,5,6,7\n", NULL, &t)) {
+    if (check_reads_part("not written", "nist", NEW ".633,1,2,3,4,5,6,7\n", NULL, &t)) {
         CHECK(ff_table_write(check_path("x"), "nist", &t, &err) == FF_ERR_UNSUPPORTED && strstr(err.message, "only be read"), "%s",
               err.message);
         ff_table_free(&t);

@@ -1,22 +1,10 @@
 /* Goniometer tables of planetary science, made here, and a published one where it is. */
-#include "check.h"
+#include "check_text.h"
 
 static const double pi = 3.14159265358979323846;
 #define HEAD                                                                                                                       \
     "# 'counter', 'incidence', 'emission', 'azimuth', 'phase', 'reflectance_factor', 'standard_deviation', 'error_estimate', "     \
     "'quality_flag', 'bandpass_central', 'bandpass_FWHM'\n"
-
-static int reads(const char *label, const char *text, const char *part, ff_table *t)
-{
-    const char *path = check_path("t.csv");
-    check_write(path, text, strlen(text));
-    ff_read_options o;
-    ff_read_options_init(&o);
-    o.part = part;
-    ff_error err = {0};
-    if (!CHECK(ff_table_read_with(path, &o, t, &err) == FF_OK, "%s: line %ld %s", label, err.line, err.message)) return 0;
-    return CHECK(strcmp(t->format, "planetary") == 0, "%s: read as %s", label, t->format);
-}
 
 static void test_made(void)
 {
@@ -25,7 +13,7 @@ static void test_made(void)
                                     "000002, 30.00, 40.00, 0.00, 10.00, 0.60, 0.25, 1.9, 5, 1064.00, 70.00\n"
                                     "000003, 30.00, 40.00, 180.00, 70.00, 0.50, 0.1, 1.9, 5, 1064.00, 70.00\n";
     ff_table t;
-    if (!reads("made", text, NULL, &t)) return;
+    if (!check_reads_part("made", "planetary", text, NULL, &t)) return;
     double v, s, p[6], *const planes[6] = {p, p + 1, p + 2, p + 3, p + 4, p + 5};
     CHECK(t.n == 2 && t.n_channels == 2 && t.channels[1].wavelength_nm == 1064 && t.isotropic == 1 &&
               t.quantity == FF_REFLECTANCE_FACTOR,
@@ -40,16 +28,17 @@ static void test_made(void)
     ff_table_directions(&t, 1, 1, planes);
     CHECK(p[0] > 0 && p[3] < 0, "azimuth 180 is the side of the mirror: %g %g", p[0], p[3]);
     ff_table_free(&t);
-    if (reads("part", text, "1064nm", &t)) {
+    if (check_reads_part("part", "planetary", text, "1064nm", &t)) {
         CHECK(t.n == 2 && t.n_channels == 1 && t.value[0] == 0.6, "one band");
         ff_table_free(&t);
     }
-    if (reads("the other convention",
-              HEAD "0, 30, 40, 0, 70, 0.8, 0.5, 1, 5, 450, 70\n1, 30, 40, 180, 10, 0.9, 0.5, 1, 5, 450, 70\n", NULL, &t)) {
+    if (check_reads_part("the other convention", "planetary",
+                         HEAD "0, 30, 40, 0, 70, 0.8, 0.5, 1, 5, 450, 70\n1, 30, 40, 180, 10, 0.9, 0.5, 1, 5, 450, 70\n", NULL,
+                         &t)) {
         CHECK(t.angle[3][0] == 180 && strstr(t.note, "180 degrees are added"), "note '%s'", t.note);
         ff_table_free(&t);
     }
-    if (reads("no deviations", HEAD "0, 30, 40, 0, 10, 0.8, 0, 1, 5, 450, 70\n", NULL, &t)) {
+    if (check_reads_part("no deviations", "planetary", HEAD "0, 30, 40, 0, 10, 0.8, 0, 1, 5, 450, 70\n", NULL, &t)) {
         CHECK(!t.sigma && strstr(t.note, "none are used"), "note '%s'", t.note);
         ff_table_free(&t);
     }

@@ -265,29 +265,6 @@ static void test_recognition(const unsigned char *bytes)
     free(b);
 }
 
-static void test_pipe(const unsigned char *bytes)
-{
-    const char *path = check_path("whole.bin");
-    check_write(path, bytes, BYTES);
-    static const struct {
-        const char *filter;
-        ff_status status;
-        int64_t byte;
-    } cases[] = {{"cat", FF_OK, -1}, {"head -c 1000000", FF_ERR_READ, 1000000}, {"cat - /dev/null; echo", FF_ERR_FORMAT, BYTES}};
-    for (size_t k = 0; k < 3; k++) {
-        char command[800], fifo[160];
-        snprintf(fifo, sizeof fifo, "%s", check_path("fifo"));
-        snprintf(command, sizeof command, "rm -f '%s'; mkfifo '%s'; (%s) < '%s' > '%s' &", fifo, fifo, cases[k].filter, path, fifo);
-        if (system(command) != 0) exit(1);
-        ff_table t;
-        ff_error err = {0};
-        ff_status s = ff_table_read(fifo, "utia", &t, &err);
-        CHECK(s == cases[k].status && (s == FF_OK || err.byte == cases[k].byte), "%s: %d at %lld %s", cases[k].filter, s,
-              (long long)err.byte, err.message);
-        if (s == FF_OK) ff_table_free(&t);
-    }
-}
-
 /* ---- writing --------------------------------------------------------------------------------- */
 
 static void expect_unwritable(const char *label, const ff_table *t, ff_status code, const char *const *words)
@@ -360,7 +337,7 @@ int main(void)
     test_bad_numbers(bytes);
     test_sizes(bytes);
     test_recognition(bytes);
-    test_pipe(bytes);
+    check_pipe("utia", bytes, BYTES, 1000000);
     test_layout();
     free(bytes);
     return check_result();

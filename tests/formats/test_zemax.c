@@ -1,5 +1,5 @@
 /* BSDF data interchange files, made here, and the measured ones where they are at hand. */
-#include "check.h"
+#include "check_text.h"
 #include "internal_table.h"
 
 static const double pi = 3.14159265358979323846, degree = 3.14159265358979323846 / 180;
@@ -7,18 +7,6 @@ static const double pi = 3.14159265358979323846, degree = 3.14159265358979323846
 #define WORDS_OF_HEAD "Source Measured\nSymmetry PlaneSymmetrical\nSpectralContent Monochrome\nScatterType BRDF\n"
 #define HEAD          WORDS_OF_HEAD "SampleRotation 1\n0\nAngleOfIncidence 2\n10 60\nScatterAzimuth 2\n0 180\nScatterRadial 3\n0 20 60\n\n"
 #define BLOCKS        "TIS 0.1\n1 2 3\n4 5 6\nTIS 0.2\n7 8 9\n10 11 0\n"
-
-static int reads(const char *label, const char *text, ff_table *t)
-{
-    const char *path = check_path("t.dat");
-    check_write(path, text, strlen(text));
-    ff_error err = {0};
-    char all[2048];
-    ff_status s = ff_table_read(path, NULL, t, &err);
-    ff_error_format(&err, all, sizeof all);
-    if (!CHECK(s == FF_OK, "%s: %s", label, all)) return 0;
-    return CHECK(strcmp(t->format, "zemax") == 0, "%s: read as %s", label, t->format);
-}
 
 /* ---- directions ------------------------------------------------------------------------------ */
 
@@ -78,7 +66,7 @@ static void test_directions(void)
 static void test_values(void)
 {
     ff_table t;
-    if (!reads("small", "#comment\n" HEAD "Monochrome\nDataBegin\n" BLOCKS "DataEnd\n", &t)) return;
+    if (!check_reads("small", "zemax", "#comment\n" HEAD "Monochrome\nDataBegin\n" BLOCKS "DataEnd\n", &t)) return;
     static const double incidence[2] = {10, 60}, azimuth[2] = {0, 180}, radial[3] = {0, 20, 60};
     CHECK(t.n == 12 && t.n_channels == 1 && t.isotropic == 1 && !t.weight && !t.sigma, "%zu x %zu, isotropic %d", t.n, t.n_channels,
           t.isotropic);
@@ -134,7 +122,7 @@ static void test_variants(void)
     };
     for (size_t k = 0; k < sizeof cases / sizeof cases[0]; k++) {
         ff_table t;
-        if (!reads(cases[k].label, cases[k].text, &t)) continue;
+        if (!check_reads(cases[k].label, "zemax", cases[k].text, &t)) continue;
         CHECK(t.n == cases[k].n && t.n_channels == cases[k].n_channels, "%s: %zu x %zu", cases[k].label, t.n, t.n_channels);
         CHECK(t.n_invalid == cases[k].n_invalid && t.n_negative == cases[k].n_negative, "%s: %zu invalid, %zu negative",
               cases[k].label, t.n_invalid, t.n_negative);
@@ -146,11 +134,12 @@ static void test_variants(void)
         ff_table_free(&t);
     }
     ff_table t;
-    if (reads("two rotations",
-              "Symmetry ASymmetrical4D\nSpectralContent Monochrome\nScatterType BRDF\nSampleRotation 2\n0 90\nAngleOfIncidence "
-              "2\n10 20\n"
-              "ScatterAzimuth 1\n0\nScatterRadial 1\n0\nDataBegin\nTIS 0\n1\nTIS 0\n2\nTIS 0\n3\nTIS 0\n4\nDataEnd\n",
-              &t)) {
+    if (check_reads(
+            "two rotations", "zemax",
+            "Symmetry ASymmetrical4D\nSpectralContent Monochrome\nScatterType BRDF\nSampleRotation 2\n0 90\nAngleOfIncidence "
+            "2\n10 20\n"
+            "ScatterAzimuth 1\n0\nScatterRadial 1\n0\nDataBegin\nTIS 0\n1\nTIS 0\n2\nTIS 0\n3\nTIS 0\n4\nDataEnd\n",
+            &t)) {
         CHECK(!t.isotropic && t.n == 4, "isotropic %d", t.isotropic);
         for (size_t i = 0; i < 4; i++)
             CHECK(t.value[i] == (double)i + 1 && t.angle[0][i] == (i % 2 ? 20 : 10) && t.angle[1][i] == (i / 2 ? -180 : -90),
@@ -159,55 +148,57 @@ static void test_variants(void)
     }
 }
 
-static void refuses(const char *text, ff_status code, long line, const char *const *words)
-{
-    const char *path = check_path("bad.bsdf");
-    check_write(path, text, strlen(text));
-    check_fails(text, path, "zemax", code, line, words);
-}
-
 static void test_refusals(void)
 {
 #define DATA "Monochrome\nDataBegin\n" BLOCKS "DataEnd\n"
 #define AXES "SampleRotation 1\n0\nAngleOfIncidence 1\n30\nScatterAzimuth 1\n0\nScatterRadial 1\n0\nDataBegin\nTIS 1\n1\nDataEnd\n"
 #define MONO "Symmetry PlaneSymmetrical\nSpectralContent Monochrome\n"
-    refuses("", FF_ERR_READ, 0, WORDS("end of the file", "expected DataBegin"));
-    refuses(HEAD, FF_ERR_READ, 13, WORDS("end of the file", "expected DataBegin"));
-    refuses("SpectralContent Monochrome\nScatterType BRDF\n" AXES, FF_ERR_FORMAT, 11, WORDS("without Symmetry"));
-    refuses("Symmetry PlaneSymmetrical\nScatterType BRDF\n" AXES, FF_ERR_FORMAT, 11, WORDS("without SpectralContent"));
-    refuses(MONO AXES, FF_ERR_FORMAT, 11, WORDS("without ScatterType"));
-    refuses(MONO "ScatterType BRDF\nDataBegin\n", FF_ERR_FORMAT, 4, WORDS("without SampleRotation"));
-    refuses(MONO "ScatterType BTDF\n" AXES, FF_ERR_UNSUPPORTED, 12, WORDS("BTDF, transmission", "only reflection is read"));
-    refuses(MONO "ScatterType BXDF\n" AXES, FF_ERR_FORMAT, 3, WORDS("'BXDF'", "BRDF, BTDF or BSDF"));
-    refuses("Symmetry Round\n", FF_ERR_FORMAT, 1, WORDS("'Round'", "PlaneSymmetrical, Asymmetrical or Asymmetrical4D"));
-    refuses("SpectralContent RGB\n", FF_ERR_FORMAT, 1, WORDS("'RGB'", "Monochrome or XYZ"));
-    refuses("SpectralContent", FF_ERR_READ, 1, WORDS("end of the file after SpectralContent"));
-    refuses("Symmetry Asymmetrical\nSymmetry Asymmetrical\n", FF_ERR_FORMAT, 2, WORDS("Symmetry twice"));
-    refuses("ScatterRadial 1\n0\nScatterRadial 1\n0\n", FF_ERR_FORMAT, 3, WORDS("ScatterRadial twice"));
-    refuses("ScatterRadial many\n", FF_ERR_FORMAT, 1, WORDS("'many'", "whole number from 1 to 1048576"));
-    refuses("ScatterRadial 0\n", FF_ERR_FORMAT, 1, WORDS("'0'", "whole number from 1"));
-    refuses("ScatterRadial -3\n", FF_ERR_FORMAT, 1, WORDS("'-3'", "whole number from 1"));
-    refuses("ScatterRadial 4000000000\n1", FF_ERR_FORMAT, 1, WORDS("'4000000000'", "whole number from 1"));
-    refuses("ScatterRadial 1000000\n0 1 2\n", FF_ERR_READ, 2, WORDS("after 3 angles", "expected 1000000"));
-    refuses("ScatterRadial 3\n0 5\nScatterAzimuth 1\n", FF_ERR_DATA, 3, WORDS("'ScatterAzimuth'", "angle 3 of 3"));
-    refuses("ScatterRadial 2\n0 5 10\n", FF_ERR_FORMAT, 2, WORDS("'10'", "expected a keyword", "more angles than their count"));
-    refuses("ScatterRadial 2\n0 nan\n", FF_ERR_DATA, 2, WORDS("'nan'", "angle 2 of 2"));
-    refuses("ScatterRadial 2\n0\n200\n", FF_ERR_DATA, 3, WORDS("found 200", "from 0 to 180"));
-    refuses("ScatterRadial 2\n5 5\n", FF_ERR_DATA, 2, WORDS("found 5 after 5", "ascending"));
-    refuses("AngleOfIncidence 1\n95\n", FF_ERR_DATA, 2, WORDS("found 95", "from 0 to 90"));
-    refuses("SampleRotation 1\n-400\n", FF_ERR_DATA, 2, WORDS("found -400", "from -360 to 360"));
-    refuses(HEAD "Monochrome\n" BLOCKS, FF_ERR_FORMAT, 15, WORDS("'TIS'", "expected DataBegin"));
-    refuses(HEAD "Monochrome\nDataBegin\n1 2 3\n", FF_ERR_FORMAT, 16, WORDS("'1'", "expected TIS"));
-    refuses(HEAD "Monochrome\nDataBegin\nTIS x\n", FF_ERR_DATA, 16, WORDS("'x'", "TIS"));
-    refuses(HEAD "Monochrome\nDataBegin\nTIS 0.1\n1 2\n3 4 5\nTIS 0.2\n", FF_ERR_DATA, 19, WORDS("'TIS'", "a row of 3 values"));
-    refuses(HEAD "Monochrome\nDataBegin\nTIS 0.1\n1 2 3\n4 5 6 7\n", FF_ERR_FORMAT, 18, WORDS("'7'", "expected TIS"));
-    refuses(HEAD "Monochrome\nDataBegin\nTIS 0.1\n1 2 3\n4 5 inf\n", FF_ERR_DATA, 18, WORDS("'inf'", "a row of 3 values"));
-    refuses(HEAD "Monochrome\nDataBegin\nTIS 0.1\n1 2 3\n4 5 6\nDataEnd\n", FF_ERR_FORMAT, 19, WORDS("'DataEnd'", "expected TIS"));
-    refuses(HEAD "Monochrome\nDataBegin\n" BLOCKS, FF_ERR_READ, 21, WORDS("end of the file", "DataEnd"));
-    refuses(HEAD DATA "more\n", FF_ERR_FORMAT, 23, WORDS("'more'", "the end of the file after DataEnd"));
-    refuses(HEAD "TristimulusX\nDataBegin\n" BLOCKS "DataEnd\n", FF_ERR_FORMAT, 14, WORDS("'TristimulusX'", "DataBegin"));
-    refuses(HEAD "Monochrome\nDataBegin\nTIS 1\n0 0 0\n0 0 0\nTIS 1\n0 0 0\n0 0 0\nDataEnd\n", FF_ERR_DATA, 0,
-            WORDS("all of them marked as not measured"));
+    check_refuses("zemax", "", FF_ERR_READ, 0, WORDS("end of the file", "expected DataBegin"));
+    check_refuses("zemax", HEAD, FF_ERR_READ, 13, WORDS("end of the file", "expected DataBegin"));
+    check_refuses("zemax", "SpectralContent Monochrome\nScatterType BRDF\n" AXES, FF_ERR_FORMAT, 11, WORDS("without Symmetry"));
+    check_refuses("zemax", "Symmetry PlaneSymmetrical\nScatterType BRDF\n" AXES, FF_ERR_FORMAT, 11,
+                  WORDS("without SpectralContent"));
+    check_refuses("zemax", MONO AXES, FF_ERR_FORMAT, 11, WORDS("without ScatterType"));
+    check_refuses("zemax", MONO "ScatterType BRDF\nDataBegin\n", FF_ERR_FORMAT, 4, WORDS("without SampleRotation"));
+    check_refuses("zemax", MONO "ScatterType BTDF\n" AXES, FF_ERR_UNSUPPORTED, 12,
+                  WORDS("BTDF, transmission", "only reflection is read"));
+    check_refuses("zemax", MONO "ScatterType BXDF\n" AXES, FF_ERR_FORMAT, 3, WORDS("'BXDF'", "BRDF, BTDF or BSDF"));
+    check_refuses("zemax", "Symmetry Round\n", FF_ERR_FORMAT, 1,
+                  WORDS("'Round'", "PlaneSymmetrical, Asymmetrical or Asymmetrical4D"));
+    check_refuses("zemax", "SpectralContent RGB\n", FF_ERR_FORMAT, 1, WORDS("'RGB'", "Monochrome or XYZ"));
+    check_refuses("zemax", "SpectralContent", FF_ERR_READ, 1, WORDS("end of the file after SpectralContent"));
+    check_refuses("zemax", "Symmetry Asymmetrical\nSymmetry Asymmetrical\n", FF_ERR_FORMAT, 2, WORDS("Symmetry twice"));
+    check_refuses("zemax", "ScatterRadial 1\n0\nScatterRadial 1\n0\n", FF_ERR_FORMAT, 3, WORDS("ScatterRadial twice"));
+    check_refuses("zemax", "ScatterRadial many\n", FF_ERR_FORMAT, 1, WORDS("'many'", "whole number from 1 to 1048576"));
+    check_refuses("zemax", "ScatterRadial 0\n", FF_ERR_FORMAT, 1, WORDS("'0'", "whole number from 1"));
+    check_refuses("zemax", "ScatterRadial -3\n", FF_ERR_FORMAT, 1, WORDS("'-3'", "whole number from 1"));
+    check_refuses("zemax", "ScatterRadial 4000000000\n1", FF_ERR_FORMAT, 1, WORDS("'4000000000'", "whole number from 1"));
+    check_refuses("zemax", "ScatterRadial 1000000\n0 1 2\n", FF_ERR_READ, 2, WORDS("after 3 angles", "expected 1000000"));
+    check_refuses("zemax", "ScatterRadial 3\n0 5\nScatterAzimuth 1\n", FF_ERR_DATA, 3, WORDS("'ScatterAzimuth'", "angle 3 of 3"));
+    check_refuses("zemax", "ScatterRadial 2\n0 5 10\n", FF_ERR_FORMAT, 2,
+                  WORDS("'10'", "expected a keyword", "more angles than their count"));
+    check_refuses("zemax", "ScatterRadial 2\n0 nan\n", FF_ERR_DATA, 2, WORDS("'nan'", "angle 2 of 2"));
+    check_refuses("zemax", "ScatterRadial 2\n0\n200\n", FF_ERR_DATA, 3, WORDS("found 200", "from 0 to 180"));
+    check_refuses("zemax", "ScatterRadial 2\n5 5\n", FF_ERR_DATA, 2, WORDS("found 5 after 5", "ascending"));
+    check_refuses("zemax", "AngleOfIncidence 1\n95\n", FF_ERR_DATA, 2, WORDS("found 95", "from 0 to 90"));
+    check_refuses("zemax", "SampleRotation 1\n-400\n", FF_ERR_DATA, 2, WORDS("found -400", "from -360 to 360"));
+    check_refuses("zemax", HEAD "Monochrome\n" BLOCKS, FF_ERR_FORMAT, 15, WORDS("'TIS'", "expected DataBegin"));
+    check_refuses("zemax", HEAD "Monochrome\nDataBegin\n1 2 3\n", FF_ERR_FORMAT, 16, WORDS("'1'", "expected TIS"));
+    check_refuses("zemax", HEAD "Monochrome\nDataBegin\nTIS x\n", FF_ERR_DATA, 16, WORDS("'x'", "TIS"));
+    check_refuses("zemax", HEAD "Monochrome\nDataBegin\nTIS 0.1\n1 2\n3 4 5\nTIS 0.2\n", FF_ERR_DATA, 19,
+                  WORDS("'TIS'", "a row of 3 values"));
+    check_refuses("zemax", HEAD "Monochrome\nDataBegin\nTIS 0.1\n1 2 3\n4 5 6 7\n", FF_ERR_FORMAT, 18,
+                  WORDS("'7'", "expected TIS"));
+    check_refuses("zemax", HEAD "Monochrome\nDataBegin\nTIS 0.1\n1 2 3\n4 5 inf\n", FF_ERR_DATA, 18,
+                  WORDS("'inf'", "a row of 3 values"));
+    check_refuses("zemax", HEAD "Monochrome\nDataBegin\nTIS 0.1\n1 2 3\n4 5 6\nDataEnd\n", FF_ERR_FORMAT, 19,
+                  WORDS("'DataEnd'", "expected TIS"));
+    check_refuses("zemax", HEAD "Monochrome\nDataBegin\n" BLOCKS, FF_ERR_READ, 21, WORDS("end of the file", "DataEnd"));
+    check_refuses("zemax", HEAD DATA "more\n", FF_ERR_FORMAT, 23, WORDS("'more'", "the end of the file after DataEnd"));
+    check_refuses("zemax", HEAD "TristimulusX\nDataBegin\n" BLOCKS "DataEnd\n", FF_ERR_FORMAT, 14,
+                  WORDS("'TristimulusX'", "DataBegin"));
+    check_refuses("zemax", HEAD "Monochrome\nDataBegin\nTIS 1\n0 0 0\n0 0 0\nTIS 1\n0 0 0\n0 0 0\nDataEnd\n", FF_ERR_DATA, 0,
+                  WORDS("all of them marked as not measured"));
     char nul[] = HEAD DATA;
     nul[sizeof nul / 2] = '\0';
     const char *path = check_path("nul.bsdf");
@@ -330,7 +321,8 @@ static void test_round_trip(void)
 {
     ff_table t, back;
     ff_error err = {0};
-    if (!reads("source", HEAD "Monochrome\nDataBegin\nTIS 0.1\n0.1 -2e-3 0\n1e300 5 6\nTIS 0.2\n7 8 9\n10 11 12.5\nDataEnd\n", &t))
+    if (!check_reads("source", "zemax",
+                     HEAD "Monochrome\nDataBegin\nTIS 0.1\n0.1 -2e-3 0\n1e300 5 6\nTIS 0.2\n7 8 9\n10 11 12.5\nDataEnd\n", &t))
         return;
     for (size_t i = 0; i < t.n; i++)
         if (t.valid[i] && i != 1) t.value[i] = ldexp(1 + check_uniform(), (int)(check_random() % 60) - 40);
