@@ -46,6 +46,11 @@ ff_status ff_input_read(int fd, const char *path, int64_t offset, void *out, siz
     return FF_OK;
 }
 
+size_t ff_byte_order_mark(const void *head, size_t n)
+{
+    return n >= 3 && memcmp(head, "\xEF\xBB\xBF", 3) == 0 ? 3 : 0;
+}
+
 ff_status ff_lines_open(const char *path, ff_lines *lines, ff_error *err)
 {
     ff_lines l = {.path = path, .fd = -1, .capacity = FIRST_CAPACITY};
@@ -62,7 +67,7 @@ ff_status ff_lines_open(const char *path, ff_lines *lines, ff_error *err)
         ff_lines_close(&l);
         return status;
     }
-    if (l.end == 3 && memcmp(l.buffer, "\xEF\xBB\xBF", 3) == 0) l.begin = 3;
+    l.begin = ff_byte_order_mark(l.buffer, l.end);
     *lines = l;
     return FF_OK;
 }

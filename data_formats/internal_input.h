@@ -27,6 +27,9 @@ typedef struct ff_lines {
     int unterminated;            /**< the line handed out last had no end-of-line: it may have been cut */
 } ff_lines;
 
+/** Bytes of the UTF-8 byte-order mark that head (n bytes, the start of a file) begins with: 3 or 0. */
+size_t ff_byte_order_mark(const void *head, size_t n);
+
 /** Opens path; a UTF-8 byte-order mark is skipped. *lines is written only on FF_OK; then ff_lines_close must follow. */
 ff_status ff_lines_open(const char *path, ff_lines *lines, ff_error *err);
 void ff_lines_close(ff_lines *lines);
