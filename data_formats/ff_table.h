@@ -142,7 +142,8 @@ typedef struct ff_format {
     const char *title;      /**< one line for lists                                                           */
     const char *extensions; /**< usual ones, space separated, with the dot; a hint for writing, never for reading */
     const char *source;     /**< where the layout is documented                                               */
-    /** Confidence 0..100 that a file is of this format, from its first n_head bytes and its size (-1 = a stream). */
+    /** Confidence 0..100 that a file is of this format, from its first n_head bytes (>= 0, without a UTF-8 byte-order mark) and
+     *  its size (-1 = a stream). */
     int (*probe)(const unsigned char *head, size_t n_head, int64_t file_size);
     unsigned    reads;      /**< FF_READS_...                                                                     */
     unsigned    holds;      /**< FF_HOLDS_..., where it can be written                                            */

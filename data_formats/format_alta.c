@@ -586,7 +586,7 @@ static ff_status read_alta(const char *path, const ff_read_options *o, ff_table 
 static int probe(const unsigned char *head, size_t n, int64_t file_size)
 {
     (void)file_size;
-    const char *p = (const char *)head + ff_byte_order_mark(head, n), *stop = (const char *)head + n;
+    const char *p = (const char *)head, *stop = p + n;
     int dimensions = 0, parametrised = 0;
     while (p < stop && *p == '#') {
         const size_t left = (size_t)(stop - p);

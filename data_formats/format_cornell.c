@@ -63,7 +63,7 @@ static int probe(const unsigned char *head, size_t n, int64_t file_size)
 {
     (void)file_size;
     if (memchr(head, '\0', n)) return 0;
-    const char *p = (const char *)head + ff_byte_order_mark(head, n), *stop = (const char *)head + n;
+    const char *p = (const char *)head, *stop = p + n;
     char word[32];
     uint64_t count;
     if (!next_word(&p, stop, word) || !ff_whole_number(word, FF_NAMES_MAX, &count) || count == 0) return 0;

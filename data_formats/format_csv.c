@@ -63,7 +63,7 @@ static int probe(const unsigned char *head, size_t n, int64_t file_size)
 {
     (void)file_size;
     if (memchr(head, '\0', n)) return 0;
-    const char *p = (const char *)head + ff_byte_order_mark(head, n), *stop = (const char *)head + n;
+    const char *p = (const char *)head, *stop = p + n;
     while (p < stop) {
         const char *end = memchr(p, '\n', (size_t)(stop - p));
         size_t length = (size_t)((end ? end : stop) - p);

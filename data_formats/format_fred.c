@@ -46,7 +46,7 @@ static int probe(const unsigned char *head, size_t n, int64_t file_size)
 {
     (void)file_size;
     if (memchr(head, '\0', n)) return 0;
-    const char *p = (const char *)head + ff_byte_order_mark(head, n), *stop = (const char *)head + n;
+    const char *p = (const char *)head, *stop = p + n;
     while (p < stop && strchr(" \t\r\n", *p)) p++;
     if (stop - p < 14 || strncasecmp(p, "type", 4) != 0) return 0;
     for (p += 4; p < stop && (*p == ' ' || *p == '\t'); p++) continue;

@@ -119,7 +119,7 @@ static int probe(const unsigned char *head, size_t n, int64_t file_size)
 {
     (void)file_size;
     if (memchr(head, '\0', n)) return 0;
-    const char *p = (const char *)head + ff_byte_order_mark(head, n), *stop = (const char *)head + n;
+    const char *p = (const char *)head, *stop = p + n;
     while (p < stop) {
         const char *newline = memchr(p, '\n', (size_t)(stop - p)), *end = newline ? newline : stop;
         if (memmem(p, (size_t)(end - p), "# facetfit-images:", 18)) return 100;

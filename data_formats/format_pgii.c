@@ -62,7 +62,7 @@ static int probe(const unsigned char *head, size_t n, int64_t file_size)
     static const int worth[] = {40, 30, 30, 20, 20};
     if (memchr(head, '\0', n)) return 0;
     int sum = 0;
-    const char *p = (const char *)head + ff_byte_order_mark(head, n), *stop = (const char *)head + n;
+    const char *p = (const char *)head, *stop = p + n;
     while (p < stop && *p == '#') {
         char line[96] = "";
         const char *end = memchr(p, '\n', (size_t)(stop - p));

@@ -748,7 +748,7 @@ static int probe(const unsigned char *head, size_t n, int64_t file_size)
     (void)file_size;
     const int utf16 = n > 1 && ((head[0] == 0xFF && head[1] == 0xFE) || (head[0] == 0xFE && head[1] == 0xFF));
     const size_t step = utf16 ? 2 : 1;
-    size_t at = utf16 ? 2 + (head[0] == 0xFE) : ff_byte_order_mark(head, n);
+    size_t at = utf16 ? 2 + (head[0] == 0xFE) : 0;
     while (at < n && (head[at] == ' ' || head[at] == '\t' || head[at] == '\r' || head[at] == '\n')) at += step;
     if (at >= n || head[at] != '<') return 0;
     for (size_t same = 0; at < n; at += step) {

@@ -80,7 +80,8 @@ static ff_status detect_in(int fd, const char *path, int64_t size, const ff_form
     ff_status status = ff_input_read(fd, path, 0, head, sizeof head, &n, err);
     if (status != FF_OK) return status;
     if (n == 0) return ff_error_set(err, FF_ERR_READ, path, 0, 0, "found an empty file, expected a measurement");
-    const ff_format *best = most_confident(head, n, size);
+    const size_t mark = ff_byte_order_mark(head, n);
+    const ff_format *best = most_confident(head + mark, n - mark, size);
     if (!best) return not_recognised(path, head, n, err);
     *out = best;
     return FF_OK;

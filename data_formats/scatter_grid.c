@@ -136,7 +136,7 @@ unsigned ff_keywords_in(const unsigned char *head, size_t n, const char *const *
 {
     unsigned found = 0;
     if (n == 0 || memchr(head, '\0', n)) return 0;
-    const char *p = (const char *)head + ff_byte_order_mark(head, n), *stop = (const char *)head + n;
+    const char *p = (const char *)head, *stop = p + n;
     while (p && p < stop) {
         while (p < stop && (*p == ' ' || *p == '\t')) p++;
         for (int k = 0; keywords[k]; k++)

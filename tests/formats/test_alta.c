@@ -587,6 +587,7 @@ int main(void)
     test_refusals();
     test_round_trip();
     check_prefixes("alta", text, 2, 1);
+    check_byte_order_mark("alta", text);
     check_flips("alta", text);
     check_flips("alta", "#DIM 3 2\n#PARAM_IN RETRO_TL_TVL_PROJ_DPHI\n#VS 1\n0.5 0.25 3e-1 1.5 2 .1 .2\n");
     if (!test_real()) printf("no real files in %s/alta: that part is left out\n", check_data_dir());

@@ -147,6 +147,8 @@ int main(void)
     test_variants();
     test_refusals();
     test_prefixes();
+    check_byte_order_mark("astm", HEAD "VARS theta_i,theta_s,b\n0,0,1\n0,1,1\n");
+    check_byte_order_mark("astm", "VARS theta_i,theta_s,b\n0,0,1\n0,1,1\n");
     test_round_trip();
     return check_result();
 }

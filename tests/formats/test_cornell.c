@@ -94,6 +94,7 @@ int main(void)
     test_reading();
     test_refusals();
     check_prefixes("cornell", WAVES ROWS, 2, 1);
+    check_byte_order_mark("cornell", WAVES ROWS);
     check_flips("cornell", WAVES ROWS);
     if (!test_real()) printf("no real files in %s/cornell: that part is left out\n", check_data_dir());
     return check_result();

@@ -86,6 +86,8 @@ static void test_messages(void)
     check_fails("device", "/dev/zero", NULL, FF_ERR_UNSUPPORTED, 0, WORDS("device", "expected a file"));
     check_write(path, "", 0);
     check_fails("empty", path, NULL, FF_ERR_READ, 0, WORDS("byte 0", "empty"));
+    check_write(path, "\xEF\xBB\xBF", 3);
+    check_fails("only a byte-order mark", path, NULL, FF_ERR_FORMAT, 0, WORDS("ef bb bf", "merl, "));
     check_write(path, "\x89PNG\r\n\x1a\n", 8);
     check_fails("png", path, NULL, FF_ERR_FORMAT, 0, WORDS("89 50 4e 47", "PNG", "merl, ", "astm, ", "csv"));
     check_fails("unknown name", path, "nonesuch", FF_ERR_UNKNOWN, 0, WORDS("'nonesuch'", "merl, ", "astm, ", "csv"));

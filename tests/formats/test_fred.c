@@ -153,6 +153,7 @@ int main(void)
     test_reading();
     test_refusals();
     check_prefixes("fred", text, 2, 1);
+    check_byte_order_mark("fred", text);
     check_flips("fred", text);
     if (!test_real()) printf("no real files in %s/fred: that part is left out\n", check_data_dir());
     return check_result();

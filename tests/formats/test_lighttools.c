@@ -261,6 +261,7 @@ int main(void)
     test_mirror_side(90, 1);
     test_refusals();
     test_prefixes();
+    check_byte_order_mark("lighttools", HEAD KEYS("30", "532", "BRDF") ROWS "DataEnd\n");
     test_bit_flips();
     test_detection();
     return check_result();

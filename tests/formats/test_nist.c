@@ -116,6 +116,7 @@ int main(void)
 {
     test_made();
     test_prefixes();
+    check_byte_order_mark("nist", NEW ".633,1,2,3,4,5,6,7\n");
     if (!test_real()) printf("skipped: no PTFE.data.random.csv in $FACETFIT_DATA/nist\n");
     return check_result();
 }

@@ -139,6 +139,7 @@ int main(void)
     test_reading();
     test_refusals();
     check_prefixes("pgii", HEAD("BSDF") ROWS, 3, 1);
+    check_byte_order_mark("pgii", HEAD("BSDF") ROWS);
     check_flips("pgii", HEAD("DSF") ROWS);
     if (!test_real()) printf("no real file in %s/pgii: that part is left out\n", check_data_dir());
     return check_result();

@@ -137,6 +137,7 @@ int main(void)
 {
     test_made();
     test_prefixes();
+    check_byte_order_mark("planetary", HEAD "0, 30, 40, 0, 10, 0.8, 0, 1, 5, 450, 70\n");
     if (!test_real()) printf("skipped: no 20200313_mastcamz_spectralon.csv in $FACETFIT_DATA/planetary\n");
     return check_result();
 }

@@ -920,8 +920,13 @@ static void test_detection(void)
     const ff_format *f = ff_format_find("window");
     if (!CHECK(f, "no format 'window'")) return;
     for (size_t k = 0; k < sizeof cases / sizeof cases[0]; k++) {
-        const int p = f->probe((const unsigned char *)cases[k].head, strlen(cases[k].head), -1);
-        CHECK((p > 50) == cases[k].found, "%s: %d", cases[k].head, p);
+        const char *path = check_path("head");
+        const ff_format *found = NULL;
+        ff_error err = {0};
+        check_write(path, cases[k].head, strlen(cases[k].head));
+        ff_status status = ff_format_detect(path, &found, &err);
+        CHECK((status == FF_OK && found == f) == cases[k].found, "%s: %s %s", cases[k].head, found ? found->name : "none",
+              err.message);
     }
     CHECK(f->write == NULL && f->layout == NULL && f->reads == FF_READS_PART, "window is for reading");
 }

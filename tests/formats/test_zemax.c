@@ -598,6 +598,7 @@ int main(void)
     test_variants();
     test_refusals();
     test_prefixes();
+    check_byte_order_mark("zemax", HEAD "Monochrome\nDataBegin\n" BLOCKS "DataEnd\n");
     test_bit_flips();
     test_cells();
     test_round_trip();
