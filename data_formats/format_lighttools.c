@@ -28,6 +28,7 @@
  *
  * TIS is checked to be a number and dropped. A number of exactly 0 is taken to be unmeasured, as in the interchange format. */
 #define _GNU_SOURCE
+#include "internal_order.h"
 #include "internal_scatter_grid.h"
 #include "ff_model.h"
 #include <math.h>
@@ -266,12 +267,6 @@ static ff_status add_distinct(lighttools *l, ff_values *v, double x, size_t *ind
     return FF_OK;
 }
 
-static int by_value(const void *a, const void *b)
-{
-    const double x = *(const double *)a, y = *(const double *)b;
-    return (x > y) - (x < y);
-}
-
 static ff_status find_axes(lighttools *l, plan *p)
 {
     const block *first = NULL;
@@ -289,8 +284,8 @@ static ff_status find_axes(lighttools *l, plan *p)
         if (status == FF_OK)
             status = add_distinct(l, &p->wavelength, l->content == XYZ ? (double)b->tristimulus : b->wavelength, &index);
     }
-    if (status == FF_OK) qsort(p->theta_i.value, p->theta_i.n, sizeof(double), by_value);
-    if (status == FF_OK && l->content == XYZ) qsort(p->wavelength.value, p->wavelength.n, sizeof(double), by_value);
+    if (status == FF_OK) qsort(p->theta_i.value, p->theta_i.n, sizeof(double), ff_ascending);
+    if (status == FF_OK && l->content == XYZ) qsort(p->wavelength.value, p->wavelength.n, sizeof(double), ff_ascending);
     return status;
 }
 

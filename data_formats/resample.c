@@ -2,6 +2,7 @@
 #include "ff_resample.h"
 #include "ff_interpolate.h"
 #include "ff_model.h"
+#include "internal_order.h"
 #include "internal_pool.h"
 #include "internal_table.h"
 #include <math.h>
@@ -180,12 +181,6 @@ static ff_status fill(const ff_table *t, const ff_interpolant *p, const ff_forma
     return s;
 }
 
-static int ascending(const void *a, const void *b)
-{
-    const double x = *(const double *)a, y = *(const double *)b;
-    return (x > y) - (x < y);
-}
-
 /* What others say of a sample against what was measured, for samples spread over the table. */
 static ff_status predict(const ff_table *t, const ff_interpolant *p, ff_found (*from)(const ff_interpolant *, size_t, double *),
                          ff_prediction *out, ff_error *err)
@@ -208,7 +203,7 @@ static ff_status predict(const ff_table *t, const ff_interpolant *p, ff_found (*
         }
         if (predicted > 0 && measured > 0) error[out->n++] = fabs(log(predicted / measured));
     }
-    qsort(error, out->n, sizeof *error, ascending);
+    qsort(error, out->n, sizeof *error, ff_ascending);
     if (out->n) *out = (ff_prediction){out->n, error[out->n / 2], error[out->n * 95 / 100], error[out->n - 1]};
     free(error);
     free(value);

@@ -18,6 +18,7 @@
  * phi_i are -pi..pi, both ends included: the database's own loader knows no other. */
 #include "internal_rgl.h"
 #include "internal_input.h"
+#include "internal_order.h"
 #include <math.h>
 #include <stdlib.h>
 
@@ -60,12 +61,6 @@ static ff_status parse(const char *text, sizes *z, ff_error *err)
     return ff_error_set(err, FF_ERR_RANGE, NULL, 0, -1,
                         "found the grid '%s', expected %s, 2 to 512 polar angles and 2 to 512 samples a side", text,
                         z->isotropic ? "1 azimuth for an isotropic table" : "3 to 512 azimuths for an anisotropic table");
-}
-
-static int ascending(const void *a, const void *b)
-{
-    const double x = *(const double *)a, y = *(const double *)b;
-    return (x > y) - (x < y);
 }
 
 typedef void visitor(void *context, const double w[6], double f);
@@ -116,7 +111,7 @@ static ff_status choose_theta(const ff_table *t, int asked, sizes *z, ff_error *
         return ff_error_set(err, FF_ERR_MEMORY, NULL, 0, -1, "no memory for the layout of an RGL file");
     for (size_t k = 0; k < z->n_theta; k++)
         z->theta[k] = few ? in.theta[k] : 86 * pi / 180 * pow((double)k / (double)(z->n_theta - 1), 0.6);
-    qsort(z->theta, z->n_theta, sizeof *z->theta, ascending);
+    qsort(z->theta, z->n_theta, sizeof *z->theta, ff_ascending);
     return FF_OK;
 }
 

@@ -10,6 +10,7 @@
 #include "internal_cie1931.h"
 #include "internal_input.h"
 #include "internal_number.h"
+#include "internal_order.h"
 #include "internal_table.h"
 #include <math.h>
 #include <stdlib.h>
@@ -250,12 +251,6 @@ static void xyz_to_rgb(int equal_energy, double out[3][3])
     multiply(rgb, adapt, out);
 }
 
-static int by_value(const void *a, const void *b)
-{
-    const double x = *(const double *)a, y = *(const double *)b;
-    return x < y ? -1 : x > y;
-}
-
 /* Nodes of the table and of the data within it, ascending, each once; *n of them. */
 static double *all_nodes(const reduction *r, size_t *n)
 {
@@ -266,7 +261,7 @@ static double *all_nodes(const reduction *r, size_t *n)
     for (int k = 0; k < FF_CIE_N; k++) node[count++] = FF_CIE_FIRST_NM + FF_CIE_STEP_NM * k;
     for (size_t c = 0; c < r->t->n_channels; c++)
         if (r->nm[c] > FF_CIE_FIRST_NM && r->nm[c] < last) node[count++] = r->nm[c];
-    qsort(node, count, sizeof *node, by_value);
+    qsort(node, count, sizeof *node, ff_ascending);
     for (size_t k = 1; k < count; k++)
         if (node[k] > node[kept - 1]) node[kept++] = node[k];
     *n = kept;

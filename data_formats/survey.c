@@ -2,6 +2,7 @@
 #include "ff_survey.h"
 #include "ff_interpolate.h"
 #include "ff_model.h"
+#include "internal_order.h"
 #include "internal_table.h"
 #include <math.h>
 #include <stdlib.h>
@@ -90,16 +91,10 @@ typedef struct deviations {
     double *at; /* [PAIRS] */
 } deviations;
 
-static int ascending(const void *a, const void *b)
-{
-    const double x = *(const double *)a, y = *(const double *)b;
-    return (x > y) - (x < y);
-}
-
 static double median(deviations *d)
 {
     if (d->n == 0) return NAN;
-    qsort(d->at, d->n, sizeof *d->at, ascending);
+    qsort(d->at, d->n, sizeof *d->at, ff_ascending);
     return (d->at[(d->n - 1) / 2] + d->at[d->n / 2]) / 2;
 }
 

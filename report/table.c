@@ -1,4 +1,5 @@
 /* What is in a file. */
+#include "internal_order.h"
 #include "internal_report.h"
 #include "internal_text.h"
 #include "ff_survey.h"
@@ -15,12 +16,6 @@ typedef struct table_summary {
     channel_summary *channel; /* [n_channels] */
 } table_summary;
 
-static int ascending(const void *a, const void *b)
-{
-    const double x = *(const double *)a, y = *(const double *)b;
-    return (x > y) - (x < y);
-}
-
 /* Finite values of the valid samples of channel c, sorted in `value` [n]; their count. */
 static size_t sorted_values(const ff_table *t, size_t c, double *value)
 {
@@ -28,7 +23,7 @@ static size_t sorted_values(const ff_table *t, size_t c, double *value)
     ff_table_values(t, c, 0, t->n, value);
     for (size_t i = 0; i < t->n; ++i)
         if (t->valid[i] && isfinite(value[i])) value[n++] = value[i];
-    qsort(value, n, sizeof *value, ascending);
+    qsort(value, n, sizeof *value, ff_ascending);
     return n;
 }
 
