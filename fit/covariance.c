@@ -4,13 +4,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* Column k of a channel -> parameter: shape columns first, then the channel's own. */
-static size_t parameter_of(const ff_layout *l, size_t c, size_t column)
-{
-    const size_t shared = l->free.n_shape;
-    return column < shared ? column : shared + c * l->free.n_channel + (column - shared);
-}
-
 void ff_normal_assemble(const ff_layout *l, const ff_normal *n, const double *slope, double *H, double *g)
 {
     const size_t P = l->P, m = n->m1 - 1, tri = n->m1 * (n->m1 + 1) / 2;
@@ -19,9 +12,9 @@ void ff_normal_assemble(const ff_layout *l, const ff_normal *n, const double *sl
     for (size_t c = 0; c < n->n_channels; c++) {
         const double *gram = n->gram + c * tri;
         for (size_t a = 0; a < m; a++) {
-            const size_t i = parameter_of(l, c, a);
+            const size_t i = ff_layout_coordinate(l, c, a);
             g[i] += gram[ff_tri(m, a)];
-            for (size_t b = 0; b < m; b++) H[i * P + parameter_of(l, c, b)] += gram[ff_tri(a, b)];
+            for (size_t b = 0; b < m; b++) H[i * P + ff_layout_coordinate(l, c, b)] += gram[ff_tri(a, b)];
         }
     }
     if (!slope) return;
@@ -29,6 +22,20 @@ void ff_normal_assemble(const ff_layout *l, const ff_normal *n, const double *sl
         g[i] *= slope[i];
         for (size_t j = 0; j < P; j++) H[i * P + j] *= slope[i] * slope[j];
     }
+}
+
+/* Coordinate of column i of all channels' columns. */
+static size_t coordinate_of(const ff_layout *l, size_t i)
+{
+    const size_t shape = l->free.n_shape, own = l->free.n_channel;
+    return i < shape ? l->shape_at[i] : ff_layout_coordinate(l, (i - shape) / own, shape + (i - shape) % own);
+}
+
+void ff_normal_meat(const ff_layout *l, const double *packed, double *M)
+{
+    memset(M, 0, l->P * l->P * sizeof *M);
+    for (size_t i = 0; i < l->n_columns; i++)
+        for (size_t j = 0; j < l->n_columns; j++) M[coordinate_of(l, i) * l->P + coordinate_of(l, j)] += packed[ff_tri(i, j)];
 }
 
 size_t ff_scaled_cholesky(const double *A, size_t n, double tolerance, double *L, double *D)
@@ -76,17 +83,18 @@ ff_status ff_covariance(const ff_layout *l, const ff_normal *n, const int *use, 
 {
     const size_t P = l->P;
     size_t *index = malloc((P + 1) * sizeof *index), k = 0;
-    double *work = calloc(6 * P * P + 3 * P + 1, sizeof *work);
+    double *work = calloc(7 * P * P + 3 * P + 1, sizeof *work);
     if (!index || !work) {
         free(index);
         free(work);
         return FF_ERR_MEMORY;
     }
-    double *H = work, *A = H + P * P, *L = A + P * P, *inverse = L + P * P, *M = inverse + P * P, *T = M + P * P, *g = T + P * P,
-           *D = g + P, *e = D + P;
+    double *H = work, *A = H + P * P, *L = A + P * P, *inverse = L + P * P, *M = inverse + P * P, *T = M + P * P, *meat = T + P * P,
+           *g = meat + P * P, *D = g + P, *e = D + P;
     for (size_t i = 0; i < P; i++)
         if (use[i]) index[k++] = i;
     ff_normal_assemble(l, n, NULL, H, g);
+    ff_extras_covariance(l, H, NULL);
     for (size_t i = 0; i < k; i++) {
         D[i] = sqrt(H[index[i] * P + index[i]]);
         if (!(D[i] > 0)) D[i] = 1e-150; /* no effect at all: the ridge then marks it */
@@ -113,8 +121,11 @@ ff_status ff_covariance(const ff_layout *l, const ff_normal *n, const int *use, 
     const double N = (double)(n_samples * l->n_channels), G = (double)n_samples;
     const double factor = sandwich && N > (double)k && G > 1 ? G / (G - 1) * (N - 1) / (N - (double)k) : 1;
     if (sandwich) { /* inverse M inverse */
+        ff_normal_meat(l, n->meat, meat);
+        for (size_t i = 0; i < P * P; i++) meat[i] *= factor; /* a prior is a datum whose variance is known */
+        ff_extras_covariance(l, NULL, meat);
         for (size_t i = 0; i < k; i++)
-            for (size_t j = 0; j < k; j++) M[i * k + j] = n->meat[ff_tri(index[i], index[j])] / (D[i] * D[j]);
+            for (size_t j = 0; j < k; j++) M[i * k + j] = meat[index[i] * P + index[j]] / (D[i] * D[j]);
         for (size_t i = 0; i < k; i++)
             for (size_t j = 0; j < k; j++) {
                 double v = 0;
@@ -131,7 +142,7 @@ ff_status ff_covariance(const ff_layout *l, const ff_normal *n, const int *use, 
         memcpy(A, inverse, k * k * sizeof *A);
     for (size_t i = 0; i < k; i++)
         for (size_t j = 0; j < k; j++) /* the mean of two roundings, so that it is symmetric to the last bit */
-            cov[index[i] * P + index[j]] = factor * 0.5 * (A[i * k + j] + A[j * k + i]) / (D[i] * D[j]);
+            cov[index[i] * P + index[j]] = 0.5 * (A[i * k + j] + A[j * k + i]) / (D[i] * D[j]);
     free(index);
     free(work);
     return FF_OK;

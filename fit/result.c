@@ -16,41 +16,76 @@ static void warn(ff_fit_result *r, const char *fmt, ...)
     va_end(args);
 }
 
-/* "f0 (r)" or "alpha_x" for a parameter of the fit. */
-static void parameter_label(const ff_layout *l, const struct ff_problem *p, size_t k, char *out, size_t size)
+static int is_of_channel(const ff_model *m, const ff_model_param *p)
 {
-    size_t c;
-    const char *name = ff_layout_param(l, k, &c)->name;
-    if (k >= l->free.n_shape && l->n_channels > 1)
-        snprintf(out, size, "%s (%.32s)", name, p->channel_name[c]);
-    else
-        snprintf(out, size, "%s", name);
+    return p >= m->channel && p < m->channel + m->n_channel;
 }
 
+/* The value of coordinate k, of the parameter that others may follow. */
 static ff_fit_value *value_at(const ff_layout *l, ff_fit_result *r, size_t k)
 {
-    if (k < l->free.n_shape) return &r->shape_value[l->free.shape[k]];
-    const size_t c = (k - l->free.n_shape) / l->free.n_channel, i = (k - l->free.n_shape) % l->free.n_channel;
-    return &r->channel_value[c * l->m->n_channel + l->free.channel[i]];
+    size_t c;
+    const ff_model_param *p = ff_layout_param(l, k, &c);
+    return is_of_channel(l->m, p) ? &r->channel_value[c * l->m->n_channel + (size_t)(p - l->m->channel)]
+                                  : &r->shape_value[p - l->m->shape];
+}
+
+/* What follows another parameter is as that one is. */
+static void copy_tied(const ff_layout *l, ff_fit_result *r)
+{
+    for (uint32_t k = 0; k < l->free.n_shape; k++) {
+        ff_fit_value *v = &r->shape_value[l->free.shape[k]];
+        const uint32_t leader = l->free.shape[l->shape_follows[k] < 0 ? k : (uint32_t)l->shape_follows[k]];
+        if (l->shape_follows[k] >= 0) {
+            *v = r->shape_value[leader];
+            v->tied = 1;
+            v->follows = (int)leader;
+        }
+        if (!l->free.tied[k]) continue;
+        v[1] = v[0]; /* alpha_y */
+        v[1].tied = 1;
+        v[1].follows = (int)leader;
+    }
+    for (size_t c = 0; c < l->n_channels && l->tied; c++)
+        for (uint32_t k = 0; k < l->free.n_channel; k++) {
+            const uint32_t leader = l->channel_follows[k] < 0 ? k : (uint32_t)l->channel_follows[k];
+            const size_t from = l->channel_shared[k] ? 0 : c;
+            if (leader == k && from == c) continue;
+            ff_fit_value *v = &r->channel_value[c * l->m->n_channel + l->free.channel[k]];
+            *v = r->channel_value[from * l->m->n_channel + l->free.channel[leader]];
+            v->tied = 1;
+            v->follows = -1 - (int)l->free.channel[leader];
+            v->follows_channel = from;
+        }
+}
+
+/* What was said before the data; after copy_tied, since of a follower it may be something else. */
+static void fill_priors(const ff_layout *l, ff_fit_result *r)
+{
+    for (uint32_t k = 0; k < l->m->n_shape; k++)
+        if (!ff_extras_prior(l->extras, (int)k, &r->shape_value[k].prior_mean, &r->shape_value[k].prior_sd))
+            r->shape_value[k].prior_mean = r->shape_value[k].prior_sd = NAN;
+    for (uint32_t k = 0; k < l->m->n_channel; k++)
+        for (size_t c = 0; c < l->n_channels; c++) {
+            ff_fit_value *v = &r->channel_value[c * l->m->n_channel + k];
+            if (!ff_extras_prior(l->extras, -1 - (int)k, &v->prior_mean, &v->prior_sd)) v->prior_mean = v->prior_sd = NAN;
+        }
+    r->prior_penalty = ff_extras_penalty(l->extras);
 }
 
 static void fill_values(const ff_layout *l, const double *shape, const double *channel, const int *at_bound, ff_fit_result *r)
 {
     for (uint32_t k = 0; k < l->m->n_shape; k++)
-        r->shape_value[k] = (ff_fit_value){.value = shape[k], .std_error = NAN, .held = 1, .column = -1};
+        r->shape_value[k] = (ff_fit_value){.value = shape[k], .std_error = NAN, .held = 1, .follows = FF_PARAM_NONE, .column = -1};
     for (size_t k = 0; k < l->n_channels * l->m->n_channel; k++)
-        r->channel_value[k] = (ff_fit_value){.value = channel[k], .std_error = NAN, .held = 1, .column = -1};
+        r->channel_value[k] =
+            (ff_fit_value){.value = channel[k], .std_error = NAN, .held = 1, .follows = FF_PARAM_NONE, .column = -1};
     for (size_t k = 0; k < l->P; k++) {
         ff_fit_value *v = value_at(l, r, k);
         v->held = 0;
         v->at_bound = at_bound[k];
     }
-    for (uint32_t k = 0; k < l->free.n_shape; k++) {
-        if (!l->free.tied[k]) continue;
-        ff_fit_value *y = &r->shape_value[l->free.shape[k] + 1];
-        *y = r->shape_value[l->free.shape[k]];
-        y->tied = 1;
-    }
+    copy_tied(l, r);
 }
 
 /* Standard errors and correlations of the parameters that are free and not on a bound. */
@@ -79,12 +114,7 @@ static ff_status fill_errors(const ff_layout *l, const struct ff_problem *p, con
             const double scale = sqrt(cov[a * P + a] * cov[b * P + b]);
             r->correlation[(size_t)i * n + (size_t)j] = a == b ? 1 : scale > 0 ? cov[a * P + b] / scale : 0;
         }
-    for (uint32_t k = 0; k < l->free.n_shape; k++)
-        if (l->free.tied[k]) {
-            ff_fit_value *v = &r->shape_value[l->free.shape[k]];
-            v[1].std_error = v[0].std_error;
-            v[1].column = v[0].column;
-        }
+    copy_tied(l, r);
     free(use);
     return st;
 }
@@ -116,8 +146,8 @@ static void fill_ellipse(const ff_layout *l, const double *shape, const double *
             if (i > 2 || j > 2) continue;
             const double gDa = (d * by[i][0] + e * by[i][1]) / D, gDb = (d * by[j][0] + e * by[j][1]) / D;
             const double gpa = 0.5 * (d * by[i][1] - e * by[i][0]) / (D * D), gpb = 0.5 * (d * by[j][1] - e * by[j][0]) / (D * D);
-            var_D += gDa * gDb * cov[a * l->P + b];
-            var_phi += gpa * gpb * cov[a * l->P + b];
+            var_D += gDa * gDb * cov[l->shape_at[a] * l->P + l->shape_at[b]];
+            var_phi += gpa * gpb * cov[l->shape_at[a] * l->P + l->shape_at[b]];
         }
     o->phi_determined = D > 2 * sqrt(fmax(var_D, 0));
     if (o->phi_determined) o->phi_std_error = sqrt(fmax(var_phi, 0));
@@ -158,10 +188,16 @@ static void warn_correlated(const ff_layout *l, const struct ff_problem *p, ff_f
             if (x < 0 || y < 0) continue;
             const double c = r->correlation[(size_t)x * r->n_columns + (size_t)y];
             if (fabs(c) < 0.99) continue;
-            parameter_label(l, p, i, a, sizeof a);
-            parameter_label(l, p, j, b, sizeof b);
+            ff_layout_label(l, p, i, a, sizeof a);
+            ff_layout_label(l, p, j, b, sizeof b);
             warn(r, "%s and %s are correlated by %.4f: these data hardly tell them apart", b, a, c);
         }
+}
+
+/* Is the bound one that the caller gave? */
+static int is_given(const ff_model_param *p, int bound)
+{
+    return bound < 0 ? p->lo != p->info->lo : p->hi != p->info->hi;
 }
 
 /* One warning for all channels whose parameter k lies on the same bound. */
@@ -172,29 +208,32 @@ static void warn_channels_at_bound(const ff_layout *l, const struct ff_problem *
     for (size_t c = 0; c < l->n_channels; c++) {
         const ff_fit_value *v = &r->channel_value[c * l->m->n_channel + k];
         const size_t used = strlen(names);
-        if (v->at_bound != bound) continue;
+        if (v->at_bound != bound || v->tied) continue;
         value = v->value;
         snprintf(names + used, sizeof names - used, "%s%.32s", used ? ", " : "", p->channel_name[c]);
     }
     if (!names[0]) return;
-    const int too_bright = bound > 0 && (l->m->channel[k].info->flags & FF_PARAM_LINEAR);
-    warn(r, "%s%s%s%s is on its %s bound, %g: no standard error there%s", l->m->channel[k].name, l->n_channels > 1 ? " (" : "",
-         l->n_channels > 1 ? names : "", l->n_channels > 1 ? ")" : "", bound < 0 ? "lower" : "upper", value,
-         too_bright ? "; are the data in 1/sr?" : "");
+    const int given = is_given(&l->m->channel[k], bound);
+    const int too_bright = bound > 0 && !given && (l->m->channel[k].info->flags & FF_PARAM_LINEAR);
+    warn(r, "%s%s%s%s is on %s %s bound, %g: no standard error there%s", l->m->channel[k].name, l->n_channels > 1 ? " (" : "",
+         l->n_channels > 1 ? names : "", l->n_channels > 1 ? ")" : "", given ? "the given" : "its", bound < 0 ? "lower" : "upper",
+         value, too_bright ? "; are the data in 1/sr?" : "");
 }
 
 static void fill_warnings(const ff_layout *l, const struct ff_problem *p, ff_fit_result *r)
 {
-    char label[80];
+    char label[80], text[FF_WARNING_LENGTH];
     if (r->outcome == FF_LIMIT)
         warn(r, "stopped after %d iterations before it converged; --max-iterations allows more", r->iterations);
     if (r->outcome == FF_STALLED)
         warn(r, "the solver found no step that lowers the objective; the parameters may not be the best ones");
     for (size_t k = 0; k < l->P; k++) {
         const ff_fit_value *v = value_at(l, r, k);
-        parameter_label(l, p, k, label, sizeof label);
-        if (k < l->free.n_shape && v->at_bound)
-            warn(r, "%s is on its %s bound, %g", label, v->at_bound < 0 ? "lower" : "upper", v->value);
+        ff_layout_label(l, p, k, label, sizeof label);
+        const ff_model_param *param = ff_layout_param(l, k, NULL);
+        if (!is_of_channel(l->m, param) && v->at_bound)
+            warn(r, "%s is on %s %s bound, %g", label, is_given(param, v->at_bound) ? "the given" : "its",
+                 v->at_bound < 0 ? "lower" : "upper", v->value);
         if (!v->at_bound && r->correlation && isnan(v->std_error)) warn(r, "%s is not determined by these data", label);
     }
     for (uint32_t k = 0; k < l->m->n_channel; k++) {
@@ -203,6 +242,7 @@ static void fill_warnings(const ff_layout *l, const struct ff_problem *p, ff_fit
         warn_channels_at_bound(l, p, k, +1, r);
     }
     if (r->correlation) warn_correlated(l, p, r);
+    for (size_t k = 0; ff_extras_warning(l, p, r->residual.objective, k, text); k++) warn(r, "%s", text);
     if (r->correlation && r->has_ellipse && !l->m->lobe[0].isotropic && l->mode != FF_ISOTROPIC_MODE && !r->ellipse.phi_determined)
         warn(r, "the two roughness axes differ by less than their error: the orientation is undetermined");
     for (size_t c = 0; c < p->n_channels && p->n_channels > 1; c++)
@@ -235,6 +275,7 @@ ff_status ff_result_fill(const ff_layout *l, const struct ff_problem *p, const f
         r->iterations = solution->iterations;
         r->passes = solution->passes;
         fill_values(l, shape, channel, at_bound, r);
+        fill_priors(l, r);
         fill_residual(&solution->normal, r);
         fill_criteria(p, n_free, r);
         if (o->std_errors) st = fill_errors(l, p, &solution->normal, at_bound, cov, r);
