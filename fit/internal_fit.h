@@ -175,6 +175,9 @@ int ff_constraints_named(const ff_model *m, ff_shape shape, const char *name, in
 /* Moves free parameters into their bounds and tied ones to what they follow; channel may be NULL. */
 void ff_layout_project(const ff_layout *l, double *shape, double *channel);
 
+/* Makes a shape of a search one of the layout: what is held at its value, what is free in its bounds and tied. */
+void ff_layout_candidate(const ff_layout *l, double *shape);
+
 /* What FF_SHAPE_AUTO stands for; others as they are. */
 ff_shape ff_layout_shape(const ff_model *m, int isotropic_table, ff_shape asked, int mean_slope);
 
@@ -213,10 +216,10 @@ void ff_pass_free(ff_pass *pass);
  * its parameters need one. Returns whether anything moved. */
 int ff_lobes_order(const ff_model *m, size_t n_channels, double *shape, double *channel);
 
-/* The same where nothing that was said of the parameters (bounds, priors, ties) tells the lobes apart. */
+/* The same where bounds and ties do not tell the lobes apart; priors that name one decide in place of the width. */
 int ff_layout_order(const ff_layout *l, double *shape, double *channel);
 
-/* May lobes a and b be exchanged so? */
+/* May lobes a and b be ordered by their widths? */
 int ff_layout_exchangeable(const ff_layout *l, uint32_t a, uint32_t b);
 
 /* ---- start and solve ------------------------------------------------------------------------- */
@@ -290,6 +293,9 @@ void ff_extras_free(ff_extras *e);
 
 /* Does a prior name a parameter of this lobe? */
 int ff_extras_name_lobe(const ff_layout *l, uint32_t lobe);
+
+/* Sum of squares of the distances to the priors, in their standard deviations. */
+double ff_extras_mismatch(const ff_layout *l, const double *shape, const double *channel);
 
 /* Adds the terms of l at these parameters to twice the objective and to J^T J, J^T r in coordinates; slope as ff_normal_assemble.
  * parallel as ff_pass_run. Without terms it does nothing. FF_ERR_MEMORY. */

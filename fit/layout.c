@@ -232,6 +232,17 @@ void ff_layout_project(const ff_layout *l, double *shape, double *channel)
     }
 }
 
+void ff_layout_candidate(const ff_layout *l, double *shape)
+{
+    double held[FF_MAX_SHAPE];
+    ff_layout_defaults(l, held, NULL);
+    for (uint32_t k = 0; k < l->free.n_shape; k++) held[l->free.shape[k]] = shape[l->free.shape[k]];
+    for (uint32_t k = 0; k < l->m->n_shape && l->mode == FF_ISOTROPIC_MODE; k++)
+        if (strcmp(l->m->shape[k].info->name, "alpha_x") == 0) held[k + 1] = held[k];
+    memcpy(shape, held, l->m->n_shape * sizeof *shape);
+    ff_layout_project(l, shape, NULL);
+}
+
 void ff_layout_defaults(const ff_layout *l, double *shape, double *channel)
 {
     ff_model_defaults(l->m, l->n_channels, shape, channel);

@@ -388,7 +388,7 @@ static size_t fill_grid(const ff_layout *l, const double *defaults, ff_candidate
             search_range(l, k, &lo, &hi);
             set_point(l, k, lo + (hi - lo) * ((double)step + 0.5) / (double)size[k], c->shape);
         }
-        ff_layout_project(l, c->shape, NULL);
+        ff_layout_candidate(l, c->shape);
         n += (size_t)is_ordered(l, c->shape);
     }
     return n;
@@ -413,7 +413,7 @@ static size_t fill_ellipses(const ff_layout *l, const ff_candidate *from, uint32
             o->shape[ix] = fmin(sqrt(xx), highest);
             o->shape[ix + 1] = fmin(sqrt(yy), highest);
             o->shape[ix + 2] = correlated ? (major2 - minor2) * c * d / sqrt(xx * yy) : 0;
-            ff_layout_project(l, o->shape, NULL);
+            ff_layout_candidate(l, o->shape);
         }
     return n;
 }
