@@ -33,7 +33,7 @@ typedef struct named_prior {
     double mean, sd;
 } named_prior;
 
-enum { VIEWS = 64, LEVELS = 40, ORDER = 8 };
+enum { VIEWS = 64, LEVELS = 24, ORDER = 6 };
 #define ENOUGH 5e-5 /* violation that is left                                                       */
 #define STIFF  1e4  /* of the constraint in the covariance, relative to the data's own stiffness    */
 
@@ -203,6 +203,16 @@ static double value_of(const ff_layout *l, size_t coordinate, const double *shap
     return coordinate < l->n_shared && p >= l->m->shape && p < l->m->shape + l->m->n_shape
                ? shape[p - l->m->shape]
                : channel[c * l->m->n_channel + (size_t)(p - l->m->channel)];
+}
+
+double ff_extras_mismatch(const ff_layout *l, const double *shape, const double *channel)
+{
+    double sum = 0;
+    for (size_t i = 0; l->extras && i < l->extras->n_priors; i++) {
+        const prior_term *t = &l->extras->prior[i];
+        sum += pow((value_of(l, t->coordinate, shape, channel) - t->mean) / t->sd, 2);
+    }
+    return sum;
 }
 
 static void add_row(size_t P, double weight, double residual, const double *gradient, double *cost2, double *H, double *g)
@@ -514,17 +524,25 @@ static ff_status keep_rows(energy *e, const ff_layout *l, const struct ff_proble
 
 /* ---- the whole ------------------------------------------------------------------------------- */
 
-/* A minimum that replaces the one in *solution. */
-static ff_status solve_again(const ff_layout *l, const struct ff_problem *p, const ff_fit_options *o, double *shape,
+/* A minimum that replaces the one in *solution; rough: on the way to another one. */
+static ff_status solve_again(const ff_layout *l, const struct ff_problem *p, const ff_fit_options *o, int rough, double *shape,
                              double *channel, int *at_bound, ff_solution *solution, ff_error *err)
 {
     const ff_solution before = *solution;
     ff_normal_free(&solution->normal);
     *solution = (ff_solution){.outcome = FF_CONVERGED};
-    const ff_status s = ff_solve_in_order(l, p, o, shape, channel, at_bound, solution, err);
+    const ff_status s = rough ? ff_solve(l, p, o, 1, 0, 1e-5, o->max_iterations, shape, channel, at_bound, solution, err)
+                              : ff_solve_in_order(l, p, o, shape, channel, at_bound, solution, err);
     solution->iterations += before.iterations;
     solution->passes += before.passes;
     return s;
+}
+
+/* A larger weight, with the same pull K t. */
+static void stiffen(energy *e)
+{
+    e->weight *= 10;
+    for (size_t i = 0; i < e->n * e->C; i++) e->shift[i] /= 10;
 }
 
 static ff_status conserve_energy(ff_extras *x, const ff_layout *l, const struct ff_problem *p, const ff_fit_options *o,
@@ -536,6 +554,7 @@ static ff_status conserve_energy(ff_extras *x, const ff_layout *l, const struct 
     peak peaks[PEAKS];
     size_t n = 0;
     double last = INFINITY;
+    int rough = 0;
     ff_status s = FF_OK;
     for (int round = 0; round < ROUNDS && !s; round++) {
         double worst = 0;
@@ -547,17 +566,18 @@ static ff_status conserve_energy(ff_extras *x, const ff_layout *l, const struct 
         e->left = worst;
         if (round == 0) e->alone_cost2 = cost2;
         if (round == 0 && n) e->alone = peaks[0].albedo, e->alone_mu = pow(peaks[0].level, 3), e->alone_channel = peaks[0].channel;
-        if (worst <= ENOUGH || solution->outcome != FF_CONVERGED) break;
+        if ((worst <= ENOUGH && !rough) || solution->outcome != FF_CONVERGED) break;
         for (size_t i = 0; i < n; i++)
             if (peaks[i].albedo > 1 + 0.2 * ENOUGH) added += add_view(e, &peaks[i]);
         if (e->weight == 0) {
             e->binds = 1;
             s = measure_scale(e, l, p, shape, channel, inverse, cost2);
             e->weight = 10 * e->scale;
-        } else if (!added && worst > 0.25 * last)
-            e->weight *= 10;
+        } else if (!added && worst > 0.5 * last)
+            stiffen(e);
         if (!added) last = worst;
-        if (!s) s = solve_again(l, p, o, shape, channel, at_bound, solution, err);
+        rough = worst > 20 * ENOUGH;
+        if (!s) s = solve_again(l, p, o, rough, shape, channel, at_bound, solution, err);
     }
     if (!s && e->binds) s = keep_rows(e, l, p, shape, channel);
     return s;
@@ -587,7 +607,7 @@ ff_status ff_extras_solve(ff_extras *e, const ff_layout *l, const struct ff_prob
     if (!s && e->n_priors) {
         weigh_priors(e, l, p, at_bound, determined, V, inverse, cost2);
         s = try_prior_means(e, l, p, o, shape, channel);
-        if (!s) s = solve_again(l, p, o, shape, channel, at_bound, solution, err);
+        if (!s) s = solve_again(l, p, o, 0, shape, channel, at_bound, solution, err);
     }
     if (!s && e->energy.wanted) s = conserve_energy(e, l, p, o, shape, channel, inverse, cost2, at_bound, solution, err);
     if (!s && e->energy.left > 2 * ENOUGH && solution->outcome == FF_CONVERGED) solution->outcome = FF_STALLED;

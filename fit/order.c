@@ -63,35 +63,6 @@ static void set_weights(const ff_model *m, const double *weight, double *shape)
     }
 }
 
-/* Exchanges lobes of one kind; l NULL: whatever was said of their parameters. */
-static int order(const ff_model *m, const ff_layout *l, size_t n_channels, double *shape, double *channel)
-{
-    double weight[FF_MAX_LOBES];
-    int moved = 0;
-    ff_model_weights(m, shape, weight, NULL);
-    for (uint32_t pass = 1; pass < m->n_lobes; pass++)
-        for (uint32_t a = 0; a < m->n_lobes; a++)
-            for (uint32_t b = a + 1; b < m->n_lobes; b++) {
-                if (!same_kind(m, a, b) || order_key(m, a, shape) <= order_key(m, b, shape)) continue;
-                if (l && !ff_layout_exchangeable(l, a, b)) continue;
-                exchange(m, a, b, n_channels, shape, channel);
-                if (ff_model_group(m, a) == ff_model_group(m, b)) swap(&weight[a], &weight[b], 1);
-                moved = 1;
-            }
-    if (moved) set_weights(m, weight, shape);
-    return moved;
-}
-
-int ff_lobes_order(const ff_model *m, size_t n_channels, double *shape, double *channel)
-{
-    return order(m, NULL, n_channels, shape, channel);
-}
-
-int ff_layout_order(const ff_layout *l, double *shape, double *channel)
-{
-    return order(l->m, l, l->n_channels, shape, channel);
-}
-
 /* ---- what tells lobes apart ------------------------------------------------------------------ */
 
 /* Where parameter i goes when the slices [a0, a0 + n) and [b0, b0 + n) change places. */
@@ -130,11 +101,11 @@ static int shared_alike(const ff_layout *l, uint32_t a0, uint32_t b0, uint32_t s
     return 1;
 }
 
-int ff_layout_exchangeable(const ff_layout *l, uint32_t a, uint32_t b)
+/* Do bounds and ties of lobes of one kind leave it open which is which? */
+static int is_symmetric(const ff_layout *l, uint32_t a, uint32_t b)
 {
     const ff_model *m = l->m;
     const ff_lobe *x = &m->lobe[a], *y = &m->lobe[b];
-    if (!same_kind(m, a, b) || ff_extras_name_lobe(l, a) || ff_extras_name_lobe(l, b)) return 0;
     for (uint32_t k = 0; k < l->free.n_shape; k++) { /* weights are not exchanged but set anew */
         const ff_model_param *p = &m->shape[l->free.shape[k]];
         if (strcmp(p->info->name, "weight") != 0) continue;
@@ -149,4 +120,52 @@ int ff_layout_exchangeable(const ff_layout *l, uint32_t a, uint32_t b)
     return ties_alike(l->free.shape, l->shape_follows, l->free.n_shape, x->shape0, y->shape0, n_shape) &&
            ties_alike(l->free.channel, l->channel_follows, l->free.n_channel, x->channel0, y->channel0, n_channel) &&
            shared_alike(l, x->channel0, y->channel0, n_channel);
+}
+
+int ff_layout_exchangeable(const ff_layout *l, uint32_t a, uint32_t b)
+{
+    return same_kind(l->m, a, b) && !ff_extras_name_lobe(l, a) && !ff_extras_name_lobe(l, b) && is_symmetric(l, a, b);
+}
+
+/* Would the parameters be nearer to their priors with the lobes exchanged? */
+static int nearer_priors(const ff_layout *l, uint32_t a, uint32_t b, double *shape, double *channel)
+{
+    const double before = ff_extras_mismatch(l, shape, channel);
+    exchange(l->m, a, b, l->n_channels, shape, channel);
+    const double after = ff_extras_mismatch(l, shape, channel);
+    exchange(l->m, a, b, l->n_channels, shape, channel);
+    return after < before;
+}
+
+/* ---- the order ------------------------------------------------------------------------------- */
+
+/* Exchanges lobes of one kind; l NULL: whatever was said of their parameters. Where priors say which is which, they decide. */
+static int order(const ff_model *m, const ff_layout *l, size_t n_channels, double *shape, double *channel)
+{
+    double weight[FF_MAX_LOBES];
+    int moved = 0;
+    ff_model_weights(m, shape, weight, NULL);
+    for (uint32_t pass = 1; pass < m->n_lobes; pass++)
+        for (uint32_t a = 0; a < m->n_lobes; a++)
+            for (uint32_t b = a + 1; b < m->n_lobes; b++) {
+                const int named = l && (ff_extras_name_lobe(l, a) || ff_extras_name_lobe(l, b));
+                if (!same_kind(m, a, b) || (l && !is_symmetric(l, a, b))) continue;
+                if (!named && order_key(m, a, shape) <= order_key(m, b, shape)) continue;
+                if (named && (ff_model_group(m, a) == ff_model_group(m, b) || !nearer_priors(l, a, b, shape, channel))) continue;
+                exchange(m, a, b, n_channels, shape, channel);
+                if (ff_model_group(m, a) == ff_model_group(m, b)) swap(&weight[a], &weight[b], 1);
+                moved = 1;
+            }
+    if (moved) set_weights(m, weight, shape);
+    return moved;
+}
+
+int ff_lobes_order(const ff_model *m, size_t n_channels, double *shape, double *channel)
+{
+    return order(m, NULL, n_channels, shape, channel);
+}
+
+int ff_layout_order(const ff_layout *l, double *shape, double *channel)
+{
+    return order(l->m, l, l->n_channels, shape, channel);
 }
