@@ -25,11 +25,15 @@ int cmd_fit(const cli_args *args)
     if (status != EXIT_DONE) return status;
     failed = cli_tables_give(&tables, &model, &err);
     status = failed == FF_OK ? cli_hold_and_free(args, &model, 0) : cli_failed(failed, &err);
+    cli_constraints constraints = {.n_names = 0};
+    if (status == EXIT_DONE) status = cli_constraints_read(args, &model, 1, 0, &constraints);
     if (status == EXIT_DONE) status = cli_fitting_open(args, &model, 1, &f);
     if (status != EXIT_DONE) {
+        cli_constraints_free(&constraints);
         cli_tables_free(&tables);
         return status;
     }
+    f.options.constraints = &constraints.c;
     size_t n = 0;
     ff_fit_result *fit = calloc(f.n_problems, sizeof *fit);
     failed = fit ? FF_OK : FF_ERR_MEMORY;
@@ -50,6 +54,7 @@ int cmd_fit(const cli_args *args)
     for (size_t i = 0; i < n; ++i) ff_fit_result_free(&fit[i]);
     free(fit);
     cli_fitting_close(&f);
+    cli_constraints_free(&constraints);
     cli_tables_free(&tables);
     return status;
 }

@@ -213,11 +213,12 @@ static void warn_channels_at_bound(const ff_layout *l, const struct ff_problem *
         snprintf(names + used, sizeof names - used, "%s%.32s", used ? ", " : "", p->channel_name[c]);
     }
     if (!names[0]) return;
+    const int several = l->n_channels > 1 && r->channel_value[l->m->n_channel + k].follows != -1 - (int)k; /* else one for all */
     const int given = is_given(&l->m->channel[k], bound);
     const int too_bright = bound > 0 && !given && (l->m->channel[k].info->flags & FF_PARAM_LINEAR);
-    warn(r, "%s%s%s%s is on %s %s bound, %g: no standard error there%s", l->m->channel[k].name, l->n_channels > 1 ? " (" : "",
-         l->n_channels > 1 ? names : "", l->n_channels > 1 ? ")" : "", given ? "the given" : "its", bound < 0 ? "lower" : "upper",
-         value, too_bright ? "; are the data in 1/sr?" : "");
+    warn(r, "%s%s%s%s is on %s %s bound, %g: no standard error there%s", l->m->channel[k].name, several ? " (" : "",
+         several ? names : "", several ? ")" : "", given ? "the given" : "its", bound < 0 ? "lower" : "upper", value,
+         too_bright ? "; are the data in 1/sr?" : "");
 }
 
 static void fill_warnings(const ff_layout *l, const struct ff_problem *p, ff_fit_result *r)
