@@ -639,7 +639,8 @@ static int say_held(const ff_layout *l, const named_prior *n, char out[FF_WARNIN
 static int say_disagreement(const ff_layout *l, const struct ff_problem *p, const prior_term *t, char out[FF_WARNING_LENGTH])
 {
     char label[80];
-    if (!(fabs(t->value - t->alone) > 3 * t->error)) return 0; /* also where the data do not determine it */
+    const double moved = fabs(t->value - t->alone), rounding = 1e-6 * t->sd; /* of data without noise */
+    if (!(moved > 3 * t->error) || moved < rounding) return 0;               /* also where the data do not determine it */
     ff_layout_label(l, p, t->coordinate, label, sizeof label);
     snprintf(out, FF_WARNING_LENGTH,
              "data and prior disagree about %s: by the data alone it is %.5g +- %.2g, the prior says %.5g +- %.2g", label, t->alone,
