@@ -395,6 +395,81 @@ static void folded_least_squares(void)
     }
 }
 
+/* With ties of every kind at once: parameters and coordinates lead to each other, and J^T r is the slope of the objective by each.
+ */
+static void coordinates_of_tied_parameters(void)
+{
+    const fit_surface s = fit_surface_make("ggx+beckmann+lambert", 3,
+                                           "alpha_x=0.2 alpha_y=0.3 r_xy=0.3 lobe2.alpha_x=0.5 lobe2.alpha_y=0.4 lobe2.r_xy=-0.2 "
+                                           "f0=0.6:0.4:0.3 lobe2.f0=0.2:0.3:0.4 kd=0.3:0.2:0.1");
+    const fit_sampling how = {.n = 1500, .max_theta = 75, .noise = 0.1, .seed = 13};
+    const ff_tie tie[] = {{"alpha_y", "alpha_x"}, {"r_xy", "lobe2.r_xy"}, {"lobe2.f0", "kd"}, {"f0", NULL}};
+    const ff_constraints c = {.n_ties = 4, .tie = tie};
+    ff_table t = fit_measure(&s, &how);
+    ff_fit_options o = fit_options();
+    ff_problem *p = NULL;
+    ff_model m = s.model;
+    ff_layout l;
+    ff_ties ties;
+    ff_normal n;
+    FF_CHECK(ff_problem_new(&t, &m, 1, &o, &p, NULL) == FF_OK, "problem");
+    FF_CHECK(ff_constraints_apply(&c, FF_SHAPE_CORRELATED, &m, &ties, NULL) == FF_OK, "ties");
+    FF_CHECK(ff_layout_init(&m, 3, FF_SHAPE_CORRELATED, 0, &l, NULL) == FF_OK, "layout");
+    ff_layout_tie(&l, &ties);
+    FF_CHECK(l.n_columns == 6 + 3 * 3 && l.P == 4 + 1 + 3 && ff_normal_new(&l, &n) == FF_OK, "%zu coordinates of %zu columns", l.P,
+             l.n_columns);
+    enum { P = 8 };
+    double shape[FF_MAX_SHAPE], channel[FIT_CHANNELS * FF_MAX_CHANNEL_PARAMS], x[P], back[P], slope[P], g[P], H[P * P];
+    memcpy(shape, s.shape, sizeof shape);
+    memcpy(channel, s.channel, sizeof channel);
+    ff_layout_project(&l, shape, channel);
+    ff_layout_pack(&l, shape, channel, x);
+    ff_layout_slope(&l, shape, channel, slope);
+    for (size_t k = 0; k < P; k++) {
+        size_t at;
+        const ff_model_param *q = ff_layout_param(&l, k, &at);
+        const int is_shape = q >= m.shape && q < m.shape + m.n_shape;
+        const double v = is_shape ? shape[q - m.shape] : channel[at * m.n_channel + (size_t)(q - m.channel)];
+        FF_CHECK_CLOSE(ff_coordinate_value(q->info, x[k]), v, 1e-14, 0);
+        FF_CHECK(slope[k] == ff_coordinate_slope(q->info, v), "slope of %s", q->name);
+        x[k] += 0.01 * (double)(k + 1);
+    }
+    ff_layout_unpack(&l, x, shape, channel);
+    ff_layout_pack(&l, shape, channel, back);
+    for (size_t k = 0; k < P; k++) FF_CHECK_CLOSE(back[k], x[k], 1e-14, 0);
+    FF_CHECK(shape[0] == shape[1] && shape[2] == shape[m.lobe[1].shape0 + 2] && shape[0] != shape[m.lobe[1].shape0],
+             "shapes are tied");
+    for (size_t i = 0; i < 3; i++)
+        FF_CHECK(channel[i * m.n_channel] == channel[0] &&
+                     channel[i * m.n_channel + m.lobe[1].channel0] == channel[i * m.n_channel + m.base[0].channel0],
+                 "channels are tied");
+    FF_CHECK(channel[m.base[0].channel0] != channel[m.n_channel + m.base[0].channel0], "kd is not one");
+    double cost[3];
+    for (size_t k = 0; k < P; k++)
+        for (int side = 0; side < 3; side++) {
+            ff_pass pass;
+            double at[P];
+            memcpy(at, x, sizeof at);
+            at[k] += 1e-4 * (side - 1);
+            ff_layout_unpack(&l, at, shape, channel);
+            FF_CHECK(ff_layout_pass(&l, p, &o, shape, channel, &pass) == FF_OK && ff_pass_run(&pass, 0, &n) == FF_OK, "pass");
+            cost[side] = n.cost2;
+            if (k == 0 && side == 1) {
+                ff_layout_slope(&l, shape, channel, slope);
+                ff_normal_assemble(&l, &n, slope, H, g);
+            }
+            ff_pass_free(&pass);
+            if (side < 2) continue;
+            const double by_differences = (cost[2] - cost[0]) / 4e-4;
+            if (k == 0) memcpy(back, g, sizeof back);
+            FF_CHECK(fabs(back[k] - by_differences) <= 1e-5 * sqrt(H[k * P + k] * cost[1]),
+                     "coordinate %zu: slope %.9g, by differences %.9g", k, back[k], by_differences);
+        }
+    ff_normal_free(&n);
+    ff_problem_free(p);
+    ff_table_free(&t);
+}
+
 /* Lobes of one kind keep an order, unless something was said of one of them. */
 static void order_of_lobes(void)
 {
@@ -924,7 +999,8 @@ static void errors(void)
 }
 
 FF_TEST_MAIN(FF_TEST(bounds_of_a_model), FF_TEST(bounds_hold), FF_TEST(bounds_in_the_search), FF_TEST(what_is_held_stays),
-             FF_TEST(two_axes_are_one), FF_TEST(ties_against_brute_force), FF_TEST(folded_least_squares), FF_TEST(order_of_lobes),
-             FF_TEST(prior_by_hand), FF_TEST(priors_in_their_limits), FF_TEST(prior_for_what_the_data_do_not_say),
-             FF_TEST(standard_errors_with_a_prior), FF_TEST(albedo_derivatives), FF_TEST(energy_is_conserved),
-             FF_TEST(energy_against_brute_force), FF_TEST(energy_that_does_not_bind), FF_TEST(errors))
+             FF_TEST(two_axes_are_one), FF_TEST(ties_against_brute_force), FF_TEST(folded_least_squares),
+             FF_TEST(coordinates_of_tied_parameters), FF_TEST(order_of_lobes), FF_TEST(prior_by_hand),
+             FF_TEST(priors_in_their_limits), FF_TEST(prior_for_what_the_data_do_not_say), FF_TEST(standard_errors_with_a_prior),
+             FF_TEST(albedo_derivatives), FF_TEST(energy_is_conserved), FF_TEST(energy_against_brute_force),
+             FF_TEST(energy_that_does_not_bind), FF_TEST(errors))
