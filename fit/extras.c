@@ -20,7 +20,7 @@
 
 typedef struct prior_term {
     size_t coordinate;
-    uint32_t lobe; /* of the parameter that it names                       */
+    uint32_t lobe, apart; /* of the parameter that it names, and the lobes that it tells it apart from, bits */
     double mean, sd;
     double noise, weight; /* s2, s2 / sd^2; 0 until the data have been seen       */
     double alone, error;  /* value and standard error by the data alone           */
@@ -78,6 +78,16 @@ static void add_term(ff_extras *e, size_t from, const prior_term *term)
     e->prior[e->n_priors++] = *term;
 }
 
+/* Is parameter `at` of a lobe tied to that in its place in another one? */
+static int is_tied_across(const ff_layout *l, int at, uint32_t lobe, uint32_t other)
+{
+    const ff_lobe *from = &l->m->lobe[lobe], *to = &l->m->lobe[other];
+    const int shift = at >= 0 ? (int)to->shape0 - (int)from->shape0 : (int)from->channel0 - (int)to->channel0;
+    const int i = free_place(l, at), k = free_place(l, at + shift);
+    const size_t columns = at >= 0 ? 0 : l->free.n_shape;
+    return i >= 0 && k >= 0 && ff_layout_coordinate(l, 0, columns + (size_t)i) == ff_layout_coordinate(l, 0, columns + (size_t)k);
+}
+
 static void add_prior(ff_extras *e, const ff_layout *l, ff_shape shape, const ff_prior *p)
 {
     int at[2];
@@ -88,6 +98,8 @@ static void add_prior(ff_extras *e, const ff_layout *l, ff_shape shape, const ff
         e->named[e->n_named++] = (named_prior){at[i], k >= 0, p->mean, p->sd};
         prior_term t = {.mean = p->mean, .sd = p->sd, .alone = NAN, .error = NAN};
         t.lobe = at[i] >= 0 ? l->m->shape[at[i]].lobe : l->m->channel[-1 - at[i]].lobe;
+        for (uint32_t other = 0; other < l->m->n_lobes && t.lobe < l->m->n_lobes; other++)
+            t.apart |= (uint32_t)(other != t.lobe && !is_tied_across(l, at[i], t.lobe, other)) << other;
         for (size_t c = 0; c < (at[i] >= 0 ? 1 : l->n_channels) && k >= 0; c++) {
             t.coordinate = ff_layout_coordinate(l, c, (size_t)k + (at[i] >= 0 ? 0 : l->free.n_shape));
             add_term(e, from, &t);
@@ -124,10 +136,12 @@ void ff_extras_free(ff_extras *e)
     free(e);
 }
 
-int ff_extras_name_lobe(const ff_layout *l, uint32_t lobe)
+int ff_extras_tell_apart(const ff_layout *l, uint32_t a, uint32_t b)
 {
-    for (size_t i = 0; l->extras && i < l->extras->n_priors; i++)
-        if (l->extras->prior[i].lobe == lobe) return 1;
+    for (size_t i = 0; l->extras && i < l->extras->n_priors; i++) {
+        const prior_term *t = &l->extras->prior[i];
+        if ((t->lobe == a && t->apart >> b & 1) || (t->lobe == b && t->apart >> a & 1)) return 1;
+    }
     return 0;
 }
 

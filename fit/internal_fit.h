@@ -291,8 +291,8 @@ typedef struct ff_extras ff_extras;
 ff_status ff_extras_new(const ff_constraints *c, const ff_layout *l, ff_shape shape, ff_extras **out);
 void ff_extras_free(ff_extras *e);
 
-/* Does a prior name a parameter of this lobe? */
-int ff_extras_name_lobe(const ff_layout *l, uint32_t lobe);
+/* Does a prior name a parameter of one of these lobes that is not tied to that in its place in the other? */
+int ff_extras_tell_apart(const ff_layout *l, uint32_t a, uint32_t b);
 
 /* Sum of squares of the distances to the priors, in their standard deviations. */
 double ff_extras_mismatch(const ff_layout *l, const double *shape, const double *channel);

@@ -124,7 +124,7 @@ static int is_symmetric(const ff_layout *l, uint32_t a, uint32_t b)
 
 int ff_layout_exchangeable(const ff_layout *l, uint32_t a, uint32_t b)
 {
-    return same_kind(l->m, a, b) && !ff_extras_name_lobe(l, a) && !ff_extras_name_lobe(l, b) && is_symmetric(l, a, b);
+    return same_kind(l->m, a, b) && !ff_extras_tell_apart(l, a, b) && is_symmetric(l, a, b);
 }
 
 /* Would the parameters be nearer to their priors with the lobes exchanged? */
@@ -148,7 +148,7 @@ static int order(const ff_model *m, const ff_layout *l, size_t n_channels, doubl
     for (uint32_t pass = 1; pass < m->n_lobes; pass++)
         for (uint32_t a = 0; a < m->n_lobes; a++)
             for (uint32_t b = a + 1; b < m->n_lobes; b++) {
-                const int named = l && (ff_extras_name_lobe(l, a) || ff_extras_name_lobe(l, b));
+                const int named = l && ff_extras_tell_apart(l, a, b);
                 if (!same_kind(m, a, b) || (l && !is_symmetric(l, a, b))) continue;
                 if (!named && order_key(m, a, shape) <= order_key(m, b, shape)) continue;
                 if (named && (ff_model_group(m, a) == ff_model_group(m, b) || !nearer_priors(l, a, b, shape, channel))) continue;

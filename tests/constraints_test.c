@@ -487,6 +487,13 @@ static void order_of_lobes(void)
     ff_fit_result r = fitted("tied", &t, &s.model, &o);
     FF_CHECK(r.shape_value[0].value < 0.2 && value_of(&r, "lobe2.alpha_x", 0)->value > 0.3, "the narrower lobe is not the first");
     ff_fit_result_free(&r);
+    /* a prior of what they share tells nothing apart */
+    const ff_prior of_both = {"f0", 0.3, 0.1};
+    const ff_constraints shared = {.n_ties = 1, .tie = &tie, .n_priors = 1, .prior = &of_both};
+    o.constraints = &shared;
+    r = fitted("tied with a prior", &t, &s.model, &o);
+    FF_CHECK(r.shape_value[0].value < 0.2 && value_of(&r, "lobe2.alpha_x", 0)->value > 0.3, "the narrower lobe is not the first");
+    ff_fit_result_free(&r);
     o.constraints = &bounds;
     r = fitted("bounded", &t, &s.model, &o);
     FF_CHECK_CLOSE(r.shape_value[0].value, 0.5, 0.05, 0);
