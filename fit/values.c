@@ -1,0 +1,247 @@
+/* A finished fit looked at again: values at the samples, residuals by angle, values that stand out. */
+#include "internal_loss.h"
+#include "internal_trust.h"
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* ---- a point --------------------------------------------------------------------------------- */
+
+ff_status ff_point_new(const struct ff_problem *p, const ff_fit_options *o, const ff_fit_result *fit, ff_point *out, ff_error *err)
+{
+    const size_t size = fit->n_channels * fit->model.n_channel;
+    ff_point point;
+    if (fit->n_channels != p->n_channels)
+        return ff_error_set(err, FF_ERR_RANGE, NULL, 0, -1, "a fit of %zu channels does not belong to a problem of %zu", fit->n_channels,
+                            p->n_channels);
+    ff_status st = ff_layout_init(&fit->model, fit->n_channels, fit->shape, o->mean_slope, &point.l, err);
+    if (st) return st;
+    point.channel = malloc((size + 1) * sizeof *point.channel);
+    point.at_bound = calloc(point.l.P + 1, sizeof *point.at_bound);
+    if (!point.channel || !point.at_bound) {
+        ff_point_free(&point);
+        return ff_error_set(err, FF_ERR_MEMORY, NULL, 0, -1, "out of memory");
+    }
+    for (uint32_t k = 0; k < fit->model.n_shape; k++) point.shape[k] = fit->shape_value[k].value;
+    for (size_t k = 0; k < size; k++) point.channel[k] = fit->channel_value[k].value;
+    for (size_t k = 0; k < point.l.P; k++) point.at_bound[k] = ff_result_value(&point.l, (ff_fit_result *)(uintptr_t)fit, k)->at_bound;
+    *out = point;
+    return FF_OK;
+}
+
+void ff_point_free(ff_point *point)
+{
+    free(point->channel);
+    free(point->at_bound);
+}
+
+ff_status ff_point_pass(const ff_point *point, const struct ff_problem *p, const ff_fit_options *o, ff_normal *out)
+{
+    ff_pass pass;
+    ff_normal n = {0};
+    ff_status st = ff_normal_new(&point->l, &n);
+    if (!st) st = ff_layout_pass(&point->l, p, o, point->shape, point->channel, &pass);
+    if (!st) {
+        pass.final = pass.errors = 1;
+        st = ff_pass_run(&pass, 1, &n);
+        ff_pass_free(&pass);
+    }
+    if (st) {
+        ff_normal_free(&n);
+        return st;
+    }
+    *out = n;
+    return FF_OK;
+}
+
+double ff_point_coordinate(const ff_point *point, ff_fit_result *fit, size_t k)
+{
+    return ff_coordinate(ff_layout_param(&point->l, k, NULL)->info, ff_result_value(&point->l, fit, k)->value);
+}
+
+/* ---- values ---------------------------------------------------------------------------------- */
+
+double ff_half_rho(ff_robust robust, double b, double residual, double unit)
+{
+    const double u = residual / unit, s = u * u, b2 = b * b, v = fmax(1 - s / b2, 0);
+    double rho = s;
+    if (robust == FF_ROBUST_HUBER) rho = s > b2 ? 2 * b * fabs(u) - b2 : s;
+    if (robust == FF_ROBUST_CAUCHY) rho = b2 * log1p(s / b2);
+    if (robust == FF_ROBUST_TUKEY) rho = b2 / 3 * (1 - v * v * v);
+    return 0.5 * rho * unit * unit;
+}
+
+typedef struct evaluation {
+    const ff_pass *pass;
+    double *model, *residual, *cost;
+} evaluation;
+
+/* w (g(f) - t), or 0 where the datum is known from one side only and the model is there. */
+static double residual_of(const struct ff_problem *p, size_t block, size_t c, size_t i, double f, double x)
+{
+    const double w = ff_problem_plane(p, block, p->weight + p->weight_stride * (int)c)[i],
+                 t = ff_problem_plane(p, block, p->target + (int)c)[i], r = w * (ff_loss_target(p->loss, f, x) - t);
+    if (p->side < 0) return r;
+    return ff_problem_plane(p, block, p->side + (int)c)[i] * r > 0 ? 0 : r;
+}
+
+static void evaluate_block(void *context, size_t block, int worker)
+{
+    const evaluation *e = context;
+    const ff_prepared *prepared = &e->pass->prepared;
+    const struct ff_problem *p = e->pass->p;
+    const size_t first = block * FF_BLOCK, n = p->n - first < FF_BLOCK ? p->n - first : FF_BLOCK;
+    ff_block scratch;
+    ff_geometry g;
+    double f[FF_BLOCK] __attribute__((aligned(64))), x[FF_BLOCK];
+    (void)worker;
+    for (int k = 0; k < FF_G_COUNT; k++) g.plane[k] = p->geometry[k] < 0 ? NULL : ff_problem_plane(p, block, p->geometry[k]);
+    ff_problem_cosines(&g, x);
+    prepared->kernels->block_shape(prepared, &g, FF_BLOCK, &scratch);
+    if (e->cost) memset(e->cost + first, 0, n * sizeof *e->cost);
+    for (size_t c = 0; c < p->n_channels; c++) {
+        prepared->kernels->block_value(prepared, &g, FF_BLOCK, c, &scratch, f);
+        for (size_t i = 0; i < n; i++) {
+            const double r = residual_of(p, block, c, i, f[i], x[i]);
+            const double unit = p->unit ? (double)p->unit[c * p->n_blocks * FF_BLOCK + first + i] : 1;
+            if (e->model) e->model[c * p->n + first + i] = f[i];
+            if (e->residual) e->residual[c * p->n + first + i] = r;
+            if (e->cost) e->cost[first + i] += ff_half_rho(e->pass->robust, e->pass->robust_scale, r, unit);
+        }
+    }
+}
+
+static ff_status evaluate(const ff_layout *l, const struct ff_problem *p, const ff_fit_options *o, const double *shape,
+                          const double *channel, int parallel, double *model, double *residual, double *cost)
+{
+    ff_layout values = *l;
+    ff_pass pass;
+    values.free = (ff_wanted){0};
+    const ff_status st = ff_layout_pass(&values, p, o, shape, channel, &pass);
+    if (st) return st;
+    evaluation e = {&pass, model, residual, cost};
+    if (parallel)
+        ff_pool_run(p->pool, p->n_blocks, evaluate_block, &e);
+    else
+        for (size_t block = 0; block < p->n_blocks; block++) evaluate_block(&e, block, 0);
+    ff_pass_free(&pass);
+    return FF_OK;
+}
+
+ff_status ff_point_cost(const ff_layout *l, const struct ff_problem *p, const ff_fit_options *o, const double *shape,
+                        const double *channel, double *cost)
+{
+    return evaluate(l, p, o, shape, channel, 0, NULL, NULL, cost);
+}
+
+ff_status ff_trust_evaluate(ff_problem *p, const ff_fit_options *o, const ff_fit_result *fit, double *model, double *residual,
+                            double *cost, ff_error *err)
+{
+    ff_point point;
+    ff_status st = ff_point_new(p, o, fit, &point, err);
+    if (st) return st;
+    st = evaluate(&point.l, p, o, point.shape, point.channel, 1, model, residual, cost);
+    ff_point_free(&point);
+    return st ? ff_error_set(err, st, NULL, 0, -1, "the model could not be evaluated: %s", ff_status_str(st)) : FF_OK;
+}
+
+/* ---- by angle -------------------------------------------------------------------------------- */
+
+/* Sums of one band. */
+typedef struct band_sums {
+    double weight, signed_sum, square, data;
+} band_sums;
+
+/* Adds the samples of the bands; planes of a sample are read once for all three angles. */
+static void add_samples(const struct ff_problem *p, const ff_places *places, const double *model, const double *x,
+                        band_sums sums[FF_PLACE_COUNT][FF_BANDS], ff_band out[FF_PLACE_COUNT][FF_BANDS])
+{
+    for (size_t i = 0; i < p->n; i++) {
+        const size_t block = i / FF_BLOCK, lane = i % FF_BLOCK;
+        const double root = ff_problem_plane(p, block, p->sample_weight)[lane], w = root * root;
+        band_sums one = {0};
+        for (size_t c = 0; c < p->n_channels; c++) {
+            const double y = ff_problem_plane(p, block, p->value + (int)c)[lane], e = (model[c * p->n + i] - y) * x[i];
+            one.weight += w;
+            one.signed_sum += w * e;
+            one.square += w * e * e;
+            one.data += w * fabs(y) * x[i];
+        }
+        for (int k = 0; k < FF_PLACE_COUNT; k++) {
+            band_sums *s = &sums[k][places->band[k][i]];
+            s->weight += one.weight;
+            s->signed_sum += one.signed_sum;
+            s->square += one.square;
+            s->data += one.data;
+            out[k][places->band[k][i]].n++;
+        }
+    }
+}
+
+ff_status ff_trust_bands(ff_problem *p, const ff_places *places, const ff_fit_options *o, const ff_fit_result *fit,
+                         ff_band out[FF_PLACE_COUNT][FF_BANDS], ff_error *err)
+{
+    band_sums sums[FF_PLACE_COUNT][FF_BANDS];
+    ff_band bands[FF_PLACE_COUNT][FF_BANDS];
+    double *model = malloc((p->n_channels * p->n + p->n_blocks * FF_BLOCK) * sizeof *model), *x = model + p->n_channels * p->n;
+    if (!model) return ff_error_set(err, FF_ERR_MEMORY, NULL, 0, -1, "out of memory");
+    memset(sums, 0, sizeof sums);
+    memset(bands, 0, sizeof bands);
+    const ff_status st = ff_trust_evaluate(p, o, fit, model, NULL, NULL, err);
+    for (size_t block = 0; block < p->n_blocks && !st; block++) {
+        ff_geometry g;
+        for (int k = 0; k < FF_G_COUNT; k++) g.plane[k] = p->geometry[k] < 0 ? NULL : ff_problem_plane(p, block, p->geometry[k]);
+        ff_problem_cosines(&g, x + block * FF_BLOCK);
+    }
+    if (!st) add_samples(p, places, model, x, sums, bands);
+    free(model);
+    if (st) return st;
+    for (int k = 0; k < FF_PLACE_COUNT; k++)
+        for (int b = 0; b < FF_BANDS; b++) {
+            const band_sums *s = &sums[k][b];
+            bands[k][b].mean = s->data > 0 ? s->signed_sum / s->data : NAN;
+            bands[k][b].rms = s->data > 0 ? sqrt(s->square * s->weight) / s->data : NAN;
+        }
+    memcpy(out, bands, sizeof bands);
+    return FF_OK;
+}
+
+/* ---- values that stand out ------------------------------------------------------------------- */
+
+static void keep_worst(ff_outliers *out, uint32_t sample, uint32_t channel, double ratio)
+{
+    if (out->n_worst == FF_WORST && fabs(out->worst[FF_WORST - 1].ratio) >= fabs(ratio)) return;
+    size_t at = out->n_worst < FF_WORST ? out->n_worst++ : FF_WORST - 1;
+    for (; at > 0 && fabs(out->worst[at - 1].ratio) < fabs(ratio); at--) out->worst[at] = out->worst[at - 1];
+    out->worst[at].sample = sample;
+    out->worst[at].channel = channel;
+    out->worst[at].ratio = ratio;
+}
+
+ff_status ff_trust_outliers(ff_problem *p, const ff_places *places, const ff_fit_options *o, const ff_fit_result *fit,
+                            ff_outliers *out, ff_error *err)
+{
+    ff_outliers found = {0};
+    if (o->robust == FF_ROBUST_NONE)
+        return ff_error_set(err, FF_ERR_UNSUPPORTED, NULL, 0, -1, "only a robust loss has a scale that tells outliers");
+    double *residual = malloc((p->n_channels * p->n + 1) * sizeof *residual);
+    if (!residual) return ff_error_set(err, FF_ERR_MEMORY, NULL, 0, -1, "out of memory");
+    const ff_status st = ff_trust_evaluate(p, o, fit, NULL, residual, NULL, err);
+    const double given = o->robust_scale > 0 ? o->robust_scale / ff_robust_tuning(o->robust) : 1;
+    for (size_t i = 0; i < p->n && !st; i++) {
+        int any = 0;
+        for (size_t c = 0; c < p->n_channels; c++) {
+            const double unit = p->unit ? (double)p->unit[c * p->n_blocks * FF_BLOCK + i] : given, ratio = residual[c * p->n + i] / unit;
+            if (!(fabs(ratio) > FF_OUTLIER)) continue;
+            any = 1;
+            found.values++;
+            keep_worst(&found, p->index[i], (uint32_t)c, ratio);
+        }
+        found.samples += (size_t)any;
+        for (int k = 0; k < FF_PLACE_COUNT && any; k++) found.in_band[k][places->band[k][i]]++;
+    }
+    free(residual);
+    if (st) return st;
+    *out = found;
+    return FF_OK;
+}
