@@ -54,23 +54,57 @@ static int grows(const double *sums, const double *single, size_t n, size_t P, c
     return growth > 2 * sqrt(scatter);
 }
 
-ff_status ff_clusters_choose(const ff_normal *n, size_t n_samples, ff_clusters *out)
+/* Root mean square residual over the mean datum, below which there is nothing but rounding. */
+#define FF_ROUNDING 1e-9
+
+static int is_rounding(const struct ff_problem *p, const ff_normal *n)
 {
-    const size_t P = n->P;
-    *out = (ff_clusters){.run = 1, .n = n_samples, .settled = 1};
-    if (!n->runs || P == 0) return FF_OK;
-    size_t n_now = (n_samples + FF_RUN - 1) / FF_RUN, run = FF_RUN;
-    double *sums = malloc((n_now * P + 1) * sizeof *sums), *squares = malloc((n_now + 1) * sizeof *squares),
-           *single = malloc((P + 1) * sizeof *single);
-    ff_status st = sums && squares && single ? FF_OK : FF_ERR_MEMORY;
-    if (!st) {
-        memcpy(sums, n->runs, n_now * P * sizeof *sums);
-        for (size_t k = 0; k < P; k++) single[k] = n->meat[ff_tri(k, k)];
+    double mean = 0;
+    for (size_t c = 0; c < p->n_channels; c++) mean = fmax(mean, p->channel_mean[c]);
+    return !(sqrt(n->stat[FF_STAT_PLAIN] / fmax(n->stat[FF_STAT_WEIGHT], 1e-300)) > FF_ROUNDING * mean);
+}
+
+/* Sums of the score over the runs, less their mean: it is 0 for a parameter at its optimum, and for one that rests on its bound a slope,
+ * which is no error. n_samples of the samples of p count. sums [runs][P], mean [P] out; returns the number of runs. */
+static size_t centred_runs(const struct ff_problem *p, const ff_normal *n, size_t n_samples, double *sums, double *mean)
+{
+    const size_t P = n->P, runs = (p->n + FF_RUN - 1) / FF_RUN;
+    const double share = (double)n_samples / (double)p->n;
+    memset(mean, 0, P * sizeof *mean);
+    for (size_t b = 0; b < runs; b++)
+        for (size_t k = 0; k < P; k++) mean[k] += n->runs[b * P + k] / (double)n_samples;
+    for (size_t b = 0; b < runs; b++) {
+        const size_t left = p->n - b * FF_RUN;
+        const double length = share * (double)(left < FF_RUN ? left : FF_RUN);
+        for (size_t k = 0; k < P; k++) sums[b * P + k] = n->runs[b * P + k] - length * mean[k];
     }
-    while (!st && n_now >= MIN_CLUSTERS && n_now >= PER_PARAMETER * P) {
+    return runs;
+}
+
+/* Sums of squares over single samples, less their mean. */
+static double single_product(const ff_normal *n, size_t n_samples, const double *mean, size_t a, size_t b)
+{
+    return n->meat[ff_tri(a, b)] - (double)n_samples * mean[a] * mean[b];
+}
+
+ff_status ff_clusters_choose(const struct ff_problem *p, const ff_normal *n, size_t n_samples, ff_clusters *out)
+{
+    const size_t P = n->P, runs = (p->n + FF_RUN - 1) / FF_RUN;
+    const double share = (double)n_samples / (double)p->n;
+    *out = (ff_clusters){.run = 1, .n = n_samples, .settled = 1};
+    if (!n->runs || P == 0 || is_rounding(p, n)) return FF_OK;
+    double *sums = malloc((runs * P + 1) * sizeof *sums), *squares = malloc((runs + 1) * sizeof *squares),
+           *single = malloc((2 * P + 1) * sizeof *single), *mean = single + P;
+    const ff_status st = sums && squares && single ? FF_OK : FF_ERR_MEMORY;
+    size_t n_now = 0, run = FF_RUN;
+    if (!st) {
+        n_now = centred_runs(p, n, n_samples, sums, mean);
+        for (size_t k = 0; k < P; k++) single[k] = single_product(n, n_samples, mean, k, k);
+    }
+    while (share * (double)n_now >= MIN_CLUSTERS && share * (double)n_now >= (double)(PER_PARAMETER * P)) {
         const int moved = grows(sums, single, n_now, P, out->run > 1 ? squares : NULL);
         if (moved) {
-            *out = (ff_clusters){.run = run, .n = n_now};
+            *out = (ff_clusters){.run = run, .n = (size_t)(share * (double)n_now)};
             for (size_t b = 0; b < n_now; b++) squares[b] = relative_square(sums + b * P, single, P);
         }
         out->settled = !moved;
@@ -84,24 +118,25 @@ ff_status ff_clusters_choose(const ff_normal *n, size_t n_samples, ff_clusters *
     return st;
 }
 
-ff_status ff_clusters_meat(const ff_normal *n, size_t n_samples, size_t run, double *meat)
+ff_status ff_clusters_meat(const struct ff_problem *p, const ff_normal *n, size_t n_samples, size_t run, double *meat)
 {
-    const size_t P = n->P, at_once = run / FF_RUN, all = (n_samples + FF_RUN - 1) / FF_RUN;
-    if (run == 1) {
-        memcpy(meat, n->meat, P * (P + 1) / 2 * sizeof *meat);
-        return FF_OK;
+    const size_t P = n->P, all = (p->n + FF_RUN - 1) / FF_RUN;
+    double *sums = malloc((all * P + 1) * sizeof *sums), *mean = malloc((P + 1) * sizeof *mean);
+    if (!sums || !mean) {
+        free(sums);
+        free(mean);
+        return FF_ERR_MEMORY;
     }
-    double *sum = malloc((P + 1) * sizeof *sum);
-    if (!sum) return FF_ERR_MEMORY;
-    memset(meat, 0, P * (P + 1) / 2 * sizeof *meat);
-    for (size_t first = 0; first < all; first += at_once) {
-        memset(sum, 0, P * sizeof *sum);
-        for (size_t b = first; b < first + at_once && b < all; b++)
-            for (size_t k = 0; k < P; k++) sum[k] += n->runs[b * P + k];
-        for (size_t a = 0; a < P; a++)
-            for (size_t b = 0; b <= a; b++) meat[ff_tri(a, b)] += sum[a] * sum[b];
-    }
-    free(sum);
+    size_t n_now = centred_runs(p, n, n_samples, sums, mean);
+    for (size_t length = FF_RUN; length < run; length *= 2) n_now = join_sums(sums, n_now, P);
+    for (size_t a = 0; a < P; a++)
+        for (size_t b = 0; b <= a; b++) {
+            double product = run == 1 ? single_product(n, n_samples, mean, a, b) : 0;
+            for (size_t k = 0; k < n_now && run > 1; k++) product += sums[k * P + a] * sums[k * P + b];
+            meat[ff_tri(a, b)] = product;
+        }
+    free(sums);
+    free(mean);
     return FF_OK;
 }
 

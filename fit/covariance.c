@@ -141,13 +141,13 @@ static void stretch(const subset *s, const double *single, const double *cluster
         }
 }
 
-static ff_status fill_uncertainty(const ff_layout *l, const ff_normal *n, const subset *s, const double *H, int sigma,
+static ff_status fill_uncertainty(const ff_layout *l, const struct ff_problem *p, const ff_normal *n, const subset *s, const double *H, int sigma,
                                   size_t n_samples, ff_uncertainty *u, double *work)
 {
     const size_t P = l->P, k = s->n;
     const double N = (double)(n_samples * l->n_channels), G = (double)u->clusters.n;
     double *meat = work, *inverse = meat + P * (P + 1) / 2, *cov = inverse + k * k, *single = cov + k * k, *rest = single + k * k;
-    ff_status st = ff_clusters_meat(n, n_samples, u->clusters.run, meat);
+    ff_status st = ff_clusters_meat(p, n, n_samples, u->clusters.run, meat);
     if (st) return st;
     u->effective = ff_clusters_effective(n, meat, l->free.n_shape, N);
     invert(s, H, P, inverse, rest);
@@ -172,14 +172,15 @@ static ff_status fill_uncertainty(const ff_layout *l, const ff_normal *n, const 
     return FF_OK;
 }
 
-ff_status ff_uncertainty_new(const ff_layout *l, const ff_normal *n, const int *use, int sigma, size_t n_samples,
+ff_status ff_uncertainty_new(const ff_layout *l, const struct ff_problem *p, const ff_normal *n, const int *use, size_t n_samples,
                              ff_uncertainty *out)
 {
+    const int sigma = p->selection.weighting == FF_WEIGHT_SIGMA;
     const size_t P = l->P;
     ff_uncertainty u = {.storage = calloc(2 * P * P + 1, sizeof *u.storage), .determined = calloc(P + 1, sizeof *u.determined)};
     subset s = {.index = malloc((P + 1) * sizeof *s.index)};
     double *work = calloc(10 * P * P + 6 * P + 2, sizeof *work);
-    ff_status st = u.storage && u.determined && s.index && work ? ff_clusters_choose(n, n_samples, &u.clusters) : FF_ERR_MEMORY;
+    ff_status st = u.storage && u.determined && s.index && work ? ff_clusters_choose(p, n, n_samples, &u.clusters) : FF_ERR_MEMORY;
     if (!st) {
         u.inverse = u.storage;
         u.cov = u.storage + P * P;
@@ -192,7 +193,7 @@ ff_status ff_uncertainty_new(const ff_layout *l, const ff_normal *n, const int *
             s.D[i] = sqrt(H[s.index[i] * P + s.index[i]]);
             if (!(s.D[i] > 0)) s.D[i] = 1e-150; /* no effect at all: the ridge then marks it */
         }
-        st = fill_uncertainty(l, n, &s, H, sigma, n_samples, &u, s.D + P);
+        st = fill_uncertainty(l, p, n, &s, H, sigma, n_samples, &u, s.D + P);
     }
     free(s.index);
     free(work);

@@ -34,7 +34,7 @@ static ff_status fill(const ff_point *at, const struct ff_problem *part, const f
     ff_status st = use && coordinates ? ff_point_pass(at, part, o, &normal) : FF_ERR_MEMORY;
     if (!st) ff_layout_pack(l, at->shape, at->channel, coordinates);
     for (size_t k = 0; k < P && !st; k++) use[k] = at->at_bound[k] == 0;
-    if (!st) st = ff_uncertainty_new(l, &normal, use, part->selection.weighting == FF_WEIGHT_SIGMA, used, &u);
+    if (!st) st = ff_uncertainty_new(l, part, &normal, use, used, &u);
     for (size_t k = 0; k < P && !st; k++) {
         const ff_fit_value *v = ff_result_value(l, (ff_fit_result *)(uintptr_t)fit, k);
         if (v->column < 0) continue;

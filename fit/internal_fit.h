@@ -277,10 +277,11 @@ typedef struct ff_clusters {
     size_t n;    /* clusters                                                                        */
     int settled; /* 0: the errors reach further than the longest runs of which there are enough     */
 } ff_clusters;
-ff_status ff_clusters_choose(const ff_normal *n, size_t n_samples, ff_clusters *out);
+/* Residuals that are nothing but rounding have no errors that could go together. */
+ff_status ff_clusters_choose(const struct ff_problem *p, const ff_normal *n, size_t n_samples, ff_clusters *out);
 
 /* Outer products of the score summed over runs of `run` samples (1, or FF_RUN 2^k), packed as ff_normal.meat. FF_ERR_MEMORY. */
-ff_status ff_clusters_meat(const ff_normal *n, size_t n_samples, size_t run, double *meat);
+ff_status ff_clusters_meat(const struct ff_problem *p, const ff_normal *n, size_t n_samples, size_t run, double *meat);
 
 /* Number of independent values that would say as much as the n_values; meat of the clusters. */
 double ff_clusters_effective(const ff_normal *n, const double *meat, size_t n_shape, double n_values);
@@ -297,10 +298,10 @@ typedef struct ff_uncertainty {
 } ff_uncertainty;
 void ff_uncertainty_free(ff_uncertainty *u);
 
-/* Of the parameters whose `use` is not 0. The covariance is H^-1 M H^-1 with M over clusters (heteroscedasticity-consistent, HC1:
- * MacKinnon and White 1985); where the data have standard deviations (sigma) it is H^-1, its errors larger by what the clusters say.
- * n_samples of n_channels residuals. FF_ERR_MEMORY. */
-ff_status ff_uncertainty_new(const ff_layout *l, const ff_normal *n, const int *use, int sigma, size_t n_samples,
+/* Of the parameters whose `use` is not 0, from a pass over n_samples samples of p. The covariance is H^-1 M H^-1 with M over clusters (heteroscedasticity-consistent, HC1:
+ * MacKinnon and White 1985); with weights by the data's standard deviations it is H^-1, its errors larger by what the clusters say.
+ * FF_ERR_MEMORY. */
+ff_status ff_uncertainty_new(const ff_layout *l, const struct ff_problem *p, const ff_normal *n, const int *use, size_t n_samples,
                              ff_uncertainty *out);
 
 /* 95 % intervals of all parameters: by their standard errors, which r has, or one-sided on a bound (at_bound [P]). FF_ERR_MEMORY. */

@@ -42,7 +42,7 @@ static ff_status fill_one_sided(const ff_layout *l, const struct ff_problem *p, 
     double *H = malloc((P * P + P + 1) * sizeof *H), *g = H + P * P;
     ff_status st = use && H ? FF_OK : FF_ERR_MEMORY;
     for (size_t k = 0; k < P && !st; k++) use[k] = 1;
-    if (!st) st = ff_uncertainty_new(l, n, use, p->selection.weighting == FF_WEIGHT_SIGMA, p->n, &u);
+    if (!st) st = ff_uncertainty_new(l, p, n, use, p->n, &u);
     if (!st) {
         const double t = ff_student_quantile(0.9, u.dof);
         ff_normal_assemble(l, n, NULL, H, g);

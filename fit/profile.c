@@ -157,7 +157,7 @@ ff_status ff_trust_profile(ff_problem *p, const ff_fit_options *o, ff_fit_result
     profile f = {&point, p, o, fit->residual.objective, malloc((2 * P + 1) * sizeof *f.ends)};
     st = use && f.ends ? ff_point_pass(&point, p, o, &normal) : FF_ERR_MEMORY;
     for (size_t k = 0; k < P && !st; k++) use[k] = 1;
-    if (!st) st = ff_uncertainty_new(&point.l, &normal, use, p->selection.weighting == FF_WEIGHT_SIGMA, p->n, &u);
+    if (!st) st = ff_uncertainty_new(&point.l, p, &normal, use, p->n, &u);
     size_t n = 0;
     if (!st) {
         n = plan(&f, &u, fit);

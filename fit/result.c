@@ -70,7 +70,7 @@ static ff_status fill_errors(const ff_layout *l, const struct ff_problem *p, con
     ff_uncertainty u = {0};
     if (!use) return FF_ERR_MEMORY;
     for (size_t k = 0; k < P; k++) use[k] = at_bound[k] == 0;
-    ff_status st = ff_uncertainty_new(l, normal, use, p->selection.weighting == FF_WEIGHT_SIGMA, p->n, &u);
+    ff_status st = ff_uncertainty_new(l, p, normal, use, p->n, &u);
     size_t n = 0;
     for (size_t k = 0; k < P && !st; k++) {
         ff_fit_value *v = ff_result_value(l, r, k);
