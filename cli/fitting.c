@@ -18,10 +18,10 @@ static int read_robust(const cli_args *args, ff_fit_options *o)
     if (!text || !strcmp(text, "none")) return EXIT_DONE;
     snprintf(name, sizeof name, "%.*s", (int)strcspn(text, ":"), text);
     const int robust = ff_robust_find(name);
-    if (robust < 0) return cli_usage(args, "--robust %s: expected huber, cauchy or tukey, a colon and a scale", text);
+    if (robust < 0) return cli_usage(args, "--robust %s: expected huber, cauchy or tukey, and a colon and a scale where it is to be given", text);
     const char *end = colon ? ff_number_read(colon + 1, &o->robust_scale) : NULL;
-    if (!end || *end || !(o->robust_scale > 0) || !isfinite(o->robust_scale))
-        return cli_usage(args, "--robust %s: expected NAME:SCALE with a scale above 0, e.g. huber:0.1", text);
+    if (colon && (!end || *end || !(o->robust_scale > 0) || !isfinite(o->robust_scale)))
+        return cli_usage(args, "--robust %s: expected NAME, or NAME:SCALE with a scale above 0, e.g. huber:0.1", text);
     o->robust = (ff_robust)robust;
     return EXIT_DONE;
 }
@@ -39,7 +39,7 @@ static int read_options(const cli_args *args, ff_fit_options *o)
         (status = cli_number(args, FLAG_MAX_THETA, 1, 90, &degrees)) ||
         (status = cli_integer(args, FLAG_THREADS, 1024, &threads)) ||
         (status = cli_integer(args, FLAG_MAX_ITERATIONS, 1000000, &iterations)) || (status = cli_isa(args, &o->isa)) ||
-        (status = read_robust(args, o)))
+        (status = read_robust(args, o)) || (status = cli_read_censoring(args, o)))
         return status;
     o->loss = (ff_loss)loss;
     o->weighting = (ff_weighting)weighting;
@@ -79,9 +79,9 @@ static void release_samples(ff_table *t)
     *t = small;
 }
 
-int cli_fitting_open(const cli_args *args, const ff_model *models, size_t n_models, cli_fitting *out)
+int cli_fitting_open(const cli_args *args, const ff_model *models, size_t n_models, int keep_samples, cli_fitting *out)
 {
-    cli_fitting f = {.path = args->word[0]};
+    cli_fitting f = {.path = args->word[0], .keeps_samples = keep_samples};
     ff_error err = {0};
     int status = read_options(args, &f.options);
     if (status != EXIT_DONE) return status;
@@ -90,7 +90,7 @@ int cli_fitting_open(const cli_args *args, const ff_model *models, size_t n_mode
     if ((status = cli_read(args, f.path, 1, &f.table)) != EXIT_DONE) return status;
     const ff_status failed = make_problems(&f, models, n_models, &err);
     if (failed == FF_OK) {
-        release_samples(&f.table);
+        if (!keep_samples) release_samples(&f.table);
         *out = f;
         return EXIT_DONE;
     }

@@ -29,7 +29,8 @@ typedef struct ff_places {
     size_t n;                            /**< samples of the problem                                  */
     ff_grouping kind;
     size_t n_groups, n_directions;       /**< directions: distinct ones, or cells                     */
-    uint32_t *group;                     /**< [n] < n_groups; groups are numbered by theta_i, then phi_i */
+    uint32_t *direction;                 /**< [n] < n_directions, numbered by theta_i, then phi_i     */
+    uint32_t *group;                     /**< [n] < n_groups: directions, or runs of samples inside them */
     unsigned char *band[FF_PLACE_COUNT]; /**< [n] < FF_BANDS                                          */
 } ff_places;
 
@@ -38,6 +39,9 @@ ff_status ff_places_new(const ff_problem *p, const ff_table *t, ff_places *out, 
 void ff_places_free(ff_places *places);
 
 /* ---- values ---------------------------------------------------------------------------------- */
+
+/** "theta_i", "theta_h", "theta_d"; NULL for a number that is none */
+const char *ff_place_name(int place);
 
 /** Place of each used sample in the table: [used], owned by p. */
 const uint32_t *ff_problem_index(const ff_problem *p);
@@ -55,8 +59,16 @@ typedef struct ff_band {
     size_t n;         /**< samples                                                      */
     double mean, rms; /**< signed mean: below 0 where the model is too low; NaN when n = 0 */
 } ff_band;
-ff_status ff_trust_bands(ff_problem *p, const ff_places *places, const ff_fit_options *o, const ff_fit_result *fit,
-                         ff_band out[FF_PLACE_COUNT][FF_BANDS], ff_error *err);
+typedef struct ff_bands {
+    ff_band band[FF_PLACE_COUNT][FF_BANDS];
+} ff_bands;
+ff_status ff_trust_bands(ff_problem *p, const ff_places *places, const ff_fit_options *o, const ff_fit_result *fit, ff_bands *out,
+                         ff_error *err);
+
+/** Model minus data (1/sr) as a table with the directions of t, from which p was made: samples that the fit did not use are invalid
+ *  there, standard deviations are left out. Release with ff_table_free. */
+ff_status ff_trust_residual_table(ff_problem *p, const ff_table *t, const ff_fit_options *o, const ff_fit_result *fit, ff_table *out,
+                                  ff_error *err);
 
 /** Values that lie further from the model than FF_OUTLIER standard deviations of a residual there, as the scale of the robust loss
  *  tells these. */
@@ -116,18 +128,19 @@ void ff_cut_off_free(ff_cut_off *c);
 typedef struct ff_versus {
     double objective;    /**< difference                                                              */
     double aic, bic;     /**< differences, with the effective number of values of the winner           */
-    double vuong_z;      /**< Vuong 1989, equation 5.6 with the penalty of AIC; the variance over clusters of neighbours and, from
-                              10 on, over groups, whichever is larger                                  */
+    double vuong_z;      /**< difference of the objective, with the penalty of AIC, over its standard deviation: Vuong 1989 in the form of
+                              Rivers and Vuong 2002; the variance over clusters of neighbours or, from 10 on, over groups,
+                              whichever is larger                                                      */
     double vuong_p;      /**< two-sided                                                               */
     int has_validation;
-    double validation, validation_error; /**< held-out objective, difference and its standard error over groups */
+    double validation, validation_error; /**< held-out objective, difference and its standard error over incident directions */
     int told_apart;      /**< 0: the data cannot tell the two models apart (5 %)                       */
 } ff_versus;
 
 /** Each of n fits to p against fits[winner].
- *  @param folds  >= 2: cross-validation, each fold every folds-th group; 0: none
+ *  @param folds  >= 2: cross-validation, each fold every folds-th incident direction; 0: none
  *  @param out    [n] out; out[winner] is all 0
- *  FF_ERR_RANGE for folds = 1 or more than groups. */
+ *  FF_ERR_RANGE for folds = 1 or more than directions. */
 ff_status ff_trust_compare(ff_problem *p, const ff_places *places, const ff_fit_options *o, const ff_fit_result *fits, size_t n,
                            size_t winner, size_t folds, ff_versus *out, ff_error *err);
 

@@ -16,6 +16,12 @@ const char *ff_grouping_name(int kind)
     return kind >= 0 && kind < 3 ? names[kind] : NULL;
 }
 
+const char *ff_place_name(int place)
+{
+    static const char *const names[FF_PLACE_COUNT] = {"theta_i", "theta_h", "theta_d"};
+    return place >= 0 && place < FF_PLACE_COUNT ? names[place] : NULL;
+}
+
 const uint32_t *ff_problem_index(const ff_problem *p)
 {
     return p->index;
@@ -191,9 +197,9 @@ static ff_status split_into_runs(ff_places *out)
 
 ff_status ff_places_new(const ff_problem *p, const ff_table *t, ff_places *out, ff_error *err)
 {
-    ff_places places = {.n = p->n, .group = malloc(p->n * sizeof *places.group)};
+    ff_places places = {.n = p->n, .group = malloc(p->n * sizeof *places.group), .direction = malloc(p->n * sizeof *places.direction)};
     look l = {p, t, &places, malloc(p->n * sizeof *l.theta), malloc(p->n * sizeof *l.phi)};
-    int failed = !places.group || !l.theta || !l.phi, done = 0;
+    int failed = !places.group || !places.direction || !l.theta || !l.phi, done = 0;
     for (int k = 0; k < FF_PLACE_COUNT; k++) failed |= !(places.band[k] = malloc(p->n));
     ff_status st = failed ? FF_ERR_MEMORY : FF_OK;
     if (!st) {
@@ -201,6 +207,7 @@ ff_status ff_places_new(const ff_problem *p, const ff_table *t, ff_places *out, 
         st = group_by_direction(&l, &done);
     }
     if (!st && !done) st = group_by_cell(&l);
+    if (!st) memcpy(places.direction, places.group, p->n * sizeof *places.group);
     if (!st && places.n_groups < FEWEST_GROUPS) st = split_into_runs(&places);
     free(l.theta);
     free(l.phi);
@@ -215,6 +222,7 @@ ff_status ff_places_new(const ff_problem *p, const ff_table *t, ff_places *out, 
 void ff_places_free(ff_places *places)
 {
     free(places->group);
+    free(places->direction);
     for (int k = 0; k < FF_PLACE_COUNT; k++) free(places->band[k]);
     memset(places, 0, sizeof *places);
 }

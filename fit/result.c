@@ -191,7 +191,7 @@ static void warn_channels_at_bound(const ff_layout *l, const struct ff_problem *
     }
     if (!names[0]) return;
     const int too_bright = bound > 0 && (l->m->channel[k].info->flags & FF_PARAM_LINEAR);
-    ff_result_warn(r, "%s%s%s%s is on its %s bound, %g: no standard error there%s", l->m->channel[k].name, l->n_channels > 1 ? " (" : "",
+    ff_result_warn(r, "%s%s%s%s is on its %s bound, %g%s", l->m->channel[k].name, l->n_channels > 1 ? " (" : "",
          l->n_channels > 1 ? names : "", l->n_channels > 1 ? ")" : "", bound < 0 ? "lower" : "upper", value,
          too_bright ? "; are the data in 1/sr?" : "");
 }

@@ -1,7 +1,9 @@
 /* A finished fit looked at again: values at the samples, residuals by angle, values that stand out. */
 #include "internal_loss.h"
 #include "internal_trust.h"
+#include "ff_resample.h"
 #include <math.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -154,7 +156,7 @@ typedef struct band_sums {
 
 /* Adds the samples of the bands; planes of a sample are read once for all three angles. */
 static void add_samples(const struct ff_problem *p, const ff_places *places, const double *model, const double *x,
-                        band_sums sums[FF_PLACE_COUNT][FF_BANDS], ff_band out[FF_PLACE_COUNT][FF_BANDS])
+                        band_sums sums[FF_PLACE_COUNT][FF_BANDS], ff_bands *out)
 {
     for (size_t i = 0; i < p->n; i++) {
         const size_t block = i / FF_BLOCK, lane = i % FF_BLOCK;
@@ -173,36 +175,73 @@ static void add_samples(const struct ff_problem *p, const ff_places *places, con
             s->signed_sum += one.signed_sum;
             s->square += one.square;
             s->data += one.data;
-            out[k][places->band[k][i]].n++;
+            out->band[k][places->band[k][i]].n++;
         }
     }
 }
 
-ff_status ff_trust_bands(ff_problem *p, const ff_places *places, const ff_fit_options *o, const ff_fit_result *fit,
-                         ff_band out[FF_PLACE_COUNT][FF_BANDS], ff_error *err)
+ff_status ff_trust_bands(ff_problem *p, const ff_places *places, const ff_fit_options *o, const ff_fit_result *fit, ff_bands *out,
+                         ff_error *err)
 {
     band_sums sums[FF_PLACE_COUNT][FF_BANDS];
-    ff_band bands[FF_PLACE_COUNT][FF_BANDS];
+    ff_bands bands = {0};
     double *model = malloc((p->n_channels * p->n + p->n_blocks * FF_BLOCK) * sizeof *model), *x = model + p->n_channels * p->n;
     if (!model) return ff_error_set(err, FF_ERR_MEMORY, NULL, 0, -1, "out of memory");
     memset(sums, 0, sizeof sums);
-    memset(bands, 0, sizeof bands);
     const ff_status st = ff_trust_evaluate(p, o, fit, model, NULL, NULL, err);
     for (size_t block = 0; block < p->n_blocks && !st; block++) {
         ff_geometry g;
         for (int k = 0; k < FF_G_COUNT; k++) g.plane[k] = p->geometry[k] < 0 ? NULL : ff_problem_plane(p, block, p->geometry[k]);
         ff_problem_cosines(&g, x + block * FF_BLOCK);
     }
-    if (!st) add_samples(p, places, model, x, sums, bands);
+    if (!st) add_samples(p, places, model, x, sums, &bands);
     free(model);
     if (st) return st;
     for (int k = 0; k < FF_PLACE_COUNT; k++)
         for (int b = 0; b < FF_BANDS; b++) {
             const band_sums *s = &sums[k][b];
-            bands[k][b].mean = s->data > 0 ? s->signed_sum / s->data : NAN;
-            bands[k][b].rms = s->data > 0 ? sqrt(s->square * s->weight) / s->data : NAN;
+            bands.band[k][b].mean = s->data > 0 ? s->signed_sum / s->data : NAN;
+            bands.band[k][b].rms = s->data > 0 ? sqrt(s->square * s->weight) / s->data : NAN;
         }
-    memcpy(out, bands, sizeof bands);
+    *out = bands;
+    return FF_OK;
+}
+
+/* ---- as a table ------------------------------------------------------------------------------ */
+
+ff_status ff_trust_residual_table(ff_problem *p, const ff_table *t, const ff_fit_options *o, const ff_fit_result *fit, ff_table *out,
+                                  ff_error *err)
+{
+    const size_t n = p->n, C = p->n_channels;
+    ff_table made, view = *t; /* as many channels as the problem has, and the values alone */
+    view.n_channels = C;
+    view.sigma = NULL;
+    view.kept = NULL;
+    view.note[0] = '\0';
+    view.quantity = FF_BRDF;
+    view.n_negative = 0;
+    double *model = malloc((C * n + 1) * sizeof *model);
+    if (!model) return ff_error_set(err, FF_ERR_MEMORY, NULL, 0, -1, "out of memory");
+    ff_status st = ff_trust_evaluate(p, o, fit, model, NULL, NULL, err);
+    if (!st) st = ff_table_copy(&view, &made, err);
+    if (st) {
+        free(model);
+        return st;
+    }
+    memset(made.valid, 0, made.n);
+    memset(made.value, 0, made.n * C * sizeof *made.value);
+    made.n_invalid = made.n - n;
+    for (size_t c = 0; c < C; c++) {
+        made.channels[c].scale = 1;
+        snprintf(made.channels[c].name, sizeof made.channels[c].name, "%s", p->channel_name[c]);
+        for (size_t i = 0; i < n; i++) {
+            const double y = ff_problem_plane(p, i / FF_BLOCK, p->value + (int)c)[i % FF_BLOCK];
+            made.value[c * made.n + p->index[i]] = model[c * n + i] - y;
+        }
+    }
+    for (size_t i = 0; i < n; i++) made.valid[p->index[i]] = 1;
+    free(model);
+    *out = made;
     return FF_OK;
 }
 

@@ -1,4 +1,8 @@
-/* Two models on the same samples: what each sample says for one or the other, and how sure the sum of it is. */
+/* Two models on the same samples: what each sample says for one or the other, and how sure the sum of it is.
+ *
+ * Vuong's test (1989) takes the log likelihoods of the samples; in the form of Rivers and Vuong (2002) it takes what each sample adds to
+ * the objective that was minimised, whatever that is, and a variance that knows of dependent samples. With residuals in standard
+ * deviations the two are the same, otherwise they are to first order in the difference. */
 #include "internal_statistics.h"
 #include "internal_trust.h"
 #include <math.h>
@@ -17,7 +21,7 @@ typedef struct folds {
     const ff_fit_options *o;
     const ff_resampled *resampled;
     size_t n;
-    double *held_out; /* [n_groups] objective of the samples of a group in the fit without it */
+    double *held_out; /* [n_directions] objective of a direction's samples, in the fit that has not seen them */
     ff_status *status;
 } folds;
 
@@ -28,7 +32,7 @@ static ff_status add_held_out(const folds *f, size_t fold, const double *shape, 
     double *cost = malloc((places->n + 1) * sizeof *cost);
     ff_status st = cost ? ff_point_cost(&f->point->l, f->p, f->o, shape, channel, cost) : FF_ERR_MEMORY;
     for (size_t i = 0; i < places->n && !st; i++)
-        if (places->group[i] % f->n == fold) f->held_out[places->group[i]] += cost[i];
+        if (places->direction[i] % f->n == fold) f->held_out[places->direction[i]] += cost[i];
     free(cost);
     return st;
 }
@@ -37,27 +41,26 @@ static void fit_fold(void *context, size_t fold, int worker)
 {
     const folds *f = context;
     const ff_layout *l = &f->point->l;
-    const size_t G = f->places->n_groups, size = l->n_channels * l->m->n_channel;
+    const size_t size = l->n_channels * l->m->n_channel;
     const struct ff_problem *p = &f->resampled->problem[worker];
-    double *weight = malloc((G + 1) * sizeof *weight), shape[FF_MAX_SHAPE], *channel = malloc((size + 1) * sizeof *channel);
+    double shape[FF_MAX_SHAPE], *channel = malloc((size + 1) * sizeof *channel);
     int *at_bound = malloc((l->P + 1) * sizeof *at_bound);
     ff_solution solution;
-    ff_status st = weight && channel && at_bound ? FF_OK : FF_ERR_MEMORY;
+    ff_status st = channel && at_bound ? FF_OK : FF_ERR_MEMORY;
     if (!st) {
-        for (size_t g = 0; g < G; g++) weight[g] = g % f->n != fold;
-        ff_resampled_weigh(f->resampled, worker, f->places, weight);
+        float *multiplier = f->resampled->multiplier + (size_t)worker * p->n_blocks * FF_BLOCK;
+        for (size_t i = 0; i < p->n; i++) multiplier[i] = f->places->direction[i] % f->n != fold;
         memcpy(shape, f->point->shape, sizeof shape);
         memcpy(channel, f->point->channel, size * sizeof *channel);
         st = ff_solve(l, p, f->o, 0, 0, FOLD_TOLERANCE, FOLD_ITERATIONS, shape, channel, at_bound, &solution, NULL);
     }
     if (!st) st = add_held_out(f, fold, shape, channel);
     f->status[fold] = st;
-    free(weight);
     free(channel);
     free(at_bound);
 }
 
-/* held_out [n_groups] */
+/* held_out [n_directions] */
 static ff_status cross_validate(ff_problem *p, const ff_places *places, const ff_fit_options *o, const ff_fit_result *fit, size_t n,
                                 double *held_out, ff_error *err)
 {
@@ -67,7 +70,7 @@ static ff_status cross_validate(ff_problem *p, const ff_places *places, const ff
     if (st) return st;
     folds f = {p, &point, places, o, &resampled, n, held_out, calloc(n, sizeof *f.status)};
     st = f.status ? ff_resampled_new(p, &resampled) : FF_ERR_MEMORY;
-    memset(held_out, 0, places->n_groups * sizeof *held_out);
+    memset(held_out, 0, places->n_directions * sizeof *held_out);
     if (!st) {
         ff_pool_run(p->pool, n, fit_fold, &f);
         for (size_t k = 0; k < n && !st; k++) st = f.status[k];
@@ -79,20 +82,7 @@ static ff_status cross_validate(ff_problem *p, const ff_places *places, const ff
     return st;
 }
 
-/* ---- Vuong's test ---------------------------------------------------------------------------- */
-
-/* What every sample of p says for the winner, to the objective's last digit: log likelihoods of normal residuals whose variance is
- * that of each fit (with standard deviations of the data, 1). cost [n] each; out [n]. */
-static void log_ratios(const struct ff_problem *p, const double *winner, const double *other, double *out)
-{
-    const double C = (double)p->n_channels, N = (double)p->n * C;
-    double sum_w = 0, sum_o = 0;
-    for (size_t i = 0; i < p->n; i++) sum_w += winner[i], sum_o += other[i];
-    const int sigma = p->selection.weighting == FF_WEIGHT_SIGMA;
-    const double vw = sigma ? 1 : fmax(2 * sum_w / N, 1e-300), vo = sigma ? 1 : fmax(2 * sum_o / N, 1e-300);
-    const double constant = 0.5 * C * log(vo / vw);
-    for (size_t i = 0; i < p->n; i++) out[i] = constant + other[i] / vo - winner[i] / vw;
-}
+/* ---- the test of the difference -------------------------------------------------------------- */
 
 /* Variance of the sum of n terms from the sums of clusters. */
 static double variance_of_sum(const double *sums, size_t n)
@@ -123,38 +113,43 @@ static double variance_over_groups(const double *m, const ff_places *places, dou
 
 /* Each array [n]. */
 typedef struct arrays {
-    double *winner, *other, *ratio, *sums;    /* [samples]  */
-    double *winner_held_out, *other_held_out; /* [n_groups] */
+    double *winner, *other, *difference, *sums; /* [samples]  */
+    double *winner_held_out, *other_held_out;   /* [n_directions] */
 } arrays;
 
-static void compare_validation(const arrays *a, size_t G, ff_versus *v)
+static void compare_validation(const arrays *a, size_t n, ff_versus *v)
 {
     double *d = a->other_held_out; /* becomes the difference */
-    for (size_t g = 0; g < G; g++) {
-        d[g] -= a->winner_held_out[g];
-        v->validation += d[g];
+    for (size_t k = 0; k < n; k++) {
+        d[k] -= a->winner_held_out[k];
+        v->validation += d[k];
     }
     v->has_validation = 1;
-    v->validation_error = sqrt(variance_of_sum(d, G));
+    v->validation_error = sqrt(variance_of_sum(d, n));
+    v->told_apart &= fabs(v->validation) > ff_student_quantile(0.95, (double)(n - 1)) * v->validation_error;
 }
 
 static void compare_one(const struct ff_problem *p, const ff_places *places, const ff_fit_result *w, const ff_fit_result *o,
                         const arrays *a, ff_versus *v)
 {
     const double N = (double)(p->n * p->n_channels), effective = w->correlation ? w->effective_samples : N, share = effective / N;
-    const double extra = (double)o->n_free - (double)w->n_free;
+    const double extra = (double)o->n_free - (double)w->n_free, qw = w->residual.objective, qo = o->residual.objective;
+    const int sigma = p->selection.weighting == FF_WEIGHT_SIGMA;
+    const double variance = sigma ? 1 : 2 * qw / N, ratio = sigma ? 2 * (qo - qw) : N * log(qw > 0 ? qo / qw : 1);
     double sum = 0;
-    log_ratios(p, a->winner, a->other, a->ratio);
-    for (size_t i = 0; i < p->n; i++) sum += a->ratio[i];
+    for (size_t i = 0; i < p->n; i++) {
+        a->difference[i] = a->other[i] - a->winner[i];
+        sum += a->difference[i];
+    }
     const size_t run_w = w->correlated_over ? w->correlated_over : 1, run_o = o->correlated_over ? o->correlated_over : 1;
-    const double runs = variance_over_runs(a->ratio, p->n, run_w > run_o ? run_w : run_o, a->sums);
-    const double groups = variance_over_groups(a->ratio, places, a->sums);
-    v->objective = o->residual.objective - w->residual.objective;
-    v->aic = 2 * share * sum + 2 * extra;
-    v->bic = 2 * share * sum + extra * log(fmax(effective, 1));
-    /* the penalty in units of the sum over samples that are not independent */
-    const double ratio = sum + extra / share, scatter = sqrt(fmax(runs, groups));
-    v->vuong_z = scatter > 1e-9 * fabs(sum) ? ratio / scatter : 0;
+    const double runs = variance_over_runs(a->difference, p->n, run_w > run_o ? run_w : run_o, a->sums);
+    const double groups = variance_over_groups(a->difference, places, a->sums);
+    v->objective = qo - qw;
+    v->aic = share * ratio + 2 * extra;
+    v->bic = share * ratio + extra * log(fmax(effective, 1));
+    /* the penalty of AIC in units of the objective, of samples that are not independent */
+    const double scatter = sqrt(fmax(runs, groups)), penalised = sum + extra * variance / share;
+    v->vuong_z = scatter > 1e-9 * fabs(sum) ? penalised / scatter : 0;
     v->vuong_p = ff_normal_two_sided(fabs(v->vuong_z));
     v->told_apart = fabs(v->vuong_z) > FF_NORMAL_975;
 }
@@ -173,8 +168,7 @@ static ff_status compare_all(ff_problem *p, const ff_places *places, const ff_fi
         if (!folds) continue;
         st = cross_validate(p, places, o, &fits[k], folds, a->other_held_out, err);
         if (st) break;
-        compare_validation(a, places->n_groups, &out[k]);
-        out[k].told_apart &= fabs(out[k].validation) > 2 * out[k].validation_error;
+        compare_validation(a, places->n_directions, &out[k]);
     }
     return st;
 }
@@ -182,16 +176,16 @@ static ff_status compare_all(ff_problem *p, const ff_places *places, const ff_fi
 ff_status ff_trust_compare(ff_problem *p, const ff_places *places, const ff_fit_options *o, const ff_fit_result *fits, size_t n,
                            size_t winner, size_t folds, ff_versus *out, ff_error *err)
 {
-    const size_t G = places->n_groups;
-    if (winner >= n || folds == 1 || folds > G)
-        return ff_error_set(err, FF_ERR_RANGE, NULL, 0, -1, "cross-validation by %s takes 2 to %zu folds, found %zu",
-                            ff_grouping_name((int)places->kind), G, folds);
-    const size_t samples = p->n > G ? p->n : G;
-    double *memory = malloc((4 * samples + 2 * G) * sizeof *memory);
+    const size_t D = places->n_directions;
+    if (winner >= n || folds == 1 || folds > D)
+        return ff_error_set(err, FF_ERR_RANGE, NULL, 0, -1,
+                            "cross-validation by incident direction takes 2 to %zu parts, as many as there are directions, found %zu",
+                            D, folds);
+    double *memory = malloc((4 * p->n + 2 * D) * sizeof *memory); /* no more groups than samples */
     ff_versus *versus = calloc(n, sizeof *versus);
     ff_status st = memory && versus ? FF_OK : ff_error_set(err, FF_ERR_MEMORY, NULL, 0, -1, "out of memory");
     if (!st) {
-        const arrays a = {memory, memory + samples, memory + 2 * samples, memory + 3 * samples, memory + 4 * samples, memory + 4 * samples + G};
+        const arrays a = {memory, memory + p->n, memory + 2 * p->n, memory + 3 * p->n, memory + 4 * p->n, memory + 4 * p->n + D};
         st = compare_all(p, places, o, fits, n, winner, folds, &a, versus, err);
     }
     if (!st) memcpy(out, versus, n * sizeof *out);
