@@ -97,13 +97,15 @@ ff_status ff_clusters_choose(const struct ff_problem *p, const ff_normal *n, siz
            *single = malloc((2 * P + 1) * sizeof *single), *mean = single + P;
     const ff_status st = sums && squares && single ? FF_OK : FF_ERR_MEMORY;
     size_t n_now = 0, run = FF_RUN;
+    int beyond = 0;
     if (!st) {
         n_now = centred_runs(p, n, n_samples, sums, mean);
         for (size_t k = 0; k < P; k++) single[k] = single_product(n, n_samples, mean, k, k);
     }
     while (share * (double)n_now >= MIN_CLUSTERS && share * (double)n_now >= (double)(PER_PARAMETER * P)) {
         const int moved = grows(sums, single, n_now, P, out->run > 1 ? squares : NULL);
-        if (moved) {
+        if (moved || (out->run > 1 && out->run * 2 == run && !beyond)) {
+            beyond = !moved; /* the last that grew and one more: clusters of the errors' own length miss what reaches across their ends */
             *out = (ff_clusters){.run = run, .n = (size_t)(share * (double)n_now)};
             for (size_t b = 0; b < n_now; b++) squares[b] = relative_square(sums + b * P, single, P);
         }

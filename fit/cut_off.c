@@ -14,14 +14,7 @@ void ff_cut_off_free(ff_cut_off *c)
     memset(c, 0, sizeof *c);
 }
 
-/* Difference over its standard deviation: the smaller data are part of the larger, so that their variances subtract (Hausman 1978); what
- * rounding or chance leaves of that is at least a tenth. */
-static double move_of(double value, double before, double error, double error_before)
-{
-    const double variance = fmax(error * error - error_before * error_before, 0.1 * error * error);
-    return variance > 0 ? (value - before) / sqrt(variance) : 0;
-}
-
+/* The fit to `used` samples of the part against that to all. */
 static ff_status fill(const ff_point *at, const struct ff_problem *part, const ff_fit_options *o, const ff_fit_result *fit, size_t used,
                       ff_cut_off *out)
 {
@@ -32,16 +25,15 @@ static ff_status fill(const ff_point *at, const struct ff_problem *part, const f
     int *use = malloc((P + 1) * sizeof *use);
     double *coordinates = malloc((P + 1) * sizeof *coordinates);
     ff_status st = use && coordinates ? ff_point_pass(at, part, o, &normal) : FF_ERR_MEMORY;
-    if (!st) ff_layout_pack(l, at->shape, at->channel, coordinates);
     for (size_t k = 0; k < P && !st; k++) use[k] = at->at_bound[k] == 0;
     if (!st) st = ff_uncertainty_new(l, part, &normal, use, used, &u);
+    if (!st) ff_layout_pack(l, at->shape, at->channel, coordinates);
     for (size_t k = 0; k < P && !st; k++) {
         const ff_fit_value *v = ff_result_value(l, (ff_fit_result *)(uintptr_t)fit, k);
         if (v->column < 0) continue;
-        const double value = ff_coordinate_value(ff_layout_param(l, k, NULL)->info, coordinates[k]);
+        const double value = ff_coordinate_value(ff_layout_param(l, k, NULL)->info, coordinates[k]), variance = u.cov[k * P + k];
         out->value[v->column] = value;
-        out->move[v->column] =
-            u.determined[k] ? move_of(value, v->value, sqrt(fmax(u.cov[k * P + k], 0)), v->std_error) : NAN;
+        out->move[v->column] = u.determined[k] && variance > 0 ? (value - v->value) / sqrt(variance) : NAN;
     }
     ff_uncertainty_free(&u);
     ff_normal_free(&normal);

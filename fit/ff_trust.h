@@ -114,8 +114,8 @@ typedef struct ff_cut_off {
     double max_theta;                          /**< radians                              */
     size_t used;                               /**< samples left                         */
     size_t n_columns;                          /**< parameters with a standard error      */
-    double *value, *move;                      /**< [n_columns] by column of fit: value there; difference in units of its standard deviation, for
-                                                    the smaller data being part of the larger (Hausman 1978) */
+    double *value, *move;                      /**< [n_columns] by column of fit: value there; difference in units of its standard
+                                                    error there, which what is wrong beyond the limit does not enlarge */
 } ff_cut_off;
 /** FF_ERR_DATA when too few samples are left. */
 ff_status ff_trust_cut_off(ff_problem *p, const ff_fit_options *o, const ff_fit_result *fit, double max_theta, ff_cut_off *out,
@@ -134,7 +134,8 @@ typedef struct ff_versus {
     double vuong_p;      /**< two-sided                                                               */
     int has_validation;
     double validation, validation_error; /**< held-out objective, difference and its standard error over incident directions */
-    int told_apart;      /**< 0: the data cannot tell the two models apart (5 %)                       */
+    int told_apart;      /**< 0: the data cannot tell the two models apart: |vuong_z| below its 95 % point, or held-out samples that do
+                              not say the same by more than their standard error                        */
 } ff_versus;
 
 /** Each of n fits to p against fits[winner].

@@ -5,7 +5,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { PLACE_SLAB = 2048, MOST_DIRECTIONS = 4096, FEWEST_GROUPS = 10, RUNS_WANTED = 48 };
+enum { PLACE_SLAB = 2048, MOST_DIRECTIONS = 512, FEWEST_GROUPS = 10, RUNS_WANTED = 48 };
 #define FF_SAME_DIRECTION 1e-3 /* radians */
 
 static const double degree = 3.14159265358979323846 / 180;
