@@ -10,6 +10,7 @@
 #define FF_REPORT_H
 #include "ff_fit.h"
 #include "ff_json.h"
+#include "ff_picture.h"
 #include "ff_resample.h"
 #ifdef __cplusplus
 extern "C" {
@@ -36,6 +37,7 @@ typedef struct ff_report_fits {
     const ff_problem *const *problem;    /**< [n_problems]                                      */
     size_t                   n_fits;     /**< a multiple of n_problems                          */
     const ff_fit_result     *fit;        /**< [n_fits]                                          */
+    const ff_adaptive       *adaptive;   /**< how the loss was chosen, where it was; else NULL; fit is its chosen one */
     size_t                   rows;       /**< of a comparison's text, at most; 0 = all            */
 } ff_report_fits;
 
