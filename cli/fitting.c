@@ -39,12 +39,13 @@ static const char *loss_name(int loss)
 
 static int read_loss(const cli_args *args, int *loss)
 {
-    const char *text = cli_value(args, FLAG_LOSS, "");
+    char known[256] = "";
     if (!strcmp(args->command->name, "fit")) return cli_choice(args, FLAG_LOSS, find_loss, loss_name, FF_LOSS_COUNT + 1, loss);
-    if (!strcmp(text, "auto"))
-        return cli_usage(args, "--loss auto is for 'fit', which chooses one for a model; %s needs a loss by name",
-                         args->command->name);
-    return cli_choice(args, FLAG_LOSS, ff_loss_find, ff_loss_name, FF_LOSS_COUNT, loss);
+    if (strcmp(cli_value(args, FLAG_LOSS, ""), "auto"))
+        return cli_choice(args, FLAG_LOSS, ff_loss_find, ff_loss_name, FF_LOSS_COUNT, loss);
+    for (int i = 0; i < FF_LOSS_COUNT; ++i)
+        snprintf(known + strlen(known), sizeof known - strlen(known), "%s%s", i ? ", " : "", ff_loss_name(i));
+    return cli_usage(args, "--loss auto chooses for one model, with 'fit'; %s needs one of %s", args->command->name, known);
 }
 
 /* What cannot go with --loss auto. */

@@ -252,6 +252,23 @@ static void channels(void)
     ff_table_free(&t);
 }
 
+/* Two equal channels differ as much as one. */
+static void twins(void)
+{
+    const char *words = "alpha=0.3 f0=0.5 kd=0.1", *others = "alpha=0.4 f0=0.4 kd=0.1";
+    double d[2];
+    for (size_t n = 1; n <= 2; n++) {
+        const fit_surface s = fit_surface_make("ggx+lambert", n, words), other = fit_surface_make("ggx+lambert", n, others);
+        ff_table t = simulate(&s, "goniometer:10", 0, 0);
+        const ff_fit_options o = fit_options();
+        ff_picture *p = picture_of(&t, &o);
+        d[n - 1] = difference(p, &other);
+        ff_picture_free(p);
+        ff_table_free(&t);
+    }
+    FF_CHECK_CLOSE(d[1], d[0], 1e-12, 0);
+}
+
 /* A surface against its own measurements, and against a neighbour's. */
 static void itself(void)
 {
@@ -405,14 +422,18 @@ static void choices(void)
 /* Where the model is the surface all losses end in the same place: the choice is the first, whatever the rounding. */
 static void indifferent(void)
 {
-    const fit_surface s = fit_surface_make("ggx+lambert", 1, "alpha=0.3 f0=0.5 kd=0.2");
-    ff_table t = simulate(&s, "goniometer:5", 0, 0);
-    const ff_fit_options o = fit_options();
-    ff_adaptive a = choose(&t, "ggx+lambert", &o);
-    FF_CHECK(a.candidate[a.chosen].loss == FF_LOSS_COSINE, "%s", ff_loss_name((int)a.candidate[a.chosen].loss));
-    for (size_t k = 0; k < a.n; k++) FF_CHECK_CLOSE(a.candidate[k].difference, a.candidate[0].difference, 0, 1e-7);
-    ff_adaptive_free(&a);
-    ff_table_free(&t);
+    for (int k = 0; k < 6; k++) {
+        char words[64];
+        snprintf(words, sizeof words, "alpha=%g f0=0.5 kd=0.2", 0.2 + 0.1 * k);
+        const fit_surface s = fit_surface_make("ggx+lambert", 1, words);
+        ff_table t = simulate(&s, "goniometer:15", 0, 0);
+        const ff_fit_options o = fit_options();
+        ff_adaptive a = choose(&t, "ggx+lambert", &o);
+        FF_CHECK(a.candidate[a.chosen].loss == FF_LOSS_COSINE, "%s: %s", words, ff_loss_name((int)a.candidate[a.chosen].loss));
+        for (size_t i = 0; i < a.n; i++) FF_CHECK_CLOSE(a.candidate[i].difference, a.candidate[0].difference, 0, 1e-7);
+        ff_adaptive_free(&a);
+        ff_table_free(&t);
+    }
 }
 
 static void options(void)
@@ -464,4 +485,4 @@ static void options(void)
 }
 
 FF_TEST_MAIN(FF_TEST(lights), FF_TEST(directions), FF_TEST(tone), FF_TEST(symmetry), FF_TEST(constant), FF_TEST(channels),
-             FF_TEST(itself), FF_TEST(nothing_there), FF_TEST(choices), FF_TEST(indifferent), FF_TEST(options))
+             FF_TEST(twins), FF_TEST(itself), FF_TEST(nothing_there), FF_TEST(choices), FF_TEST(indifferent), FF_TEST(options))
