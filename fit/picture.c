@@ -89,7 +89,11 @@ static void look_up_piece(void *context, size_t piece, int worker)
     if (ff_fit_cancelled(l->o)) return;
     for (size_t k = 0; k < 6; k++) w[k] = l->w[k] + first;
     ff_interpolant_eval_reciprocal(l->interpolant, w, n, values, l->found + first);
-    for (size_t c = 0; c < l->n_channels; c++) memcpy(l->value + c * l->n + first, values + c * n, n * sizeof *values);
+    for (size_t c = 0; c < l->n_channels; c++) {
+        memcpy(l->value + c * l->n + first, values + c * n, n * sizeof *values);
+        for (size_t i = 0; i < n; i++) /* as the fit has it: what is not finite is no measurement */
+            if (!isfinite(values[c * n + i])) l->found[first + i] = FF_FOUND_BEYOND;
+    }
 }
 
 static ff_status look_up_all(look_up *l)

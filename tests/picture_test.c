@@ -323,6 +323,9 @@ static void nothing_there(void)
     FF_CHECK(far.pixels > most.pixels && far.pixels - far.measured > most.pixels - most.measured, "%zu of %zu", far.measured,
              far.pixels);
     ff_picture_free(p);
+    /* Five degrees: light and view are never both that near to the normal. */
+    o.max_theta = 5 * FIT_DEGREE;
+    FF_CHECK(ff_picture_new(&t, &o, &p, &err) == FF_ERR_DATA && strstr(err.message, "up to 5 degrees"), "%s", err.message);
     /* Normal incidence alone: no pixel has its light or its view just there. */
     o.max_theta = 80 * FIT_DEGREE;
     for (size_t i = 0; i < t.n; i++) t.valid[i] = t.angle[0][i] == 0;
@@ -333,6 +336,15 @@ static void nothing_there(void)
     FF_CHECK(ff_picture_new(&t, &o, &p, &err) == FF_ERR_DATA, "%s", err.message);
     o.max_theta = 2;
     FF_CHECK(ff_picture_new(&t, &o, &p, &err) == FF_ERR_RANGE, "%s", err.message);
+    ff_table_free(&t);
+    /* Values that are no numbers leave out the pixels around them. */
+    o.max_theta = 80 * FIT_DEGREE;
+    t = simulate(&s, "merl", 0, 0);
+    for (size_t i = 0; i < t.n; i += 97) t.value[i] = NAN;
+    p = picture_of(&t, &o);
+    FF_CHECK(ff_picture_covered(p).measured < ff_picture_covered(p).pixels && difference(p, &s) < 0.0002, "%zu pixels, %g",
+             ff_picture_covered(p).measured, difference(p, &s));
+    ff_picture_free(p);
     ff_table_free(&t);
 }
 
@@ -484,5 +496,23 @@ static void options(void)
     ff_table_free(&t);
 }
 
+/* The paint of docs/fitting.md, as it stands there. */
+static void paint(void)
+{
+    static const double expected[FF_LOSS_COUNT] = {0.03896, 0.0347, 0.02894, 0.2721, 0.05206};
+    char path[512];
+    ff_table t;
+    ff_error err = {0};
+    if (!ff_test_shared("data/astm/C14_NavyBlue.astm", path, sizeof path)) FF_SKIP("%s is not there", path);
+    FF_CHECK(ff_table_read(path, NULL, &t, &err) == FF_OK, "%s", err.message);
+    const ff_fit_options o = fit_options();
+    ff_adaptive a = choose(&t, "ggx+lambert", &o);
+    FF_CHECK(a.candidate[a.chosen].loss == FF_LOSS_CUBE_ROOT, "%s", ff_loss_name((int)a.candidate[a.chosen].loss));
+    for (size_t k = 0; k < a.n; k++) FF_CHECK_CLOSE(a.candidate[k].difference, expected[k], 1e-3, 0);
+    ff_adaptive_free(&a);
+    ff_table_free(&t);
+}
+
 FF_TEST_MAIN(FF_TEST(lights), FF_TEST(directions), FF_TEST(tone), FF_TEST(symmetry), FF_TEST(constant), FF_TEST(channels),
-             FF_TEST(twins), FF_TEST(itself), FF_TEST(nothing_there), FF_TEST(choices), FF_TEST(indifferent), FF_TEST(options))
+             FF_TEST(twins), FF_TEST(itself), FF_TEST(nothing_there), FF_TEST(choices), FF_TEST(indifferent), FF_TEST(options),
+             FF_TEST(paint))
