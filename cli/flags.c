@@ -160,6 +160,8 @@ static const struct {
     {FLAG_SEED, C_FIT, "of the bootstrap (1)"},
     {FLAG_GRID, C_RESAMPLE, "directions of OUT, in the words of its format (as the format likes)"},
     {FLAG_GRID, C_READS, "where to sample a file that holds a function: merl, goniometer:STEP, ... (as it was measured)"},
+    {FLAG_LOSS, C_FIT,
+     "cosine, log, cube-root, relative, plain, or auto: the one whose pictures are nearest to the data's (cosine)"},
     {FLAG_TO, C_RESAMPLE, "format of OUT (by its extension)"},
     {FLAG_FORMAT, C_RESAMPLE, "of IN (by content)"},
 };

@@ -4,6 +4,7 @@
 #include "ff_fit.h"
 #include "ff_model.h"
 #include "ff_output.h"
+#include "ff_picture.h"
 #include "ff_report.h"
 #include "ff_status.h"
 #include "ff_table.h"
@@ -220,6 +221,7 @@ typedef struct cli_fitting {
     ff_problem    **problem;
     int             progress;      /* 1: shown on stderr                                            */
     int             keeps_samples; /* 1: the table still has its samples; else only what a report says of it */
+    int             choose_loss;   /* 1: --loss auto; cli_fitting_open leaves the problems to cli_fitting_choose */
 } cli_fitting;
 /* Reads args->word[0]; the n_models models are those that will be fitted. keep_samples: also where only the problems need
  * them. Exit status; close only after EXIT_DONE. */
@@ -227,6 +229,8 @@ int  cli_fitting_open(const cli_args *args, const ff_model *models, size_t n_mod
 void cli_fitting_close(cli_fitting *f);
 /* One fit with its progress; `label` names it there. */
 ff_status cli_fitting_run(cli_fitting *f, size_t problem, const ff_model *m, const char *label, ff_fit_result *out, ff_error *err);
+/* --loss auto: every loss, and the choice among them, which the options have afterwards. The problem is `out`'s. */
+ff_status cli_fitting_choose(cli_fitting *f, const ff_model *m, const char *label, ff_adaptive *out, ff_error *err);
 /* Says so when the fit did not converge; EXIT_DONE or EXIT_ANSWER_IS_NO. */
 int cli_fitting_say_outcome(const ff_fit_result *fit);
 /* Fits for the report; `fit` [n_fits]. */

@@ -16,14 +16,14 @@
 extern "C" {
 #endif
 
-/** What is compared. x = cos(theta_i), f the model, y the datum (both 1/sr). */
+/** What is compared. x = cos(theta_i), f the model, y the datum (both 1/sr). Where they are from: docs/fitting.md. */
 typedef enum ff_loss {
-    FF_LOSS_COSINE = 0, /**< (f - y) x                            Ngan et al. 2005                             */
-    FF_LOSS_LOG = 1,    /**< ln(1 + f x) - ln(1 + y x)            Low et al. 2012                              */
-    FF_LOSS_CUBE_ROOT =
-        2, /**< c(f x) - c(y x), c(t) = t / (t^2 + e^2)^(1/3), e = 1e-8: the odd cube root with a finite slope at 0 */
-    FF_LOSS_RELATIVE = 3, /**< (f - y) / max(y, 0.001 mean |y| of the channel, 1e-12)                           */
-    FF_LOSS_PLAIN = 4     /**< f - y                                                                            */
+    FF_LOSS_COSINE = 0,    /**< (f - y) x                            Ngan et al. 2005; Low et al. 2012, E1        */
+    FF_LOSS_LOG = 1,       /**< ln(1 + f x) - ln(1 + y x)            Low et al. 2012, E2                          */
+    FF_LOSS_CUBE_ROOT = 2, /**< c(f x) - c(y x), c(t) = t / (t^2 + e^2)^(1/3), e = 1e-8: the odd cube root with a finite slope at 0.
+                                Fores et al. 2012 take the cube root of the squared difference instead */
+    FF_LOSS_RELATIVE = 3,  /**< (f - y) / max(y, 0.001 mean |y| of the channel, 1e-12)  Tofallis 2008              */
+    FF_LOSS_PLAIN = 4      /**< f - y                                                                            */
 } ff_loss;
 enum { FF_LOSS_COUNT = 5 };
 

@@ -10,6 +10,7 @@
 #define FF_REPORT_H
 #include "ff_fit.h"
 #include "ff_json.h"
+#include "ff_picture.h"
 #include "ff_resample.h"
 #include "ff_trust.h"
 #ifdef __cplusplus
@@ -51,6 +52,7 @@ typedef struct ff_report_fits {
     size_t                   folds;      /**< of the cross-validation; 0 = none                  */
     const ff_places         *places;     /**< [n_problems], NULL where nothing needed them        */
     const ff_difference     *difference; /**< between the channels, each fitted alone; NULL       */
+    const ff_adaptive       *adaptive;   /**< how the loss was chosen, where it was; else NULL; fit is its chosen one */
     size_t                   rows;       /**< of a comparison's text, at most; 0 = all            */
 } ff_report_fits;
 

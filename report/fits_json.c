@@ -36,9 +36,11 @@ static void put_selection(ff_json *j, const ff_report_fits *r)
     ff_json_close(j);
 }
 
-static void put_loss(ff_json *j, const ff_fit_options *o)
+static void put_candidates(ff_json *j, const ff_adaptive *a);
+
+static void put_loss(ff_json *j, const ff_fit_options *o, const ff_adaptive *adaptive)
 {
-    ff_json_object(j, "loss", FF_JSON_LINE);
+    ff_json_object(j, "loss", adaptive ? FF_JSON_BLOCK : FF_JSON_LINE);
     ff_json_string(j, "name", ff_loss_name((int)o->loss));
     if (o->robust == FF_ROBUST_NONE) {
         ff_json_null(j, "robust");
@@ -52,6 +54,7 @@ static void put_loss(ff_json *j, const ff_fit_options *o)
         ff_json_close(j);
     }
     ff_json_number(j, "max_theta_deg", ff_report_degrees(o->max_theta));
+    if (adaptive) put_candidates(j, adaptive);
     ff_json_close(j);
 }
 
@@ -114,6 +117,30 @@ static void put_channels(ff_json *j, const ff_fit_result *f)
         ff_json_bool(j, "held", v->held);
         ff_json_close(j);
     }
+}
+
+/* How --loss auto chose. */
+static void put_candidates(ff_json *j, const ff_adaptive *a)
+{
+    ff_json_string(j, "chosen_by", "picture");
+    ff_json_object(j, "pictures", FF_JSON_LINE);
+    ff_json_integer(j, "pixels", (int64_t)a->coverage.pixels);
+    ff_json_integer(j, "measured", (int64_t)a->coverage.measured);
+    ff_json_close(j);
+    ff_json_array(j, "candidates", FF_JSON_BLOCK);
+    for (size_t k = 0; k < a->n; ++k) {
+        const ff_adaptive_candidate *c = &a->candidate[k];
+        ff_json_object(j, NULL, FF_JSON_BLOCK);
+        ff_json_string(j, "name", ff_loss_name((int)c->loss));
+        ff_json_number(j, "picture_difference", c->difference);
+        ff_json_string(j, "outcome", ff_outcome_name((int)c->fit.outcome));
+        ff_json_object(j, "parameters", FF_JSON_BLOCK);
+        put_shape(j, &c->fit);
+        put_channels(j, &c->fit);
+        ff_json_close(j);
+        ff_json_close(j);
+    }
+    ff_json_close(j);
 }
 
 /* Names in the order of the columns, then the matrix by rows. */
@@ -244,7 +271,7 @@ ff_status ff_report_fits_json(const ff_report_fits *r, FILE *out)
     ff_json_object(&j, NULL, FF_JSON_BLOCK);
     ff_report_head_json(&j, "facetfit.fit/1", &r->head);
     put_selection(&j, r);
-    put_loss(&j, r->options);
+    put_loss(&j, r->options, r->adaptive);
     if (r->places) put_groups(&j, r);
     if (r->difference) put_difference(&j, r->difference);
     ff_json_array(&j, "fits", FF_JSON_BLOCK);

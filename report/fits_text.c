@@ -32,7 +32,8 @@ static void put_selection(const ff_report_fits *r, FILE *out)
     put_count(out, &separator, s.grazing, grazing);
     put_count(out, &separator, s.dropped, "negative");
     fputc('\n', out);
-    fprintf(out, "loss %s, weights by %s", ff_loss_name((int)r->options->loss), ff_weighting_name((int)s.weighting));
+    fprintf(out, "loss %s%s, weights by %s", ff_loss_name((int)r->options->loss), r->adaptive ? " (chosen)" : "",
+            ff_weighting_name((int)s.weighting));
     if (r->options->robust != FF_ROBUST_NONE)
         fprintf(out, ", robust %s at %s", ff_robust_name((int)r->options->robust),
                 r->options->robust_scale > 0 ? ff_text_number(r->options->robust_scale, 6, number)
@@ -191,11 +192,13 @@ static void put_difference(const ff_difference *d, FILE *out)
             d->p < 0.05 ? "differ by more than their errors" : "do not differ by more than their errors",
             ff_text_number(d->chi2, 3, chi2), d->dof, ff_text_number(d->p, 2, p));
 }
+static ff_status put_candidates(const ff_adaptive *a, FILE *out);
 
 ff_status ff_report_fit_text(const ff_report_fits *r, FILE *out)
 {
     ff_status status = FF_OK;
     put_selection(r, out);
+    if (r->adaptive) status = put_candidates(r->adaptive, out);
     for (size_t i = 0; i < r->n_fits && status == FF_OK; ++i) status = put_fit(r, i, out);
     if (r->difference) put_difference(r->difference, out);
     return status;
@@ -456,5 +459,36 @@ ff_status ff_report_compare_text(const ff_report_fits *r, FILE *out)
     }
     if (status == FF_OK) put_legend(r, out);
     free(rank);
+    return status;
+}
+
+/* ---- how --loss auto chose ------------------------------------------------------------------- */
+
+static void candidate_row(ff_text_table *t, const ff_adaptive_candidate *c, int chosen)
+{
+    char cell[FF_TEXT_CELL], n[FF_TEXT_NUMBER];
+    ff_text_row(t);
+    ff_text_cell(t, "%s", chosen ? "*" : "");
+    ff_text_cell(t, "%s", ff_loss_name((int)c->loss));
+    ff_text_cell(t, "%s", ff_text_number(c->difference, 4, n));
+    shape_cell(&c->fit, cell, sizeof cell);
+    ff_text_cell(t, "%s", cell);
+    channel_cells(&c->fit, 1, "f0", cell, sizeof cell);
+    ff_text_cell(t, "%s", cell);
+    channel_cells(&c->fit, 0, "kd", cell, sizeof cell);
+    ff_text_cell(t, "%s", cell);
+    ff_text_cell(t, "%s", c->fit.outcome == FF_CONVERGED ? "" : ff_outcome_name((int)c->fit.outcome));
+}
+
+static ff_status put_candidates(const ff_adaptive *a, FILE *out)
+{
+    static const char *const head[] = {"", "loss", "picture difference", "alpha", "f0", "kd", ""};
+    ff_text_table t = {.right = {0, 0, 1}};
+    head_row(&t, head, 7);
+    for (size_t k = 0; k < a->n; ++k) candidate_row(&t, &a->candidate[k], k == a->chosen);
+    fputc('\n', out);
+    const ff_status status = ff_text_print(&t, out, "");
+    fprintf(out, "* chosen: its pictures of a lit sphere are nearest to the data's, which cover %zu of %zu pixels\n",
+            a->coverage.measured, a->coverage.pixels);
     return status;
 }
