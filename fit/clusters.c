@@ -156,3 +156,45 @@ double ff_clusters_effective(const ff_normal *n, const double *meat, size_t n_sh
     }
     return counted && growth > (double)counted ? n_values * (double)counted / growth : n_values;
 }
+
+/* ---- how many of them count ------------------------------------------------------------------ */
+
+/* (sum of the shares)^2 / sum of their squares, the shares being sums of `parts` squares of normal variables: their own scatter makes
+ * the squares larger by 1 + 2 / parts. */
+static double effective_count(double sum, double square, double parts, double n)
+{
+    const double count = square > 0 ? sum * sum / square * (1 + 2 / parts) : n;
+    return fmin(fmax(count, 2), n);
+}
+
+ff_status ff_clusters_informative(const struct ff_problem *p, const ff_normal *n, size_t n_samples, const uint32_t *cluster,
+                                  size_t n_clusters, const double *inverse, double *number)
+{
+    const size_t P = n->P, runs = (p->n + FF_RUN - 1) / FF_RUN;
+    double *sums = malloc((runs * P + 1) * sizeof *sums), *share = calloc(n_clusters * P + 1, sizeof *share),
+           *mean = malloc((P + 1) * sizeof *mean);
+    const ff_status st = sums && share && mean ? FF_OK : FF_ERR_MEMORY;
+    if (!st) {
+        centred_runs(p, n, n_samples, sums, mean);
+        for (size_t b = 0; b < runs; b++) {
+            double *to = share + (cluster ? cluster[b * FF_RUN] : b * n_clusters / runs) * P;
+            for (size_t k = 0; k < P; k++) {
+                double influence = 0;
+                for (size_t q = 0; q < P; q++) influence += inverse[k * P + q] * sums[b * P + q];
+                to[k] += influence * influence;
+            }
+        }
+        for (size_t k = 0; k < P; k++) {
+            double sum = 0, square = 0;
+            for (size_t c = 0; c < n_clusters; c++) {
+                sum += share[c * P + k];
+                square += share[c * P + k] * share[c * P + k];
+            }
+            number[k] = effective_count(sum, square, fmax((double)runs / (double)n_clusters, 1), (double)n_clusters);
+        }
+    }
+    free(sums);
+    free(share);
+    free(mean);
+    return st;
+}

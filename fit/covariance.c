@@ -141,11 +141,24 @@ static void stretch(const subset *s, const double *single, const double *cluster
         }
 }
 
+/* Errors from G clusters are too small by sqrt(1 - 1/G) and scatter; G is the number that counts for the parameter. */
+static ff_status widen(const struct ff_problem *p, const ff_normal *n, int sigma, size_t n_samples, ff_uncertainty *u)
+{
+    const size_t P = n->P, run = u->clusters.run > FF_RUN ? u->clusters.run : FF_RUN, clusters = (p->n + run - 1) / run;
+    for (size_t k = 0; k < P; k++) u->dof[k] = INFINITY;
+    if ((sigma && u->clusters.run == 1) || !n->runs) return FF_OK;
+    const ff_status st = ff_clusters_informative(p, n, n_samples, NULL, clusters, u->inverse, u->dof);
+    for (size_t k = 0; k < P && !st; k++) u->dof[k] -= 1;
+    for (size_t a = 0; a < P && !st; a++)
+        for (size_t b = 0; b < P; b++) u->cov[a * P + b] *= sqrt((1 + 1 / u->dof[a]) * (1 + 1 / u->dof[b]));
+    return st;
+}
+
 static ff_status fill_uncertainty(const ff_layout *l, const struct ff_problem *p, const ff_normal *n, const subset *s, const double *H, int sigma,
                                   size_t n_samples, ff_uncertainty *u, double *work)
 {
     const size_t P = l->P, k = s->n;
-    const double N = (double)(n_samples * l->n_channels), G = (double)u->clusters.n;
+    const double N = (double)(n_samples * l->n_channels);
     double *meat = work, *inverse = meat + P * (P + 1) / 2, *cov = inverse + k * k, *single = cov + k * k, *rest = single + k * k;
     ff_status st = ff_clusters_meat(p, n, n_samples, u->clusters.run, meat);
     if (st) return st;
@@ -160,15 +173,16 @@ static ff_status fill_uncertainty(const ff_layout *l, const struct ff_problem *p
     } else if (sigma) {
         memcpy(cov, inverse, k * k * sizeof *cov);
     }
-    const double factor = !sigma && N > (double)k && G > 1 ? G / (G - 1) * (N - 1) / (N - (double)k) : 1;
+    const double factor = !sigma && N > (double)k ? (N - 1) / (N - (double)k) : 1;
     spread_out(s, inverse, 1, P, u->inverse);
     spread_out(s, cov, factor, P, u->cov);
+    st = widen(p, n, sigma, n_samples, u);
+    if (st) return st;
     /* with as many parameters as values nothing is left to estimate the noise from */
     const int enough = sigma || N > (double)k;
     for (size_t i = 0; i < k; i++)
         u->determined[s->index[i]] =
             inverse[i * k + i] < FF_UNDETERMINED && H[s->index[i] * P + s->index[i]] > 0 && enough;
-    u->dof = u->clusters.run > 1 ? G - 1 : sigma ? INFINITY : N - (double)k;
     return FF_OK;
 }
 
@@ -177,13 +191,14 @@ ff_status ff_uncertainty_new(const ff_layout *l, const struct ff_problem *p, con
 {
     const int sigma = p->selection.weighting == FF_WEIGHT_SIGMA;
     const size_t P = l->P;
-    ff_uncertainty u = {.storage = calloc(2 * P * P + 1, sizeof *u.storage), .determined = calloc(P + 1, sizeof *u.determined)};
+    ff_uncertainty u = {.storage = calloc(2 * P * P + P + 1, sizeof *u.storage), .determined = calloc(P + 1, sizeof *u.determined)};
     subset s = {.index = malloc((P + 1) * sizeof *s.index)};
     double *work = calloc(10 * P * P + 6 * P + 2, sizeof *work);
     ff_status st = u.storage && u.determined && s.index && work ? ff_clusters_choose(p, n, n_samples, &u.clusters) : FF_ERR_MEMORY;
     if (!st) {
         u.inverse = u.storage;
         u.cov = u.storage + P * P;
+        u.dof = u.cov + P * P;
         double *H = work, *g = H + P * P;
         s.D = g + P;
         ff_normal_assemble(l, n, NULL, H, g);

@@ -91,9 +91,9 @@ ff_status ff_trust_outliers(ff_problem *p, const ff_places *places, const ff_fit
 /* ---- intervals ------------------------------------------------------------------------------- */
 
 /** Block bootstrap: refits with random weights of the groups, exponential ones (Rubin 1981), so that no incident direction is
- *  ever missing. Replaces the standard errors and intervals of fit: the standard deviation of the refits, times
- *  sqrt((G + 1) / (G - 1)) for the variance of the weights of G groups, and Student's t of G - 1 degrees of freedom; of a parameter
- *  on its bound the 95 % quantile. The same seed gives the same intervals.
+ *  ever missing. Replaces the standard errors and intervals of fit: the standard deviation of the refits, corrected for the
+ *  variance of the weights of G groups and for the number of groups that say much of the parameter, with Student's t of as many
+ *  degrees of freedom less one; of a parameter on its bound the 95 % quantile. The same seed gives the same intervals.
  *  FF_ERR_RANGE for repeats < 20; FF_ERR_DATA for fewer than 5 groups. */
 typedef struct ff_bootstrap {
     size_t repeats, failed; /**< refits, and those that did not converge (left out) */

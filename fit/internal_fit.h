@@ -283,6 +283,12 @@ ff_status ff_clusters_choose(const struct ff_problem *p, const ff_normal *n, siz
 /* Outer products of the score summed over runs of `run` samples (1, or FF_RUN 2^k), packed as ff_normal.meat. FF_ERR_MEMORY. */
 ff_status ff_clusters_meat(const struct ff_problem *p, const ff_normal *n, size_t n_samples, size_t run, double *meat);
 
+/* Clusters are as good as equal ones of a smaller number where some have more to say of a parameter than others (Carter, Schnepel and
+ * Steigerwald 2017): number [P], for the degrees of freedom of its error. cluster [p->n] of each sample, NULL: n_clusters of equal
+ * length in the order of the samples; inverse [P][P] of J^T J, 0 for parameters that are not in use. FF_ERR_MEMORY. */
+ff_status ff_clusters_informative(const struct ff_problem *p, const ff_normal *n, size_t n_samples, const uint32_t *cluster,
+                                  size_t n_clusters, const double *inverse, double *number);
+
 /* Number of independent values that would say as much as the n_values; meat of the clusters. */
 double ff_clusters_effective(const ff_normal *n, const double *meat, size_t n_shape, double n_values);
 
@@ -293,7 +299,7 @@ typedef struct ff_uncertainty {
     int *determined;     /* [P]: 0 where the data say nothing                                          */
     ff_clusters clusters;
     double effective;    /* number of independent values                                               */
-    double dof;          /* degrees of freedom that the errors are estimated from                      */
+    double *dof;         /* [P] degrees of freedom that the error of each is estimated from            */
     double *storage;
 } ff_uncertainty;
 void ff_uncertainty_free(ff_uncertainty *u);

@@ -44,11 +44,11 @@ static ff_status fill_one_sided(const ff_layout *l, const struct ff_problem *p, 
     for (size_t k = 0; k < P && !st; k++) use[k] = 1;
     if (!st) st = ff_uncertainty_new(l, p, n, use, p->n, &u);
     if (!st) {
-        const double t = ff_student_quantile(0.9, u.dof);
         ff_normal_assemble(l, n, NULL, H, g);
         for (size_t k = 0; k < P; k++) {
             const double inverse = u.inverse[k * P + k], cov = u.cov[k * P + k];
             if (!at_bound[k]) continue;
+            const double t = ff_student_quantile(0.9, u.dof[k]);
             ff_fit_value *v = ff_result_value(l, r, k);
             from_bound(ff_layout_param(l, k, NULL)->info, g[k], u.determined[k] ? inverse : 0,
                        0.5 * t * t * (u.determined[k] && inverse > 0 ? cov / inverse : INFINITY), v);
@@ -63,12 +63,12 @@ static ff_status fill_one_sided(const ff_layout *l, const struct ff_problem *p, 
 ff_status ff_intervals_fill(const ff_layout *l, const struct ff_problem *p, const ff_normal *n, const int *at_bound,
                             const ff_uncertainty *u, ff_fit_result *r)
 {
-    const double t = ff_student_quantile(0.95, u->dof);
     int any = 0;
     for (size_t k = 0; k < l->P; k++) {
         ff_fit_value *v = ff_result_value(l, r, k);
         any |= at_bound[k];
-        if (!isnan(v->std_error)) ff_interval_around(ff_layout_param(l, k, NULL)->info, t * v->std_error, FF_INTERVAL_WALD, v);
+        if (isnan(v->std_error)) continue;
+        ff_interval_around(ff_layout_param(l, k, NULL)->info, ff_student_quantile(0.95, u->dof[k]) * v->std_error, FF_INTERVAL_WALD, v);
     }
     return any ? fill_one_sided(l, p, n, at_bound, r) : FF_OK;
 }

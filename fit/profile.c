@@ -119,7 +119,7 @@ static size_t plan(const profile *f, const ff_uncertainty *u, ff_fit_result *fit
             if (v->at_bound == side) continue;
             end *e = &f->ends[n++];
             *e = (end){.k = k, .side = side, .x0 = x, .unit = known ? cov / inverse : fmax(variance, 1e-300)};
-            e->t = ff_student_quantile(v->at_bound ? 0.9 : 0.95, u->dof);
+            e->t = ff_student_quantile(v->at_bound ? 0.9 : 0.95, u->dof[k]);
             e->step = known ? e->t * sqrt(cov) / ff_coordinate_slope(info, v->value) : 0.05 * range;
             if (!(e->step < 0.5 * range)) e->step = 0.5 * range;
         }
