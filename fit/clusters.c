@@ -159,38 +159,42 @@ double ff_clusters_effective(const ff_normal *n, const double *meat, size_t n_sh
 
 /* ---- how many of them count ------------------------------------------------------------------ */
 
-/* (sum of the shares)^2 / sum of their squares, the shares being sums of `parts` squares of normal variables: their own scatter makes
- * the squares larger by 1 + 2 / parts. */
-static double effective_count(double sum, double square, double parts, double n)
+/* (sum of the variances)^2 / sum of the clusters' squares, both without the scatter of what they are estimated from: of squares q_j of
+ * normal variables E (sum q)^2 = (sum v)^2 + 2 sum v^2 and E sum q^2 = 3 sum v^2. all: sum q and sum q^2; squares: of the clusters, sum
+ * of (sum q)^2 - 2/3 sum q^2. */
+static double effective_count(const double all[2], double squares, double n)
 {
-    const double count = square > 0 ? sum * sum / square * (1 + 2 / parts) : n;
-    return fmin(fmax(count, 2), n);
+    const double count = squares > 0 ? (all[0] * all[0] - 2.0 / 3 * all[1]) / squares : n;
+    return fmax(fmin(count, n), 2);
 }
 
 ff_status ff_clusters_informative(const struct ff_problem *p, const ff_normal *n, size_t n_samples, const uint32_t *cluster,
                                   size_t n_clusters, const double *inverse, double *number)
 {
     const size_t P = n->P, runs = (p->n + FF_RUN - 1) / FF_RUN;
-    double *sums = malloc((runs * P + 1) * sizeof *sums), *share = calloc(n_clusters * P + 1, sizeof *share),
+    double *sums = malloc((runs * P + 1) * sizeof *sums), *share = calloc(2 * n_clusters * P + 1, sizeof *share),
            *mean = malloc((P + 1) * sizeof *mean);
     const ff_status st = sums && share && mean ? FF_OK : FF_ERR_MEMORY;
     if (!st) {
         centred_runs(p, n, n_samples, sums, mean);
         for (size_t b = 0; b < runs; b++) {
-            double *to = share + (cluster ? cluster[b * FF_RUN] : b * n_clusters / runs) * P;
+            double *to = share + 2 * (cluster ? cluster[b * FF_RUN] : b * n_clusters / runs) * P;
             for (size_t k = 0; k < P; k++) {
                 double influence = 0;
                 for (size_t q = 0; q < P; q++) influence += inverse[k * P + q] * sums[b * P + q];
-                to[k] += influence * influence;
+                to[2 * k] += influence * influence;
+                to[2 * k + 1] += influence * influence * influence * influence;
             }
         }
         for (size_t k = 0; k < P; k++) {
-            double sum = 0, square = 0;
+            double all[2] = {0}, squares = 0;
             for (size_t c = 0; c < n_clusters; c++) {
-                sum += share[c * P + k];
-                square += share[c * P + k] * share[c * P + k];
+                const double *q = share + 2 * (c * P + k);
+                all[0] += q[0];
+                all[1] += q[1];
+                squares += q[0] * q[0] - 2.0 / 3 * q[1];
             }
-            number[k] = effective_count(sum, square, fmax((double)runs / (double)n_clusters, 1), (double)n_clusters);
+            number[k] = effective_count(all, squares, (double)n_clusters);
         }
     }
     free(sums);

@@ -6,6 +6,7 @@
 
 enum { CUT_ITERATIONS = 50 };
 #define CUT_TOLERANCE 1e-9
+#define CUT_ROUNDING  1e-6 /* of a value: what data without errors may move by */
 
 void ff_cut_off_free(ff_cut_off *c)
 {
@@ -32,8 +33,9 @@ static ff_status fill(const ff_point *at, const struct ff_problem *part, const f
         const ff_fit_value *v = ff_result_value(l, (ff_fit_result *)(uintptr_t)fit, k);
         if (v->column < 0) continue;
         const double value = ff_coordinate_value(ff_layout_param(l, k, NULL)->info, coordinates[k]), variance = u.cov[k * P + k];
+        const double moved = fabs(value - v->value) > CUT_ROUNDING * fabs(v->value) ? value - v->value : 0;
         out->value[v->column] = value;
-        out->move[v->column] = u.determined[k] && variance > 0 ? (value - v->value) / sqrt(variance) : NAN;
+        out->move[v->column] = u.determined[k] && variance > 0 ? moved / sqrt(variance) : NAN;
     }
     ff_uncertainty_free(&u);
     ff_normal_free(&normal);
@@ -62,7 +64,7 @@ ff_status ff_trust_cut_off(ff_problem *p, const ff_fit_options *o, const ff_fit_
     }
     part.multiplier = multiplier;
     if (!st && c.used * p->n_channels < 2 * point.l.P)
-        st = ff_error_set(err, FF_ERR_DATA, NULL, 0, -1, "only %zu samples lie below %g degrees", c.used,
+        st = ff_error_set(err, FF_ERR_DATA, NULL, 0, -1, "only %zu of the samples lie below %g degrees: too few for a fit", c.used,
                           max_theta * (180 / 3.14159265358979323846));
     if (!st)
         st = ff_solve(&point.l, &part, o, 1, 0, CUT_TOLERANCE, CUT_ITERATIONS, point.shape, point.channel, point.at_bound, &solution,
