@@ -273,20 +273,28 @@ ff_status ff_extras_add(const ff_layout *l, const struct ff_problem *p, int para
     return e->energy.weight > 0 ? add_energy(&e->energy, l, p, parallel, shape, channel, slope, cost2, H, g) : FF_OK;
 }
 
-void ff_extras_covariance(const ff_layout *l, double *H, double *M)
+void ff_extras_covariance(const ff_layout *l, double factor, double *H, double *M)
 {
     const ff_extras *e = l->extras;
     const size_t P = l->P;
     if (!e) return;
     for (size_t i = 0; i < e->n_priors; i++) {
-        const size_t at = e->prior[i].coordinate * (P + 1);
-        if (H) H[at] += e->prior[i].weight;
-        if (M) M[at] += e->prior[i].weight * e->prior[i].noise;
+        const size_t at = e->prior[i].coordinate;
+        if (H) H[at * P + at] += e->prior[i].weight;
+        if (M) M[ff_tri(at, at)] += factor * e->prior[i].weight * e->prior[i].noise;
     }
     for (size_t r = 0; r < e->energy.n_rows && H; r++) /* so stiff that nothing moves across the constraint */
         for (size_t i = 0; i < P; i++)
             for (size_t j = 0; j < P; j++)
                 H[i * P + j] += STIFF * e->energy.scale * e->energy.row[r * P + i] * e->energy.row[r * P + j];
+}
+
+double ff_extras_weight(const ff_layout *l, size_t k)
+{
+    double sum = 0;
+    for (size_t i = 0; l->extras && i < l->extras->n_priors; i++)
+        if (l->extras->prior[i].coordinate == k) sum += l->extras->prior[i].weight;
+    return sum;
 }
 
 /* ---- priors ---------------------------------------------------------------------------------- */
@@ -301,7 +309,7 @@ static void weigh_priors(ff_extras *e, const ff_layout *l, const struct ff_probl
         prior_term *t = &e->prior[i];
         const size_t k = t->coordinate, kk = k * (l->P + 1);
         const int known = at_bound[k] == 0 && determined[k] && V[kk] > 0 && inverse[kk] > 0;
-        t->noise = sigma ? 1 : known ? V[kk] / inverse[kk] : mean;
+        t->noise = known ? V[kk] / inverse[kk] : sigma ? 1 : mean;
         t->weight = t->noise / (t->sd * t->sd);
         if (known) t->error = sqrt(V[kk]);
     }
@@ -597,37 +605,26 @@ static ff_status conserve_energy(ff_extras *x, const ff_layout *l, const struct 
     return s;
 }
 
-/* V, inverse [P][P]: covariance by the data alone and H^-1. */
-static ff_status data_alone(const ff_layout *l, const struct ff_problem *p, const int *at_bound, const ff_normal *normal, double *V,
-                            double *inverse, int *determined)
-{
-    int *use = malloc((l->P + 1) * sizeof *use);
-    if (!use) return FF_ERR_MEMORY;
-    for (size_t k = 0; k < l->P; k++) use[k] = at_bound[k] == 0;
-    ff_status s = ff_covariance(l, normal, use, 0, p->n, inverse, determined);
-    if (!s) s = ff_covariance(l, normal, use, p->selection.weighting != FF_WEIGHT_SIGMA, p->n, V, determined);
-    free(use);
-    return s;
-}
-
 ff_status ff_extras_solve(ff_extras *e, const ff_layout *l, const struct ff_problem *p, const ff_fit_options *o, double *shape,
                           double *channel, int *at_bound, ff_solution *solution, ff_error *err)
 {
     const double cost2 = solution->normal.cost2;
-    double *V = malloc((2 * l->P * l->P + 1) * sizeof *V), *inverse = V + l->P * l->P;
-    int *determined = calloc(l->P + 1, sizeof *determined);
-    ff_status s = V && determined ? data_alone(l, p, at_bound, &solution->normal, V, inverse, determined) : FF_ERR_MEMORY;
+    int *use = malloc((l->P + 1) * sizeof *use);
+    ff_uncertainty u = {0};
+    ff_status s = use ? FF_OK : FF_ERR_MEMORY;
+    for (size_t k = 0; k < l->P && !s; k++) use[k] = at_bound[k] == 0;
+    if (!s) s = ff_uncertainty_new(l, p, &solution->normal, use, p->n, &u);
+    free(use);
     for (size_t i = 0; i < e->n_priors && !s; i++) e->prior[i].alone = value_of(l, e->prior[i].coordinate, shape, channel);
     if (!s && e->n_priors) {
-        weigh_priors(e, l, p, at_bound, determined, V, inverse, cost2);
+        weigh_priors(e, l, p, at_bound, u.determined, u.cov, u.inverse, cost2);
         s = try_prior_means(e, l, p, o, shape, channel);
         if (!s) s = solve_again(l, p, o, 0, shape, channel, at_bound, solution, err);
     }
-    if (!s && e->energy.wanted) s = conserve_energy(e, l, p, o, shape, channel, inverse, cost2, at_bound, solution, err);
+    if (!s && e->energy.wanted) s = conserve_energy(e, l, p, o, shape, channel, u.inverse, cost2, at_bound, solution, err);
     if (!s && e->energy.left > 2 * ENOUGH && solution->outcome == FF_CONVERGED) solution->outcome = FF_STALLED;
     for (size_t i = 0; i < e->n_priors && !s; i++) e->prior[i].value = value_of(l, e->prior[i].coordinate, shape, channel);
-    free(V);
-    free(determined);
+    ff_uncertainty_free(&u);
     if (s == FF_ERR_CANCELLED) return ff_error_set(err, s, NULL, 0, -1, "cancelled");
     return s ? ff_error_set(err, s, NULL, 0, -1, "the fit with what is known besides the data failed: %s", ff_status_str(s)) : s;
 }
@@ -655,7 +652,7 @@ static int say_disagreement(const ff_layout *l, const struct ff_problem *p, cons
     char label[80];
     const double moved = fabs(t->value - t->alone), rounding = 1e-6 * t->sd; /* of data without noise */
     if (!(moved > 3 * t->error) || moved < rounding) return 0;               /* also where the data do not determine it */
-    ff_layout_label(l, p, t->coordinate, label, sizeof label);
+    ff_result_label(l, p, t->coordinate, label, sizeof label);
     snprintf(out, FF_WARNING_LENGTH,
              "data and prior disagree about %s: by the data alone it is %.5g +- %.2g, the prior says %.5g +- %.2g", label, t->alone,
              t->error, t->mean, t->sd);

@@ -196,7 +196,7 @@ static ff_status final_pass(const ff_layout *l, const struct ff_problem *p, cons
     solution->passes++;
     st = ff_pass_run(&pass, 1, &solution->normal);
     ff_pass_free(&pass);
-    return st;
+    return st ? st : ff_normal_fold(l, &solution->normal);
 }
 
 static ff_status check_fit(const ff_layout *l, const struct ff_problem *p, const ff_fit_options *o, ff_error *err)
@@ -237,6 +237,8 @@ ff_status ff_problem_fit(ff_problem *p, const ff_model *m, const ff_fit_options 
     if (!st && ties.n) ff_layout_tie(&l, &ties);
     if (!st) st = check_fit(&l, p, o, err);
     if (st) return st;
+    if (o->robust != FF_ROBUST_NONE && o->robust_scale == 0 && !p->unit) st = ff_problem_estimate_scale(p, m, o, err);
+    if (st) return st;
     double shape[FF_MAX_SHAPE], *channel = calloc(size + 1, sizeof *channel);
     int *at_bound = calloc(l.P + 1, sizeof *at_bound);
     r.shape_value = calloc(m->n_shape + 1, sizeof *r.shape_value);
@@ -247,6 +249,8 @@ ff_status ff_problem_fit(ff_problem *p, const ff_model *m, const ff_fit_options 
     if (!st && ff_extras_new(o->constraints, &l, r.shape, &extras))
         st = ff_error_set(err, FF_ERR_MEMORY, NULL, 0, -1, "out of memory");
     l.extras = extras;
+    ff_fit_options solving = *o; /* the weight of a prior needs the errors of the data */
+    solving.std_errors |= extras != NULL;
     if (channel) ff_layout_defaults(&l, shape, channel);
     if (!st && o->start_shape) {
         memcpy(shape, o->start_shape, m->n_shape * sizeof *shape);
@@ -254,15 +258,15 @@ ff_status ff_problem_fit(ff_problem *p, const ff_model *m, const ff_fit_options 
         if (o->constraints) ff_layout_project(&l, shape, channel);
     } else if (!st)
         st = find_start(&l, p, o, shape, channel, err);
-    if (!st) st = approach(&l, p, o, shape, channel, err);
-    if (!st) st = ff_solve_in_order(&l, p, o, shape, channel, at_bound, &solution, err);
+    if (!st) st = approach(&l, p, &solving, shape, channel, err);
+    if (!st) st = ff_solve_in_order(&l, p, &solving, shape, channel, at_bound, &solution, err);
     if (!st) {
-        st = final_pass(&l, p, o, shape, channel, &solution);
+        st = final_pass(&l, p, &solving, shape, channel, &solution);
         if (st) ff_error_set(err, st, NULL, 0, -1, "the last pass failed: %s", ff_status_str(st));
     }
-    if (!st && extras) st = ff_extras_solve(extras, &l, p, o, shape, channel, at_bound, &solution, err);
+    if (!st && extras) st = ff_extras_solve(extras, &l, p, &solving, shape, channel, at_bound, &solution, err);
     if (!st) {
-        st = final_pass(&l, p, o, shape, channel, &solution);
+        st = final_pass(&l, p, &solving, shape, channel, &solution);
         if (!st) st = ff_result_fill(&l, p, o, shape, channel, at_bound, &solution, &r);
         if (st) ff_error_set(err, st, NULL, 0, -1, "the last pass failed: %s", ff_status_str(st));
     }

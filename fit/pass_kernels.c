@@ -92,29 +92,52 @@ static void tukey(double b2, const double *restrict r, double *restrict rho, dou
     }
 }
 
-/* r and j are scaled by sqrt(rho'); rho is summed into cost2 [8]. */
-static void robustify(ff_robust robust, double b, double *restrict r, double *restrict j, double *restrict cost2)
+/* r and j are scaled by sqrt(rho'); rho is summed into cost2 [8]. unit: the standard deviation of each residual, in which b counts,
+ * or NULL; root: of the weight of each sample, or NULL. */
+static void robustify(ff_robust robust, double b, const float *restrict unit, const float *restrict root, double *restrict r,
+                      double *restrict j, double *restrict cost2)
 {
-    double rho[FF_BLOCK] __attribute__((aligned(64))), slope[FF_BLOCK];
+    double u[FF_BLOCK], rho[FF_BLOCK] __attribute__((aligned(64))), slope[FF_BLOCK];
+    for (int i = 0; i < FF_BLOCK; i++) u[i] = unit ? r[i] / (double)unit[i] : r[i];
     switch (robust) {
     case FF_ROBUST_HUBER:
-        huber(b * b, r, rho, slope);
+        huber(b * b, u, rho, slope);
         break;
     case FF_ROBUST_CAUCHY:
-        cauchy(b * b, r, rho, slope);
+        cauchy(b * b, u, rho, slope);
         break;
     case FF_ROBUST_TUKEY:
-        tukey(b * b, r, rho, slope);
+        tukey(b * b, u, rho, slope);
         break;
     default:
         return;
     }
     for (int i = 0; i < FF_BLOCK; i++) {
-        const double root = sqrt(slope[i]);
-        r[i] *= root;
-        j[i] *= root;
+        const double one = unit ? (double)unit[i] : 1, w = root ? (double)root[i] : 1, by = w * sqrt(slope[i]);
+        rho[i] *= w * w * one * one;
+        r[i] *= by;
+        j[i] *= by;
     }
     add_to_lanes(rho, cost2);
+}
+
+/* Samples that count more or less than once. */
+static void multiply(const float *restrict root, double *restrict r, double *restrict j)
+{
+    for (int i = 0; i < FF_BLOCK; i++) {
+        r[i] *= (double)root[i];
+        j[i] *= (double)root[i];
+    }
+}
+
+/* A datum that is known from one side only says nothing to a model on that side of it. */
+static void one_sided(const double *restrict side, double *restrict r, double *restrict j)
+{
+    for (int i = 0; i < FF_BLOCK; i++) {
+        const double keep = side[i] * r[i] > 0 ? 0 : 1;
+        r[i] *= keep;
+        j[i] *= keep;
+    }
 }
 
 /* ---- outer products -------------------------------------------------------------------------- */
@@ -243,10 +266,27 @@ static void cosines(const ff_geometry *g, double *restrict x)
         for (int i = 0; i < FF_BLOCK; i++) x[i] = ff_rsqrt(1 + tx[i] * tx[i] + ty[i] * ty[i]);
 }
 
-/* Adds column * r to the score of a parameter. */
-static void add_score(const double *restrict column, const double *restrict r, double *restrict score)
+/* Adds column * r to the score of a parameter, and its square to own [8]. */
+static void add_score(const double *restrict column, const double *restrict r, double *restrict score, double *restrict own)
 {
-    for (int i = 0; i < FF_BLOCK; i++) score[i] += column[i] * r[i];
+    v8 sum = *(const v8 *)own;
+    for (int i = 0; i < FF_BLOCK; i += 8) {
+        const v8 v = *(const v8 *)(column + i) * *(const v8 *)(r + i);
+        *(v8 *)(score + i) += v;
+        sum += v * v;
+    }
+    *(v8 *)own = sum;
+}
+
+/* Sums of the scores [P][FF_BLOCK] over runs of the block: runs [FF_BLOCK_RUNS][P]. */
+static void sum_runs(size_t P, const double *restrict score, double *restrict runs)
+{
+    _Static_assert(FF_RUN == 8, "a run is a vector");
+    for (size_t k = 0; k < P; k++)
+        for (size_t i = 0; i < FF_BLOCK_RUNS; i++) {
+            const double *restrict s = score + k * FF_BLOCK + i * FF_RUN;
+            runs[i * P + k] = ((s[0] + s[4]) + (s[1] + s[5])) + ((s[2] + s[6]) + (s[3] + s[7]));
+        }
 }
 
 static void channel_block(const ff_pass *pass, size_t block, size_t c, const ff_geometry *g, block_scratch *s,
@@ -264,16 +304,23 @@ static void channel_block(const ff_pass *pass, size_t block, size_t c, const ff_
         loss_log(&l, s->f, s->r, s->j);
     else
         loss_cube_root(&l, s->f, s->r, s->j);
-    if (pass->robust != FF_ROBUST_NONE) robustify(pass->robust, pass->robust_scale, s->r, s->j, sums->cost2);
+    const size_t at = block * FF_BLOCK, of_channel = c * p->n_blocks * FF_BLOCK;
+    const float *root = p->multiplier ? p->multiplier + at : NULL, *unit = p->unit ? p->unit + of_channel + at : NULL;
+    if (p->side >= 0) one_sided(ff_problem_plane(p, block, p->side + (int)c), s->r, s->j);
+    if (pass->robust != FF_ROBUST_NONE)
+        robustify(pass->robust, pass->robust_scale, unit, root, s->r, s->j, sums->cost2);
+    else if (root)
+        multiply(root, s->r, s->j);
     prepared->kernels->block_columns(prepared, FF_BLOCK, c, s->j, &s->model, s->column);
     const size_t n = n_shape + n_channel, m1 = n + 1;
     memcpy(s->column[n], s->r, sizeof s->r);
     gram(m1, s->column, sums->gram + c * (m1 * (m1 + 1) / 2) * 8);
     if (!pass->final) return;
-    for (uint32_t k = 0; k < n_shape; k++) add_score(s->column[k], s->r, sums->score + k * FF_BLOCK);
-    for (uint32_t k = 0; k < n_channel; k++)
-        add_score(s->column[n_shape + k], s->r, sums->score + (n_shape + c * n_channel + k) * FF_BLOCK);
     statistics(s->f, ff_problem_plane(p, block, p->value + (int)c), s->x, ff_problem_plane(p, block, p->sample_weight), sums->stat);
+    for (uint32_t k = 0; pass->errors && k < n; k++) {
+        const size_t of = k < n_shape ? k : k + c * n_channel;
+        add_score(s->column[k], s->r, sums->score + of * FF_BLOCK, sums->own + of * 8);
+    }
 }
 
 void FF_ISA_NAME(ff_pass_chunk)(const ff_pass *pass, size_t first, size_t n_blocks, const ff_chunk_sums *sums);
@@ -282,6 +329,7 @@ void FF_ISA_NAME(ff_pass_chunk)(const ff_pass *pass, size_t first, size_t n_bloc
     const struct ff_problem *p = pass->p;
     const ff_prepared *prepared = &pass->prepared;
     const size_t P = prepared->wanted.n_shape + p->n_channels * prepared->wanted.n_channel;
+    const int errors = pass->final && pass->errors;
     const int needs_x = pass->final || (!p->surrogate && (p->loss == FF_LOSS_LOG || p->loss == FF_LOSS_CUBE_ROOT));
     block_scratch s;
     for (size_t block = first; block < first + n_blocks; block++) {
@@ -289,8 +337,10 @@ void FF_ISA_NAME(ff_pass_chunk)(const ff_pass *pass, size_t first, size_t n_bloc
         for (int k = 0; k < FF_G_COUNT; k++) g.plane[k] = p->geometry[k] < 0 ? NULL : ff_problem_plane(p, block, p->geometry[k]);
         if (needs_x) cosines(&g, s.x);
         prepared->kernels->block_shape(prepared, &g, FF_BLOCK, &s.model);
-        if (pass->final) memset(sums->score, 0, P * FF_BLOCK * sizeof(double));
+        if (errors) memset(sums->score, 0, P * FF_BLOCK * sizeof(double));
         for (size_t c = 0; c < p->n_channels; c++) channel_block(pass, block, c, &g, &s, sums);
-        if (pass->final && P) gram(P, (double(*)[FF_BLOCK])sums->score, sums->meat);
+        if (!errors || !P) continue;
+        gram(P, (double(*)[FF_BLOCK])sums->score, sums->meat);
+        sum_runs(P, sums->score, sums->runs + block * FF_BLOCK_RUNS * P);
     }
 }

@@ -6,8 +6,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-static void warn(ff_fit_result *r, const char *fmt, ...) __attribute__((format(printf, 2, 3)));
-static void warn(ff_fit_result *r, const char *fmt, ...)
+void ff_result_warn(ff_fit_result *r, const char *fmt, ...)
 {
     if (r->n_warnings == FF_MAX_WARNINGS) return;
     va_list args;
@@ -16,13 +15,23 @@ static void warn(ff_fit_result *r, const char *fmt, ...)
     va_end(args);
 }
 
+void ff_result_label(const ff_layout *l, const struct ff_problem *p, size_t k, char *out, size_t size)
+{
+    size_t c;
+    const char *name = ff_layout_param(l, k, &c)->name;
+    if (k >= l->n_shared && l->n_channels > 1)
+        snprintf(out, size, "%s (%.32s)", name, p->channel_name[c]);
+    else
+        snprintf(out, size, "%s", name);
+}
+
 static int is_of_channel(const ff_model *m, const ff_model_param *p)
 {
     return p >= m->channel && p < m->channel + m->n_channel;
 }
 
-/* The value of coordinate k, of the parameter that others may follow. */
-static ff_fit_value *value_at(const ff_layout *l, ff_fit_result *r, size_t k)
+/* The parameter that others may follow. */
+ff_fit_value *ff_result_value(const ff_layout *l, ff_fit_result *r, size_t k)
 {
     size_t c;
     const ff_model_param *p = ff_layout_param(l, k, &c);
@@ -30,36 +39,37 @@ static ff_fit_value *value_at(const ff_layout *l, ff_fit_result *r, size_t k)
                                   : &r->shape_value[p - l->m->shape];
 }
 
-/* What follows another parameter is as that one is. */
-static void copy_tied(const ff_layout *l, ff_fit_result *r)
+/* What follows another parameter is as that one is, but for what was said of it before. */
+static void follow(ff_fit_value *v, const ff_fit_value *leader, int follows, size_t channel)
+{
+    const double mean = v->prior_mean, sd = v->prior_sd;
+    *v = *leader;
+    v->tied = 1;
+    v->follows = follows;
+    v->follows_channel = channel;
+    v->prior_mean = mean;
+    v->prior_sd = sd;
+}
+
+void ff_result_copy_tied(const ff_layout *l, ff_fit_result *r)
 {
     for (uint32_t k = 0; k < l->free.n_shape; k++) {
         ff_fit_value *v = &r->shape_value[l->free.shape[k]];
         const uint32_t leader = l->free.shape[l->shape_follows[k] < 0 ? k : (uint32_t)l->shape_follows[k]];
-        if (l->shape_follows[k] >= 0) {
-            *v = r->shape_value[leader];
-            v->tied = 1;
-            v->follows = (int)leader;
-        }
-        if (!l->free.tied[k]) continue;
-        v[1] = v[0]; /* alpha_y */
-        v[1].tied = 1;
-        v[1].follows = (int)leader;
+        if (l->shape_follows[k] >= 0) follow(v, &r->shape_value[leader], (int)leader, 0);
+        if (l->free.tied[k]) follow(v + 1, v, (int)leader, 0); /* alpha_y */
     }
     for (size_t c = 0; c < l->n_channels && l->tied; c++)
         for (uint32_t k = 0; k < l->free.n_channel; k++) {
             const uint32_t leader = l->channel_follows[k] < 0 ? k : (uint32_t)l->channel_follows[k];
             const size_t from = l->channel_shared[k] ? 0 : c;
             if (leader == k && from == c) continue;
-            ff_fit_value *v = &r->channel_value[c * l->m->n_channel + l->free.channel[k]];
-            *v = r->channel_value[from * l->m->n_channel + l->free.channel[leader]];
-            v->tied = 1;
-            v->follows = -1 - (int)l->free.channel[leader];
-            v->follows_channel = from;
+            follow(&r->channel_value[c * l->m->n_channel + l->free.channel[k]],
+                   &r->channel_value[from * l->m->n_channel + l->free.channel[leader]], -1 - (int)l->free.channel[leader], from);
         }
 }
 
-/* What was said before the data; after copy_tied, since of a follower it may be something else. */
+/* What was said before the data; of a follower it may be something else. */
 static void fill_priors(const ff_layout *l, ff_fit_result *r)
 {
     for (uint32_t k = 0; k < l->m->n_shape; k++)
@@ -76,45 +86,56 @@ static void fill_priors(const ff_layout *l, ff_fit_result *r)
 static void fill_values(const ff_layout *l, const double *shape, const double *channel, const int *at_bound, ff_fit_result *r)
 {
     for (uint32_t k = 0; k < l->m->n_shape; k++)
-        r->shape_value[k] = (ff_fit_value){.value = shape[k], .std_error = NAN, .held = 1, .follows = FF_PARAM_NONE, .column = -1};
+        r->shape_value[k] = (ff_fit_value){
+            .value = shape[k], .std_error = NAN, .low = NAN, .high = NAN, .held = 1, .follows = FF_PARAM_NONE, .column = -1};
     for (size_t k = 0; k < l->n_channels * l->m->n_channel; k++)
-        r->channel_value[k] =
-            (ff_fit_value){.value = channel[k], .std_error = NAN, .held = 1, .follows = FF_PARAM_NONE, .column = -1};
+        r->channel_value[k] = (ff_fit_value){
+            .value = channel[k], .std_error = NAN, .low = NAN, .high = NAN, .held = 1, .follows = FF_PARAM_NONE, .column = -1};
     for (size_t k = 0; k < l->P; k++) {
-        ff_fit_value *v = value_at(l, r, k);
+        ff_fit_value *v = ff_result_value(l, r, k);
         v->held = 0;
         v->at_bound = at_bound[k];
     }
-    copy_tied(l, r);
+    ff_result_copy_tied(l, r);
 }
 
-/* Standard errors and correlations of the parameters that are free and not on a bound. */
+/* Standard errors, correlations and intervals of the parameters; cov [P][P] out. */
 static ff_status fill_errors(const ff_layout *l, const struct ff_problem *p, const ff_normal *normal, const int *at_bound,
                              double *cov, ff_fit_result *r)
 {
     const size_t P = l->P;
-    int *use = malloc(2 * P * sizeof *use + 1), *determined = use + P;
+    int *use = malloc(P * sizeof *use + 1);
+    ff_uncertainty u = {0};
     if (!use) return FF_ERR_MEMORY;
     for (size_t k = 0; k < P; k++) use[k] = at_bound[k] == 0;
-    ff_status st = ff_covariance(l, normal, use, p->selection.weighting != FF_WEIGHT_SIGMA, p->n, cov, determined);
+    ff_status st = ff_uncertainty_new(l, p, normal, use, p->n, &u);
     size_t n = 0;
     for (size_t k = 0; k < P && !st; k++) {
-        ff_fit_value *v = value_at(l, r, k);
-        if (!determined[k]) continue;
-        v->std_error = sqrt(fmax(cov[k * P + k], 0)); /* rounding may leave -1e-30 where the residuals vanish */
+        ff_fit_value *v = ff_result_value(l, r, k);
+        if (!u.determined[k]) continue;
+        v->std_error = sqrt(fmax(u.cov[k * P + k], 0)); /* rounding may leave -1e-30 where the residuals vanish */
         v->column = (int)n++;
     }
+    if (!st) {
+        memcpy(cov, u.cov, P * P * sizeof *cov);
+        r->effective_samples = u.effective;
+        r->correlated_over = u.clusters.run;
+        r->correlation_settled = u.clusters.settled;
+        st = ff_intervals_fill(l, p, normal, at_bound, &u, r);
+    }
+    if (!st) st = ff_condition_fill(l, p, normal, use, r);
     r->n_columns = n;
     r->correlation = st ? NULL : calloc(n * n + 1, sizeof *r->correlation);
     if (!st && !r->correlation) st = FF_ERR_MEMORY;
     for (size_t a = 0; a < P && !st; a++)
         for (size_t b = 0; b < P; b++) {
-            const int i = value_at(l, r, a)->column, j = value_at(l, r, b)->column;
+            const int i = ff_result_value(l, r, a)->column, j = ff_result_value(l, r, b)->column;
             if (i < 0 || j < 0) continue;
             const double scale = sqrt(cov[a * P + a] * cov[b * P + b]);
             r->correlation[(size_t)i * n + (size_t)j] = a == b ? 1 : scale > 0 ? cov[a * P + b] / scale : 0;
         }
-    copy_tied(l, r);
+    ff_result_copy_tied(l, r);
+    ff_uncertainty_free(&u);
     free(use);
     return st;
 }
@@ -184,13 +205,13 @@ static void warn_correlated(const ff_layout *l, const struct ff_problem *p, ff_f
     char a[80], b[80];
     for (size_t i = 0; i < l->P; i++)
         for (size_t j = 0; j < i; j++) {
-            const int x = value_at(l, r, i)->column, y = value_at(l, r, j)->column;
+            const int x = ff_result_value(l, r, i)->column, y = ff_result_value(l, r, j)->column;
             if (x < 0 || y < 0) continue;
             const double c = r->correlation[(size_t)x * r->n_columns + (size_t)y];
             if (fabs(c) < 0.99) continue;
-            ff_layout_label(l, p, i, a, sizeof a);
-            ff_layout_label(l, p, j, b, sizeof b);
-            warn(r, "%s and %s are correlated by %.4f: these data hardly tell them apart", b, a, c);
+            ff_result_label(l, p, i, a, sizeof a);
+            ff_result_label(l, p, j, b, sizeof b);
+            ff_result_warn(r, "%s and %s are correlated by %.4f: these data hardly tell them apart", b, a, c);
         }
 }
 
@@ -216,26 +237,26 @@ static void warn_channels_at_bound(const ff_layout *l, const struct ff_problem *
     const int several = l->n_channels > 1 && r->channel_value[l->m->n_channel + k].follows != -1 - (int)k; /* else one for all */
     const int given = is_given(&l->m->channel[k], bound);
     const int too_bright = bound > 0 && !given && (l->m->channel[k].info->flags & FF_PARAM_LINEAR);
-    warn(r, "%s%s%s%s is on %s %s bound, %g: no standard error there%s", l->m->channel[k].name, several ? " (" : "",
-         several ? names : "", several ? ")" : "", given ? "the given" : "its", bound < 0 ? "lower" : "upper", value,
-         too_bright ? "; are the data in 1/sr?" : "");
+    ff_result_warn(r, "%s%s%s%s is on %s %s bound, %g%s", l->m->channel[k].name, several ? " (" : "", several ? names : "",
+                   several ? ")" : "", given ? "the given" : "its", bound < 0 ? "lower" : "upper", value,
+                   too_bright ? "; are the data in 1/sr?" : "");
 }
 
 static void fill_warnings(const ff_layout *l, const struct ff_problem *p, ff_fit_result *r)
 {
     char label[80], text[FF_WARNING_LENGTH];
     if (r->outcome == FF_LIMIT)
-        warn(r, "stopped after %d iterations before it converged; --max-iterations allows more", r->iterations);
+        ff_result_warn(r, "stopped after %d iterations before it converged; --max-iterations allows more", r->iterations);
     if (r->outcome == FF_STALLED)
-        warn(r, "the solver found no step that lowers the objective; the parameters may not be the best ones");
+        ff_result_warn(r, "the solver found no step that lowers the objective; the parameters may not be the best ones");
     for (size_t k = 0; k < l->P; k++) {
-        const ff_fit_value *v = value_at(l, r, k);
-        ff_layout_label(l, p, k, label, sizeof label);
+        const ff_fit_value *v = ff_result_value(l, r, k);
+        ff_result_label(l, p, k, label, sizeof label);
         const ff_model_param *param = ff_layout_param(l, k, NULL);
         if (!is_of_channel(l->m, param) && v->at_bound)
-            warn(r, "%s is on %s %s bound, %g", label, is_given(param, v->at_bound) ? "the given" : "its",
-                 v->at_bound < 0 ? "lower" : "upper", v->value);
-        if (!v->at_bound && r->correlation && isnan(v->std_error)) warn(r, "%s is not determined by these data", label);
+            ff_result_warn(r, "%s is on %s %s bound, %g", label, is_given(param, v->at_bound) ? "the given" : "its",
+                           v->at_bound < 0 ? "lower" : "upper", v->value);
+        if (!v->at_bound && r->correlation && isnan(v->std_error)) ff_result_warn(r, "%s is not determined by these data", label);
     }
     for (uint32_t k = 0; k < l->m->n_channel; k++) {
         if (l->m->channel[k].flags & FF_PARAM_HELD) continue;
@@ -243,24 +264,37 @@ static void fill_warnings(const ff_layout *l, const struct ff_problem *p, ff_fit
         warn_channels_at_bound(l, p, k, +1, r);
     }
     if (r->correlation) warn_correlated(l, p, r);
-    for (size_t k = 0; ff_extras_warning(l, p, r->residual.objective, k, text); k++) warn(r, "%s", text);
+    for (size_t k = 0; ff_extras_warning(l, p, r->residual.objective, k, text); k++) ff_result_warn(r, "%s", text);
     if (r->correlation && r->has_ellipse && !l->m->lobe[0].isotropic && l->mode != FF_ISOTROPIC_MODE && !r->ellipse.phi_determined)
-        warn(r, "the two roughness axes differ by less than their error: the orientation is undetermined");
+        ff_result_warn(r, "the two roughness axes differ by less than their error: the orientation is undetermined");
+    if (r->correlation && !r->correlation_settled)
+        ff_result_warn(
+            r,
+            "the residuals go together over more than %zu neighbouring samples, as far as can be seen: the standard errors are "
+            "lower bounds",
+            r->correlated_over);
+    if (p->selection.at_top)
+        ff_result_warn(
+            r, "%zu samples at different places share the largest value, %g: is the detector saturated? --saturation %g says so",
+            p->selection.at_top, p->selection.top, p->selection.top);
     for (size_t c = 0; c < p->n_channels && p->n_channels > 1; c++)
         if (p->channel_mean[c] == 0)
-            warn(r,
-                 "channel %.64s is zero everywhere, which no lobe is: it pulls the shape of the others; --channels each keeps them "
-                 "apart",
-                 p->channel_name[c]);
-    if (p->selection.negative) warn(r, "%zu of the samples have negative values; they are kept as noise", p->selection.negative);
+            ff_result_warn(
+                r,
+                "channel %.64s is zero everywhere, which no lobe is: it pulls the shape of the others; --channels each keeps them "
+                "apart",
+                p->channel_name[c]);
+    if (p->selection.negative)
+        ff_result_warn(r, "%zu of the samples have negative values; they are kept as noise", p->selection.negative);
     const size_t n = p->n * p->n_channels;
     if (p->selection.weighting == FF_WEIGHT_SIGMA && n > l->P) {
         const double chi2 = 2 * r->residual.objective / (double)(n - l->P);
         if (chi2 > 2 || chi2 < 0.5)
-            warn(r,
-                 "chi^2 per degree of freedom is %.3g: the standard deviations of the data do not match the residuals, and the "
-                 "standard errors follow them",
-                 chi2);
+            ff_result_warn(
+                r,
+                "chi^2 per degree of freedom is %.3g: the standard deviations of the data do not match the residuals, and the "
+                "standard errors follow them",
+                chi2);
     }
 }
 

@@ -140,6 +140,10 @@ static int update_held(solver *s, int *held, int *releases)
 {
     int changed = 0;
     for (size_t k = 0; k < s->l->P; k++) {
+        if (k == s->l->pinned) {
+            held[k] = 1;
+            continue;
+        }
         const int bound = bound_of(s, k);
         const int hold = bound != 0 && !pulls_inside(s, k, bound);
         if (hold == held[k]) continue;
@@ -298,6 +302,7 @@ ff_status ff_solve(const ff_layout *l, const struct ff_problem *p, const ff_fit_
             out->normal = s.normal;
             out->has_final = 1;
             s.normal = (ff_normal){0};
+            st = ff_normal_fold(l, &out->normal);
         }
     }
     solver_free(&s);

@@ -1,0 +1,204 @@
+/* How far the errors of neighbouring samples go together, and the outer products of the score over clusters of that length.
+ *
+ * Samples are in the order of the file, which is that of the scan. The score of a sample (J^T r of all its channels) is summed over runs
+ * of FF_RUN, 2 FF_RUN, 4 FF_RUN, ... samples. Were the errors independent, the sum of the squares of these sums would be the same at
+ * every length, on average; it grows as long as a cluster is shorter than the errors' reach (the blocking method of Flyvbjerg and
+ * Petersen 1989, here for the score of an M-estimator: clusters as in Liang and Zeger 1986). A length is left for a longer one where
+ * the growth is more than twice its own scatter from cluster to cluster. */
+#include "internal_fit.h"
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum { MIN_CLUSTERS = 20 };   /* fewer say nothing about their scatter ...                        */
+enum { PER_PARAMETER = 3 };   /* ... nor do fewer than this many for each parameter               */
+#define FF_SINGLE_SCATTER 0.6 /* of sum u^2 for runs of independent samples: (2 - 2/FF_RUN) / 3    */
+
+/* The squares of a cluster's sums relative to those of single samples, a mean over the parameters. */
+static double relative_square(const double *sum, const double *single, size_t P)
+{
+    double total = 0;
+    size_t n = 0;
+    for (size_t k = 0; k < P; k++) {
+        if (!(single[k] > 0)) continue;
+        total += sum[k] * sum[k] / single[k];
+        n++;
+    }
+    return n ? total / (double)n : 0;
+}
+
+/* Joins pairs of clusters; a last one without partner stays. */
+static size_t join_sums(double *sums, size_t n, size_t P)
+{
+    const size_t half = (n + 1) / 2;
+    for (size_t b = 0; b < half; b++)
+        for (size_t k = 0; k < P; k++) sums[b * P + k] = sums[2 * b * P + k] + (2 * b + 1 < n ? sums[(2 * b + 1) * P + k] : 0);
+    return half;
+}
+
+static void join_squares(double *squares, size_t n)
+{
+    for (size_t b = 0; b < (n + 1) / 2; b++) squares[b] = squares[2 * b] + (2 * b + 1 < n ? squares[2 * b + 1] : 0);
+}
+
+/* Does the total of the squares grow from the chosen clusters to these by more than twice its scatter? squares [n]: of the chosen
+ * ones inside each of these; NULL when samples are the chosen ones, whose squares add up to 1. */
+static int grows(const double *sums, const double *single, size_t n, size_t P, const double *squares)
+{
+    double growth = squares ? 0 : -1, scatter = 0;
+    for (size_t b = 0; b < n; b++) {
+        const double u = relative_square(sums + b * P, single, P), more = squares ? u - squares[b] : u;
+        growth += more;
+        scatter += squares ? more * more : FF_SINGLE_SCATTER * u * u;
+    }
+    return growth > 2 * sqrt(scatter);
+}
+
+/* Root mean square residual over the mean datum, below which there is nothing but rounding. */
+#define FF_ROUNDING 1e-9
+
+static int is_rounding(const struct ff_problem *p, const ff_normal *n)
+{
+    double mean = 0;
+    for (size_t c = 0; c < p->n_channels; c++) mean = fmax(mean, p->channel_mean[c]);
+    return !(sqrt(n->stat[FF_STAT_PLAIN] / fmax(n->stat[FF_STAT_WEIGHT], 1e-300)) > FF_ROUNDING * mean);
+}
+
+/* Sums of the score over the runs, less their mean: it is 0 for a parameter at its optimum, and for one that rests on its bound a slope,
+ * which is no error. n_samples of the samples of p count. sums [runs][P], mean [P] out; returns the number of runs. */
+static size_t centred_runs(const struct ff_problem *p, const ff_normal *n, size_t n_samples, double *sums, double *mean)
+{
+    const size_t P = n->P, runs = (p->n + FF_RUN - 1) / FF_RUN;
+    const double share = (double)n_samples / (double)p->n;
+    memset(mean, 0, P * sizeof *mean);
+    for (size_t b = 0; b < runs; b++)
+        for (size_t k = 0; k < P; k++) mean[k] += n->runs[b * P + k] / (double)n_samples;
+    for (size_t b = 0; b < runs; b++) {
+        const size_t left = p->n - b * FF_RUN;
+        const double length = share * (double)(left < FF_RUN ? left : FF_RUN);
+        for (size_t k = 0; k < P; k++) sums[b * P + k] = n->runs[b * P + k] - length * mean[k];
+    }
+    return runs;
+}
+
+/* Sums of squares over single samples, less their mean. */
+static double single_product(const ff_normal *n, size_t n_samples, const double *mean, size_t a, size_t b)
+{
+    return n->meat[ff_tri(a, b)] - (double)n_samples * mean[a] * mean[b];
+}
+
+ff_status ff_clusters_choose(const struct ff_problem *p, const ff_normal *n, size_t n_samples, ff_clusters *out)
+{
+    const size_t P = n->P, runs = (p->n + FF_RUN - 1) / FF_RUN;
+    const double share = (double)n_samples / (double)p->n;
+    *out = (ff_clusters){.run = 1, .n = n_samples, .settled = 1};
+    if (!n->runs || P == 0 || is_rounding(p, n)) return FF_OK;
+    double *sums = malloc((runs * P + 1) * sizeof *sums), *squares = malloc((runs + 1) * sizeof *squares),
+           *single = malloc((2 * P + 1) * sizeof *single), *mean = single + P;
+    const ff_status st = sums && squares && single ? FF_OK : FF_ERR_MEMORY;
+    size_t n_now = 0, run = FF_RUN;
+    int beyond = 0;
+    if (!st) {
+        n_now = centred_runs(p, n, n_samples, sums, mean);
+        for (size_t k = 0; k < P; k++) single[k] = single_product(n, n_samples, mean, k, k);
+    }
+    while (share * (double)n_now >= MIN_CLUSTERS && share * (double)n_now >= (double)(PER_PARAMETER * P)) {
+        const int moved = grows(sums, single, n_now, P, out->run > 1 ? squares : NULL);
+        if (moved || (out->run > 1 && out->run * 2 == run && !beyond)) {
+            beyond = !moved; /* the last that grew and one more: clusters of the errors' own length miss what reaches across their ends */
+            *out = (ff_clusters){.run = run, .n = (size_t)(share * (double)n_now)};
+            for (size_t b = 0; b < n_now; b++) squares[b] = relative_square(sums + b * P, single, P);
+        }
+        out->settled = !moved;
+        if (out->run > 1) join_squares(squares, n_now);
+        n_now = join_sums(sums, n_now, P);
+        run *= 2;
+    }
+    free(sums);
+    free(squares);
+    free(single);
+    return st;
+}
+
+ff_status ff_clusters_meat(const struct ff_problem *p, const ff_normal *n, size_t n_samples, size_t run, double *meat)
+{
+    const size_t P = n->P, all = (p->n + FF_RUN - 1) / FF_RUN;
+    double *sums = malloc((all * P + 1) * sizeof *sums), *mean = malloc((P + 1) * sizeof *mean);
+    if (!sums || !mean) {
+        free(sums);
+        free(mean);
+        return FF_ERR_MEMORY;
+    }
+    size_t n_now = centred_runs(p, n, n_samples, sums, mean);
+    for (size_t length = FF_RUN; length < run; length *= 2) n_now = join_sums(sums, n_now, P);
+    for (size_t a = 0; a < P; a++)
+        for (size_t b = 0; b <= a; b++) {
+            double product = run == 1 ? single_product(n, n_samples, mean, a, b) : 0;
+            for (size_t k = 0; k < n_now && run > 1; k++) product += sums[k * P + a] * sums[k * P + b];
+            meat[ff_tri(a, b)] = product;
+        }
+    free(sums);
+    free(mean);
+    return FF_OK;
+}
+
+/* Values that would say as much were they independent: fewer by what the squares of the score grow by from single values to clusters.
+ * Of the shared parameters, where the channels of a sample meet; of all where none is free. */
+double ff_clusters_effective(const ff_normal *n, const double *meat, size_t n_shape, double n_values)
+{
+    const size_t P = n_shape ? n_shape : n->P;
+    double growth = 0;
+    size_t counted = 0;
+    for (size_t k = 0; k < P; k++) {
+        if (!(n->own[k] > 0)) continue;
+        growth += meat[ff_tri(k, k)] / n->own[k];
+        counted++;
+    }
+    return counted && growth > (double)counted ? n_values * (double)counted / growth : n_values;
+}
+
+/* ---- how many of them count ------------------------------------------------------------------ */
+
+/* (sum of the variances)^2 / sum of the clusters' squares, both without the scatter of what they are estimated from: of squares q_j of
+ * normal variables E (sum q)^2 = (sum v)^2 + 2 sum v^2 and E sum q^2 = 3 sum v^2. all: sum q and sum q^2; squares: of the clusters, sum
+ * of (sum q)^2 - 2/3 sum q^2. */
+static double effective_count(const double all[2], double squares, double n)
+{
+    const double count = squares > 0 ? (all[0] * all[0] - 2.0 / 3 * all[1]) / squares : n;
+    return fmax(fmin(count, n), 2);
+}
+
+ff_status ff_clusters_informative(const struct ff_problem *p, const ff_normal *n, size_t n_samples, const uint32_t *cluster,
+                                  size_t n_clusters, const double *inverse, double *number)
+{
+    const size_t P = n->P, runs = (p->n + FF_RUN - 1) / FF_RUN;
+    double *sums = malloc((runs * P + 1) * sizeof *sums), *share = calloc(2 * n_clusters * P + 1, sizeof *share),
+           *mean = malloc((P + 1) * sizeof *mean);
+    const ff_status st = sums && share && mean ? FF_OK : FF_ERR_MEMORY;
+    if (!st) {
+        centred_runs(p, n, n_samples, sums, mean);
+        for (size_t b = 0; b < runs; b++) {
+            double *to = share + 2 * (cluster ? cluster[b * FF_RUN] : b * n_clusters / runs) * P;
+            for (size_t k = 0; k < P; k++) {
+                double influence = 0;
+                for (size_t q = 0; q < P; q++) influence += inverse[k * P + q] * sums[b * P + q];
+                to[2 * k] += influence * influence;
+                to[2 * k + 1] += influence * influence * influence * influence;
+            }
+        }
+        for (size_t k = 0; k < P; k++) {
+            double all[2] = {0}, squares = 0;
+            for (size_t c = 0; c < n_clusters; c++) {
+                const double *q = share + 2 * (c * P + k);
+                all[0] += q[0];
+                all[1] += q[1];
+                squares += q[0] * q[0] - 2.0 / 3 * q[1];
+            }
+            number[k] = effective_count(all, squares, (double)n_clusters);
+        }
+    }
+    free(sums);
+    free(share);
+    free(mean);
+    return st;
+}
