@@ -152,57 +152,93 @@ ff_status ff_trust_evaluate(ff_problem *p, const ff_fit_options *o, const ff_fit
 /* Sums of one band. */
 typedef struct band_sums {
     double weight, signed_sum, square, data;
+    size_t n;
 } band_sums;
 
-/* Adds the samples of the bands; planes of a sample are read once for all three angles. */
-static void add_samples(const struct ff_problem *p, const ff_places *places, const double *model, const double *x,
-                        band_sums sums[FF_PLACE_COUNT][FF_BANDS], ff_bands *out)
+typedef struct chunk_bands {
+    band_sums band[FF_PLACE_COUNT][FF_BANDS];
+} chunk_bands;
+
+typedef struct banding {
+    const ff_pass *pass;
+    const ff_places *places;
+    chunk_bands *chunk; /* [chunks], merged in their order */
+} banding;
+
+/* Of the samples of one block, all channels: sums [FF_BLOCK]. */
+static void sample_sums(const ff_pass *pass, size_t block, band_sums *sums)
 {
-    for (size_t i = 0; i < p->n; i++) {
-        const size_t block = i / FF_BLOCK, lane = i % FF_BLOCK;
-        const double root = ff_problem_plane(p, block, p->sample_weight)[lane], w = root * root;
-        band_sums one = {0};
-        for (size_t c = 0; c < p->n_channels; c++) {
-            const double y = ff_problem_plane(p, block, p->value + (int)c)[lane], e = (model[c * p->n + i] - y) * x[i];
-            one.weight += w;
-            one.signed_sum += w * e;
-            one.square += w * e * e;
-            one.data += w * fabs(y) * x[i];
+    const ff_prepared *prepared = &pass->prepared;
+    const struct ff_problem *p = pass->p;
+    ff_block scratch;
+    ff_geometry g;
+    double f[FF_BLOCK] __attribute__((aligned(64))), x[FF_BLOCK];
+    const double *root = ff_problem_plane(p, block, p->sample_weight);
+    for (int k = 0; k < FF_G_COUNT; k++) g.plane[k] = p->geometry[k] < 0 ? NULL : ff_problem_plane(p, block, p->geometry[k]);
+    ff_problem_cosines(&g, x);
+    prepared->kernels->block_shape(prepared, &g, FF_BLOCK, &scratch);
+    memset(sums, 0, FF_BLOCK * sizeof *sums);
+    for (size_t c = 0; c < p->n_channels; c++) {
+        const double *y = ff_problem_plane(p, block, p->value + (int)c);
+        prepared->kernels->block_value(prepared, &g, FF_BLOCK, c, &scratch, f);
+        for (size_t i = 0; i < FF_BLOCK; i++) {
+            const double w = root[i] * root[i], e = (f[i] - y[i]) * x[i];
+            sums[i].weight += w;
+            sums[i].signed_sum += w * e;
+            sums[i].square += w * e * e;
+            sums[i].data += w * fabs(y[i]) * x[i];
         }
-        for (int k = 0; k < FF_PLACE_COUNT; k++) {
-            band_sums *s = &sums[k][places->band[k][i]];
-            s->weight += one.weight;
-            s->signed_sum += one.signed_sum;
-            s->square += one.square;
-            s->data += one.data;
-            out->band[k][places->band[k][i]].n++;
-        }
+    }
+}
+
+static void add_to_band(band_sums *to, const band_sums *from, size_t n)
+{
+    to->weight += from->weight;
+    to->signed_sum += from->signed_sum;
+    to->square += from->square;
+    to->data += from->data;
+    to->n += n;
+}
+
+static void band_chunk(void *context, size_t chunk, int worker)
+{
+    const banding *b = context;
+    const struct ff_problem *p = b->pass->p;
+    band_sums sums[FF_BLOCK];
+    (void)worker;
+    for (size_t block = chunk * FF_CHUNK; block < (chunk + 1) * FF_CHUNK && block < p->n_blocks; block++) {
+        const size_t first = block * FF_BLOCK, n = p->n - first < FF_BLOCK ? p->n - first : FF_BLOCK;
+        sample_sums(b->pass, block, sums);
+        for (int k = 0; k < FF_PLACE_COUNT; k++)
+            for (size_t i = 0; i < n; i++) add_to_band(&b->chunk[chunk].band[k][b->places->band[k][first + i]], &sums[i], 1);
     }
 }
 
 ff_status ff_trust_bands(ff_problem *p, const ff_places *places, const ff_fit_options *o, const ff_fit_result *fit, ff_bands *out,
                          ff_error *err)
 {
-    band_sums sums[FF_PLACE_COUNT][FF_BANDS];
+    const size_t chunks = (p->n_blocks + FF_CHUNK - 1) / FF_CHUNK;
     ff_bands bands = {0};
-    double *model = malloc((p->n_channels * p->n + p->n_blocks * FF_BLOCK) * sizeof *model), *x = model + p->n_channels * p->n;
-    if (!model) return ff_error_set(err, FF_ERR_MEMORY, NULL, 0, -1, "out of memory");
-    memset(sums, 0, sizeof sums);
-    const ff_status st = ff_trust_evaluate(p, o, fit, model, NULL, NULL, err);
-    for (size_t block = 0; block < p->n_blocks && !st; block++) {
-        ff_geometry g;
-        for (int k = 0; k < FF_G_COUNT; k++) g.plane[k] = p->geometry[k] < 0 ? NULL : ff_problem_plane(p, block, p->geometry[k]);
-        ff_problem_cosines(&g, x + block * FF_BLOCK);
-    }
-    if (!st) add_samples(p, places, model, x, sums, &bands);
-    free(model);
+    ff_point point;
+    ff_pass pass;
+    ff_status st = ff_point_new(p, o, fit, &point, err);
     if (st) return st;
-    for (int k = 0; k < FF_PLACE_COUNT; k++)
+    banding work = {&pass, places, calloc(chunks, sizeof *work.chunk)};
+    point.l.free = (ff_wanted){0}; /* values alone */
+    st = work.chunk ? ff_layout_pass(&point.l, p, o, point.shape, point.channel, &pass) : FF_ERR_MEMORY;
+    if (!st) {
+        ff_pool_run(p->pool, chunks, band_chunk, &work);
+        ff_pass_free(&pass);
+    }
+    for (int k = 0; k < FF_PLACE_COUNT && !st; k++)
         for (int b = 0; b < FF_BANDS; b++) {
-            const band_sums *s = &sums[k][b];
-            bands.band[k][b].mean = s->data > 0 ? s->signed_sum / s->data : NAN;
-            bands.band[k][b].rms = s->data > 0 ? sqrt(s->square * s->weight) / s->data : NAN;
+            band_sums s = {0};
+            for (size_t c = 0; c < chunks; c++) add_to_band(&s, &work.chunk[c].band[k][b], work.chunk[c].band[k][b].n);
+            bands.band[k][b] = (ff_band){s.n, s.data > 0 ? s.signed_sum / s.data : NAN, s.data > 0 ? sqrt(s.square * s.weight) / s.data : NAN};
         }
+    free(work.chunk);
+    ff_point_free(&point);
+    if (st) return ff_error_set(err, st, NULL, 0, -1, "out of memory");
     *out = bands;
     return FF_OK;
 }
