@@ -11,7 +11,7 @@
 #include <string.h>
 
 enum { MIN_CLUSTERS = 20 };   /* fewer say nothing about their scatter ...                        */
-enum { PER_PARAMETER = 3 };   /* ... nor do fewer than this many for each parameter               */
+enum { PER_PARAMETER = 3 };   /* ... nor do fewer than this many for each parameter of a channel  */
 
 /* The squares of a cluster's sums relative to those of single samples, a mean over the parameters. */
 static double relative_square(const double *sum, const double *single, size_t P)
@@ -103,7 +103,7 @@ ff_status ff_clusters_choose(const struct ff_problem *p, const ff_normal *n, siz
         n_now = centred_runs(p, n, n_samples, sums, mean);
         for (size_t k = 0; k < P; k++) single[k] = single_product(n, n_samples, mean, k, k);
     }
-    while (share * (double)n_now >= MIN_CLUSTERS && share * (double)n_now >= (double)(PER_PARAMETER * P)) {
+    while (share * (double)n_now >= MIN_CLUSTERS && share * (double)n_now >= (double)(PER_PARAMETER * (n->m1 - 1))) {
         const int moved = grows(sums, single, n_now, P, run, out->run > 1 ? squares : NULL);
         if (moved || (out->run > 1 && out->run * 2 == run && !beyond)) {
             beyond = !moved; /* the last that grew and one more: clusters of the errors' own length miss what reaches across their ends */

@@ -72,6 +72,10 @@ static inline void ff_problem_cosines(const ff_geometry *g, double *x)
 /* Memory for blocks, aligned, in large pages where the system has them; NULL when there is none. Released with free. */
 double *ff_block_memory(size_t bytes);
 
+/* Puts the used samples of a table, index [n], in an order in which neighbours are alike, unless they come on axes or in scans of one
+ * incident direction. FF_ERR_MEMORY. */
+ff_status ff_order_by_place(const ff_table *t, ff_pool *pool, uint32_t *index, size_t n);
+
 /* FF_ERR_RANGE for an option that names nothing or lies outside its range, whatever the data. */
 ff_status ff_fit_options_check(const ff_fit_options *o, ff_error *err);
 
