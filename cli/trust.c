@@ -54,6 +54,8 @@ int cli_trust_read(const cli_args *args, const ff_fit_options *o, cli_trust *out
     t.cut_off = cut_off * degree;
     t.cut_off_given = cli_given(args, FLAG_CUT_OFF) > 0 && cut_off > 0;
     t.residuals = cli_value(args, FLAG_RESIDUALS, NULL);
+    if (t.residuals && o->channels == FF_CHANNELS_EACH)
+        return cli_usage(args, "--residuals takes one fit, --channels each makes several: choose a channel with --reduce channels:NAME");
     if (t.bootstrap && t.profile) return cli_usage(args, "--profile and --bootstrap both find the intervals: give one of them");
     if (cli_given(args, FLAG_BOOTSTRAP) && t.bootstrap < 20)
         return cli_usage(args, "--bootstrap %zu: at least 20 refits say something about an error", t.bootstrap);

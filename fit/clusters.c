@@ -1,7 +1,7 @@
 /* How far the errors of neighbouring samples go together, and the outer products of the score over clusters of that length.
  *
  * Samples are in the order of the file, which is that of the scan. The score of a sample (J^T r of all its channels) is summed over runs
- * of FF_RUN, 2 FF_RUN, 4 FF_RUN, ... samples. Were the errors independent, the sum of the squares of these sums would be the same at
+ * of 8, 16, 32, ... samples (of many samples 128, 256, ...). Were the errors independent, the sum of the squares of these sums would be the same at
  * every length, on average; it grows as long as a cluster is shorter than the errors' reach (the blocking method of Flyvbjerg and
  * Petersen 1989, here for the score of an M-estimator: clusters as in Liang and Zeger 1986). A length is left for a longer one where
  * the growth is more than twice its own scatter from cluster to cluster. */
@@ -11,8 +11,7 @@
 #include <string.h>
 
 enum { MIN_CLUSTERS = 20 };   /* fewer say nothing about their scatter ...                        */
-enum { PER_PARAMETER = 3 };   /* ... nor do fewer than this many for each parameter               */
-#define FF_SINGLE_SCATTER 0.6 /* of sum u^2 for runs of independent samples: (2 - 2/FF_RUN) / 3    */
+enum { PER_PARAMETER = 3 };   /* ... nor do fewer than this many for each parameter of a channel  */
 
 /* The squares of a cluster's sums relative to those of single samples, a mean over the parameters. */
 static double relative_square(const double *sum, const double *single, size_t P)
@@ -42,14 +41,16 @@ static void join_squares(double *squares, size_t n)
 }
 
 /* Does the total of the squares grow from the chosen clusters to these by more than twice its scatter? squares [n]: of the chosen
- * ones inside each of these; NULL when samples are the chosen ones, whose squares add up to 1. */
-static int grows(const double *sums, const double *single, size_t n, size_t P, const double *squares)
+ * ones inside each of these; NULL when samples are the chosen ones, whose squares add up to 1: of runs of independent samples the
+ * growth then has (2 - 2 / run) / 3 of the mean of u^2 for its variance. */
+static int grows(const double *sums, const double *single, size_t n, size_t P, size_t run, const double *squares)
 {
+    const double share = (2 - 2 / (double)run) / 3;
     double growth = squares ? 0 : -1, scatter = 0;
     for (size_t b = 0; b < n; b++) {
         const double u = relative_square(sums + b * P, single, P), more = squares ? u - squares[b] : u;
         growth += more;
-        scatter += squares ? more * more : FF_SINGLE_SCATTER * u * u;
+        scatter += squares ? more * more : share * u * u;
     }
     return growth > 2 * sqrt(scatter);
 }
@@ -68,15 +69,15 @@ static int is_rounding(const struct ff_problem *p, const ff_normal *n)
  * which is no error. n_samples of the samples of p count. sums [runs][P], mean [P] out; returns the number of runs. */
 static size_t centred_runs(const struct ff_problem *p, const ff_normal *n, size_t n_samples, double *sums, double *mean)
 {
-    const size_t P = n->P, runs = (p->n + FF_RUN - 1) / FF_RUN;
+    const size_t P = n->P, length = ff_run_length(p), runs = (p->n + length - 1) / length;
     const double share = (double)n_samples / (double)p->n;
     memset(mean, 0, P * sizeof *mean);
     for (size_t b = 0; b < runs; b++)
         for (size_t k = 0; k < P; k++) mean[k] += n->runs[b * P + k] / (double)n_samples;
     for (size_t b = 0; b < runs; b++) {
-        const size_t left = p->n - b * FF_RUN;
-        const double length = share * (double)(left < FF_RUN ? left : FF_RUN);
-        for (size_t k = 0; k < P; k++) sums[b * P + k] = n->runs[b * P + k] - length * mean[k];
+        const size_t left = p->n - b * length;
+        const double count = share * (double)(left < length ? left : length);
+        for (size_t k = 0; k < P; k++) sums[b * P + k] = n->runs[b * P + k] - count * mean[k];
     }
     return runs;
 }
@@ -89,21 +90,21 @@ static double single_product(const ff_normal *n, size_t n_samples, const double 
 
 ff_status ff_clusters_choose(const struct ff_problem *p, const ff_normal *n, size_t n_samples, ff_clusters *out)
 {
-    const size_t P = n->P, runs = (p->n + FF_RUN - 1) / FF_RUN;
+    const size_t P = n->P, length = ff_run_length(p), runs = (p->n + length - 1) / length;
     const double share = (double)n_samples / (double)p->n;
     *out = (ff_clusters){.run = 1, .n = n_samples, .settled = 1};
     if (!n->runs || P == 0 || is_rounding(p, n)) return FF_OK;
     double *sums = malloc((runs * P + 1) * sizeof *sums), *squares = malloc((runs + 1) * sizeof *squares),
            *single = malloc((2 * P + 1) * sizeof *single), *mean = single + P;
     const ff_status st = sums && squares && single ? FF_OK : FF_ERR_MEMORY;
-    size_t n_now = 0, run = FF_RUN;
+    size_t n_now = 0, run = length;
     int beyond = 0;
     if (!st) {
         n_now = centred_runs(p, n, n_samples, sums, mean);
         for (size_t k = 0; k < P; k++) single[k] = single_product(n, n_samples, mean, k, k);
     }
-    while (share * (double)n_now >= MIN_CLUSTERS && share * (double)n_now >= (double)(PER_PARAMETER * P)) {
-        const int moved = grows(sums, single, n_now, P, out->run > 1 ? squares : NULL);
+    while (share * (double)n_now >= MIN_CLUSTERS && share * (double)n_now >= (double)(PER_PARAMETER * (n->m1 - 1))) {
+        const int moved = grows(sums, single, n_now, P, run, out->run > 1 ? squares : NULL);
         if (moved || (out->run > 1 && out->run * 2 == run && !beyond)) {
             beyond = !moved; /* the last that grew and one more: clusters of the errors' own length miss what reaches across their ends */
             *out = (ff_clusters){.run = run, .n = (size_t)(share * (double)n_now)};
@@ -122,7 +123,7 @@ ff_status ff_clusters_choose(const struct ff_problem *p, const ff_normal *n, siz
 
 ff_status ff_clusters_meat(const struct ff_problem *p, const ff_normal *n, size_t n_samples, size_t run, double *meat)
 {
-    const size_t P = n->P, all = (p->n + FF_RUN - 1) / FF_RUN;
+    const size_t P = n->P, shortest = ff_run_length(p), all = (p->n + shortest - 1) / shortest;
     double *sums = malloc((all * P + 1) * sizeof *sums), *mean = malloc((P + 1) * sizeof *mean);
     if (!sums || !mean) {
         free(sums);
@@ -130,7 +131,7 @@ ff_status ff_clusters_meat(const struct ff_problem *p, const ff_normal *n, size_
         return FF_ERR_MEMORY;
     }
     size_t n_now = centred_runs(p, n, n_samples, sums, mean);
-    for (size_t length = FF_RUN; length < run; length *= 2) n_now = join_sums(sums, n_now, P);
+    for (size_t length = shortest; length < run; length *= 2) n_now = join_sums(sums, n_now, P);
     for (size_t a = 0; a < P; a++)
         for (size_t b = 0; b <= a; b++) {
             double product = run == 1 ? single_product(n, n_samples, mean, a, b) : 0;
@@ -159,26 +160,28 @@ double ff_clusters_effective(const ff_normal *n, const double *meat, size_t n_sh
 
 /* ---- how many of them count ------------------------------------------------------------------ */
 
+enum { FEWEST_COUNTED = 6 }; /* a smaller count is itself not known from so few */
+
 /* (sum of the variances)^2 / sum of the clusters' squares, both without the scatter of what they are estimated from: of squares q_j of
  * normal variables E (sum q)^2 = (sum v)^2 + 2 sum v^2 and E sum q^2 = 3 sum v^2. all: sum q and sum q^2; squares: of the clusters, sum
  * of (sum q)^2 - 2/3 sum q^2. */
 static double effective_count(const double all[2], double squares, double n)
 {
     const double count = squares > 0 ? (all[0] * all[0] - 2.0 / 3 * all[1]) / squares : n;
-    return fmax(fmin(count, n), 2);
+    return fmax(fmin(fmax(count, FEWEST_COUNTED), n), 2);
 }
 
 ff_status ff_clusters_informative(const struct ff_problem *p, const ff_normal *n, size_t n_samples, const uint32_t *cluster,
                                   size_t n_clusters, const double *inverse, double *number)
 {
-    const size_t P = n->P, runs = (p->n + FF_RUN - 1) / FF_RUN;
+    const size_t P = n->P, length = ff_run_length(p), runs = (p->n + length - 1) / length;
     double *sums = malloc((runs * P + 1) * sizeof *sums), *share = calloc(2 * n_clusters * P + 1, sizeof *share),
            *mean = malloc((P + 1) * sizeof *mean);
     const ff_status st = sums && share && mean ? FF_OK : FF_ERR_MEMORY;
     if (!st) {
         centred_runs(p, n, n_samples, sums, mean);
         for (size_t b = 0; b < runs; b++) {
-            double *to = share + 2 * (cluster ? cluster[b * FF_RUN] : b * n_clusters / runs) * P;
+            double *to = share + 2 * (cluster ? cluster[b * length] : b * n_clusters / runs) * P;
             for (size_t k = 0; k < P; k++) {
                 double influence = 0;
                 for (size_t q = 0; q < P; q++) influence += inverse[k * P + q] * sums[b * P + q];

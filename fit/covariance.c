@@ -193,7 +193,7 @@ static void stretch(const subset *s, const double *single, const double *cluster
 static ff_status widen(const ff_layout *l, const struct ff_problem *p, const ff_normal *n, int sigma, size_t n_samples,
                        ff_uncertainty *u)
 {
-    const size_t P = n->P, run = u->clusters.run > FF_RUN ? u->clusters.run : FF_RUN, clusters = (p->n + run - 1) / run;
+    const size_t P = n->P, length = ff_run_length(p), run = u->clusters.run > length ? u->clusters.run : length, clusters = (p->n + run - 1) / run;
     for (size_t k = 0; k < P; k++) u->dof[k] = INFINITY;
     if ((sigma && u->clusters.run == 1) || !n->runs) return FF_OK;
     const ff_status st = ff_clusters_informative(p, n, n_samples, NULL, clusters, u->inverse, u->dof);

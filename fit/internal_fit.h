@@ -72,6 +72,10 @@ static inline void ff_problem_cosines(const ff_geometry *g, double *x)
 /* Memory for blocks, aligned, in large pages where the system has them; NULL when there is none. Released with free. */
 double *ff_block_memory(size_t bytes);
 
+/* Puts the used samples of a table, index [n], in an order in which neighbours are alike, unless they come on axes or in scans of one
+ * incident direction. FF_ERR_MEMORY. */
+ff_status ff_order_by_place(const ff_table *t, ff_pool *pool, uint32_t *index, size_t n);
+
 /* FF_ERR_RANGE for an option that names nothing or lies outside its range, whatever the data. */
 ff_status ff_fit_options_check(const ff_fit_options *o, ff_error *err);
 
@@ -98,8 +102,13 @@ typedef struct ff_pass {
 /* Sums of the residual statistics, over samples and channels, by sample weight. */
 enum { FF_STAT_WEIGHT = 0, FF_STAT_PLAIN, FF_STAT_COSINE, FF_STAT_LOG, FF_STAT_CUBE_ROOT, FF_STAT_MAX, FF_STAT_COUNT };
 
-/* Samples of a run: residuals of neighbours go together, and sums over runs show how much. */
-enum { FF_RUN = 8, FF_BLOCK_RUNS = FF_BLOCK / FF_RUN };
+/* Samples of a run: residuals of neighbours go together, and sums over runs show how much. Many samples have long ones, so that what is
+ * done with the sums stays short beside a pass. */
+enum { FF_SHORT_RUN = 8, FF_LONG_RUN = FF_BLOCK, FF_LONG_RUNS_FROM = 100000 };
+static inline size_t ff_run_length(const struct ff_problem *p)
+{
+    return p->n >= FF_LONG_RUNS_FROM ? FF_LONG_RUN : FF_SHORT_RUN;
+}
 
 /* What a pass leaves. m1 = columns of a channel and the residual, P = columns of the layout, tied ones apart (until ff_normal_fold). */
 typedef struct ff_normal {
@@ -109,7 +118,7 @@ typedef struct ff_normal {
     double *meat; /* [P (P+1) / 2]: sum over samples of score score^T; only of a final pass   */
     double *own;  /* [P]: sum over samples and channels of the squared score of one value     */
     size_t n_runs;
-    double *runs; /* [n_runs][P]: sums of the score over runs of FF_RUN consecutive samples; NULL unless of a final pass */
+    double *runs; /* [n_runs][P]: sums of the score over runs of consecutive samples; NULL unless of a final pass */
     double stat[FF_STAT_COUNT];
 } ff_normal;
 
@@ -134,7 +143,7 @@ typedef struct ff_chunk_sums {
     double *meat;  /* [P (P+1)/2][8]                        */
     double *own;   /* [P][8]                                */
     double *score; /* scratch [P][FF_BLOCK], with errors     */
-    double *runs;  /* [n_blocks FF_BLOCK_RUNS][P] of the whole problem, with errors */
+    double *runs;  /* [n_runs][P] of the whole problem, with errors */
 } ff_chunk_sums;
 typedef void (*ff_pass_chunk_fn)(const ff_pass *pass, size_t first_block, size_t n_blocks, const ff_chunk_sums *sums);
 ff_pass_chunk_fn ff_pass_chunk_get(ff_isa isa);
@@ -391,7 +400,7 @@ typedef struct ff_clusters {
 /* Residuals that are nothing but rounding have no errors that could go together. */
 ff_status ff_clusters_choose(const struct ff_problem *p, const ff_normal *n, size_t n_samples, ff_clusters *out);
 
-/* Outer products of the score summed over runs of `run` samples (1, or FF_RUN 2^k), packed as ff_normal.meat. FF_ERR_MEMORY. */
+/* Outer products of the score summed over runs of `run` samples (1, or ff_run_length 2^k), packed as ff_normal.meat. FF_ERR_MEMORY. */
 ff_status ff_clusters_meat(const struct ff_problem *p, const ff_normal *n, size_t n_samples, size_t run, double *meat);
 
 /* Clusters are as good as equal ones of a smaller number where some have more to say of a parameter than others (Carter, Schnepel and

@@ -91,7 +91,7 @@ ff_status ff_pass_run(const ff_pass *pass, int parallel, ff_normal *out)
     r.n_sums = 1 + r.n_gram + FF_STAT_COUNT + r.n_meat + r.n_own;
     r.n_score = errors ? out->P * FF_BLOCK : 0;
     if (errors && !out->runs) {
-        out->n_runs = p->n_blocks * FF_BLOCK_RUNS;
+        out->n_runs = p->n_blocks * (FF_BLOCK / ff_run_length(p));
         out->runs = malloc((out->n_runs * out->P + 1) * sizeof *out->runs);
         if (!out->runs) return FF_ERR_MEMORY;
     }

@@ -278,15 +278,19 @@ static void add_score(const double *restrict column, const double *restrict r, d
     *(v8 *)own = sum;
 }
 
-/* Sums of the scores [P][FF_BLOCK] over runs of the block: runs [FF_BLOCK_RUNS][P]. */
-static void sum_runs(size_t P, const double *restrict score, double *restrict runs)
+/* Sums of the scores [P][FF_BLOCK] over runs of the block, of one vector each or of all: runs [FF_BLOCK / length][P]. */
+static void sum_runs(size_t P, size_t length, const double *restrict score, double *restrict runs)
 {
-    _Static_assert(FF_RUN == 8, "a run is a vector");
-    for (size_t k = 0; k < P; k++)
-        for (size_t i = 0; i < FF_BLOCK_RUNS; i++) {
-            const double *restrict s = score + k * FF_BLOCK + i * FF_RUN;
-            runs[i * P + k] = ((s[0] + s[4]) + (s[1] + s[5])) + ((s[2] + s[6]) + (s[3] + s[7]));
+    _Static_assert(FF_SHORT_RUN == 8 && (int)FF_LONG_RUN == (int)FF_BLOCK, "a run is a vector, or a block");
+    for (size_t k = 0; k < P; k++) {
+        v8 sum = {0};
+        for (size_t i = 0; i < FF_BLOCK / 8; i++) {
+            const v8 s = *(const v8 *)(score + k * FF_BLOCK + 8 * i);
+            sum += s;
+            if (length == FF_SHORT_RUN) runs[i * P + k] = ((s[0] + s[4]) + (s[1] + s[5])) + ((s[2] + s[6]) + (s[3] + s[7]));
         }
+        if (length == FF_LONG_RUN) runs[k] = ((sum[0] + sum[4]) + (sum[1] + sum[5])) + ((sum[2] + sum[6]) + (sum[3] + sum[7]));
+    }
 }
 
 static void channel_block(const ff_pass *pass, size_t block, size_t c, const ff_geometry *g, block_scratch *s,
@@ -341,6 +345,7 @@ void FF_ISA_NAME(ff_pass_chunk)(const ff_pass *pass, size_t first, size_t n_bloc
         for (size_t c = 0; c < p->n_channels; c++) channel_block(pass, block, c, &g, &s, sums);
         if (!errors || !P) continue;
         gram(P, (double(*)[FF_BLOCK])sums->score, sums->meat);
-        sum_runs(P, sums->score, sums->runs + block * FF_BLOCK_RUNS * P);
+        const size_t length = ff_run_length(p);
+        sum_runs(P, length, sums->score, sums->runs + block * (FF_BLOCK / length) * P);
     }
 }

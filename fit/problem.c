@@ -419,6 +419,7 @@ static ff_status build_all(build *b, const ff_model *models, size_t n_models, ff
     p->tan2_hi = fmax(1 / (cos_lo * cos_lo) - 1, 1e-12);
     p->tan2_lo = cos_hi < 1 - 1e-12 ? 1 / (cos_hi * cos_hi) - 1 : 0;
     pack_index(b, slabs);
+    if (ff_order_by_place(t, p->pool, b->index, sel->used)) return ff_error_set(err, FF_ERR_MEMORY, NULL, 0, -1, "out of memory");
     p->n = sel->used;
     p->n_blocks = (p->n + FF_BLOCK - 1) / FF_BLOCK;
     lay_out(p, models, n_models, b->o, t->isotropic, b->weighting);

@@ -268,11 +268,10 @@ static void fill_warnings(const ff_layout *l, const struct ff_problem *p, ff_fit
     if (r->correlation && r->has_ellipse && !l->m->lobe[0].isotropic && l->mode != FF_ISOTROPIC_MODE && !r->ellipse.phi_determined)
         ff_result_warn(r, "the two roughness axes differ by less than their error: the orientation is undetermined");
     if (r->correlation && !r->correlation_settled)
-        ff_result_warn(
-            r,
-            "the residuals go together over more than %zu neighbouring samples, as far as can be seen: the standard errors are "
-            "lower bounds",
-            r->correlated_over);
+        ff_result_warn(r,
+                       "the residuals go together over more than %zu neighbouring samples, as far as can be seen: the true errors are "
+                       "larger than the standard errors",
+                       r->correlated_over);
     if (p->selection.at_top)
         ff_result_warn(
             r, "%zu samples at different places share the largest value, %g: is the detector saturated? --saturation %g says so",

@@ -15,8 +15,8 @@ static void put_effective(const ff_fit_result *f, double values, FILE *out)
         fprintf(out, "%s values count as %s independent ones", ff_text_number(values, 9, n),
                 ff_text_fixed(f->effective_samples, 0, m));
     else
-        fprintf(out, "%s values, independent as far as can be seen", ff_text_number(values, 9, n));
-    if (f->correlated_over > 1) fprintf(out, ": residuals go together over %zu neighbouring samples", f->correlated_over);
+        fprintf(out, "%s values count as independent", ff_text_number(values, 9, n));
+    if (f->correlated_over > 1) fprintf(out, "; errors go together over %zu neighbouring samples", f->correlated_over);
     fprintf(out, "; condition of the Jacobian %s\n", ff_text_number(f->condition, 2, c));
 }
 

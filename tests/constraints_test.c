@@ -553,7 +553,7 @@ static void meat2(const linear_case *l, int sigma, const double x[2], double M[3
 /* sigma: weights 1 / sigma^2 instead of 1. */
 static linear_case linear_make(int sigma, uint64_t seed)
 {
-    linear_case l = {.s = fit_surface_make("ggx+lambert", 1, "alpha=0.3 f0=0.5 kd=0.3"), .n = 200};
+    linear_case l = {.s = fit_surface_make("ggx+lambert", 1, "alpha=0.3 f0=0.5 kd=0.3"), .n = 2000};
     const fit_sampling how = {.n = l.n, .max_theta = 75, .noise = 0.1, .sigma = sigma, .seed = seed};
     l.t = fit_measure(&l.s, &how);
     const uint32_t m = l.s.model.n_shape + l.s.model.n_channel;
@@ -592,7 +592,7 @@ static void prior_by_hand(void)
         ff_fit_result r = fitted("without a prior", &l.t, &m, &o);
         FF_CHECK_CLOSE(r.channel_value[0].value, l.value[0], 1e-7, 0);
         FF_CHECK_CLOSE(r.channel_value[2].value, l.value[1], 1e-7, 0);
-        FF_CHECK_CLOSE(r.channel_value[0].std_error, sqrt(l.V[0]), sigma ? 1e-6 : 0.06, 0);
+        FF_CHECK_CLOSE(r.channel_value[0].std_error, sqrt(l.V[0]), sigma ? 1e-6 : 0.02, 0);
         FF_CHECK(isnan(r.channel_value[0].prior_sd) && r.prior_penalty == 0, "a prior that nobody gave");
         const double error[2] = {r.channel_value[0].std_error, r.channel_value[2].std_error};
         for (int k = 0; k < 2; k++) l.noise[k] *= pow(error[k], 2) / l.V[2 * k]; /* by so much errors from few samples are wider */
@@ -617,8 +617,8 @@ static void prior_by_hand(void)
             r = fitted("with priors", &l.t, &m, &o);
             FF_CHECK_CLOSE(r.channel_value[0].value, x[0], 1e-7, 0);
             FF_CHECK_CLOSE(r.channel_value[2].value, x[1], 1e-7, 0);
-            FF_CHECK_CLOSE(r.channel_value[0].std_error, sqrt(V[0]), sigma ? 1e-6 : 0.03, 0);
-            FF_CHECK_CLOSE(r.channel_value[2].std_error, sqrt(V[2]), sigma ? 1e-6 : 0.03, 0);
+            FF_CHECK_CLOSE(r.channel_value[0].std_error, sqrt(V[0]), sigma ? 1e-6 : 0.02, 0);
+            FF_CHECK_CLOSE(r.channel_value[2].std_error, sqrt(V[2]), sigma ? 1e-6 : 0.02, 0);
             FF_CHECK(r.channel_value[0].prior_mean == prior[0].mean && r.channel_value[0].prior_sd == prior[0].sd &&
                          r.prior_penalty > 0,
                      "the prior is not reported");

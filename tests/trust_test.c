@@ -91,6 +91,27 @@ static void effective_number(void)
     }
 }
 
+/* A model that is not the surface leaves residuals that go together; samples in random order do not hide it. */
+static void misfit_of_scattered_samples(void)
+{
+    const fit_surface s = fit_surface_make("ggx+lambert", 1, plain_surface);
+    const fit_sampling how = {.n = 8000, .max_theta = 80, .noise = 0.05, .seed = 15};
+    const char *const expressions[2] = {"ggx+lambert", "beckmann+lambert"};
+    for (int k = 0; k < 2; k++) {
+        ff_fit_options o = fit_options();
+        ff_model model;
+        measured m;
+        o.shape = FF_SHAPE_ISOTROPIC;
+        FF_CHECK(!ff_model_parse(expressions[k], &model, NULL), "%s", expressions[k]);
+        if (!measure("misfit", fit_measure(&s, &how), &model, &o, &m)) return;
+        printf("%s on scattered ggx data: %zu values count as %.0f, together over %zu\n", expressions[k], m.places.n, m.fit.effective_samples,
+               m.fit.correlated_over);
+        FF_CHECK(k == 0 ? m.fit.effective_samples > 0.7 * (double)m.places.n : m.fit.effective_samples < 0.5 * (double)m.places.n,
+                 "%s: %.0f of %zu", expressions[k], m.fit.effective_samples, m.places.n);
+        forget(&m);
+    }
+}
+
 static void places_of_samples(void)
 {
     const ff_fit_options o = fit_options();
@@ -629,4 +650,4 @@ static void wrong_options(void)
     ff_table_free(&t);
 }
 
-FF_TEST_MAIN(FF_TEST(quantiles), FF_TEST(effective_number), FF_TEST(places_of_samples), FF_TEST(profiles), FF_TEST(ends_of_profiles), FF_TEST(not_determined), FF_TEST(bootstraps), FF_TEST(cut_offs), FF_TEST(comparisons), FF_TEST(validation_by_hand), FF_TEST(bands_of_angles), FF_TEST(residual_tables), FF_TEST(channels_that_differ), FF_TEST(outliers), FF_TEST(given_scale), FF_TEST(saturation), FF_TEST(noise_floor), FF_TEST(negative_samples), FF_TEST(wrong_options))
+FF_TEST_MAIN(FF_TEST(quantiles), FF_TEST(effective_number), FF_TEST(misfit_of_scattered_samples), FF_TEST(places_of_samples), FF_TEST(profiles), FF_TEST(ends_of_profiles), FF_TEST(not_determined), FF_TEST(bootstraps), FF_TEST(cut_offs), FF_TEST(comparisons), FF_TEST(validation_by_hand), FF_TEST(bands_of_angles), FF_TEST(residual_tables), FF_TEST(channels_that_differ), FF_TEST(outliers), FF_TEST(given_scale), FF_TEST(saturation), FF_TEST(noise_floor), FF_TEST(negative_samples), FF_TEST(wrong_options))
