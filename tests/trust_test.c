@@ -106,7 +106,7 @@ static void misfit_of_scattered_samples(void)
         if (!measure("misfit", fit_measure(&s, &how), &model, &o, &m)) return;
         printf("%s on scattered ggx data: %zu values count as %.0f, together over %zu\n", expressions[k], m.places.n, m.fit.effective_samples,
                m.fit.correlated_over);
-        FF_CHECK(k == 0 ? m.fit.effective_samples > 0.7 * (double)m.places.n : m.fit.effective_samples < 0.5 * (double)m.places.n,
+        FF_CHECK(k == 0 ? m.fit.effective_samples > 0.7 * (double)m.places.n : m.fit.effective_samples < 0.7 * (double)m.places.n && m.fit.correlated_over > 8,
                  "%s: %.0f of %zu", expressions[k], m.fit.effective_samples, m.places.n);
         forget(&m);
     }
