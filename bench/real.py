@@ -390,7 +390,8 @@ def reading(paints):
         f"* **Where the masking counts, the tail is long or the surface rough.** It makes more than {more(COUNTS)} of the rms in {len(matters)} files. In {sum(map(long_tail, matters))} of them student-t's gamma (height-correlated) is "
         f"below {LONG_TAIL:g}, in {sum(map(long_tail, idle))} of the other {n - len(matters)}: slopes whose mean is nearly infinite, for which Smith's forms darken all grazing directions and V-cavity's does not. The ggx alpha of the others among the "
         f"{len(matters)}: {commas(number(x, 2) for x in sorted(ggx_alpha(p) for p in matters if not long_tail(p)))}. For ggx, whose tail is shorter, the {len(SURFACES)} maskings differ by {more(median(of_ggx))} of the rms (median; at most {more(max(of_ggx))}).",
-        f"* **One lobe is not enough** where gamma ends below {LONGEST_TAIL:g}, next to its bound of 1.51: a narrow peak on a broad base, in {files(lambda p: gamma(p) < LONGEST_TAIL)} of {n} files.",
+        f"* **A gamma next to its bound of 1.51 is a warning**: below {LONGEST_TAIL:g} in {files(lambda p: gamma(p) < LONGEST_TAIL)} of {n} files. The tail of the lobe, and G with it, then compete with Lambert's part for the light far from the peak; "
+        "neither gamma nor kd nor the preference for a masking should be read as the surface's there.",
         f"* **Smith's four forms are closer still**: the worst is {more(median(smith))} above the best (median), {more(max(smith))} at most.",
         f"* **At the top the differences shrink.** The best fit with another distribution has an rms {more(median(other_ndf))} above the winner's, the best one with another masking {more(median(other_masking))} (medians). "
         f"Not told apart from the winner ({test}) is a model of another distribution in {sum(any(distribution(f) != distribution(p.best) for f in c) for p, c in zip(paints, close))} of {n} files, one with another masking in "
