@@ -409,6 +409,9 @@ ff_status ff_clusters_meat(const struct ff_problem *p, const ff_normal *n, size_
 ff_status ff_clusters_informative(const struct ff_problem *p, const ff_normal *n, size_t n_samples, const uint32_t *cluster,
                                   size_t n_clusters, const double *inverse, double *number);
 
+/* Share of the variance that is seen when errors are estimated from a number of clusters (Bell and McCaffrey 2002 have it exactly). */
+double ff_clusters_seen(const ff_normal *n, double number);
+
 /* Number of independent values that would say as much as the n_values; meat of the clusters. */
 double ff_clusters_effective(const ff_normal *n, const double *meat, size_t n_shape, double n_values);
 
