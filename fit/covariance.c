@@ -189,24 +189,33 @@ static void stretch(const subset *s, const double *single, const double *cluster
         }
 }
 
-/* The share of the variance that is seen when errors are taken from G clusters by a fit of m parameters, which follows each of them a
- * little: 1 - m / G, of at least half. G is the number that counts for the parameter. */
-double ff_clusters_seen(const ff_normal *n, double number)
-{
-    return fmax(1 - (double)(n->m1 - 1) / number, 0.5);
-}
-
 /* Share of what is known of a parameter that the data say; a prior is not estimated from clusters. */
 static double of_data(const ff_layout *l, const ff_uncertainty *u, size_t k)
 {
     return fmin(fmax(1 - ff_extras_weight(l, k) * u->inverse[k * l->P + k], 1e-9), 1);
 }
 
+/* Parameters that a fit of one channel finds from the data. */
+static double parameters_of_channel(const ff_layout *l, const ff_uncertainty *u)
+{
+    double sum = 0;
+    for (size_t k = 0; k < l->P; k++)
+        if (u->inverse[k * l->P + k] > 0) sum += of_data(l, u, k) / (k < l->n_shared ? 1 : (double)l->n_channels);
+    return sum;
+}
+
+/* 1 - 1/G where the errors inside a cluster are independent, near 1 - m/G where they are one error, since a fit of m parameters
+ * follows each cluster a little (Bell and McCaffrey 2002): half way, and no less than a half. */
+double ff_clusters_seen(const ff_layout *l, const ff_uncertainty *u, double number)
+{
+    return fmax(1 - 0.5 * (1 + parameters_of_channel(l, u)) / number, 0.5);
+}
+
 /* u->dof is still the number of clusters. */
-static double seen_of(const ff_layout *l, const ff_normal *n, const ff_uncertainty *u, size_t k)
+static double seen_of(const ff_layout *l, const ff_uncertainty *u, size_t k)
 {
     const double data = of_data(l, u, k);
-    return data * ff_clusters_seen(n, u->dof[k]) + 1 - data;
+    return data * ff_clusters_seen(l, u, u->dof[k]) + 1 - data;
 }
 
 /* Degrees of freedom, and errors as large as they are. */
@@ -219,7 +228,7 @@ static ff_status widen(const ff_layout *l, const struct ff_problem *p, const ff_
     const ff_status st = ff_clusters_informative(p, n, n_samples, NULL, clusters, u->inverse, u->dof);
     for (size_t a = 0; a < P && !st && u->clusters.run > 1; a++) /* of single samples there are so many that nothing is missed */
         for (size_t b = 0; b < P; b++)
-            u->cov[a * P + b] /= sqrt(seen_of(l, n, u, a) * seen_of(l, n, u, b));
+            u->cov[a * P + b] /= sqrt(seen_of(l, u, a) * seen_of(l, u, b));
     for (size_t k = 0; k < P && !st; k++) u->dof[k] = (u->dof[k] - 1) / of_data(l, u, k);
     return st;
 }

@@ -409,9 +409,6 @@ ff_status ff_clusters_meat(const struct ff_problem *p, const ff_normal *n, size_
 ff_status ff_clusters_informative(const struct ff_problem *p, const ff_normal *n, size_t n_samples, const uint32_t *cluster,
                                   size_t n_clusters, const double *inverse, double *number);
 
-/* Share of the variance that is seen when errors are estimated from a number of clusters (Bell and McCaffrey 2002 have it exactly). */
-double ff_clusters_seen(const ff_normal *n, double number);
-
 /* Number of independent values that would say as much as the n_values; meat of the clusters. */
 double ff_clusters_effective(const ff_normal *n, const double *meat, size_t n_shape, double n_values);
 
@@ -426,6 +423,9 @@ typedef struct ff_uncertainty {
     double *storage;
 } ff_uncertainty;
 void ff_uncertainty_free(ff_uncertainty *u);
+
+/* Share of the variance that is seen when the error of a parameter is estimated from a number of clusters. */
+double ff_clusters_seen(const ff_layout *l, const ff_uncertainty *u, double number);
 
 /* Of the parameters whose `use` is not 0, from a pass over n_samples samples of p. The covariance is H^-1 M H^-1 with M over clusters (heteroscedasticity-consistent, HC1:
  * MacKinnon and White 1985); with weights by the data's standard deviations it is H^-1, its errors larger by what the clusters say.

@@ -244,7 +244,9 @@ static void bootstraps(void)
     for (int k = 0; k < 2; k++) {
         printf("standard error %.6f, by 400 refits %.6f\n", sandwich[k].std_error, boot[k].std_error);
         FF_CHECK(boot[k].interval == FF_INTERVAL_BOOTSTRAP && boot[k].low < boot[k].value && boot[k].high > boot[k].value, "interval %d", k);
-        FF_CHECK_CLOSE(boot[k].std_error, sandwich[k].std_error, 0.4, 0); /* 32 groups: 13 % of scatter, and 4 % of 400 refits */
+        /* 32 groups, of which some ten say much: a quarter of scatter, and errors that are taken for larger by up to sqrt(2) */
+        const double ratio = boot[k].std_error / sandwich[k].std_error;
+        FF_CHECK(ratio > 0.7 && ratio < 1.9, "%.3g times the error by the formula", ratio);
     }
     FF_CHECK(ff_trust_bootstrap(m.p, &m.places, &o, 400, 7, &m.fit, &b, &err) == FF_OK, "%s", err.message);
     FF_CHECK(m.fit.shape_value[0].std_error == boot[0].std_error, "the same seed, another error");
