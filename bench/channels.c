@@ -1,6 +1,6 @@
-/* How the time of a fit grows with the number of channels: scattered samples of one surface, F0 and kd smooth over the channels, fitted
- * with its own search for a start and from a given one, one thread, errors included. The numbers of channels go by turns, so that
- * a slow minute falls on all.
+/* How the time of a fit grows with the number of channels: scattered samples of one surface, F0 and kd smooth over the channels,
+ * fitted with its own search for a start and from a given one, one thread, errors included. The numbers of channels go by turns, so
+ * that a slow minute falls on all.
  *
  *      bench_channels [ROUNDS [SAMPLES [CHANNELS...]]]
  *

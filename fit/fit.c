@@ -1,6 +1,6 @@
 /* A fit from beginning to end: search, approach over fewer samples, all samples, errors. */
 #define _GNU_SOURCE /* clock_gettime */
-#include "internal_fit.h"
+#include "internal_arrow.h"
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -184,9 +184,10 @@ static double seconds(void)
 
 /* The pass at the optimum with statistics and the outer products of the errors, unless the solver has made it already. */
 static ff_status final_pass(const ff_layout *l, const struct ff_problem *p, const ff_fit_options *o, const double *shape,
-                            const double *channel, ff_solution *solution)
+                            const double *channel, const int *at_bound, ff_solution *solution)
 {
     ff_pass pass;
+    if (l->arrow) return ff_arrow_finish(l, p, o, shape, channel, at_bound, solution);
     if (solution->has_final) return FF_OK;
     ff_status st = ff_normal_new(l, &solution->normal);
     if (!st) st = ff_layout_pass(l, p, o, shape, channel, &pass);
@@ -233,6 +234,7 @@ ff_status ff_problem_fit(ff_problem *p, const ff_model *m, const ff_fit_options 
     if (!st) st = check_fit(&l, p, o, err);
     if (st) return st;
     l.m = &r.model;
+    ff_layout_many(&l, o->dense_channels);
     double shape[FF_MAX_SHAPE], *channel = calloc(size + 1, sizeof *channel);
     int *at_bound = calloc(l.P + 1, sizeof *at_bound);
     r.shape_value = calloc(m->n_shape + 1, sizeof *r.shape_value);
@@ -249,11 +251,12 @@ ff_status ff_problem_fit(ff_problem *p, const ff_model *m, const ff_fit_options 
     if (!st) st = approach(&l, p, o, shape, channel, err);
     if (!st) st = solve_in_order(&l, p, o, shape, channel, at_bound, &solution, err);
     if (!st) {
-        st = final_pass(&l, p, o, shape, channel, &solution);
+        st = final_pass(&l, p, o, shape, channel, at_bound, &solution);
         if (!st) st = ff_result_fill(&l, p, o, shape, channel, at_bound, &solution, &r);
         if (st) ff_error_set(err, st, NULL, 0, -1, "the last pass failed: %s", ff_status_str(st));
     }
     ff_normal_free(&solution.normal);
+    ff_arrow_free(solution.arrow);
     free(channel);
     free(at_bound);
     if (st) {

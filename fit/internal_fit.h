@@ -83,7 +83,7 @@ typedef struct ff_normal {
     size_t m1, P, n_channels;
     double cost2; /* sum of rho(r^2): twice the objective                                    */
     double *gram; /* [n_channels][m1 (m1+1) / 2], lower triangle by rows: J^T J, J^T r, r^T r */
-    double *meat; /* [P (P+1) / 2]: sum over samples of score score^T; only of a final pass   */
+    double *meat; /* [P (P+1) / 2]: sum over samples of score score^T; only of a final pass; none of an arrow */
     double stat[FF_STAT_COUNT];
 } ff_normal;
 
@@ -123,7 +123,14 @@ typedef struct ff_layout {
     int linear;      /* 1: the model is affine in the free parameters of a channel, once scales are multiplied out */
     uint32_t scaled; /* lobes whose free ks multiplies free parameters: affine in ks and in their products with it */
     size_t P;        /* free.n_shape + n_channels free.n_channel                   */
+    int arrow;       /* 1: many channels, nothing of size P^2 is made; see internal_arrow.h. Set by ff_layout_many */
 } ff_layout;
+
+/* Makes a layout of more than `dense` channels an arrow. */
+static inline void ff_layout_many(ff_layout *l, size_t dense)
+{
+    l->arrow = l->n_channels > dense && l->free.n_channel > 0;
+}
 
 /* Chooses the free parameters for a shape. FF_ERR_UNSUPPORTED where the model cannot take it. */
 ff_status ff_layout_init(const ff_model *m, size_t n_channels, ff_shape shape, int mean_slope, ff_layout *out, ff_error *err);
@@ -208,6 +215,8 @@ typedef struct ff_solution {
     double cost2;
     ff_normal normal; /* of a final pass at the solution, where one was made (has_final); else zero. The caller's to free */
     int has_final;
+    struct ff_arrow *arrow; /* the covariance of an arrow, whose normal holds the sums of a plain pass and the statistics; the
+                               caller's to free */
 } ff_solution;
 
 /* Minimises from shape, channel (in and out) until a step would lower the objective by less than `tolerance` of itself.

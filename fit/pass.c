@@ -22,7 +22,7 @@ ff_status ff_normal_new(const ff_layout *l, ff_normal *out)
     const size_t n_channels = l->n_channels;
     ff_normal n = {.m1 = l->free.n_shape + l->free.n_channel + 1, .P = l->P, .n_channels = n_channels};
     n.gram = calloc(n_channels * (n.m1 * (n.m1 + 1) / 2), sizeof *n.gram);
-    n.meat = calloc(n.P * (n.P + 1) / 2 + 1, sizeof *n.meat);
+    n.meat = calloc(l->arrow ? 1 : n.P * (n.P + 1) / 2 + 1, sizeof *n.meat);
     if (!n.gram || !n.meat) {
         ff_normal_free(&n);
         return FF_ERR_MEMORY;

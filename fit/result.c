@@ -1,20 +1,8 @@
 /* What is said of an optimum: values, errors, the ellipse, residuals, and the words that go with the numbers. */
-#include "internal_fit.h"
+#include "internal_result.h"
 #include <math.h>
-#include <stdarg.h>
-#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-
-static void warn(ff_fit_result *r, const char *fmt, ...) __attribute__((format(printf, 2, 3)));
-static void warn(ff_fit_result *r, const char *fmt, ...)
-{
-    if (r->n_warnings == FF_MAX_WARNINGS) return;
-    va_list args;
-    va_start(args, fmt);
-    vsnprintf(r->warning[r->n_warnings++], FF_WARNING_LENGTH, fmt, args);
-    va_end(args);
-}
 
 /* "f0 (r)" or "alpha_x" for a parameter of the fit. */
 static void parameter_label(const ff_layout *l, const struct ff_problem *p, size_t k, char *out, size_t size)
@@ -25,13 +13,6 @@ static void parameter_label(const ff_layout *l, const struct ff_problem *p, size
         snprintf(out, size, "%s (%.32s)", name, p->channel_name[c]);
     else
         snprintf(out, size, "%s", name);
-}
-
-static ff_fit_value *value_at(const ff_layout *l, ff_fit_result *r, size_t k)
-{
-    if (k < l->free.n_shape) return &r->shape_value[l->free.shape[k]];
-    const size_t c = (k - l->free.n_shape) / l->free.n_channel, i = (k - l->free.n_shape) % l->free.n_channel;
-    return &r->channel_value[c * l->m->n_channel + l->free.channel[i]];
 }
 
 static void fill_values(const ff_layout *l, const double *shape, const double *channel, const int *at_bound, ff_fit_result *r)
@@ -79,18 +60,23 @@ static ff_status fill_errors(const ff_layout *l, const struct ff_problem *p, con
             const double scale = sqrt(cov[a * P + a] * cov[b * P + b]);
             r->correlation[(size_t)i * n + (size_t)j] = a == b ? 1 : scale > 0 ? cov[a * P + b] / scale : 0;
         }
+    free(use);
+    return st;
+}
+
+/* What is tied has the error of what it is tied to. */
+static void fill_tied_errors(const ff_layout *l, ff_fit_result *r)
+{
     for (uint32_t k = 0; k < l->free.n_shape; k++)
         if (l->free.tied[k]) {
             ff_fit_value *v = &r->shape_value[l->free.shape[k]];
             v[1].std_error = v[0].std_error;
             v[1].column = v[0].column;
         }
-    free(use);
-    return st;
 }
 
-/* The ellipse of the first lobe's slopes; with covariances, also whether its direction means anything. */
-static void fill_ellipse(const ff_layout *l, const double *shape, const double *cov, ff_fit_result *r)
+/* The ellipse of the first lobe's slopes; with covariances (rows of `stride`), also whether its direction means anything. */
+static void fill_ellipse(const ff_layout *l, const double *shape, const double *cov, size_t stride, ff_fit_result *r)
 {
     const ff_model *m = l->m;
     if (m->n_lobes == 0 || ff_ndf_at(m->lobe[0].ndf)->alpha_own != 0) return;
@@ -116,8 +102,8 @@ static void fill_ellipse(const ff_layout *l, const double *shape, const double *
             if (i > 2 || j > 2) continue;
             const double gDa = (d * by[i][0] + e * by[i][1]) / D, gDb = (d * by[j][0] + e * by[j][1]) / D;
             const double gpa = 0.5 * (d * by[i][1] - e * by[i][0]) / (D * D), gpb = 0.5 * (d * by[j][1] - e * by[j][0]) / (D * D);
-            var_D += gDa * gDb * cov[a * l->P + b];
-            var_phi += gpa * gpb * cov[a * l->P + b];
+            var_D += gDa * gDb * cov[a * stride + b];
+            var_phi += gpa * gpb * cov[a * stride + b];
         }
     o->phi_determined = D > 2 * sqrt(fmax(var_D, 0));
     if (o->phi_determined) o->phi_std_error = sqrt(fmax(var_phi, 0));
@@ -167,25 +153,52 @@ static void warn_correlated(const ff_layout *l, const struct ff_problem *p, ff_f
 /* One warning for all channels whose parameter k lies on the same bound. */
 static void warn_channels_at_bound(const ff_layout *l, const struct ff_problem *p, uint32_t k, int bound, ff_fit_result *r)
 {
-    char names[120] = "";
+    char names[120];
     double value = 0;
-    for (size_t c = 0; c < l->n_channels; c++) {
+    int any = 0;
+    unsigned char *mark = malloc(l->n_channels + 1);
+    for (size_t c = 0; c < l->n_channels && mark; c++) {
         const ff_fit_value *v = &r->channel_value[c * l->m->n_channel + k];
-        const size_t used = strlen(names);
-        if (v->at_bound != bound) continue;
+        mark[c] = v->at_bound == bound;
+        if (!mark[c]) continue;
         value = v->value;
-        snprintf(names + used, sizeof names - used, "%s%.32s", used ? ", " : "", p->channel_name[c]);
+        any = 1;
     }
-    if (!names[0]) return;
+    if (any) ff_channels_label(p, mark, names, sizeof names);
+    free(mark);
+    if (!any) return;
     const int too_bright = bound > 0 && (l->m->channel[k].info->flags & FF_PARAM_LINEAR);
     warn(r, "%s%s%s%s is on its %s bound, %g: no standard error there%s", l->m->channel[k].name, l->n_channels > 1 ? " (" : "",
          l->n_channels > 1 ? names : "", l->n_channels > 1 ? ")" : "", bound < 0 ? "lower" : "upper", value,
          too_bright ? "; are the data in 1/sr?" : "");
 }
 
+static void warn_dark_channels(const struct ff_problem *p, ff_fit_result *r)
+{
+    char names[120];
+    unsigned char *mark = calloc(p->n_channels + 1, 1);
+    int any = 0;
+    for (size_t c = 0; c < p->n_channels && p->n_channels > 1 && mark; c++) {
+        mark[c] = p->channel_mean[c] == 0;
+        any |= mark[c];
+        if (mark[c] && p->n_channels <= FF_CHANNELS_NAMED)
+            warn(r,
+                 "channel %.64s is zero everywhere, which no lobe is: it pulls the shape of the others; --channels each keeps them "
+                 "apart",
+                 p->channel_name[c]);
+    }
+    if (any && p->n_channels > FF_CHANNELS_NAMED)
+        warn(r,
+             "channels that are zero everywhere (%s), which no lobe is, pull the shape of the others; --channels each keeps them "
+             "apart",
+             ff_channels_label(p, mark, names, sizeof names));
+    free(mark);
+}
+
 static void fill_warnings(const ff_layout *l, const struct ff_problem *p, ff_fit_result *r)
 {
     char label[80];
+    const int many = l->n_channels > FF_CHANNELS_NAMED;
     if (r->outcome == FF_LIMIT)
         warn(r, "stopped after %d iterations before it converged; --max-iterations allows more", r->iterations);
     if (r->outcome == FF_STALLED)
@@ -195,22 +208,22 @@ static void fill_warnings(const ff_layout *l, const struct ff_problem *p, ff_fit
         parameter_label(l, p, k, label, sizeof label);
         if (k < l->free.n_shape && v->at_bound)
             warn(r, "%s is on its %s bound, %g", label, v->at_bound < 0 ? "lower" : "upper", v->value);
+        if (many && k >= l->free.n_shape) continue; /* they are named together */
         if (!v->at_bound && r->correlation && isnan(v->std_error)) warn(r, "%s is not determined by these data", label);
     }
+    if (many && r->correlation) ff_result_warn_undetermined(l, p, r);
     for (uint32_t k = 0; k < l->m->n_channel; k++) {
         if (l->m->channel[k].flags & FF_PARAM_HELD) continue;
         warn_channels_at_bound(l, p, k, -1, r);
         warn_channels_at_bound(l, p, k, +1, r);
     }
-    if (r->correlation) warn_correlated(l, p, r);
+    if (r->channel_correlation)
+        ff_result_warn_channels_correlated(l, p, r);
+    else if (r->correlation)
+        warn_correlated(l, p, r);
     if (r->correlation && r->has_ellipse && !l->m->lobe[0].isotropic && l->mode != FF_ISOTROPIC_MODE && !r->ellipse.phi_determined)
         warn(r, "the two roughness axes differ by less than their error: the orientation is undetermined");
-    for (size_t c = 0; c < p->n_channels && p->n_channels > 1; c++)
-        if (p->channel_mean[c] == 0)
-            warn(r,
-                 "channel %.64s is zero everywhere, which no lobe is: it pulls the shape of the others; --channels each keeps them "
-                 "apart",
-                 p->channel_name[c]);
+    warn_dark_channels(p, r);
     if (p->selection.negative) warn(r, "%zu of the samples have negative values; they are kept as noise", p->selection.negative);
     const size_t n = p->n * p->n_channels;
     if (p->selection.weighting == FF_WEIGHT_SIGMA && n > l->P) {
@@ -226,7 +239,8 @@ static void fill_warnings(const ff_layout *l, const struct ff_problem *p, ff_fit
 ff_status ff_result_fill(const ff_layout *l, const struct ff_problem *p, const ff_fit_options *o, const double *shape,
                          const double *channel, const int *at_bound, const ff_solution *solution, ff_fit_result *r)
 {
-    double *cov = calloc(l->P * l->P + 1, sizeof *cov);
+    const ff_arrow *arrow = solution->arrow;
+    double *cov = calloc(l->arrow ? 1 : l->P * l->P + 1, sizeof *cov);
     ff_status st = cov ? FF_OK : FF_ERR_MEMORY;
     size_t n_free = 0;
     for (size_t k = 0; k < l->P; k++) n_free += at_bound[k] == 0;
@@ -237,10 +251,12 @@ ff_status ff_result_fill(const ff_layout *l, const struct ff_problem *p, const f
         fill_values(l, shape, channel, at_bound, r);
         fill_residual(&solution->normal, r);
         fill_criteria(p, n_free, r);
-        if (o->std_errors) st = fill_errors(l, p, &solution->normal, at_bound, cov, r);
+        if (o->std_errors)
+            st = arrow ? ff_result_channel_errors(l, arrow, r) : fill_errors(l, p, &solution->normal, at_bound, cov, r);
     }
     if (!st) {
-        fill_ellipse(l, shape, o->std_errors ? cov : NULL, r);
+        if (o->std_errors) fill_tied_errors(l, r);
+        fill_ellipse(l, shape, !o->std_errors ? NULL : arrow ? arrow->shape : cov, arrow ? arrow->S : l->P, r);
         fill_warnings(l, p, r);
     }
     free(cov);
@@ -253,5 +269,6 @@ void ff_fit_result_free(ff_fit_result *r)
     free(r->shape_value);
     free(r->channel_value);
     free(r->correlation);
+    free(r->channel_correlation);
     memset(r, 0, sizeof *r);
 }

@@ -85,7 +85,9 @@ ff_status ff_standin_make(const ff_layout *l, ff_standin *out)
         if (strcmp(name, "r_xy") == 0) shape = FF_SHAPE_CORRELATED;
         if (strcmp(name, "alpha_y") == 0 && shape == FF_SHAPE_ISOTROPIC) shape = FF_SHAPE_AXIS;
     }
-    return ff_layout_init(&out->model, l->n_channels, shape, mean_slope, &out->layout, NULL) ? FF_ERR_INTERNAL : FF_OK;
+    if (ff_layout_init(&out->model, l->n_channels, shape, mean_slope, &out->layout, NULL)) return FF_ERR_INTERNAL;
+    if (l->arrow) ff_layout_many(&out->layout, 0);
+    return FF_OK;
 }
 
 static double clamp(const ff_param *info, double v)
