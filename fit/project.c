@@ -13,9 +13,10 @@
  * foretold channels are exact for a shape at rest; where not, they are damped after a trial that failed, as the solver damps the
  * shape.
  *
- * Parameters of a channel that its step leaves on a bound are no part of the elimination. Coordinates of the shape on theirs are
- * held and let go as in solve.c. Converged is the same: the Newton decrement, here the sum of what the channels gain by themselves
- * and what the shape gains with the channels following. */
+ * Parameters of a channel that its step leaves on a bound are no part of the elimination. A coordinate of the shape that presses
+ * against its bound is held there, and let go when the gradient pulls it inside; a step of the solver that leaves the box ends on
+ * its wall, which saves the line searches that bounds would cost. Converged is the same as in solve.c: the Newton decrement, here
+ * the sum of what the channels gain by themselves and what the shape gains with the channels following. */
 #include "internal_arrow.h"
 #include "internal_loss.h"
 #include "internal_solve.h"
@@ -47,10 +48,10 @@ typedef struct solver {
     double work[2 * FF_MAX_SHAPE * FF_MAX_SHAPE + FF_MAX_SHAPE];
     size_t moving[FF_MAX_SHAPE], n_moving;
     double tolerance;
-    double damping; /* of the channels' steps, relative to the diagonal               */
-    double moved;   /* length of the last step, relative to that of the point         */
-    int exact;      /* 1: the channels of a shape at rest are a quadratic problem, or lie below one that is */
-    int left_box;
+    double damping;   /* of the channels' steps, relative to the diagonal               */
+    double moved;     /* length of the last step, relative to that of the point         */
+    int exact;        /* 1: the channels of a shape at rest are a quadratic problem, or lie below one that is */
+    int at_wall;      /* 1: the solver has accepted a step that leaves the box */
     ff_status status; /* of a pass that failed                                           */
 } solver;
 
@@ -208,18 +209,18 @@ static ff_status try_shape(solver *s, const double *t)
 
 /* ---- what the solver sees -------------------------------------------------------------------- */
 
+/* Outside the box the objective is that of the nearest point inside: where a step that leaves it is worth taking, the solve ends
+ * there, to go on with what presses against a bound held. */
 static ff_status evaluate(void *context, const double *x, double *residual, double *jacobian)
 {
     solver *s = context;
     double t[FF_MAX_SHAPE];
+    int outside = 0;
     memcpy(t, s->base, s->S * sizeof *t);
     for (size_t i = 0; i < s->n_moving; i++) {
         const size_t k = s->moving[i];
-        if (!(x[i] >= s->lower[k] && x[i] <= s->upper[k])) {
-            s->left_box = 1;
-            return FF_ERR_RANGE;
-        }
-        t[k] = x[i];
+        t[k] = fmin(fmax(x[i], s->lower[k]), s->upper[k]);
+        outside |= t[k] != x[i];
     }
     const int at_base = memcmp(t, s->base, s->S * sizeof *t) == 0;
     if (!at_base && (!s->have_last || memcmp(t, s->x, s->S * sizeof *t) != 0)) {
@@ -235,6 +236,7 @@ static ff_status evaluate(void *context, const double *x, double *residual, doub
         return FF_OK;
     }
     if (!at_base) make_base(s);
+    s->at_wall = outside;
     s->explained = ff_compress(s->H, s->g, s->S, s->moving, s->n_moving, s->at_base.cost2, s->work, residual, jacobian);
     return FF_OK;
 }
@@ -244,21 +246,20 @@ static int iterated(void *context, int iteration, double cost)
     solver *s = context;
     if (s->o->progress && s->parallel) s->o->progress(s->o->progress_context, s->iterations + iteration, cost);
     if (ff_fit_cancelled(s->o)) return -1;
-    if (s->left_box) return 1; /* to be taken up again with bounds */
+    if (s->at_wall) return 1;
     const int here = fabs(0.5 * s->at_base.cost2 - cost) <= 1e-12 * cost;
     return here && s->explained + s->gain <= s->tolerance * s->at_base.cost2;
 }
 
 /* ---- moves ----------------------------------------------------------------------------------- */
 
-static ff_status run_solver(solver *s, int walls, int max_iterations, ff_outcome *outcome, ff_error *err)
+static ff_status run_solver(solver *s, int max_iterations, ff_outcome *outcome, ff_error *err)
 {
-    double x[FF_MAX_SHAPE], lower[FF_MAX_SHAPE], upper[FF_MAX_SHAPE], t[FF_MAX_SHAPE];
+    double x[FF_MAX_SHAPE], lower[FF_MAX_SHAPE], upper[FF_MAX_SHAPE];
     for (size_t i = 0; i < s->n_moving; i++) {
-        const size_t k = s->moving[i];
-        x[i] = s->base[k];
-        lower[i] = walls ? s->lower[k] : -INFINITY;
-        upper[i] = walls ? s->upper[k] : INFINITY;
+        x[i] = s->base[s->moving[i]];
+        lower[i] = -INFINITY;
+        upper[i] = INFINITY;
     }
     const ff_ceres_problem problem = {.n = s->n_moving,
                                       .lower = lower,
@@ -271,20 +272,12 @@ static ff_status run_solver(solver *s, int walls, int max_iterations, ff_outcome
                                       .parameter_tolerance = sqrt(s->tolerance) * 1e-2};
     ff_ceres_summary summary;
     s->status = FF_OK;
-    s->left_box = 0;
-    ff_status st = ff_ceres_solve(&problem, x, &summary, err);
+    const ff_status st = ff_ceres_solve(&problem, x, &summary, err);
     if (st) return st;
     s->iterations += summary.iterations > 0 ? summary.iterations : 0;
     *outcome = ff_solve_outcome(summary.end);
     if (s->status == FF_ERR_CANCELLED || s->status == FF_ERR_MEMORY) return s->status;
-    if (*outcome == FF_CANCELLED) return FF_ERR_CANCELLED;
-    /* mostly the base; along walls the solver's line search may have gone on from there */
-    memcpy(t, s->base, s->S * sizeof *t);
-    for (size_t i = 0; i < s->n_moving; i++) t[s->moving[i]] = fmin(fmax(x[i], s->lower[s->moving[i]]), s->upper[s->moving[i]]);
-    if (memcmp(t, s->base, s->S * sizeof *t) == 0) return FF_OK;
-    st = try_shape(s, t);
-    if (!st && s->normal.cost2 <= s->at_base.cost2) make_base(s);
-    return st == FF_ERR_INTERNAL ? FF_OK : st; /* a sum that is not finite: the base is the better point */
+    return *outcome == FF_CANCELLED ? FF_ERR_CANCELLED : FF_OK;
 }
 
 /* Back to the lowest point that was seen, where the base is not it; takes a pass then. */
@@ -360,18 +353,15 @@ static ff_status solve_moving(solver *s, const int *held, int max_iterations, ff
 {
     const int before = s->iterations;
     s->n_moving = 0;
+    s->at_wall = 0;
     for (size_t k = 0; k < s->S; k++)
         if (!held[k]) s->moving[s->n_moving++] = k;
     *outcome = FF_CONVERGED;
     ff_status st = FF_OK;
-    if (s->n_moving > 0) {
-        st = run_solver(s, 0, max_iterations, outcome, err);
-        const int left = max_iterations - (s->iterations - before);
-        if (!st && s->left_box) st = run_solver(s, 1, left > 0 ? left : 0, outcome, err);
-    }
+    if (s->n_moving > 0) st = run_solver(s, max_iterations, outcome, err);
     if (!st) st = return_to_best(s);
     const int left = max_iterations - (s->iterations - before);
-    if (!st && *outcome != FF_LIMIT) st = settle_channels(s, left > 0 ? left : 0, outcome);
+    if (!st && *outcome != FF_LIMIT && !s->at_wall) st = settle_channels(s, left > 0 ? left : 0, outcome);
     if (!st) look_around(s);
     return st;
 }
