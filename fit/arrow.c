@@ -192,8 +192,8 @@ static void run_chunk(void *context, size_t chunk, int worker)
     sums.channel = sums.shape + (r->arrow ? r->arrow->S * (r->arrow->S + 1) / 2 * 8 : 0);
     sums.score = lanes + r->n_sums * 8;
     memset(lanes, 0, r->n_sums * 8 * sizeof *lanes);
-    const size_t first = chunk * FF_CHUNK, left = p->n_blocks - first;
-    r->kernel(r->pass, r->arrow, first, left < FF_CHUNK ? left : FF_CHUNK, &sums);
+    const size_t share = ff_problem_share(p), first = chunk * share, left = p->n_blocks - first;
+    r->kernel(r->pass, r->arrow, first, left < share ? left : share, &sums);
     double *out = r->result + chunk * r->n_sums;
     for (size_t k = 0; k < r->n_sums; k++) {
         double sum = lanes[k * 8];
@@ -209,7 +209,8 @@ static void run_chunk(void *context, size_t chunk, int worker)
 static ff_status influence_pass(const ff_pass *pass, const ff_arrow *arrow, size_t n_sums, double *out)
 {
     const struct ff_problem *p = pass->p;
-    const size_t chunks = (p->n_blocks + FF_CHUNK - 1) / FF_CHUNK, threads = (size_t)ff_pool_threads(p->pool);
+    const size_t share = ff_problem_share(p), chunks = (p->n_blocks + share - 1) / share,
+                 threads = (size_t)ff_pool_threads(p->pool);
     run r = {.pass = pass, .arrow = arrow, .n_sums = n_sums, .n_score = arrow ? arrow->P * FF_BLOCK : 0};
     r.kernel = ff_isa_available(p->isa) ? FF_ISA_PICK(p->isa, ff_influence_chunk) : NULL;
     r.lanes = aligned_alloc(64, (threads * (n_sums * 8 + r.n_score) * sizeof(double) + 63) / 64 * 64);

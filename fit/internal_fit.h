@@ -41,6 +41,14 @@ static inline double *ff_problem_plane(const struct ff_problem *p, size_t block,
     return p->data + (block / FF_CHUNK * p->n_planes + (size_t)plane) * FF_PLANE_STRIDE + block % FF_CHUNK * FF_BLOCK;
 }
 
+/* Blocks whose sums a pass over the pool makes in one go: a chunk, or less where there are so many channels that a few chunks would
+ * be all the work there is to share out. */
+static inline size_t ff_problem_share(const struct ff_problem *p)
+{
+    const size_t share = 8 * FF_CHUNK / p->n_channels;
+    return share > FF_CHUNK ? FF_CHUNK : share < 4 ? 4 : share;
+}
+
 /* Doubles that the planes of a problem take. */
 static inline size_t ff_problem_doubles(const struct ff_problem *p)
 {

@@ -42,7 +42,7 @@ void ff_normal_free(ff_normal *n)
 typedef struct run {
     const ff_pass *pass;
     ff_pass_chunk_fn kernel;
-    size_t n_gram, n_meat, n_sums, n_score;
+    size_t share, n_gram, n_meat, n_sums, n_score;
     double *lanes;  /* [threads][n_sums * 8 + n_score] */
     double *result; /* [chunks][n_sums]                */
 } run;
@@ -59,8 +59,8 @@ static void run_chunk(void *context, size_t chunk, int worker)
     sums.meat = sums.stat + FF_STAT_COUNT * 8;
     sums.score = sums.meat + r->n_meat * 8;
     memset(lanes, 0, r->n_sums * 8 * sizeof *lanes);
-    const size_t first = chunk * FF_CHUNK, left = p->n_blocks - first;
-    r->kernel(r->pass, first, left < FF_CHUNK ? left : FF_CHUNK, &sums);
+    const size_t first = chunk * r->share, left = p->n_blocks - first;
+    r->kernel(r->pass, first, left < r->share ? left : r->share, &sums);
     double *out = r->result + chunk * r->n_sums;
     const size_t max_at = 1 + r->n_gram + FF_STAT_MAX;
     for (size_t k = 0; k < r->n_sums; k++) {
@@ -76,8 +76,9 @@ static void run_chunk(void *context, size_t chunk, int worker)
 ff_status ff_pass_run(const ff_pass *pass, int parallel, ff_normal *out)
 {
     const struct ff_problem *p = pass->p;
-    const size_t chunks = (p->n_blocks + FF_CHUNK - 1) / FF_CHUNK, tri = out->m1 * (out->m1 + 1) / 2;
-    run r = {.pass = pass, .kernel = ff_pass_chunk_get(p->isa)};
+    const size_t share = parallel ? ff_problem_share(p) : FF_CHUNK, chunks = (p->n_blocks + share - 1) / share;
+    const size_t tri = out->m1 * (out->m1 + 1) / 2;
+    run r = {.pass = pass, .kernel = ff_pass_chunk_get(p->isa), .share = share};
     r.n_gram = out->n_channels * tri;
     r.n_meat = pass->final ? out->P * (out->P + 1) / 2 : 0;
     r.n_sums = 1 + r.n_gram + FF_STAT_COUNT + r.n_meat;
