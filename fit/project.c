@@ -37,7 +37,6 @@ typedef struct solver {
     double *x;
     ff_normal normal;
     int have_last;
-    double *best, best_cost2; /* the lowest point that a pass was made at                        */
     /* The base, the point that steps are taken from: what its pass left, its grams in coordinates [n_channels][tri], and what is
      * left of J^T J and J^T r for the shape. */
     double *base, *gram;
@@ -69,10 +68,7 @@ static ff_status pass_here(solver *s)
     st = ff_pass_run(&pass, s->parallel, &s->normal);
     ff_pass_free(&pass);
     s->have_last = !st;
-    if (st || s->normal.cost2 >= s->best_cost2) return st;
-    s->best_cost2 = s->normal.cost2;
-    memcpy(s->best, s->x, l->P * sizeof *s->x);
-    return FF_OK;
+    return st;
 }
 
 /* ---- one channel ----------------------------------------------------------------------------- */
@@ -280,16 +276,6 @@ static ff_status run_solver(solver *s, int max_iterations, ff_outcome *outcome, 
     return *outcome == FF_CANCELLED ? FF_ERR_CANCELLED : FF_OK;
 }
 
-/* Back to the lowest point that was seen, where the base is not it; takes a pass then. */
-static ff_status return_to_best(solver *s)
-{
-    if (s->at_base.cost2 <= s->best_cost2 * (1 + s->tolerance)) return FF_OK;
-    memcpy(s->x, s->best, s->l->P * sizeof *s->x);
-    const ff_status st = pass_here(s);
-    if (!st) make_base(s);
-    return st;
-}
-
 /* Steps of the channels alone, until they can gain no more. Where no coordinate of the shape moves that is the whole problem. */
 static ff_status settle_channels(solver *s, int max_iterations, ff_outcome *outcome)
 {
@@ -359,7 +345,8 @@ static ff_status solve_moving(solver *s, const int *held, int max_iterations, ff
     *outcome = FF_CONVERGED;
     ff_status st = FF_OK;
     if (s->n_moving > 0) st = run_solver(s, max_iterations, outcome, err);
-    if (!st) st = return_to_best(s);
+    /* a last step that gained too little to be accepted is made all the same */
+    if (!st && s->have_last && s->normal.cost2 < s->at_base.cost2) make_base(s);
     const int left = max_iterations - (s->iterations - before);
     if (!st && *outcome != FF_LIMIT && !s->at_wall) st = settle_channels(s, left > 0 ? left : 0, outcome);
     if (!st) look_around(s);
@@ -387,14 +374,13 @@ static solver *solver_new(const ff_layout *l, const struct ff_problem *p, const 
     const size_t m1 = s->S + s->K + 1;
     s->tri = m1 * (m1 + 1) / 2;
     s->exact = l->linear && !l->scaled && (p->surrogate || !ff_loss_is_curved(p->loss));
-    s->best_cost2 = INFINITY;
-    s->x = calloc(6 * P + C * s->tri + 1, sizeof *s->x);
+    s->x = calloc(5 * P + C * s->tri + 1, sizeof *s->x);
     s->channel = calloc(C * l->m->n_channel + 1, sizeof *s->channel);
     if (!s->x || !s->channel || ff_normal_new(l, &s->normal) || ff_normal_new(l, &s->at_base)) {
         solver_free(s);
         return NULL;
     }
-    double **const vectors[] = {&s->lower, &s->upper, &s->slope, &s->best, &s->base}, *next = s->x + P;
+    double **const vectors[] = {&s->lower, &s->upper, &s->slope, &s->base}, *next = s->x + P;
     for (size_t k = 0; k < sizeof vectors / sizeof *vectors; k++, next += P) *vectors[k] = next;
     s->gram = next;
     ff_solve_bounds(l, s->lower, s->upper);
