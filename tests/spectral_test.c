@@ -341,10 +341,17 @@ static void outcome_limit(void)
 
 /* ---- the covariance at one point ------------------------------------------------------------- */
 
-/* Both at the same parameters, so that nothing but rounding may differ. */
-static void covariance_at(const experiment *e)
+/* Both at the same parameters, so that nothing but rounding may differ. dark: a channel whose lobe has no strength, so that its f0
+ * has no effect; -1 = none. Returns how many parameters are in use and not determined. */
+static int covariance_at(const experiment *e, int dark)
 {
     fit_surface s = surface_of(e);
+    const int scale = -1 - ff_model_param_find(&s.model, "ks");
+    if (dark >= 0) {
+        s.model.channel[scale].flags &= ~(uint32_t)FF_PARAM_HELD;
+        s.channel[(size_t)dark * s.model.n_channel + (size_t)scale] = 0;
+    }
+    int lost = 0;
     ff_table t = data_of(e, &s);
     ff_fit_options o = options_of(e, 1000);
     ff_problem *p = NULL;
@@ -355,7 +362,7 @@ static void covariance_at(const experiment *e)
     FF_CHECK(st == FF_OK, "%s: %s", e->what, err.message);
     if (st) {
         ff_table_free(&t);
-        return;
+        return 0;
     }
     ff_normal dense = {0};
     ff_pass pass;
@@ -385,7 +392,9 @@ static void covariance_at(const experiment *e)
     for (size_t i = 0; i < P && a; i++) {
         FF_CHECK(a->determined[i] == determined[i], "%s: parameter %zu is determined: %d, dense %d", e->what, i, a->determined[i],
                  determined[i]);
+        lost += use[i] && !determined[i];
         for (size_t j = 0; j < P; j++) {
+            if (!determined[i] || !determined[j]) continue;
             const size_t c = (i - S) / K, q = (i - S) % K;
             double v;
             if (i < S && j < S)
@@ -412,28 +421,33 @@ static void covariance_at(const experiment *e)
     free(determined);
     ff_problem_free(p);
     ff_table_free(&t);
+    return lost;
 }
 
 static void covariance_of_one_point(void)
 {
     experiment e = experiment_make("sandwich", "ggx+lambert", ellipse, 7);
-    covariance_at(&e);
+    FF_CHECK(covariance_at(&e, -1) == 0, "%s: all are determined", e.what);
     e.what = "sandwich, some left out";
     e.beyond = 1;
-    covariance_at(&e);
+    FF_CHECK(covariance_at(&e, -1) == 0, "%s: all are determined", e.what);
     e.what = "log, huber";
     e.loss = FF_LOSS_LOG;
     e.robust = FF_ROBUST_HUBER;
     e.robust_scale = 0.02;
-    covariance_at(&e);
+    FF_CHECK(covariance_at(&e, -1) == 0, "%s: all are determined", e.what);
     e = experiment_make("H^-1 of sigma weights", "ggx+lambert", ellipse, 7);
     e.how.sigma = 1;
-    covariance_at(&e);
+    FF_CHECK(covariance_at(&e, -1) == 0, "%s: all are determined", e.what);
     e = experiment_make("conductor", "ggx/smith-height-correlated/conductor+lambert", ellipse, 7);
-    covariance_at(&e);
+    FF_CHECK(covariance_at(&e, -1) == 0, "%s: all are determined", e.what);
     e = experiment_make("two lobes", "ggx+beckmann+lambert", "alpha_x=0.1 alpha_y=0.15 r_xy=0.2 lobe2.alpha=0.5", 7);
     e.how.n = 5000;
-    covariance_at(&e);
+    FF_CHECK(covariance_at(&e, -1) == 0, "%s: all are determined", e.what);
+    e = experiment_make("a lobe without strength", "ggx+lambert", ellipse, 7);
+    FF_CHECK(covariance_at(&e, 3) == 1, "%s: f0 is not determined", e.what);
+    e = experiment_make("two equal lobes", "ggx+ggx", "alpha=0.3 lobe2.alpha=0.3", 7);
+    FF_CHECK(covariance_at(&e, -1) == 20, "%s: nothing is determined", e.what);
 }
 
 /* ---- how it is done -------------------------------------------------------------------------- */
