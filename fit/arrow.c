@@ -168,7 +168,7 @@ static void fill_determined(ff_arrow *a, const int *use, int enough)
     for (size_t k = 0; k < a->P; k++) {
         const size_t c = k < a->S ? 0 : (k - a->S) / a->K, i = k < a->S ? k : (k - a->S) % a->K;
         const double variance = k < a->S ? a->shape[i * a->S + i] : a->block[(c * a->K + i) * a->K + i];
-        a->determined[k] = use[k] && variance < FF_UNDETERMINED && a->scale[k] < 1e150 && enough;
+        a->determined[k] = use[k] && variance < FF_UNDETERMINED && enough;
     }
 }
 

@@ -10,8 +10,9 @@
  * for and to the channels that the grams of the last accepted point foretell for it. That is the Gauss-Newton step of the whole
  * problem, found by eliminating the blocks, and it converges as fast as projecting does (Ruhe and Wedin 1980); one pass is one
  * step, and nothing in it needs the model to be linear in its channel parameters or the loss to be straight. Where the two are, the
- * foretold channels are exact for a shape at rest; where not, they are damped after a trial that failed, as the solver damps the
- * shape.
+ * foretold channels are exact for a shape at rest. Where not, their steps are damped after a trial that failed, as the solver damps
+ * the shape's, by a multiple of the diagonal and of the channel's |r|^2 (coordinates are of the order of 1, so that this bounds the
+ * step), and the complement is that of the damped blocks. Convergence is always judged without damping.
  *
  * Parameters of a channel that its step leaves on a bound are no part of the elimination. A coordinate of the shape that presses
  * against its bound is held there, and let go when the gradient pulls it inside; a step of the solver that leaves the box ends on
@@ -47,11 +48,11 @@ typedef struct solver {
     double work[2 * FF_MAX_SHAPE * FF_MAX_SHAPE + FF_MAX_SHAPE];
     size_t moving[FF_MAX_SHAPE], n_moving;
     double tolerance;
-    double damping;   /* of the channels' steps, relative to the diagonal               */
+    double damping;   /* of the channels' steps; 0 where exact                          */
     double moved;     /* length of the last step, relative to that of the point         */
-    int exact;        /* 1: the channels of a shape at rest are a quadratic problem, or lie below one that is */
-    int at_wall;      /* 1: the solver has accepted a step that leaves the box */
-    ff_status status; /* of a pass that failed                                           */
+    int exact;        /* 1: the objective of the channels with the shape at rest is quadratic, or below its quadratic model */
+    int at_wall;      /* 1: the solver has accepted a step that leaves the box          */
+    ff_status status; /* of a pass that failed                                          */
 } solver;
 
 /* ---- passes ---------------------------------------------------------------------------------- */
@@ -73,22 +74,31 @@ static ff_status pass_here(solver *s)
 
 /* ---- one channel ----------------------------------------------------------------------------- */
 
-/* The step of channel c's coordinates for a step ds [S] of the shape: within bounds, damped. Returns what the channel gains by it
- * from the point where the shape has moved and the channel has not. */
-static double channel_step(const solver *s, size_t c, const double *ds, double damping, double *step)
+/* How far the step of coordinate k may go towards a bound at this distance. Where the model is not linear in it, half the way: on a
+ * bound it may have no effect left (k = 0 of a conductor), and then nothing would bring it back. */
+static double reach(const solver *s, size_t k, double distance)
+{
+    const int linear = (ff_layout_param(s->l, k, NULL)->flags & FF_PARAM_LINEAR) != 0;
+    return linear || fabs(distance) < 1e-6 * (s->upper[k] - s->lower[k]) ? distance : 0.5 * distance;
+}
+
+/* The step of channel c's coordinates for a step ds [S] of the shape: within bounds, damped. limited [K]: 1 where it goes as far as
+ * it may. Returns what the channel gains by it from the point where the shape has moved and the channel has not. */
+static double channel_step(const solver *s, size_t c, const double *ds, double damping, double *step, int *limited)
 {
     const size_t S = s->S, K = s->K, m = S + K;
-    const double *G = s->gram + c * s->tri, *at = s->base + S + c * K, *lower = s->lower + S + c * K, *upper = s->upper + S + c * K;
+    const double *G = s->gram + c * s->tri;
     double small[(FF_MAX_CHANNEL_PARAMS + 1) * (FF_MAX_CHANNEL_PARAMS + 2) / 2], lo[FF_MAX_CHANNEL_PARAMS] = {0},
                                                                                  hi[FF_MAX_CHANNEL_PARAMS] = {0};
     for (size_t a = 0; a < K; a++) {
         double slope = G[ff_tri(m, S + a)];
         for (size_t k = 0; k < S; k++) slope += G[ff_tri(S + a, k)] * ds[k];
         for (size_t b = 0; b <= a; b++) small[ff_tri(a, b)] = G[ff_tri(S + a, S + b)];
-        small[ff_tri(a, a)] *= 1 + damping;
+        small[ff_tri(a, a)] += damping * (G[ff_tri(S + a, S + a)] + G[ff_tri(m, m)]);
         small[ff_tri(K, a)] = slope;
-        lo[a] = lower[a] - at[a];
-        hi[a] = upper[a] - at[a];
+        const size_t k = S + c * K + a;
+        lo[a] = reach(s, k, s->lower[k] - s->base[k]);
+        hi[a] = reach(s, k, s->upper[k] - s->base[k]);
     }
     double rest = G[ff_tri(m, m)];
     for (size_t k = 0; k < S; k++) {
@@ -99,13 +109,14 @@ static double channel_step(const solver *s, size_t c, const double *ds, double d
     (void)ff_bounded_least_squares(small, K, lo, hi, step);
     double gain = 0; /* summed as such: a difference of two sums of squares would lose it near the optimum */
     for (size_t a = 0; a < K; a++) {
+        limited[a] = step[a] <= lo[a] || step[a] >= hi[a];
         gain -= 2 * small[ff_tri(K, a)] * step[a];
         for (size_t b = 0; b < K; b++) gain -= step[a] * small[ff_tri(a, b)] * step[b];
     }
     return gain;
 }
 
-/* Where a step leaves coordinate a of channel c; on a bound to the last bit. */
+/* Where a step leaves coordinate k; on a bound to the last bit. */
 static double stepped(const solver *s, size_t k, double step)
 {
     if (step <= s->lower[k] - s->base[k]) return s->lower[k];
@@ -132,7 +143,7 @@ static void scale_grams(solver *s)
 }
 
 /* Adds channel c to the reduced H and g: its part of the shape's, less what its own free coordinates take up. */
-static void eliminate(solver *s, size_t c)
+static void eliminate(solver *s, size_t c, double damping)
 {
     const size_t S = s->S, K = s->K, m = S + K;
     const double *G = s->gram + c * s->tri;
@@ -140,14 +151,13 @@ static void eliminate(solver *s, size_t c)
     double step[FF_MAX_CHANNEL_PARAMS], A[FF_MAX_CHANNEL_PARAMS * FF_MAX_CHANNEL_PARAMS], B[FF_MAX_CHANNEL_PARAMS * FF_MAX_SHAPE],
         X[FF_MAX_CHANNEL_PARAMS * FF_MAX_SHAPE];
     size_t in[FF_MAX_CHANNEL_PARAMS], n = 0;
-    s->gain += channel_step(s, c, at_rest, 0, step);
-    for (size_t a = 0; a < K; a++) {
-        const size_t k = S + c * K + a;
-        const double to = stepped(s, k, step[a]);
-        if (to > s->lower[k] && to < s->upper[k]) in[n++] = S + a;
-    }
+    int limited[FF_MAX_CHANNEL_PARAMS];
+    s->gain += channel_step(s, c, at_rest, damping, step, limited);
+    for (size_t a = 0; a < K; a++)
+        if (!limited[a]) in[n++] = S + a;
     for (size_t i = 0; i < n; i++) {
         for (size_t j = 0; j < n; j++) A[i * n + j] = G[ff_tri(in[i], in[j])];
+        A[i * n + i] += damping * (G[ff_tri(in[i], in[i])] + G[ff_tri(m, m)]);
         for (size_t k = 0; k < S; k++) B[i * S + k] = G[ff_tri(in[i], k)];
     }
     ff_solve_symmetric(A, n, B, S, X);
@@ -161,6 +171,28 @@ static void eliminate(solver *s, size_t c)
     }
 }
 
+/* What the channels leave of J^T J and J^T r for the shape, and what they gain. */
+static void reduce(solver *s, double damping)
+{
+    memset(s->H, 0, s->S * s->S * sizeof *s->H);
+    memset(s->g, 0, s->S * sizeof *s->g);
+    s->gain = 0;
+    for (size_t c = 0; c < s->l->n_channels; c++) eliminate(s, c, damping);
+}
+
+/* What there is to gain at the base, and the reduced H and g that the next steps are to have. */
+static void look_around(solver *s)
+{
+    double residual[FF_MAX_SHAPE + 1];
+    reduce(s, 0);
+    s->explained = ff_compress(s->H, s->g, s->S, s->moving, s->n_moving, s->at_base.cost2, s->work, residual, NULL);
+    if (s->damping > 0) {
+        const double gain = s->gain;
+        reduce(s, s->damping);
+        s->gain = gain;
+    }
+}
+
 /* The last pass becomes what steps are taken from. */
 static void make_base(solver *s)
 {
@@ -170,10 +202,7 @@ static void make_base(solver *s)
     s->have_last = 0;
     memcpy(s->base, s->x, s->l->P * sizeof *s->x);
     scale_grams(s);
-    memset(s->H, 0, s->S * s->S * sizeof *s->H);
-    memset(s->g, 0, s->S * sizeof *s->g);
-    s->gain = 0;
-    for (size_t c = 0; c < s->l->n_channels; c++) eliminate(s, c);
+    look_around(s);
 }
 
 /* A pass at the shape coordinates t [S], with the channels that the base foretells for them. */
@@ -181,12 +210,13 @@ static ff_status try_shape(solver *s, const double *t)
 {
     const size_t S = s->S, K = s->K;
     double ds[FF_MAX_SHAPE], step[FF_MAX_CHANNEL_PARAMS], step2 = 0, at2 = 0;
+    int limited[FF_MAX_CHANNEL_PARAMS];
     for (size_t k = 0; k < S; k++) {
         ds[k] = t[k] - s->base[k];
         s->x[k] = t[k];
     }
     for (size_t c = 0; c < s->l->n_channels; c++) {
-        channel_step(s, c, ds, s->damping, step);
+        channel_step(s, c, ds, s->damping, step, limited);
         for (size_t a = 0; a < K; a++) s->x[S + c * K + a] = stepped(s, S + c * K + a, step[a]);
     }
     for (size_t k = 0; k < s->l->P; k++) {
@@ -199,7 +229,7 @@ static ff_status try_shape(solver *s, const double *t)
     if (st || s->normal.cost2 > s->at_base.cost2)
         s->damping = fmax(4 * s->damping, 1e-3);
     else
-        s->damping = s->damping > 1e-5 ? 0.1 * s->damping : 0;
+        s->damping = s->damping > 1e-4 ? s->damping / 3 : 0;
     return st;
 }
 
@@ -233,7 +263,7 @@ static ff_status evaluate(void *context, const double *x, double *residual, doub
     }
     if (!at_base) make_base(s);
     s->at_wall = outside;
-    s->explained = ff_compress(s->H, s->g, s->S, s->moving, s->n_moving, s->at_base.cost2, s->work, residual, jacobian);
+    ff_compress(s->H, s->g, s->S, s->moving, s->n_moving, s->at_base.cost2, s->work, residual, jacobian);
     return FF_OK;
 }
 
@@ -299,13 +329,6 @@ static ff_status settle_channels(solver *s, int max_iterations, ff_outcome *outc
     return FF_OK;
 }
 
-/* What the moving shape could gain at the base. */
-static void look_around(solver *s)
-{
-    double residual[FF_MAX_SHAPE + 1];
-    s->explained = ff_compress(s->H, s->g, s->S, s->moving, s->n_moving, s->at_base.cost2, s->work, residual, NULL);
-}
-
 /* ---- bounds of the shape --------------------------------------------------------------------- */
 
 static int bound_of(const solver *s, size_t k)
@@ -342,6 +365,7 @@ static ff_status solve_moving(solver *s, const int *held, int max_iterations, ff
     s->at_wall = 0;
     for (size_t k = 0; k < s->S; k++)
         if (!held[k]) s->moving[s->n_moving++] = k;
+    look_around(s);
     *outcome = FF_CONVERGED;
     ff_status st = FF_OK;
     if (s->n_moving > 0) st = run_solver(s, max_iterations, outcome, err);
@@ -349,7 +373,6 @@ static ff_status solve_moving(solver *s, const int *held, int max_iterations, ff
     if (!st && s->have_last && s->normal.cost2 < s->at_base.cost2) make_base(s);
     const int left = max_iterations - (s->iterations - before);
     if (!st && *outcome != FF_LIMIT && !s->at_wall) st = settle_channels(s, left > 0 ? left : 0, outcome);
-    if (!st) look_around(s);
     return st;
 }
 

@@ -17,6 +17,7 @@ typedef struct experiment {
     const char *fit;    /* the model that is fitted, where it is another one                               */
     ff_shape shape;     /* CORRELATED unless given                                                         */
     double start_off;   /* relative distance of a start given by the caller, 0 = searched for              */
+    const char *start;  /* assignments to that start, to all channels alike                                */
     int max_iterations; /* 0 = the default                                                                 */
 } experiment;
 
@@ -172,9 +173,13 @@ static void compare(const experiment *e)
     ff_model_defaults(&s.model, e->n_channels, NULL, channel);
     for (uint32_t k = 0; k < s.model.n_shape; k++)
         shape[k] = fmin(s.shape[k] * (1 + e->start_off * (k % 2 ? -0.5 : 1)), s.model.shape[k].info->hi);
+    char words[128], *save = NULL;
+    snprintf(words, sizeof words, "%s", e->start ? e->start : "");
+    for (char *word = strtok_r(words, " ", &save); word && !st; word = strtok_r(NULL, " ", &save))
+        st = ff_model_set(&s.model, e->n_channels, word, shape, channel, &err);
     for (; made < 2 && !st; made += !st) {
         ff_fit_options o = options_of(e, made == 0 ? 0 : 1000);
-        if (e->start_off > 0) {
+        if (e->start_off > 0 || e->start) {
             o.start_shape = shape;
             o.start_channel = channel;
         }
@@ -287,6 +292,30 @@ static void every_kind_of_model(void)
     e.shape = FF_SHAPE_ISOTROPIC;
     e.how.glossy = 0.5;
     compare(&e);
+}
+
+/* Starts from which an undamped step of the channels goes astray, and shapes that start on a bound and must leave it. */
+static void starts_that_are_hard(void)
+{
+    static const struct {
+        const char *model, *set, *start;
+    } cases[] = {{"ggx/smith-height-correlated/conductor+lambert", "alpha=0.3", "alpha=0.5 eta=3 k=1 kd=0.5"},
+                 {"ggx/smith-height-correlated/conductor+lambert", "alpha=0.3", "alpha=0.2 eta=0.5 k=4 kd=0"},
+                 {"ggx/smith-height-correlated/dielectric+lambert", "alpha=0.3", "alpha=1 eta=2.9 kd=1"},
+                 {"ggx/smith-height-correlated/dielectric+lambert", "alpha=0.3", "alpha=0.1 eta=1.01 kd=0"},
+                 {"student-t+lambert", "alpha=0.3 gamma=2.5", "alpha=0.2 gamma=100"},
+                 {"student-t+lambert", "alpha=0.3 gamma=2.5", "alpha=0.5 gamma=1.51"},
+                 {"ggx+lambert", "alpha=0.3", "alpha=1 f0=0 kd=1"}};
+    for (size_t i = 0; i < sizeof cases / sizeof *cases; i++)
+        for (int loss = 0; loss < FF_LOSS_COUNT; loss++) {
+            char what[120];
+            snprintf(what, sizeof what, "%s from %s", cases[i].model, cases[i].start);
+            experiment e = experiment_make(what, cases[i].model, cases[i].set, 9);
+            e.shape = FF_SHAPE_ISOTROPIC;
+            e.start = cases[i].start;
+            e.loss = (ff_loss)loss;
+            compare(&e);
+        }
 }
 
 static void exact_data(void)
@@ -489,4 +518,5 @@ static void threads_and_instruction_sets(void)
 }
 
 FF_TEST_MAIN(FF_TEST(any_number_of_channels), FF_TEST(every_loss), FF_TEST(weights_and_bounds), FF_TEST(every_kind_of_model),
-             FF_TEST(exact_data), FF_TEST(outcome_limit), FF_TEST(covariance_of_one_point), FF_TEST(threads_and_instruction_sets))
+             FF_TEST(starts_that_are_hard), FF_TEST(exact_data), FF_TEST(outcome_limit), FF_TEST(covariance_of_one_point),
+             FF_TEST(threads_and_instruction_sets))
