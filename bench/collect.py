@@ -156,6 +156,8 @@ def merl(build, items):
     runs = [measured_process(fit) for _ in range(5)]
     items["merl.fit.wall"] = item([wall for wall, _ in runs], "s")
     items["merl.fit.rss"] = item([rss for _, rss in runs], "MB")
+    runs = [measured_process(fit + ["--bootstrap", "200"]) for _ in range(3)]
+    items["merl.bootstrap_200.wall"] = item([wall for wall, _ in runs], "s")
     runs = [measured_process(compare) for _ in range(3)]
     with open(compare[-1], encoding="utf-8") as f:
         fits = len(json.load(f)["fits"])
@@ -208,6 +210,8 @@ def main(argv):
         "solve_vs_plain": ratio(times(f"plain_ceres.{baseline}.solve", "facetfit.given.solve"), 60, "1", True),
         "fit_wall": ratio(median("merl.fit.wall"), 0.5, "s", False),
         "fit_rss": ratio(median("merl.fit.rss"), 200, "MB", False),
+        "bootstrap_200_wall": ratio(median("merl.bootstrap_200.wall"), 20, "s", False),
+        "errors_over_none": ratio(times("facetfit.errors.solve", "facetfit.given.solve"), 1.1, "1", False),
         "compare_wall": ratio(median("merl.compare.wall"), 10, "s", False),
         "eval_ggx": ratio(median(f"eval.ggx.{best_isa}.cache.value"), 100, "M samples/s", True),
         "eval_beckmann": ratio(median(f"eval.beckmann.{best_isa}.cache.value"), 50, "M samples/s", True),

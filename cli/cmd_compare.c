@@ -161,6 +161,40 @@ static int say_outcomes(const ff_report_fits *r)
     return status;
 }
 
+/* Models are compared by one objective: where the scale of a robust loss is to be estimated, the model that bends most does it for all. */
+static ff_status share_scale(cli_fitting *f, const ff_model *model, size_t n_models, ff_error *err)
+{
+    static const char *const flexible[] = {"student-t", "gtr", "sgd", "ggx"};
+    const ff_model *by = model;
+    if (f->options.robust == FF_ROBUST_NONE || f->options.robust_scale > 0) return FF_OK;
+    for (size_t k = sizeof flexible / sizeof *flexible; k-- > 0;)
+        for (size_t m = 0; m < n_models; ++m)
+            if (model[m].lobe[0].ndf == ff_term_find(FF_NDF, flexible[k])) by = &model[m];
+    for (size_t p = 0; p < f->n_problems; ++p) {
+        ff_fit_options o = f->options;
+        if (o.channels == FF_CHANNELS_EACH) o.channels = FF_CHANNELS_RGB, o.only_channel = (int)p;
+        const ff_status status = ff_problem_estimate_scale(f->problem[p], by, &o, err);
+        if (status != FF_OK) return status;
+    }
+    return FF_OK;
+}
+
+/* Comparisons with the best fits, their residuals by angle and, where asked for, by sample. */
+static int look_closer(const ff_report_fits *r, cli_trust *trust, cli_fitting *f)
+{
+    const size_t models = r->n_fits / r->n_problems;
+    size_t *rank = malloc((models + r->n_problems) * sizeof *rank), *best = rank + models;
+    int status = rank ? EXIT_DONE : cli_failed(FF_ERR_MEMORY, NULL);
+    for (size_t p = 0; p < r->n_problems && rank; ++p) {
+        ff_report_rank(r, p, rank);
+        best[p] = rank[0];
+    }
+    if (status == EXIT_DONE) status = cli_trust_compare(trust, f, r->fit, r->n_fits, best);
+    if (status == EXIT_DONE) status = cli_residuals_write(trust, f, &r->fit[best[0]]);
+    free(rank);
+    return status;
+}
+
 static int compare(const cli_args *args, cli_fitting *f, const ff_model *model, size_t n_models)
 {
     ff_error err = {0};
@@ -168,17 +202,25 @@ static int compare(const cli_args *args, cli_fitting *f, const ff_model *model, 
     uint64_t rows = 25;
     int status = cli_integer(args, FLAG_ROWS, 1000000, &rows);
     if (status != EXIT_DONE) return status;
+    cli_trust trust = {0};
+    if ((status = cli_trust_read(args, &f->options, &trust)) != EXIT_DONE) return status;
     ff_fit_result *fit = calloc(n_models * f->n_problems, sizeof *fit);
-    const ff_status failed = fit ? fit_all(f, model, n_models, fit, &n, &err) : FF_ERR_MEMORY;
+    ff_status failed = fit ? share_scale(f, model, n_models, &err) : FF_ERR_MEMORY;
+    if (failed == FF_OK) failed = fit_all(f, model, n_models, fit, &n, &err);
     if (failed == FF_OK) {
         ff_report_fits report = cli_fitting_report(args, f, fit, n);
         report.rows = (size_t)rows;
-        status = cli_write_both(args, write_json, write_text, &report);
+        status = look_closer(&report, &trust, f);
+        if (status == EXIT_DONE) {
+            cli_trust_report(&trust, &report);
+            status = cli_write_both(args, write_json, write_text, &report);
+        }
         const int outcome = say_outcomes(&report);
         if (status == EXIT_DONE) status = outcome;
     } else {
         status = cli_failed(failed, &err);
     }
+    cli_trust_free(&trust);
     for (size_t i = 0; i < n; ++i) ff_fit_result_free(&fit[i]);
     free(fit);
     return status;
@@ -198,7 +240,8 @@ int cmd_compare(const cli_args *args)
     combinations all = {.model = malloc((ndf.n * masking.n * fresnel.n * diffuse.n + 1) * sizeof *all.model)};
     status = all.model ? compose_all(args, &tables, &ndf, &masking, &fresnel, &diffuse, &all) : cli_failed(FF_ERR_MEMORY, NULL);
     if (status == EXIT_DONE) status = cli_names_known(args, all.model, all.n);
-    if (status == EXIT_DONE) status = cli_fitting_open(args, all.model, all.n, &f);
+    if (status == EXIT_DONE) status = cli_residuals_check(args);
+    if (status == EXIT_DONE) status = cli_fitting_open(args, all.model, all.n, 1, &f);
     if (status == EXIT_DONE) {
         status = compare(args, &f, all.model, all.n);
         cli_fitting_close(&f);

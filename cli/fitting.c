@@ -18,30 +18,64 @@ static int read_robust(const cli_args *args, ff_fit_options *o)
     if (!text || !strcmp(text, "none")) return EXIT_DONE;
     snprintf(name, sizeof name, "%.*s", (int)strcspn(text, ":"), text);
     const int robust = ff_robust_find(name);
-    if (robust < 0) return cli_usage(args, "--robust %s: expected huber, cauchy or tukey, a colon and a scale", text);
+    if (robust < 0) return cli_usage(args, "--robust %s: expected huber, cauchy or tukey, and a colon and a scale where it is to be given", text);
     const char *end = colon ? ff_number_read(colon + 1, &o->robust_scale) : NULL;
-    if (!end || *end || !(o->robust_scale > 0) || !isfinite(o->robust_scale))
-        return cli_usage(args, "--robust %s: expected NAME:SCALE with a scale above 0, e.g. huber:0.1", text);
+    if (colon && (!end || *end || !(o->robust_scale > 0) || !isfinite(o->robust_scale)))
+        return cli_usage(args, "--robust %s: expected NAME, or NAME:SCALE with a scale above 0, e.g. huber:0.1", text);
     o->robust = (ff_robust)robust;
     return EXIT_DONE;
 }
 
-static int read_options(const cli_args *args, ff_fit_options *o)
+/* "auto", which only `fit` knows, is one more loss. */
+static int find_loss(const char *name)
+{
+    return strcmp(name, "auto") ? ff_loss_find(name) : FF_LOSS_COUNT;
+}
+
+static const char *loss_name(int loss)
+{
+    return loss == FF_LOSS_COUNT ? "auto" : ff_loss_name(loss);
+}
+
+static int read_loss(const cli_args *args, int *loss)
+{
+    char known[256] = "";
+    if (!strcmp(args->command->name, "fit")) return cli_choice(args, FLAG_LOSS, find_loss, loss_name, FF_LOSS_COUNT + 1, loss);
+    if (strcmp(cli_value(args, FLAG_LOSS, ""), "auto"))
+        return cli_choice(args, FLAG_LOSS, ff_loss_find, ff_loss_name, FF_LOSS_COUNT, loss);
+    for (int i = 0; i < FF_LOSS_COUNT; ++i)
+        snprintf(known + strlen(known), sizeof known - strlen(known), "%s%s", i ? ", " : "", ff_loss_name(i));
+    return cli_usage(args, "--loss auto chooses for one model, with 'fit'; %s needs one of %s", args->command->name, known);
+}
+
+/* What cannot go with --loss auto. */
+static int check_auto(const cli_args *args, const ff_fit_options *o)
+{
+    if (o->robust != FF_ROBUST_NONE)
+        return cli_usage(args,
+                         "--robust has its scale in units of the residual, which every loss has its own: name a --loss, not auto");
+    if (o->channels == FF_CHANNELS_EACH)
+        return cli_usage(args, "--loss auto compares pictures of all channels: with --channels each, name a loss");
+    return EXIT_DONE;
+}
+
+static int read_options(const cli_args *args, ff_fit_options *o, int *choose_loss)
 {
     double degrees = 80;
     uint64_t threads = 0, iterations = 100;
     int loss = FF_LOSS_COSINE, weighting = FF_WEIGHT_AUTO, shape = FF_SHAPE_AUTO, channels = FF_CHANNELS_RGB, status;
     ff_fit_options_init(o);
-    if ((status = cli_choice(args, FLAG_LOSS, ff_loss_find, ff_loss_name, FF_LOSS_COUNT, &loss)) ||
+    if ((status = read_loss(args, &loss)) ||
         (status = cli_choice(args, FLAG_WEIGHT, ff_weighting_find, ff_weighting_name, FF_WEIGHT_COUNT, &weighting)) ||
         (status = cli_choice(args, FLAG_SHAPE, ff_shape_find, ff_shape_name, FF_SHAPE_COUNT, &shape)) ||
         (status = cli_choice(args, FLAG_CHANNELS, ff_channel_mode_find, ff_channel_mode_name, FF_CHANNELS_COUNT, &channels)) ||
         (status = cli_number(args, FLAG_MAX_THETA, 1, 90, &degrees)) ||
         (status = cli_integer(args, FLAG_THREADS, 1024, &threads)) ||
         (status = cli_integer(args, FLAG_MAX_ITERATIONS, 1000000, &iterations)) || (status = cli_isa(args, &o->isa)) ||
-        (status = read_robust(args, o)))
+        (status = read_robust(args, o)) || (status = cli_read_censoring(args, o)))
         return status;
-    o->loss = (ff_loss)loss;
+    *choose_loss = loss == FF_LOSS_COUNT;
+    o->loss = *choose_loss ? FF_LOSS_COSINE : (ff_loss)loss;
     o->weighting = (ff_weighting)weighting;
     o->shape = (ff_shape)shape;
     o->channels = (ff_channel_mode)channels;
@@ -49,7 +83,7 @@ static int read_options(const cli_args *args, ff_fit_options *o)
     o->threads = (int)threads;
     if (cli_given(args, FLAG_MAX_ITERATIONS)) o->max_iterations = (int)iterations;
     o->mean_slope = cli_given(args, FLAG_MEAN_SLOPE) > 0;
-    return EXIT_DONE;
+    return *choose_loss ? check_auto(args, o) : EXIT_DONE;
 }
 
 /* ---- data ------------------------------------------------------------------------------------ */
@@ -79,18 +113,18 @@ static void release_samples(ff_table *t)
     *t = small;
 }
 
-int cli_fitting_open(const cli_args *args, const ff_model *models, size_t n_models, cli_fitting *out)
+int cli_fitting_open(const cli_args *args, const ff_model *models, size_t n_models, int keep_samples, cli_fitting *out)
 {
-    cli_fitting f = {.path = args->word[0]};
+    cli_fitting f = {.path = args->word[0], .keeps_samples = keep_samples};
     ff_error err = {0};
-    int status = read_options(args, &f.options);
+    int status = read_options(args, &f.options, &f.choose_loss);
     if (status != EXIT_DONE) return status;
     f.progress = cli_given(args, FLAG_PROGRESS) ? 1 : !cli_given(args, FLAG_NO_PROGRESS) && isatty(STDERR_FILENO);
     f.options.cancel = cli_catch_signals();
     if ((status = cli_read(args, f.path, 1, &f.table)) != EXIT_DONE) return status;
-    const ff_status failed = make_problems(&f, models, n_models, &err);
+    const ff_status failed = f.choose_loss ? FF_OK : make_problems(&f, models, n_models, &err);
     if (failed == FF_OK) {
-        release_samples(&f.table);
+        if (!keep_samples && !f.choose_loss) release_samples(&f.table);
         *out = f;
         return EXIT_DONE;
     }
@@ -116,6 +150,17 @@ static void show(void *label, int iteration, double objective)
     fflush(stderr);
 }
 
+/* words [FF_MODEL_NAME + 64] must live as long as the fit. */
+static void begin_progress(const cli_fitting *f, const char *label, char *words, ff_fit_options *o)
+{
+    snprintf(words, FF_MODEL_NAME + 64, "%s", label);
+    if (!f->progress) return;
+    o->progress = show;
+    o->progress_context = words;
+    fprintf(stderr, "\r\033[K%s", words);
+    fflush(stderr);
+}
+
 ff_status cli_fitting_run(cli_fitting *f, size_t problem, const ff_model *m, const char *label, ff_fit_result *out, ff_error *err)
 {
     char words[FF_MODEL_NAME + 64];
@@ -124,13 +169,7 @@ ff_status cli_fitting_run(cli_fitting *f, size_t problem, const ff_model *m, con
         o.channels = FF_CHANNELS_RGB;
         o.only_channel = (int)problem;
     }
-    snprintf(words, sizeof words, "%s", label);
-    if (f->progress) {
-        o.progress = show;
-        o.progress_context = words;
-        fprintf(stderr, "\r\033[K%s", words);
-        fflush(stderr);
-    }
+    begin_progress(f, label, words, &o);
     ff_status status = ff_problem_fit(f->problem[problem], m, &o, out, err);
     if (f->progress) fputs("\r\033[K", stderr);
     if (status == FF_OK && out->outcome == FF_CANCELLED) {
@@ -138,6 +177,20 @@ ff_status cli_fitting_run(cli_fitting *f, size_t problem, const ff_model *m, con
         status = ff_error_set(err, FF_ERR_CANCELLED, NULL, 0, -1, "cancelled");
     }
     if (status == FF_ERR_DATA && !err->path[0]) snprintf(err->path, sizeof err->path, "%s", f->path);
+    return status;
+}
+
+ff_status cli_fitting_choose(cli_fitting *f, const ff_model *m, const char *label, ff_adaptive *out, ff_error *err)
+{
+    char words[FF_MODEL_NAME + 64];
+    ff_fit_options o = f->options;
+    begin_progress(f, label, words, &o);
+    const ff_status status = ff_fit_adaptive(&f->table, m, &o, out, err);
+    if (f->progress) fputs("\r\033[K", stderr);
+    if (status == FF_OK)
+        f->options.loss = out->candidate[out->chosen].loss;
+    else if (status != FF_ERR_CANCELLED && !err->path[0])
+        snprintf(err->path, sizeof err->path, "%s", f->path);
     return status;
 }
 

@@ -4,6 +4,7 @@
 #include "ff_fit.h"
 #include "ff_model.h"
 #include "ff_output.h"
+#include "ff_picture.h"
 #include "ff_report.h"
 #include "ff_status.h"
 #include "ff_table.h"
@@ -55,8 +56,15 @@ typedef enum cli_flag_id {
     FLAG_SHAPE,
     FLAG_LOSS,
     FLAG_ROBUST,
+    FLAG_SATURATION,
+    FLAG_NEGATIVE,
     FLAG_WEIGHT,
     FLAG_MAX_THETA,
+    FLAG_CUT_OFF,
+    FLAG_PROFILE,
+    FLAG_BOOTSTRAP,
+    FLAG_CROSS_VALIDATE,
+    FLAG_RESIDUALS,
     FLAG_CHANNELS,
     FLAG_MEAN_SLOPE,
     FLAG_MAX_ITERATIONS,
@@ -211,16 +219,52 @@ typedef struct cli_fitting {
     ff_fit_options  options;
     size_t          n_problems;
     ff_problem    **problem;
-    int             progress; /* 1: shown on stderr */
+    int             progress;      /* 1: shown on stderr                                            */
+    int             keeps_samples; /* 1: the table still has its samples; else only what a report says of it */
+    int             choose_loss;   /* 1: --loss auto; cli_fitting_open leaves the problems to cli_fitting_choose */
 } cli_fitting;
-/* Reads args->word[0]; the n_models models are those that will be fitted. Exit status; close only after EXIT_DONE. */
-int  cli_fitting_open(const cli_args *args, const ff_model *models, size_t n_models, cli_fitting *out);
+/* Reads args->word[0]; the n_models models are those that will be fitted. keep_samples: also where only the problems need
+ * them. Exit status; close only after EXIT_DONE. */
+int  cli_fitting_open(const cli_args *args, const ff_model *models, size_t n_models, int keep_samples, cli_fitting *out);
 void cli_fitting_close(cli_fitting *f);
 /* One fit with its progress; `label` names it there. */
 ff_status cli_fitting_run(cli_fitting *f, size_t problem, const ff_model *m, const char *label, ff_fit_result *out, ff_error *err);
+/* --loss auto: every loss, and the choice among them, which the options have afterwards. The problem is `out`'s. */
+ff_status cli_fitting_choose(cli_fitting *f, const ff_model *m, const char *label, ff_adaptive *out, ff_error *err);
 /* Says so when the fit did not converge; EXIT_DONE or EXIT_ANSWER_IS_NO. */
 int cli_fitting_say_outcome(const ff_fit_result *fit);
 /* Fits for the report; `fit` [n_fits]. */
 ff_report_fits cli_fitting_report(const cli_args *args, const cli_fitting *f, const ff_fit_result *fit, size_t n_fits);
+
+
+/* ---- how far fits can be trusted ---------------------------------------------------------------------------------------------*/
+
+/* What the flags ask for, and what came of it. Zero is a legal one to free. */
+typedef struct cli_trust {
+    size_t           bootstrap, folds; /* 0: none                              */
+    uint64_t         seed;
+    int              profile;
+    double           cut_off;          /* radians; 0: none                     */
+    int              cut_off_given;    /* 1: asked for                         */
+    const char      *residuals;        /* file; NULL: none                     */
+    size_t           n_fits, n_places;
+    ff_report_trust *each;             /* [n_fits]                             */
+    ff_places       *places;           /* [n_places] one for each problem      */
+    int              has_difference;
+    ff_difference    difference;
+} cli_trust;
+
+/* --saturation, --noise-floor, --negative. Exit status, as all here. */
+int cli_read_censoring(const cli_args *args, ff_fit_options *o);
+int cli_trust_read(const cli_args *args, const ff_fit_options *o, cli_trust *out);
+/* After `fit`: fit i belongs to problem i; its errors and intervals are replaced as the flags ask. */
+int cli_trust_fit(cli_trust *t, cli_fitting *f, ff_fit_result *fit, size_t n_fits);
+/* After `compare`: best [n_problems] is the best fit of each problem. */
+int cli_trust_compare(cli_trust *t, cli_fitting *f, const ff_fit_result *fit, size_t n_fits, const size_t *best);
+void cli_trust_report(const cli_trust *t, ff_report_fits *r);
+void cli_trust_free(cli_trust *t);
+/* Is the name of --residuals one that can be written? Then the residuals of a fit to the first problem. */
+int cli_residuals_check(const cli_args *args);
+int cli_residuals_write(const cli_trust *t, cli_fitting *f, const ff_fit_result *fit);
 
 #endif

@@ -1,5 +1,6 @@
 /* The uncertainty of a fit with many channels, at a cost that is linear in their number: see internal_arrow.h. */
 #include "internal_arrow.h"
+#include "internal_statistics.h"
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -48,8 +49,8 @@ static ff_arrow *arrow_new(const ff_layout *l)
     ff_arrow *a = calloc(1, sizeof *a);
     if (!a) return NULL;
     a->S = S, a->K = K, a->C = C, a->P = l->P;
-    const size_t sizes[] = {l->P, S * S, C * K * K, C * K * S, S * S, C * K * S, C * K * K};
-    double **const parts[] = {&a->scale, &a->inverse, &a->own, &a->follow, &a->shape, &a->cross, &a->block};
+    const size_t sizes[] = {l->P, S * S, C * K * K, C * K * S, S * S, C * K * S, C * K * K, l->P};
+    double **const parts[] = {&a->scale, &a->inverse, &a->own, &a->follow, &a->shape, &a->cross, &a->block, &a->dof};
     size_t total = 1;
     for (size_t i = 0; i < sizeof sizes / sizeof *sizes; i++) total += sizes[i];
     double *next = calloc(total, sizeof *next);
@@ -181,15 +182,30 @@ typedef struct run {
     size_t n_sums, n_score;
     double *lanes;  /* [threads][n_sums * 8 + n_score] */
     double *result; /* [chunks][n_sums]                */
+    double *runs;
 } run;
+
+/* Products of influences: of the shape, then of the channels. */
+static size_t products(const ff_arrow *a)
+{
+    return a ? a->S * (a->S + 1) / 2 + a->C * ff_influence_channel(a) : 0;
+}
+
+/* Sums of a pass: statistics, products, own, whole. */
+static size_t all_sums(const ff_arrow *a)
+{
+    return FF_STAT_COUNT + products(a) + (a ? a->P + a->S : 0);
+}
 
 static void run_chunk(void *context, size_t chunk, int worker)
 {
     const run *r = context;
     const struct ff_problem *p = r->pass->p;
     double *lanes = r->lanes + (size_t)worker * (r->n_sums * 8 + r->n_score);
-    ff_influence_sums sums = {.stat = lanes, .shape = lanes + FF_STAT_COUNT * 8};
+    ff_influence_sums sums = {.stat = lanes, .shape = lanes + FF_STAT_COUNT * 8, .runs = r->runs};
     sums.channel = sums.shape + (r->arrow ? r->arrow->S * (r->arrow->S + 1) / 2 * 8 : 0);
+    sums.own = sums.shape + products(r->arrow) * 8;
+    sums.whole = sums.own + (r->arrow ? r->arrow->P * 8 : 0);
     sums.score = lanes + r->n_sums * 8;
     memset(lanes, 0, r->n_sums * 8 * sizeof *lanes);
     const size_t share = ff_problem_share(p), first = chunk * share, left = p->n_blocks - first;
@@ -205,13 +221,13 @@ static void run_chunk(void *context, size_t chunk, int worker)
     }
 }
 
-/* The sums of all chunks, merged in their order, into out [n_sums]. */
-static ff_status influence_pass(const ff_pass *pass, const ff_arrow *arrow, size_t n_sums, double *out)
+/* The sums of all chunks, merged in their order, into out [all_sums], and those over runs of samples. */
+static ff_status influence_pass(const ff_pass *pass, const ff_arrow *arrow, double *runs, double *out)
 {
     const struct ff_problem *p = pass->p;
     const size_t share = ff_problem_share(p), chunks = (p->n_blocks + share - 1) / share,
-                 threads = (size_t)ff_pool_threads(p->pool);
-    run r = {.pass = pass, .arrow = arrow, .n_sums = n_sums, .n_score = arrow ? arrow->P * FF_BLOCK : 0};
+                 threads = (size_t)ff_pool_threads(p->pool), n_sums = all_sums(arrow);
+    run r = {.pass = pass, .arrow = arrow, .n_sums = n_sums, .n_score = arrow ? arrow->P * FF_BLOCK : 0, .runs = runs};
     r.kernel = ff_isa_available(p->isa) ? FF_ISA_PICK(p->isa, ff_influence_chunk) : NULL;
     r.lanes = aligned_alloc(64, (threads * (n_sums * 8 + r.n_score) * sizeof(double) + 63) / 64 * 64);
     r.result = malloc(chunks * n_sums * sizeof(double));
@@ -228,7 +244,45 @@ static ff_status influence_pass(const ff_pass *pass, const ff_arrow *arrow, size
     return st;
 }
 
-/* The products of influences into the covariances, scaled. */
+/* ---- influences of clusters ------------------------------------------------------------------ */
+
+void ff_arrow_apply(const ff_arrow *a, const double *score, double *influence)
+{
+    const size_t S = a->S, K = a->K;
+    double left[FF_MAX_SHAPE];
+    for (size_t k = 0; k < S; k++) {
+        left[k] = score[k];
+        for (size_t q = 0; q < a->C * K; q++) left[k] -= a->follow[q * S + k] * score[S + q];
+    }
+    for (size_t k = 0; k < S; k++) {
+        influence[k] = 0;
+        for (size_t q = 0; q < S; q++) influence[k] += a->inverse[k * S + q] * left[q];
+    }
+    for (size_t k = 0; k < a->C * K; k++) {
+        double v = 0;
+        for (size_t q = 0; q < K; q++) v += a->own[k * K + q] * score[S + k / K * K + q];
+        for (size_t q = 0; q < S; q++) v -= a->follow[k * S + q] * influence[q];
+        influence[S + k] = v;
+    }
+}
+
+/* Adds factor times the products of an influence [P] to sums [products]. */
+static void add_products(const ff_arrow *a, const double *influence, double factor, double *sums)
+{
+    const size_t S = a->S, K = a->K;
+    for (size_t i = 0; i < S; i++)
+        for (size_t j = 0; j <= i; j++) sums[ff_tri(i, j)] += factor * influence[i] * influence[j];
+    sums += S * (S + 1) / 2;
+    for (size_t c = 0; c < a->C; c++, sums += ff_influence_channel(a)) {
+        const double *own = influence + S + c * K;
+        for (size_t i = 0; i < K; i++) {
+            for (size_t j = 0; j < S; j++) sums[i * S + j] += factor * own[i] * influence[j];
+            for (size_t j = 0; j <= i; j++) sums[K * S + ff_tri(i, j)] += factor * own[i] * own[j];
+        }
+    }
+}
+
+/* Products of influences into the covariances, scaled. */
 static void fill_sandwich(ff_arrow *a, const double *sums)
 {
     const size_t S = a->S, K = a->K;
@@ -242,31 +296,101 @@ static void fill_sandwich(ff_arrow *a, const double *sums)
     }
 }
 
-/* From scaled covariances to those of the parameters. */
-static void unscale(ff_arrow *a, double factor)
+/* Variance of parameter k in products of influences. */
+static double variance_in(const ff_arrow *a, const double *sums, size_t k)
+{
+    if (k < a->S) return sums[ff_tri(k, k)];
+    const size_t c = (k - a->S) / a->K, i = (k - a->S) % a->K;
+    return sums[a->S * (a->S + 1) / 2 + c * ff_influence_channel(a) + a->K * a->S + ff_tri(i, i)];
+}
+
+/* Covariances times factor [P] of both parameters. */
+static void multiply(ff_arrow *a, const double *factor)
 {
     const size_t S = a->S, K = a->K;
     for (size_t i = 0; i < S; i++)
-        for (size_t j = 0; j < S; j++) a->shape[i * S + j] *= factor * a->scale[i] * a->scale[j];
+        for (size_t j = 0; j < S; j++) a->shape[i * S + j] *= factor[i] * factor[j];
     for (size_t c = 0; c < a->C; c++) {
-        const double *scale = a->scale + S + c * K;
+        const double *own = factor + S + c * K;
         for (size_t i = 0; i < K; i++) {
-            for (size_t j = 0; j < S; j++) a->cross[(c * K + i) * S + j] *= factor * scale[i] * a->scale[j];
-            for (size_t j = 0; j < K; j++) a->block[(c * K + i) * K + j] *= factor * scale[i] * scale[j];
+            for (size_t j = 0; j < S; j++) a->cross[(c * K + i) * S + j] *= own[i] * factor[j];
+            for (size_t j = 0; j < K; j++) a->block[(c * K + i) * K + j] *= own[i] * own[j];
         }
     }
 }
 
+/* Products of the influences of clusters of a->clusters.run samples into clustered [products]; single comes with those of samples,
+ * and loses their mean. Also the number of independent values. */
+static ff_status sum_clusters(ff_arrow *a, const struct ff_problem *p, const ff_normal *n, double *single, double *clustered)
+{
+    const size_t P = a->P, S = a->S, length = ff_run_length(p), runs = (p->n + length - 1) / length;
+    double *sums = malloc((runs * P + 1) * sizeof *sums), *mean = malloc((2 * P + 1) * sizeof *mean), *influence = mean + P;
+    double *meat = calloc(S * (S + 1) / 2 + 1, sizeof *meat);
+    const ff_status st = sums && mean && meat ? FF_OK : FF_ERR_MEMORY;
+    if (!st) {
+        size_t now = ff_clusters_centred(p, n, p->n, sums, mean);
+        ff_arrow_apply(a, mean, influence);
+        add_products(a, influence, -(double)p->n, single);
+        for (size_t k = 0; k < S; k++) meat[ff_tri(k, k)] = n->meat[k] - (double)p->n * mean[k] * mean[k];
+        if (a->clusters.run > 1) {
+            for (size_t run = length; run < a->clusters.run; run *= 2) now = ff_clusters_join(sums, now, P);
+            memset(meat, 0, S * (S + 1) / 2 * sizeof *meat);
+            for (size_t b = 0; b < now; b++) {
+                ff_arrow_apply(a, sums + b * P, influence);
+                add_products(a, influence, 1, clustered);
+                for (size_t k = 0; k < S; k++) meat[ff_tri(k, k)] += sums[b * P + k] * sums[b * P + k];
+            }
+        }
+        a->effective = S ? ff_clusters_effective(n, meat, S, (double)(p->n * a->C)) : (double)(p->n * a->C);
+    }
+    free(sums);
+    free(mean);
+    free(meat);
+    return st;
+}
+
+/* Covariances of the parameters, as in covariance.c: from the blocks of H^-1 that a has, or the products of influences. */
+static ff_status fill_covariances(ff_arrow *a, const struct ff_problem *p, const ff_normal *n, const double *of_samples)
+{
+    const int sigma = p->selection.weighting == FF_WEIGHT_SIGMA;
+    const size_t P = a->P, length = ff_run_length(p), run = a->clusters.run > length ? a->clusters.run : length;
+    const double N = (double)(p->n * a->C), correction = !sigma && N > (double)a->used ? (N - 1) / (N - (double)a->used) : 1;
+    double *single = calloc(2 * products(a) + 1, sizeof *single), *clustered = single + products(a),
+           *factor = malloc((P + 1) * sizeof *factor);
+    ff_status st = single && factor ? FF_OK : FF_ERR_MEMORY;
+    if (!st) {
+        memcpy(single, of_samples, products(a) * sizeof *single);
+        st = sum_clusters(a, p, n, single, clustered);
+    }
+    for (size_t k = 0; k < P; k++) a->dof[k] = INFINITY;
+    if (!st && !(sigma && a->clusters.run == 1)) {
+        st = ff_clusters_informative(p, n, p->n, NULL, (p->n + run - 1) / run, NULL, a, a->dof);
+        for (size_t k = 0; k < P && !st; k++) a->dof[k] -= 1;
+    }
+    if (!st) {
+        if (!sigma) fill_sandwich(a, a->clusters.run > 1 ? clustered : single);
+        for (size_t k = 0; k < P; k++) {
+            const double one = variance_in(a, single, k), more = variance_in(a, clustered, k),
+                         stretch = sigma && a->clusters.run > 1 && one > 0 ? fmax(more / one, 1) : 1;
+            factor[k] = a->scale[k] * sqrt(correction * stretch * (1 + 1 / a->dof[k]));
+        }
+        multiply(a, factor);
+    }
+    free(single);
+    free(factor);
+    return st;
+}
+
 /* ---- the whole ------------------------------------------------------------------------------- */
 
-/* The blocks' inverses at the optimum, and what they say by themselves. */
+/* The blocks' inverses at the optimum, of the parameters in use, and what they say by themselves. */
 static ff_arrow *prepare(const ff_layout *l, const ff_normal *n, const int *at_bound, size_t values, int sandwich)
 {
     ff_arrow *a = arrow_new(l);
     int *use = malloc((l->P + 1) * sizeof *use);
     if (a && use) {
         for (size_t k = 0; k < l->P; k++) {
-            use[k] = at_bound[k] == 0;
+            use[k] = !at_bound || at_bound[k] == 0;
             a->used += (size_t)use[k];
         }
         fill_scale(a, n);
@@ -294,30 +418,150 @@ static ff_status plain_pass(const ff_layout *l, const struct ff_problem *p, cons
     return st;
 }
 
+/* The sums of the score that clusters are chosen by, scaled. */
+static ff_status make_room_for_scores(const struct ff_problem *p, ff_normal *n)
+{
+    n->diagonal = 1;
+    n->n_runs = p->n_blocks * (FF_BLOCK / ff_run_length(p));
+    free(n->runs);
+    n->runs = malloc((n->n_runs * n->P + 1) * sizeof *n->runs);
+    return n->runs ? FF_OK : FF_ERR_MEMORY;
+}
+
 ff_status ff_arrow_finish(const ff_layout *l, const struct ff_problem *p, const ff_fit_options *o, const double *shape,
                           const double *channel, const int *at_bound, ff_solution *solution)
 {
-    const int sandwich = p->selection.weighting != FF_WEIGHT_SIGMA;
-    const double G = (double)p->n, N = G * (double)l->n_channels;
-    ff_status st = solution->normal.gram ? FF_OK : plain_pass(l, p, o, shape, channel, solution);
+    ff_normal *n = &solution->normal;
+    ff_status st = n->gram ? FF_OK : plain_pass(l, p, o, shape, channel, solution);
     if (st) return st;
     if (o->std_errors) {
-        solution->arrow = prepare(l, &solution->normal, at_bound, p->n * l->n_channels, sandwich);
-        if (!solution->arrow) return FF_ERR_MEMORY;
+        solution->arrow = prepare(l, n, at_bound, p->n * l->n_channels, p->selection.weighting != FF_WEIGHT_SIGMA);
+        if (!solution->arrow || make_room_for_scores(p, n)) return FF_ERR_MEMORY;
     }
-    ff_arrow *a = solution->arrow, *summed = sandwich ? a : NULL;
-    const size_t n_sums = FF_STAT_COUNT + (summed ? a->S * (a->S + 1) / 2 + a->C * ff_influence_channel(a) : 0);
-    double *sums = malloc(n_sums * sizeof *sums);
+    ff_arrow *a = solution->arrow;
+    double *sums = malloc(all_sums(a) * sizeof *sums);
     ff_pass pass;
     st = sums ? ff_layout_pass(l, p, o, shape, channel, &pass) : FF_ERR_MEMORY;
     if (!st) {
         solution->passes++;
-        st = influence_pass(&pass, summed, n_sums, sums);
+        st = influence_pass(&pass, a, n->runs, sums);
         ff_pass_free(&pass);
     }
-    if (!st) memcpy(solution->normal.stat, sums, sizeof solution->normal.stat);
-    if (!st && summed) fill_sandwich(a, sums + FF_STAT_COUNT);
-    if (!st && a) unscale(a, sandwich && N > (double)a->used && G > 1 ? G / (G - 1) * (N - 1) / (N - (double)a->used) : 1);
+    if (!st) memcpy(n->stat, sums, sizeof n->stat);
+    if (!st && a) {
+        const double *own = sums + FF_STAT_COUNT + products(a);
+        memcpy(n->own, own, a->P * sizeof *own);
+        memcpy(n->meat, own + a->P, a->S * sizeof *own); /* a parameter of a channel has one value a sample */
+        memcpy(n->meat + a->S, own + a->S, (a->P - a->S) * sizeof *own);
+        st = ff_clusters_choose(p, n, p->n, &a->clusters);
+        if (!st) st = fill_covariances(a, p, n, sums + FF_STAT_COUNT);
+    }
     free(sums);
     return st;
+}
+
+/* ---- intervals and condition ----------------------------------------------------------------- */
+
+/* J^T r of parameter k. */
+static double slope_of(const ff_arrow *a, const ff_normal *n, size_t k)
+{
+    const size_t tri = n->m1 * (n->m1 + 1) / 2, m = n->m1 - 1;
+    if (k >= a->S) return n->gram[(k - a->S) / a->K * tri + ff_tri(m, a->S + (k - a->S) % a->K)];
+    double sum = 0;
+    for (size_t c = 0; c < a->C; c++) sum += n->gram[c * tri + ff_tri(m, k)];
+    return sum;
+}
+
+/* Parameters on a bound, from an arrow of all parameters. */
+static ff_status one_sided(const ff_layout *l, const struct ff_problem *p, const ff_normal *n, const int *at_bound,
+                           const ff_clusters *clusters, ff_fit_result *r)
+{
+    const size_t P = l->P;
+    ff_arrow *a = prepare(l, n, NULL, p->n * l->n_channels, p->selection.weighting != FF_WEIGHT_SIGMA);
+    double *inverse = malloc((P + 1) * sizeof *inverse), *none = a ? calloc(products(a) + 1, sizeof *none) : NULL;
+    ff_status st = a && inverse && none ? FF_OK : FF_ERR_MEMORY;
+    for (size_t k = 0; k < P && !st; k++)
+        inverse[k] =
+            (k < a->S ? a->shape[k * a->S + k] : a->block[(k - a->S) * a->K + (k - a->S) % a->K]) * a->scale[k] * a->scale[k];
+    if (!st) {
+        const size_t shortest = ff_run_length(p);
+        a->clusters = *clusters;
+        if (a->clusters.run < shortest && p->selection.weighting != FF_WEIGHT_SIGMA) a->clusters.run = shortest;
+        st = fill_covariances(a, p, n, none);
+    }
+    for (size_t k = 0; k < P && !st; k++) {
+        if (!at_bound[k]) continue;
+        const double t = ff_student_quantile(0.9, a->dof[k]),
+                     cov = k < a->S ? a->shape[k * a->S + k] : a->block[(k - a->S) * a->K + (k - a->S) % a->K];
+        const int known = a->determined[k] && inverse[k] > 0;
+        ff_interval_from_bound(ff_layout_param(l, k, NULL)->info, slope_of(a, n, k), known ? inverse[k] : 0,
+                               0.5 * t * t * (known ? cov / inverse[k] : INFINITY), ff_result_value(l, r, k));
+    }
+    free(none);
+    free(inverse);
+    ff_arrow_free(a);
+    return st;
+}
+
+ff_status ff_arrow_intervals(const ff_layout *l, const struct ff_problem *p, const ff_normal *n, const int *at_bound,
+                             const ff_arrow *a, ff_fit_result *r)
+{
+    int any = 0;
+    for (size_t k = 0; k < l->P; k++) {
+        ff_fit_value *v = ff_result_value(l, r, k);
+        any |= at_bound[k];
+        if (isnan(v->std_error)) continue;
+        ff_interval_around(ff_layout_param(l, k, NULL)->info, ff_student_quantile(0.95, a->dof[k]) * v->std_error, FF_INTERVAL_WALD,
+                           v);
+    }
+    return any ? one_sided(l, p, n, at_bound, &a->clusters, r) : FF_OK;
+}
+
+/* out = H x, scaled, of the parameters in use. */
+static void multiply_by_h(const ff_arrow *a, const ff_normal *n, const int *use, const double *x, double *out)
+{
+    memset(out, 0, a->P * sizeof *out);
+    for (size_t c = 0; c < a->C; c++)
+        for (size_t i = 0; i < n->m1 - 1; i++)
+            for (size_t j = 0; j < n->m1 - 1; j++) {
+                const size_t to = i < a->S ? i : i + c * a->K, from = j < a->S ? j : j + c * a->K;
+                if (use[to] && use[from]) out[to] += entry(a, n, c, i, j) * x[from];
+            }
+}
+
+/* Largest eigenvalue of H, or of its inverse, by the power method from a vector without symmetry; work [2 P]. */
+static double largest_eigenvalue(const ff_arrow *a, const ff_normal *n, const int *use, int inverse, double *work)
+{
+    enum { MOST = 3000 };
+    double *x = work, *y = work + a->P, value = 0;
+    for (size_t k = 0; k < a->P; k++) x[k] = use[k] ? 1 + 0.5 * sin(1 + 2.4 * (double)k) : 0;
+    for (int step = 0; step < MOST; step++) {
+        double norm = 0, before = value;
+        for (size_t k = 0; k < a->P; k++) norm += x[k] * x[k];
+        norm = sqrt(norm);
+        if (!(norm > 0)) return 0;
+        for (size_t k = 0; k < a->P; k++) x[k] /= norm;
+        if (inverse)
+            ff_arrow_apply(a, x, y);
+        else
+            multiply_by_h(a, n, use, x, y);
+        value = 0;
+        for (size_t k = 0; k < a->P; k++) value += x[k] * y[k];
+        memcpy(x, y, a->P * sizeof *x);
+        if (fabs(value - before) <= 1e-12 * value) break;
+    }
+    return value;
+}
+
+ff_status ff_arrow_condition(const ff_normal *n, const ff_arrow *a, const int *use, ff_fit_result *r)
+{
+    double *work = malloc((2 * a->P + 1) * sizeof *work);
+    size_t lost = 0;
+    if (!work) return FF_ERR_MEMORY;
+    for (size_t k = 0; k < a->P; k++) lost += use[k] && !(a->determined[k]);
+    const double most = largest_eigenvalue(a, n, use, 0, work), least = largest_eigenvalue(a, n, use, 1, work);
+    r->rank = a->used - lost;
+    r->condition = a->used == 0 ? 1 : least < 1e12 ? sqrt(most * least) : INFINITY;
+    free(work);
+    return FF_OK;
 }

@@ -71,31 +71,22 @@ static void solve_cholesky(const double *L, size_t n, const double *b, double *x
 #define FF_RIDGE        1e-13
 #define FF_UNDETERMINED 1e10
 
-ff_status ff_covariance(const ff_layout *l, const ff_normal *n, const int *use, int sandwich, size_t n_samples, double *cov,
-                        int *determined)
+/* The parameters in use: places and scales of their columns. */
+typedef struct subset {
+    size_t n, *index;
+    double *D; /* root of the diagonal of H */
+} subset;
+
+/* inverse [k][k] of the scaled H with its ridge; work [3 k^2 + 3 k]. */
+static void invert(const subset *s, const double *H, size_t P, double *inverse, double *work)
 {
-    const size_t P = l->P;
-    size_t *index = malloc((P + 1) * sizeof *index), k = 0;
-    double *work = calloc(6 * P * P + 3 * P + 1, sizeof *work);
-    if (!index || !work) {
-        free(index);
-        free(work);
-        return FF_ERR_MEMORY;
-    }
-    double *H = work, *A = H + P * P, *L = A + P * P, *inverse = L + P * P, *M = inverse + P * P, *T = M + P * P, *g = T + P * P,
-           *D = g + P, *e = D + P;
-    for (size_t i = 0; i < P; i++)
-        if (use[i]) index[k++] = i;
-    ff_normal_assemble(l, n, NULL, H, g);
-    for (size_t i = 0; i < k; i++) {
-        D[i] = sqrt(H[index[i] * P + index[i]]);
-        if (!(D[i] > 0)) D[i] = 1e-150; /* no effect at all: the ridge then marks it */
-    }
+    const size_t k = s->n;
+    double *A = work, *L = A + k * k, *e = L + k * k, *column = e + k, *x = column + k;
     for (size_t i = 0; i < k; i++)
-        for (size_t j = 0; j < k; j++) A[i * k + j] = H[index[i] * P + index[j]] / (D[i] * D[j]) + (i == j ? FF_RIDGE : 0);
+        for (size_t j = 0; j < k; j++)
+            A[i * k + j] = H[s->index[i] * P + s->index[j]] / (s->D[i] * s->D[j]) + (i == j ? FF_RIDGE : 0);
     ff_scaled_cholesky(A, k, 0, L, e);
     /* ff_scaled_cholesky scales once more, by e close to 1: (A)^-1 = E^-1 (L L^T)^-1 E^-1 */
-    double *column = g, *x = T;
     for (size_t j = 0; j < k; j++) {
         for (size_t i = 0; i < k; i++) {
             column[i] = i == j ? 1 : 0;
@@ -104,35 +95,197 @@ ff_status ff_covariance(const ff_layout *l, const ff_normal *n, const int *use, 
         solve_cholesky(L, k, column, x);
         for (size_t i = 0; i < k; i++) inverse[i * k + j] = x[i] / (e[i] > 0 ? e[i] : 1) / (e[j] > 0 ? e[j] : 1);
     }
-    memset(cov, 0, P * P * sizeof *cov);
+}
+
+/* A B, [k][k] each */
+static void multiply(const double *A, const double *B, size_t k, double *out)
+{
+    for (size_t i = 0; i < k; i++)
+        for (size_t j = 0; j < k; j++) {
+            double v = 0;
+            for (size_t q = 0; q < k; q++) v += A[i * k + q] * B[q * k + j];
+            out[i * k + j] = v;
+        }
+}
+
+/* out = inverse M inverse of the scaled subset; work [2 k^2]. */
+static void sandwich(const subset *s, const double *inverse, const double *meat, double *out, double *work)
+{
+    const size_t k = s->n;
+    double *M = work, *T = M + k * k;
+    for (size_t i = 0; i < k; i++)
+        for (size_t j = 0; j < k; j++) M[i * k + j] = meat[ff_tri(s->index[i], s->index[j])] / (s->D[i] * s->D[j]);
+    multiply(inverse, M, k, T);
+    multiply(T, inverse, k, out);
+}
+
+/* From the scaled subset to the parameters: the mean of two roundings, so that it is symmetric to the last bit. */
+static void spread_out(const subset *s, const double *scaled, double factor, size_t P, double *out)
+{
+    const size_t k = s->n;
+    memset(out, 0, P * P * sizeof *out);
+    for (size_t i = 0; i < k; i++)
+        for (size_t j = 0; j < k; j++)
+            out[s->index[i] * P + s->index[j]] = factor * 0.5 * (scaled[i * k + j] + scaled[j * k + i]) / (s->D[i] * s->D[j]);
+}
+
+/* Errors that the data's own standard deviations give, larger by what clusters have more than samples. */
+static void stretch(const subset *s, const double *single, const double *clustered, double *scaled)
+{
+    const size_t k = s->n;
+    for (size_t i = 0; i < k; i++)
+        for (size_t j = 0; j < k; j++) {
+            const double fi = single[i * k + i] > 0 ? clustered[i * k + i] / single[i * k + i] : 1,
+                         fj = single[j * k + j] > 0 ? clustered[j * k + j] / single[j * k + j] : 1;
+            scaled[i * k + j] *= sqrt(fmax(fi, 1) * fmax(fj, 1));
+        }
+}
+
+/* Errors from G clusters are too small by sqrt(1 - 1/G) and scatter; G is the number that counts for the parameter. */
+static ff_status widen(const struct ff_problem *p, const ff_normal *n, int sigma, size_t n_samples, ff_uncertainty *u)
+{
+    const size_t P = n->P, length = ff_run_length(p), run = u->clusters.run > length ? u->clusters.run : length, clusters = (p->n + run - 1) / run;
+    for (size_t k = 0; k < P; k++) u->dof[k] = INFINITY;
+    if ((sigma && u->clusters.run == 1) || !n->runs) return FF_OK;
+    const ff_status st = ff_clusters_informative(p, n, n_samples, NULL, clusters, u->inverse, NULL, u->dof);
+    for (size_t k = 0; k < P && !st; k++) u->dof[k] -= 1;
+    for (size_t a = 0; a < P && !st; a++)
+        for (size_t b = 0; b < P; b++) u->cov[a * P + b] *= sqrt((1 + 1 / u->dof[a]) * (1 + 1 / u->dof[b]));
+    return st;
+}
+
+static ff_status fill_uncertainty(const ff_layout *l, const struct ff_problem *p, const ff_normal *n, const subset *s, const double *H, int sigma,
+                                  size_t n_samples, ff_uncertainty *u, double *work)
+{
+    const size_t P = l->P, k = s->n;
+    const double N = (double)(n_samples * l->n_channels);
+    double *meat = work, *inverse = meat + P * (P + 1) / 2, *cov = inverse + k * k, *single = cov + k * k, *rest = single + k * k;
+    ff_status st = ff_clusters_meat(p, n, n_samples, u->clusters.run, meat);
+    if (st) return st;
+    u->effective = ff_clusters_effective(n, meat, l->free.n_shape, N);
+    invert(s, H, P, inverse, rest);
+    sandwich(s, inverse, meat, cov, rest);
+    if (sigma && u->clusters.run > 1) {
+        sandwich(s, inverse, n->meat, single, rest);
+        memcpy(rest, inverse, k * k * sizeof *rest);
+        stretch(s, single, cov, rest);
+        memcpy(cov, rest, k * k * sizeof *cov);
+    } else if (sigma) {
+        memcpy(cov, inverse, k * k * sizeof *cov);
+    }
+    const double factor = !sigma && N > (double)k ? (N - 1) / (N - (double)k) : 1;
+    spread_out(s, inverse, 1, P, u->inverse);
+    spread_out(s, cov, factor, P, u->cov);
+    st = widen(p, n, sigma, n_samples, u);
+    if (st) return st;
     /* with as many parameters as values nothing is left to estimate the noise from */
-    const int enough = n_samples * l->n_channels > k;
-    for (size_t i = 0; i < P; i++) determined[i] = 0;
+    const int enough = sigma || N > (double)k;
     for (size_t i = 0; i < k; i++)
-        determined[index[i]] = inverse[i * k + i] < FF_UNDETERMINED && H[index[i] * P + index[i]] > 0 && (!sandwich || enough);
-    const double N = (double)(n_samples * l->n_channels), G = (double)n_samples;
-    const double factor = sandwich && N > (double)k && G > 1 ? G / (G - 1) * (N - 1) / (N - (double)k) : 1;
-    if (sandwich) { /* inverse M inverse */
-        for (size_t i = 0; i < k; i++)
-            for (size_t j = 0; j < k; j++) M[i * k + j] = n->meat[ff_tri(index[i], index[j])] / (D[i] * D[j]);
-        for (size_t i = 0; i < k; i++)
-            for (size_t j = 0; j < k; j++) {
-                double v = 0;
-                for (size_t q = 0; q < k; q++) v += inverse[i * k + q] * M[q * k + j];
-                T[i * k + j] = v;
-            }
-        for (size_t i = 0; i < k; i++)
-            for (size_t j = 0; j < k; j++) {
-                double v = 0;
-                for (size_t q = 0; q < k; q++) v += T[i * k + q] * inverse[q * k + j];
-                A[i * k + j] = v;
-            }
-    } else
-        memcpy(A, inverse, k * k * sizeof *A);
-    for (size_t i = 0; i < k; i++)
-        for (size_t j = 0; j < k; j++) /* the mean of two roundings, so that it is symmetric to the last bit */
-            cov[index[i] * P + index[j]] = factor * 0.5 * (A[i * k + j] + A[j * k + i]) / (D[i] * D[j]);
-    free(index);
-    free(work);
+        u->determined[s->index[i]] =
+            inverse[i * k + i] < FF_UNDETERMINED && H[s->index[i] * P + s->index[i]] > 0 && enough;
     return FF_OK;
+}
+
+ff_status ff_uncertainty_new(const ff_layout *l, const struct ff_problem *p, const ff_normal *n, const int *use, size_t n_samples,
+                             ff_uncertainty *out)
+{
+    const int sigma = p->selection.weighting == FF_WEIGHT_SIGMA;
+    const size_t P = l->P;
+    ff_uncertainty u = {.storage = calloc(2 * P * P + P + 1, sizeof *u.storage), .determined = calloc(P + 1, sizeof *u.determined)};
+    subset s = {.index = malloc((P + 1) * sizeof *s.index)};
+    double *work = calloc(10 * P * P + 6 * P + 2, sizeof *work);
+    ff_status st = u.storage && u.determined && s.index && work ? ff_clusters_choose(p, n, n_samples, &u.clusters) : FF_ERR_MEMORY;
+    if (!st) {
+        u.inverse = u.storage;
+        u.cov = u.storage + P * P;
+        u.dof = u.cov + P * P;
+        double *H = work, *g = H + P * P;
+        s.D = g + P;
+        ff_normal_assemble(l, n, NULL, H, g);
+        for (size_t i = 0; i < P; i++)
+            if (use[i]) s.index[s.n++] = i;
+        for (size_t i = 0; i < s.n; i++) {
+            s.D[i] = sqrt(H[s.index[i] * P + s.index[i]]);
+            if (!(s.D[i] > 0)) s.D[i] = 1e-150; /* no effect at all: the ridge then marks it */
+        }
+        st = fill_uncertainty(l, p, n, &s, H, sigma, n_samples, &u, s.D + P);
+    }
+    free(s.index);
+    free(work);
+    if (st) {
+        ff_uncertainty_free(&u);
+        return st;
+    }
+    *out = u;
+    return FF_OK;
+}
+
+void ff_uncertainty_free(ff_uncertainty *u)
+{
+    free(u->storage);
+    free(u->determined);
+    *u = (ff_uncertainty){0};
+}
+
+/* ---- eigenvalues ----------------------------------------------------------------------------- */
+
+/* One rotation that makes A[p][q] zero (Golub and Van Loan, Matrix Computations, 8.5). */
+static void rotate(double *A, size_t n, size_t p, size_t q, double *V)
+{
+    const double apq = A[p * n + q], theta = (A[q * n + q] - A[p * n + p]) / (2 * apq);
+    const double t = (theta >= 0 ? 1 : -1) / (fabs(theta) + sqrt(1 + theta * theta)), c = 1 / sqrt(1 + t * t), s = t * c;
+    for (size_t k = 0; k < n; k++) {
+        const double a = A[k * n + p], b = A[k * n + q];
+        A[k * n + p] = c * a - s * b;
+        A[k * n + q] = s * a + c * b;
+    }
+    for (size_t k = 0; k < n; k++) {
+        const double a = A[p * n + k], b = A[q * n + k];
+        A[p * n + k] = c * a - s * b;
+        A[q * n + k] = s * a + c * b;
+    }
+    for (size_t k = 0; k < n; k++) {
+        const double a = V[k * n + p], b = V[k * n + q];
+        V[k * n + p] = c * a - s * b;
+        V[k * n + q] = s * a + c * b;
+    }
+}
+
+static void order_columns(size_t n, double *values, double *V)
+{
+    for (size_t i = 0; i < n; i++) {
+        size_t least = i;
+        for (size_t j = i + 1; j < n; j++)
+            if (values[j] < values[least]) least = j;
+        if (least == i) continue;
+        const double v = values[i];
+        values[i] = values[least];
+        values[least] = v;
+        for (size_t k = 0; k < n; k++) {
+            const double a = V[k * n + i];
+            V[k * n + i] = V[k * n + least];
+            V[k * n + least] = a;
+        }
+    }
+}
+
+void ff_symmetric_eigen(double *A, size_t n, double *values, double *V)
+{
+    enum { SWEEPS = 60 };
+    double scale = 0;
+    for (size_t i = 0; i < n * n; i++) {
+        scale += A[i] * A[i];
+        V[i] = i % (n + 1) == 0;
+    }
+    for (int sweep = 0; sweep < SWEEPS; sweep++) {
+        double off = 0;
+        for (size_t p = 0; p < n; p++)
+            for (size_t q = p + 1; q < n; q++) off += A[p * n + q] * A[p * n + q];
+        if (!(off > 1e-32 * scale)) break;
+        for (size_t p = 0; p < n; p++)
+            for (size_t q = p + 1; q < n; q++)
+                if (fabs(A[p * n + q]) > 1e-300) rotate(A, n, p, q, V);
+    }
+    for (size_t i = 0; i < n; i++) values[i] = A[i * n + i];
+    order_columns(n, values, V);
 }

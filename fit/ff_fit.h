@@ -16,18 +16,20 @@
 extern "C" {
 #endif
 
-/** What is compared. x = cos(theta_i), f the model, y the datum (both 1/sr). */
+/** What is compared. x = cos(theta_i), f the model, y the datum (both 1/sr). Where they are from: docs/fitting.md. */
 typedef enum ff_loss {
-    FF_LOSS_COSINE = 0, /**< (f - y) x                            Ngan et al. 2005                             */
-    FF_LOSS_LOG = 1,    /**< ln(1 + f x) - ln(1 + y x)            Low et al. 2012                              */
-    FF_LOSS_CUBE_ROOT =
-        2, /**< c(f x) - c(y x), c(t) = t / (t^2 + e^2)^(1/3), e = 1e-8: the odd cube root with a finite slope at 0 */
-    FF_LOSS_RELATIVE = 3, /**< (f - y) / max(y, 0.001 mean |y| of the channel, 1e-12)                           */
-    FF_LOSS_PLAIN = 4     /**< f - y                                                                            */
+    FF_LOSS_COSINE = 0,    /**< (f - y) x                            Ngan et al. 2005; Low et al. 2012, E1        */
+    FF_LOSS_LOG = 1,       /**< ln(1 + f x) - ln(1 + y x)            Low et al. 2012, E2                          */
+    FF_LOSS_CUBE_ROOT = 2, /**< c(f x) - c(y x), c(t) = t / (t^2 + e^2)^(1/3), e = 1e-8: the odd cube root with a finite slope at 0.
+                                Fores et al. 2012 take the cube root of the squared difference instead */
+    FF_LOSS_RELATIVE = 3,  /**< (f - y) / max(y, 0.001 mean |y| of the channel, 1e-12)  Tofallis 2008              */
+    FF_LOSS_PLAIN = 4      /**< f - y                                                                            */
 } ff_loss;
 enum { FF_LOSS_COUNT = 5 };
 
-/** rho(s), s = r^2, b = scale: none s; huber; cauchy b^2 ln(1 + s/b^2); tukey. As in the Ceres Solver. */
+/** rho(s), s = r^2, b = scale: none s; huber; cauchy b^2 ln(1 + s/b^2); tukey. As in the Ceres Solver. With an estimated scale r is
+ *  taken in its standard deviations, b is 1.345, 2.385 or 4.685 of these (95 % of the information of normal residuals: Holland and
+ *  Welsch 1977), and rho goes back into the units of r^2. */
 typedef enum ff_robust { FF_ROBUST_NONE = 0, FF_ROBUST_HUBER = 1, FF_ROBUST_CAUCHY = 2, FF_ROBUST_TUKEY = 3 } ff_robust;
 enum { FF_ROBUST_COUNT = 4 };
 
@@ -75,11 +77,15 @@ typedef struct ff_fit_options {
     size_t size;              /**< sizeof(ff_fit_options)                                                    */
     ff_loss loss;             /**< FF_LOSS_COSINE                                                            */
     ff_robust robust;         /**< FF_ROBUST_NONE                                                            */
-    double robust_scale;      /**< b above, > 0, in units of the weighted residual                           */
+    double robust_scale;      /**< b above, > 0, in units of the weighted residual; 0 (as initialised): estimated, see below */
     ff_weighting weighting;   /**< FF_WEIGHT_AUTO                                                            */
     double max_theta;         /**< radians, in (0, pi/2]; samples with theta_i or theta_o beyond it are left out; 80 degrees */
     ff_channel_mode channels; /**< FF_CHANNELS_RGB or _MEAN for a problem; EACH is for the caller: one problem per channel */
     int only_channel;         /**< >= 0: this channel alone; -1 = all                                        */
+    double saturation;        /**< values at or above it (1/sr) are only known to be at least this; INFINITY */
+    double noise_floor;       /**< values below it (1/sr) are only known to be at most this; -INFINITY       */
+    double noise_sigmas;      /**< the same for values below this many of their standard deviations; 0 = off */
+    int drop_negative;        /**< 1: samples with a negative value are left out; 0: they are kept as noise  */
     ff_shape shape;           /**< FF_SHAPE_AUTO                                                             */
     int mean_slope;           /**< 1: slope_x, slope_y are free too (a tilted sample)                        */
     int threads;              /**< >= 1; 0 = one per processor                                               */
@@ -109,6 +115,12 @@ typedef struct ff_selection {
     size_t below_horizon;   /**< a direction at or under the horizon                                       */
     size_t grazing;         /**< beyond max_theta                                                          */
     size_t negative;        /**< used samples with a negative value in at least one channel                */
+    size_t dropped;         /**< left out for a negative value, with drop_negative                         */
+    size_t saturated;       /**< values (of used samples, by channel) at or above the saturation           */
+    size_t below_noise;     /**< values below the noise floor                                              */
+    size_t at_top;          /**< used samples at the very largest value of a channel, if several at places that
+                                 have nothing else in common, as where a detector saturates; else 0         */
+    double top;             /**< that value, 1/sr                                                          */
     size_t n_channels;      /**< of the problem                                                            */
     ff_weighting weighting; /**< the one AUTO stood for                                                   */
     int isotropic;          /**< of the table                                                              */
@@ -126,10 +138,24 @@ void ff_problem_free(ff_problem *p);
 void ff_problem_selection(const ff_problem *p, ff_selection *out);
 const char *ff_problem_channel_name(const ff_problem *p, size_t c);
 
+/** What a 95 % interval rests on. */
+typedef enum ff_interval {
+    FF_INTERVAL_NONE = 0,      /**< there is none: held, or the data say nothing                        */
+    FF_INTERVAL_WALD = 1,      /**< the standard error, with Student's t, in the fit's coordinates      */
+    FF_INTERVAL_ONE_SIDED = 2, /**< from the bound to where the objective, from its slope and curvature there, has
+                                    risen by what one parameter's 95 % allow                            */
+    FF_INTERVAL_PROFILE = 3,   /**< the profile of the objective: ff_trust_profile                      */
+    FF_INTERVAL_BOOTSTRAP = 4  /**< refits to resampled incident directions: ff_trust_bootstrap         */
+} ff_interval;
+enum { FF_INTERVAL_COUNT = 5 };
+const char *ff_interval_name(int interval);
+
 /** One fitted number. */
 typedef struct ff_fit_value {
     double value;
     double std_error; /**< NaN when held, on a bound, or not determined by the data           */
+    double low, high; /**< 95 % interval; NaN when there is none                              */
+    ff_interval interval;
     int at_bound;     /**< -1 on its lower bound, +1 on its upper, 0 otherwise                */
     int held;         /**< 1: not fitted (fixed by the shape, or held at its initial value)   */
     int tied;         /**< 1: not a parameter of its own, equal to another one (alpha_y of an isotropic shape) */
@@ -175,11 +201,24 @@ typedef struct ff_fit_result {
     ff_ellipse ellipse;
     ff_residual residual;
     size_t n_free;   /**< free parameters                                          */
+    /** What the data can tell; only with std_errors. Rank and condition of the Jacobian of the parameters that are not on a
+     *  bound, each column scaled to unit length. Residuals of neighbouring samples go together over `correlated_over` samples
+     *  (1: not at all), so that the values count as `effective_samples` independent ones (else as many as there are). */
+    size_t rank;
+    double condition;
+    double effective_samples;
+    size_t correlated_over;
+    int correlation_settled; /**< 0: further than can be seen; the standard errors are then lower bounds */
     double aic, bic; /**< n ln(2 objective / n) + 2k and + k ln n over n = used * channels residuals, k = n_free + 1;
                           with sigma weights 2 objective + 2 n_free, + n_free ln n     */
     size_t n_warnings;
     char warning[FF_MAX_WARNINGS][FF_WARNING_LENGTH];
 } ff_fit_result;
+
+/** Estimates the scale of a robust loss from the residuals of m: for every value a standard deviation, by the median absolute residual
+ *  of values of about its magnitude (Hampel 1974). It stays with p and serves all fits whose robust_scale is 0, so that these minimise the
+ *  same objective; a first such fit makes it by its own model when there is none. Errors as ff_problem_fit. */
+ff_status ff_problem_estimate_scale(ff_problem *p, const ff_model *m, const ff_fit_options *o, ff_error *err);
 
 /** Fits m to the samples of p. Options must be those p was made with, as far as they concern the selection.
  *  FF_ERR_DATA (fewer residuals than parameters), FF_ERR_RANGE, FF_ERR_UNSUPPORTED (a shape the model cannot take),

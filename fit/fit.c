@@ -235,6 +235,8 @@ ff_status ff_problem_fit(ff_problem *p, const ff_model *m, const ff_fit_options 
     if (st) return st;
     l.m = &r.model;
     ff_layout_many(&l, o->dense_channels);
+    if (o->robust != FF_ROBUST_NONE && o->robust_scale == 0 && !p->unit) st = ff_problem_estimate_scale(p, m, o, err);
+    if (st) return st;
     double shape[FF_MAX_SHAPE], *channel = calloc(size + 1, sizeof *channel);
     int *at_bound = calloc(l.P + 1, sizeof *at_bound);
     r.shape_value = calloc(m->n_shape + 1, sizeof *r.shape_value);

@@ -25,29 +25,47 @@ static void add_product(const double *restrict a, const double *restrict b, doub
     *(v8 *)lanes = sum;
 }
 
-/* Adds channel c to the shape's scores [S], less what its own parameters take up of them; keeps its own scores [K]. */
+/* Adds channel c to the shape's scores [S] and keeps its own [K]; squares [P][8]. */
 static void channel_scores(const ff_arrow *a, size_t c, block_scratch *s, double (*restrict shape)[FF_BLOCK],
-                           double (*restrict own)[FF_BLOCK])
+                           double (*restrict own)[FF_BLOCK], double *squares)
 {
-    const double *scale = a->scale + a->S + c * a->K, *follow = a->follow + c * a->K * a->S;
-    for (size_t k = 0; k < a->K; k++) {
-        const double *restrict column = s->column[a->S + k];
-        for (int i = 0; i < FF_BLOCK; i++) own[k][i] = scale[k] * column[i] * s->r[i];
+    for (size_t k = 0; k < a->S + a->K; k++) {
+        const size_t of = k < a->S ? k : k + c * a->K;
+        const double *restrict column = s->column[k], scale = a->scale[of];
+        double *restrict score = s->j; /* no more needed */
+        for (int i = 0; i < FF_BLOCK; i++) score[i] = scale * column[i] * s->r[i];
+        add_product(score, score, squares + of * 8);
+        if (k < a->S)
+            add_scaled(1, score, shape[k]);
+        else
+            memcpy(own[k - a->S], score, sizeof *own);
     }
-    for (size_t k = 0; k < a->S; k++) {
-        const double *restrict column = s->column[k];
-        for (int i = 0; i < FF_BLOCK; i++) shape[k][i] += a->scale[k] * column[i] * s->r[i];
-        for (size_t q = 0; q < a->K; q++) add_scaled(-follow[q * a->S + k], own[q], shape[k]);
-    }
+}
+
+/* Sums of the scores [P] over runs of the block: runs [FF_BLOCK / length][P]. */
+static void sum_runs(size_t P, size_t length, double (*restrict score)[FF_BLOCK], double *restrict runs)
+{
+    for (size_t k = 0; k < P; k++)
+        for (size_t run = 0; run < FF_BLOCK / length; run++) {
+            double sum = 0;
+            for (size_t i = run * length; i < (run + 1) * length; i++) sum += score[k][i];
+            runs[run * P + k] = sum;
+        }
 }
 
 /* The influences of the block's samples, and their products. */
 static void influences(const ff_arrow *a, double (*restrict score)[FF_BLOCK], block_scratch *s, const ff_influence_sums *sums)
 {
     const size_t S = a->S, K = a->K;
+    double(*left)[FF_BLOCK] = s->column; /* of the shape's scores by what the channels take up */
+    for (size_t k = 0; k < S; k++) {
+        add_product(score[k], score[k], sums->whole + k * 8);
+        memcpy(left[k], score[k], sizeof *left);
+        for (size_t q = 0; q < a->C * K; q++) add_scaled(-a->follow[q * S + k], score[S + q], left[k]);
+    }
     for (size_t k = 0; k < S; k++) {
         memset(s->on_shape[k], 0, sizeof s->on_shape[k]);
-        for (size_t q = 0; q < S; q++) add_scaled(a->inverse[k * S + q], score[q], s->on_shape[k]);
+        for (size_t q = 0; q < S; q++) add_scaled(a->inverse[k * S + q], left[q], s->on_shape[k]);
     }
     for (size_t k = 0; k < S; k++)
         for (size_t q = 0; q <= k; q++) add_product(s->on_shape[k], s->on_shape[q], sums->shape + ff_tri(k, q) * 8);
@@ -87,8 +105,11 @@ void FF_ISA_NAME(ff_influence_chunk)(const ff_pass *pass, const ff_arrow *arrow,
             if (!arrow) continue;
             residuals(pass, block, c, s.x, s.f, s.r, s.j, robust);
             prepared->kernels->block_columns(prepared, FF_BLOCK, c, s.j, &s.model, s.column);
-            channel_scores(arrow, c, &s, score, score + arrow->S + c * arrow->K);
+            channel_scores(arrow, c, &s, score, score + arrow->S + c * arrow->K, sums->own);
         }
-        if (arrow) influences(arrow, score, &s, sums);
+        if (!arrow) continue;
+        influences(arrow, score, &s, sums);
+        const size_t length = ff_run_length(p);
+        sum_runs(arrow->P, length, score, sums->runs + block * (FF_BLOCK / length) * arrow->P);
     }
 }

@@ -30,13 +30,25 @@ typedef struct ff_arrow {
     double *cross;     /* [C][K][S] of a channel with the shape,                                  */
     double *block;     /* [C][K][K] and within a channel                                          */
     int *determined;   /* [P] 0: not used, or the data say nothing                                */
+    double *dof;       /* [P] degrees of freedom that the error of each is estimated from         */
+    ff_clusters clusters;
+    double effective; /* number of independent values                                             */
     size_t used;
 } ff_arrow;
 void ff_arrow_free(ff_arrow *a);
 
+/* Influence H^-1 s of the score s [P], both scaled. */
+void ff_arrow_apply(const ff_arrow *a, const double *score, double *influence);
+
+/* 95 % intervals, rank and condition of a fit that has its standard errors, as ff_intervals_fill and ff_condition_fill. On a bound
+ * the errors are those of runs at least. FF_ERR_MEMORY. */
+ff_status ff_arrow_intervals(const ff_layout *l, const struct ff_problem *p, const ff_normal *n, const int *at_bound,
+                             const ff_arrow *a, ff_fit_result *r);
+ff_status ff_arrow_condition(const ff_normal *n, const ff_arrow *a, const int *use, ff_fit_result *r);
+
 /* What is left to do at an optimum: solution->normal holds the sums of the plain pass there, or is empty, and is made then. Makes
- * solution->arrow, its covariances like ff_covariance (HC1 with samples as clusters, or H^-1 with sigma weights), and the
- * statistics of the normal. Without o->std_errors only the statistics. */
+ * solution->arrow, its covariances like ff_uncertainty_new, the sums of the score that these need, and the statistics of the
+ * normal. Without o->std_errors only the statistics. */
 ff_status ff_arrow_finish(const ff_layout *l, const struct ff_problem *p, const ff_fit_options *o, const double *shape,
                           const double *channel, const int *at_bound, ff_solution *solution);
 
@@ -48,6 +60,9 @@ typedef struct ff_influence_sums {
     double *stat;    /* [FF_STAT_COUNT][8]             */
     double *shape;   /* [S (S+1)/2][8]                 */
     double *channel; /* [C][K S + K (K+1)/2][8]        */
+    double *own;     /* [P][8] squares of the scores of single values */
+    double *whole;   /* [S][8] and of the shape's scores of samples   */
+    double *runs;    /* [n_runs][P] of all blocks: sums of the scores */
     double *score;   /* scratch [S + C K][FF_BLOCK]    */
 } ff_influence_sums;
 

@@ -93,29 +93,52 @@ static void tukey(double b2, const double *restrict r, double *restrict rho, dou
     }
 }
 
-/* r and j are scaled by sqrt(rho'); rho is summed into cost2 [8]. */
-static void robustify(ff_robust robust, double b, double *restrict r, double *restrict j, double *restrict cost2)
+/* r and j are scaled by sqrt(rho'); rho is summed into cost2 [8]. unit: the standard deviation of each residual, in which b counts,
+ * or NULL; root: of the weight of each sample, or NULL. */
+static void robustify(ff_robust robust, double b, const float *restrict unit, const float *restrict root, double *restrict r,
+                      double *restrict j, double *restrict cost2)
 {
-    double rho[FF_BLOCK] __attribute__((aligned(64))), slope[FF_BLOCK];
+    double u[FF_BLOCK], rho[FF_BLOCK] __attribute__((aligned(64))), slope[FF_BLOCK];
+    for (int i = 0; i < FF_BLOCK; i++) u[i] = unit ? r[i] / (double)unit[i] : r[i];
     switch (robust) {
     case FF_ROBUST_HUBER:
-        huber(b * b, r, rho, slope);
+        huber(b * b, u, rho, slope);
         break;
     case FF_ROBUST_CAUCHY:
-        cauchy(b * b, r, rho, slope);
+        cauchy(b * b, u, rho, slope);
         break;
     case FF_ROBUST_TUKEY:
-        tukey(b * b, r, rho, slope);
+        tukey(b * b, u, rho, slope);
         break;
     default:
         return;
     }
     for (int i = 0; i < FF_BLOCK; i++) {
-        const double root = sqrt(slope[i]);
-        r[i] *= root;
-        j[i] *= root;
+        const double one = unit ? (double)unit[i] : 1, w = root ? (double)root[i] : 1, by = w * sqrt(slope[i]);
+        rho[i] *= w * w * one * one;
+        r[i] *= by;
+        j[i] *= by;
     }
     add_to_lanes(rho, cost2);
+}
+
+/* Samples that count more or less than once. */
+static void multiply(const float *restrict root, double *restrict r, double *restrict j)
+{
+    for (int i = 0; i < FF_BLOCK; i++) {
+        r[i] *= (double)root[i];
+        j[i] *= (double)root[i];
+    }
+}
+
+/* A datum that is known from one side only says nothing to a model on that side of it. */
+static void one_sided(const double *restrict side, double *restrict r, double *restrict j)
+{
+    for (int i = 0; i < FF_BLOCK; i++) {
+        const double keep = side[i] * r[i] > 0 ? 0 : 1;
+        r[i] *= keep;
+        j[i] *= keep;
+    }
 }
 
 /* r and j = dr/df of channel c from its model values f. x: cosines, of a loss that reads them. cost2 [8]: lanes of a robust loss.
@@ -132,7 +155,13 @@ static inline void residuals(const ff_pass *pass, size_t block, size_t c, const 
         loss_log(&l, f, r, j);
     else
         loss_cube_root(&l, f, r, j);
-    if (pass->robust != FF_ROBUST_NONE) robustify(pass->robust, pass->robust_scale, r, j, cost2);
+    const size_t at = block * FF_BLOCK, of_channel = c * p->n_blocks * FF_BLOCK;
+    const float *root = p->multiplier ? p->multiplier + at : NULL, *unit = p->unit ? p->unit + of_channel + at : NULL;
+    if (p->side >= 0) one_sided(ff_problem_plane(p, block, p->side + (int)c), r, j);
+    if (pass->robust != FF_ROBUST_NONE)
+        robustify(pass->robust, pass->robust_scale, unit, root, r, j, cost2);
+    else if (root)
+        multiply(root, r, j);
 }
 
 /* ---- statistics ------------------------------------------------------------------------------ */

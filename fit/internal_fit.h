@@ -4,6 +4,7 @@
 #include "ff_fit.h"
 #include "internal_kernel.h"
 #include "internal_pool.h"
+#include <math.h>
 
 /* ---- samples --------------------------------------------------------------------------------- */
 
@@ -23,12 +24,19 @@ struct ff_problem {
     int target;        /* plane target + c: g(y); for linear losses y                                     */
     int value;         /* plane value + c: y                                                              */
     int sample_weight; /* square root of the sample's weight alone                                        */
+    int side;          /* plane side + c, -1 = absent: +1 where the datum is only known to be at or above the target, -1 at or
+                          below, else 0 */
     ff_loss loss;
     int surrogate;           /* 1: a linear stand-in for the loss, for the search of a start                     */
     double tan2_lo, tan2_hi; /* range of tan^2 theta over the samples' directions                       */
     ff_selection selection;
     char (*channel_name)[FF_CHANNEL_NAME];
     double *channel_mean; /* [n_channels] of |y| over the used samples */
+    uint32_t *index;      /* [n] place of each sample in the table, or in the problem that a smaller one stands for */
+    float *lowest;        /* [n_blocks FF_BLOCK] the lower of the cosines of both directions; NULL in a smaller problem */
+    const float *multiplier; /* [n_blocks FF_BLOCK] borrowed, NULL = 1: root of the weight of each sample when they are resampled */
+    /* [n_channels][n_blocks FF_BLOCK], NULL = 1: standard deviation of each residual, which the scale of a robust loss multiplies. */
+    const float *unit;
     ff_pool *pool;
     ff_isa isa;
     /* What starts are searched on, and what they are then refined on before all samples are: see ff_problem_thin. The last is
@@ -61,11 +69,26 @@ static inline size_t ff_problem_doubles(const struct ff_problem *p)
 ff_status ff_problem_thin(const struct ff_problem *p, const float *size, size_t wanted, int linear, struct ff_problem **out);
 void ff_problem_thin_free(struct ff_problem *p);
 
+/* cos(theta_i) of a block from whichever of its planes has it. */
+static inline void ff_problem_cosines(const ff_geometry *g, double *x)
+{
+    const double *t2 = g->plane[FF_G_TI2], *tx = g->plane[FF_G_TIX], *ty = g->plane[FF_G_TIY], *cosine = g->plane[FF_G_COS_I];
+    for (int i = 0; i < FF_BLOCK; i++)
+        x[i] = cosine ? cosine[i] : t2 ? 1 / sqrt(1 + t2[i]) : 1 / sqrt(1 + tx[i] * tx[i] + ty[i] * ty[i]);
+}
+
 /* Memory for blocks, aligned, in large pages where the system has them; NULL when there is none. Released with free. */
 double *ff_block_memory(size_t bytes);
 
+/* Puts the used samples of a table, index [n], in an order in which neighbours are alike, unless they come on axes or in scans of one
+ * incident direction. FF_ERR_MEMORY. */
+ff_status ff_order_by_place(const ff_table *t, ff_pool *pool, uint32_t *index, size_t n);
+
 /* FF_ERR_RANGE for an option that names nothing or lies outside its range, whatever the data. */
 ff_status ff_fit_options_check(const ff_fit_options *o, ff_error *err);
+
+/* The scale of a robust loss, in standard deviations of normal residuals, at which it loses 5 % of their information. */
+double ff_robust_tuning(ff_robust robust);
 
 /* Has the caller asked to stop? */
 int ff_fit_cancelled(const ff_fit_options *o);
@@ -80,18 +103,31 @@ typedef struct ff_pass {
     const struct ff_problem *p;
     ff_robust robust;
     double robust_scale;
-    int final; /* 1: also the outer products of the score and the residual statistics */
+    int final;  /* 1: also the residual statistics                                    */
+    int errors; /* 1: and what standard errors need: outer products and sums of the score */
 } ff_pass;
 
 /* Sums of the residual statistics, over samples and channels, by sample weight. */
 enum { FF_STAT_WEIGHT = 0, FF_STAT_PLAIN, FF_STAT_COSINE, FF_STAT_LOG, FF_STAT_CUBE_ROOT, FF_STAT_MAX, FF_STAT_COUNT };
+
+/* Samples of a run: residuals of neighbours go together, and sums over runs show how much. Many samples have long ones, so that what is
+ * done with the sums stays short beside a pass. */
+enum { FF_SHORT_RUN = 8, FF_LONG_RUN = FF_BLOCK, FF_LONG_RUNS_FROM = 100000 };
+static inline size_t ff_run_length(const struct ff_problem *p)
+{
+    return p->n >= FF_LONG_RUNS_FROM ? FF_LONG_RUN : FF_SHORT_RUN;
+}
 
 /* What a pass leaves. m1 = columns of a channel and the residual, P = parameters of the layout. */
 typedef struct ff_normal {
     size_t m1, P, n_channels;
     double cost2; /* sum of rho(r^2): twice the objective                                    */
     double *gram; /* [n_channels][m1 (m1+1) / 2], lower triangle by rows: J^T J, J^T r, r^T r */
-    double *meat; /* [P (P+1) / 2]: sum over samples of score score^T; only of a final pass; none of an arrow */
+    double *meat; /* [P (P+1) / 2]: sum over samples of score score^T; only of a final pass. Of an arrow [P]: its diagonal */
+    int diagonal; /* 1: meat is [P], its diagonal alone: of an arrow, whose score is scaled by ff_arrow.scale */
+    double *own;  /* [P]: sum over samples and channels of the squared score of one value     */
+    size_t n_runs;
+    double *runs; /* [n_runs][P]: sums of the score over runs of consecutive samples; NULL unless of a final pass */
     double stat[FF_STAT_COUNT];
 } ff_normal;
 
@@ -114,12 +150,16 @@ typedef struct ff_chunk_sums {
     double *gram;  /* [n_channels][m1 (m1+1)/2][8]          */
     double *stat;  /* [FF_STAT_COUNT][8]                    */
     double *meat;  /* [P (P+1)/2][8]                        */
-    double *score; /* scratch [P][FF_BLOCK], of a final pass */
+    double *own;   /* [P][8]                                */
+    double *score; /* scratch [P][FF_BLOCK], with errors     */
+    double *runs;  /* [n_runs][P] of the whole problem, with errors */
 } ff_chunk_sums;
 typedef void (*ff_pass_chunk_fn)(const ff_pass *pass, size_t first_block, size_t n_blocks, const ff_chunk_sums *sums);
 ff_pass_chunk_fn ff_pass_chunk_get(ff_isa isa);
 
 /* ---- the full set of parameters of a fit ----------------------------------------------------- */
+
+#define FF_NOT_PINNED SIZE_MAX
 
 /* What is free and in which coordinates. Coordinates: the free shape parameters (log, atanh or as they are), then the free ones of
  * every channel. */
@@ -132,6 +172,7 @@ typedef struct ff_layout {
     uint32_t scaled; /* lobes whose free ks multiplies free parameters: affine in ks and in their products with it */
     size_t P;        /* free.n_shape + n_channels free.n_channel                   */
     int arrow;       /* 1: many channels, nothing of size P^2 is made; see internal_arrow.h. Set by ff_layout_many */
+    size_t pinned;   /* coordinate that ff_solve leaves where it is; FF_NOT_PINNED */
 } ff_layout;
 
 /* Makes a layout of more than `dense` channels an arrow. */
@@ -239,6 +280,13 @@ ff_status ff_solve(const ff_layout *l, const struct ff_problem *p, const ff_fit_
 ff_status ff_result_fill(const ff_layout *l, const struct ff_problem *p, const ff_fit_options *o, const double *shape,
                          const double *channel, const int *at_bound, const ff_solution *solution, ff_fit_result *r);
 
+/* Of parameter k < P: its place in a result, and "f0 (r)" or "alpha_x". */
+ff_fit_value *ff_result_value(const ff_layout *l, ff_fit_result *r, size_t k);
+/* Error and interval of alpha_x to the alpha_y that moves with it. */
+void ff_result_copy_tied(const ff_layout *l, ff_fit_result *r);
+void ff_result_label(const ff_layout *l, const struct ff_problem *p, size_t k, char *out, size_t size);
+void ff_result_warn(ff_fit_result *r, const char *fmt, ...) __attribute__((format(printf, 2, 3)));
+
 /* ---- covariance ------------------------------------------------------------------------------ */
 
 /* Full J^T J [P][P] and J^T r [P] from the channels' grams. slope [P]: d parameter / d coordinate, or NULL for the parameters
@@ -250,10 +298,64 @@ void ff_normal_assemble(const ff_layout *l, const ff_normal *n, const double *sl
  * rank. */
 size_t ff_scaled_cholesky(const double *A, size_t n, double tolerance, double *L, double *D);
 
-/* Covariance [P][P] of the parameters (not coordinates) whose `use` is not 0, zero elsewhere; determined [P]: 0 where the data say
- * nothing. sandwich: heteroscedasticity-consistent with samples as clusters (HC1, MacKinnon and White 1985; clusters as in Liang
- * and Zeger 1986), else H^-1. n_samples clusters of n_channels residuals. FF_ERR_MEMORY. */
-ff_status ff_covariance(const ff_layout *l, const ff_normal *n, const int *use, int sandwich, size_t n_samples, double *cov,
-                        int *determined);
+/* Runs of neighbouring samples whose errors go together. */
+typedef struct ff_clusters {
+    size_t run;  /* samples of a cluster; 1: they are independent, as far as can be seen            */
+    size_t n;    /* clusters                                                                        */
+    int settled; /* 0: the errors reach further than the longest runs of which there are enough     */
+} ff_clusters;
+/* Residuals that are nothing but rounding have no errors that could go together. */
+ff_status ff_clusters_choose(const struct ff_problem *p, const ff_normal *n, size_t n_samples, ff_clusters *out);
+
+/* Outer products of the score summed over runs of `run` samples (1, or ff_run_length 2^k), packed as ff_normal.meat. FF_ERR_MEMORY. */
+ff_status ff_clusters_meat(const struct ff_problem *p, const ff_normal *n, size_t n_samples, size_t run, double *meat);
+
+/* Clusters are as good as equal ones of a smaller number where some have more to say of a parameter than others (Carter, Schnepel and
+ * Steigerwald 2017): number [P], for the degrees of freedom of its error. cluster [p->n] of each sample, NULL: n_clusters of equal
+ * length in the order of the samples; inverse [P][P] of J^T J, 0 for parameters that are not in use, or arrow instead. FF_ERR_MEMORY. */
+struct ff_arrow;
+ff_status ff_clusters_informative(const struct ff_problem *p, const ff_normal *n, size_t n_samples, const uint32_t *cluster,
+                                  size_t n_clusters, const double *inverse, const struct ff_arrow *arrow, double *number);
+
+/* Sums of the score over the runs, less their mean: it is 0 for a parameter at its optimum, and for one that rests on its bound a
+ * slope, which is no error. n_samples of the samples of p count. sums [runs][P], mean [P] out; returns the number of runs. */
+size_t ff_clusters_centred(const struct ff_problem *p, const ff_normal *n, size_t n_samples, double *sums, double *mean);
+/* Joins pairs of neighbours; a last one without partner stays. Returns how many are left. */
+size_t ff_clusters_join(double *sums, size_t n, size_t P);
+
+/* Number of independent values that would say as much as the n_values; meat of the clusters. */
+double ff_clusters_effective(const ff_normal *n, const double *meat, size_t n_shape, double n_values);
+
+/* The two sides of what is known at an optimum, of the parameters (not coordinates) in use; [P][P], 0 elsewhere. */
+typedef struct ff_uncertainty {
+    double *inverse;     /* H^-1                                                                       */
+    double *cov;         /* covariance                                                                 */
+    int *determined;     /* [P]: 0 where the data say nothing                                          */
+    ff_clusters clusters;
+    double effective;    /* number of independent values                                               */
+    double *dof;         /* [P] degrees of freedom that the error of each is estimated from            */
+    double *storage;
+} ff_uncertainty;
+void ff_uncertainty_free(ff_uncertainty *u);
+
+/* Of the parameters whose `use` is not 0, from a pass over n_samples samples of p. The covariance is H^-1 M H^-1 with M over clusters (heteroscedasticity-consistent, HC1:
+ * MacKinnon and White 1985); with weights by the data's standard deviations it is H^-1, its errors larger by what the clusters say.
+ * FF_ERR_MEMORY. */
+ff_status ff_uncertainty_new(const ff_layout *l, const struct ff_problem *p, const ff_normal *n, const int *use, size_t n_samples,
+                             ff_uncertainty *out);
+
+/* 95 % intervals of all parameters: by their standard errors, which r has, or one-sided on a bound (at_bound [P]). FF_ERR_MEMORY. */
+ff_status ff_intervals_fill(const ff_layout *l, const struct ff_problem *p, const ff_normal *n, const int *at_bound,
+                            const ff_uncertainty *u, ff_fit_result *r);
+/* Interval of v->value +- half_width, symmetric in the coordinate. */
+void ff_interval_around(const ff_param *info, double half_width, ff_interval kind, ff_fit_value *v);
+/* From the bound of v inside to where slope d + d^2 / (2 inverse) has risen by allowed; no curvature: to the other bound. */
+void ff_interval_from_bound(const ff_param *info, double slope, double inverse, double allowed, ff_fit_value *v);
+
+/* Rank and condition of the Jacobian of the parameters in use; warns of several that trade off. FF_ERR_MEMORY. */
+ff_status ff_condition_fill(const ff_layout *l, const struct ff_problem *p, const ff_normal *normal, const int *use, ff_fit_result *r);
+
+/* Eigenvalues [n], ascending, and eigenvectors (columns of V [n][n]) of a symmetric A [n][n], which is destroyed: Jacobi's rotations. */
+void ff_symmetric_eigen(double *A, size_t n, double *values, double *V);
 
 #endif

@@ -100,7 +100,7 @@ static int is_linear(const ff_layout *l, uint32_t *scaled)
 
 ff_status ff_layout_init(const ff_model *m, size_t n_channels, ff_shape shape, int mean_slope, ff_layout *out, ff_error *err)
 {
-    ff_layout l = {.m = m, .mode = ff_layout_mode(m, shape, mean_slope), .n_channels = n_channels};
+    ff_layout l = {.m = m, .mode = ff_layout_mode(m, shape, mean_slope), .n_channels = n_channels, .pinned = FF_NOT_PINNED};
     const ff_status s = check_shape(m, shape, mean_slope, l.mode, err);
     if (s) return s;
     for (uint32_t k = 0; k < m->n_shape; k++) {
@@ -168,8 +168,9 @@ ff_status ff_layout_pass(const ff_layout *l, const struct ff_problem *p, const f
 {
     pass->p = p;
     pass->robust = p->surrogate ? FF_ROBUST_NONE : o->robust;
-    pass->robust_scale = o->robust_scale;
+    pass->robust_scale = o->robust_scale > 0 ? o->robust_scale : ff_robust_tuning(o->robust);
     pass->final = 0;
+    pass->errors = o->std_errors;
     return ff_prepare(l->m, ff_kernels_get(p->isa), l->mode, l->n_channels, shape, channel, &l->free, p->tan2_lo, p->tan2_hi,
                       &pass->prepared);
 }

@@ -9,6 +9,7 @@ static const char *const robusts[FF_ROBUST_COUNT] = {"none", "huber", "cauchy", 
 static const char *const weightings[FF_WEIGHT_COUNT] = {"auto", "solid-angle", "sample", "sigma"};
 static const char *const shapes[FF_SHAPE_COUNT] = {"auto", "isotropic", "axis", "correlated"};
 static const char *const modes[FF_CHANNELS_COUNT] = {"rgb", "mean", "each"};
+static const char *const intervals[FF_INTERVAL_COUNT] = {"none", "standard-error", "one-sided", "profile", "bootstrap"};
 static const char *const outcomes[] = {"converged", "stalled", "limit", "cancelled"};
 
 static const char *name_of(const char *const *names, int count, int i)
@@ -48,6 +49,11 @@ const char *ff_channel_mode_name(int mode)
     return name_of(modes, FF_CHANNELS_COUNT, mode);
 }
 
+const char *ff_interval_name(int interval)
+{
+    return name_of(intervals, FF_INTERVAL_COUNT, interval);
+}
+
 const char *ff_outcome_name(int outcome)
 {
     return name_of(outcomes, 4, outcome);
@@ -82,7 +88,8 @@ void ff_fit_options_init(ff_fit_options *o)
 {
     memset(o, 0, sizeof *o);
     o->size = sizeof *o;
-    o->robust_scale = 1;
+    o->saturation = INFINITY;
+    o->noise_floor = -INFINITY;
     o->max_theta = 80 * (3.14159265358979323846 / 180);
     o->only_channel = -1;
     o->max_iterations = 100;
@@ -101,13 +108,25 @@ ff_status ff_fit_options_check(const ff_fit_options *o, ff_error *err)
     if (!(o->max_theta > 0 && o->max_theta <= 1.5707963267948968))
         return ff_error_set(err, FF_ERR_RANGE, NULL, 0, -1, "the largest angle must lie in (0, 90] degrees, found %g",
                             o->max_theta * (180 / 3.14159265358979323846));
-    if (o->robust != FF_ROBUST_NONE && !(o->robust_scale > 0 && isfinite(o->robust_scale)))
-        return ff_error_set(err, FF_ERR_RANGE, NULL, 0, -1, "the scale of a robust loss must be positive, found %g",
+    if (o->robust != FF_ROBUST_NONE && !(o->robust_scale >= 0 && isfinite(o->robust_scale)))
+        return ff_error_set(err, FF_ERR_RANGE, NULL, 0, -1, "the scale of a robust loss must be positive, or 0 to be estimated, found %g",
                             o->robust_scale);
+    if (!(o->noise_floor < o->saturation) || !(o->saturation > 0) || !(o->noise_sigmas >= 0) || !isfinite(o->noise_sigmas))
+        return ff_error_set(err, FF_ERR_RANGE, NULL, 0, -1,
+                            "values are known between the noise floor and the saturation, which must be above it and positive: found %g and "
+                            "%g, and %g standard deviations",
+                            o->noise_floor, o->saturation, o->noise_sigmas);
     if (o->threads < 0 || o->max_iterations < 0)
         return ff_error_set(err, FF_ERR_RANGE, NULL, 0, -1,
                             "the options for the number of threads and of iterations must not be negative");
     return FF_OK;
+}
+
+/* Holland and Welsch 1977, table 2 */
+double ff_robust_tuning(ff_robust robust)
+{
+    static const double tuning[FF_ROBUST_COUNT] = {1, 1.345, 2.385, 4.685};
+    return tuning[robust];
 }
 
 int ff_fit_cancelled(const ff_fit_options *o)

@@ -22,8 +22,9 @@ ff_status ff_normal_new(const ff_layout *l, ff_normal *out)
     const size_t n_channels = l->n_channels;
     ff_normal n = {.m1 = l->free.n_shape + l->free.n_channel + 1, .P = l->P, .n_channels = n_channels};
     n.gram = calloc(n_channels * (n.m1 * (n.m1 + 1) / 2), sizeof *n.gram);
-    n.meat = calloc(l->arrow ? 1 : n.P * (n.P + 1) / 2 + 1, sizeof *n.meat);
-    if (!n.gram || !n.meat) {
+    n.meat = calloc(l->arrow ? n.P + 1 : n.P * (n.P + 1) / 2 + 1, sizeof *n.meat);
+    n.own = calloc(n.P + 1, sizeof *n.own);
+    if (!n.gram || !n.meat || !n.own) {
         ff_normal_free(&n);
         return FF_ERR_MEMORY;
     }
@@ -35,16 +36,19 @@ void ff_normal_free(ff_normal *n)
 {
     free(n->gram);
     free(n->meat);
+    free(n->own);
+    free(n->runs);
     *n = (ff_normal){0};
 }
 
-/* All sums of a chunk, lanes reduced: cost2, gram, stat, meat, in this order. */
+/* All sums of a chunk, lanes reduced: cost2, gram, stat, meat, own, in this order. */
 typedef struct run {
     const ff_pass *pass;
     ff_pass_chunk_fn kernel;
-    size_t share, n_gram, n_meat, n_sums, n_score;
+    size_t share, n_gram, n_meat, n_own, n_sums, n_score;
     double *lanes;  /* [threads][n_sums * 8 + n_score] */
     double *result; /* [chunks][n_sums]                */
+    double *runs;
 } run;
 
 static void run_chunk(void *context, size_t chunk, int worker)
@@ -57,7 +61,9 @@ static void run_chunk(void *context, size_t chunk, int worker)
     sums.gram = sums.cost2 + 8;
     sums.stat = sums.gram + r->n_gram * 8;
     sums.meat = sums.stat + FF_STAT_COUNT * 8;
-    sums.score = sums.meat + r->n_meat * 8;
+    sums.own = sums.meat + r->n_meat * 8;
+    sums.score = sums.own + r->n_own * 8;
+    sums.runs = r->runs;
     memset(lanes, 0, r->n_sums * 8 * sizeof *lanes);
     const size_t first = chunk * r->share, left = p->n_blocks - first;
     r->kernel(r->pass, first, left < r->share ? left : r->share, &sums);
@@ -80,9 +86,17 @@ ff_status ff_pass_run(const ff_pass *pass, int parallel, ff_normal *out)
     const size_t tri = out->m1 * (out->m1 + 1) / 2;
     run r = {.pass = pass, .kernel = ff_pass_chunk_get(p->isa), .share = share};
     r.n_gram = out->n_channels * tri;
-    r.n_meat = pass->final ? out->P * (out->P + 1) / 2 : 0;
-    r.n_sums = 1 + r.n_gram + FF_STAT_COUNT + r.n_meat;
-    r.n_score = pass->final ? out->P * FF_BLOCK : 0;
+    const int errors = pass->final && pass->errors;
+    r.n_meat = errors ? out->P * (out->P + 1) / 2 : 0;
+    r.n_own = errors ? out->P : 0;
+    r.n_sums = 1 + r.n_gram + FF_STAT_COUNT + r.n_meat + r.n_own;
+    r.n_score = errors ? out->P * FF_BLOCK : 0;
+    if (errors && !out->runs) {
+        out->n_runs = p->n_blocks * (FF_BLOCK / ff_run_length(p));
+        out->runs = malloc((out->n_runs * out->P + 1) * sizeof *out->runs);
+        if (!out->runs) return FF_ERR_MEMORY;
+    }
+    r.runs = out->runs;
     const size_t threads = parallel ? (size_t)ff_pool_threads(p->pool) : 1, per_thread = r.n_sums * 8 + r.n_score;
     /* lanes and scores are read as whole vectors: both start on a cache line */
     r.lanes = aligned_alloc(64, (threads * per_thread * sizeof(double) + 63) / 64 * 64);
@@ -100,6 +114,7 @@ ff_status ff_pass_run(const ff_pass *pass, int parallel, ff_normal *out)
     double cost2 = 0;
     memset(out->gram, 0, r.n_gram * sizeof(double));
     memset(out->meat, 0, r.n_meat * sizeof(double));
+    memset(out->own, 0, r.n_own * sizeof(double));
     memset(out->stat, 0, sizeof out->stat);
     for (size_t c = 0; c < chunks; c++) {
         const double *s = r.result + c * r.n_sums;
@@ -108,6 +123,7 @@ ff_status ff_pass_run(const ff_pass *pass, int parallel, ff_normal *out)
         for (size_t k = 0; k < FF_STAT_COUNT; k++, s++)
             out->stat[k] = k == FF_STAT_MAX ? fmax(out->stat[k], *s) : out->stat[k] + *s;
         for (size_t k = 0; k < r.n_meat; k++) out->meat[k] += *s++;
+        for (size_t k = 0; k < r.n_own; k++) out->own[k] += *s++;
     }
     free(r.lanes);
     free(r.result);

@@ -94,10 +94,31 @@ typedef struct __attribute__((aligned(64))) block_scratch {
     double column[FF_MAX_COLUMNS][FF_BLOCK];
 } block_scratch;
 
-/* Adds column * r to the score of a parameter. */
-static void add_score(const double *restrict column, const double *restrict r, double *restrict score)
+/* Adds column * r to the score of a parameter, and its square to own [8]. */
+static void add_score(const double *restrict column, const double *restrict r, double *restrict score, double *restrict own)
 {
-    for (int i = 0; i < FF_BLOCK; i++) score[i] += column[i] * r[i];
+    v8 sum = *(const v8 *)own;
+    for (int i = 0; i < FF_BLOCK; i += 8) {
+        const v8 v = *(const v8 *)(column + i) * *(const v8 *)(r + i);
+        *(v8 *)(score + i) += v;
+        sum += v * v;
+    }
+    *(v8 *)own = sum;
+}
+
+/* Sums of the scores [P][FF_BLOCK] over runs of the block, of one vector each or of all: runs [FF_BLOCK / length][P]. */
+static void sum_runs(size_t P, size_t length, const double *restrict score, double *restrict runs)
+{
+    _Static_assert(FF_SHORT_RUN == 8 && (int)FF_LONG_RUN == (int)FF_BLOCK, "a run is a vector, or a block");
+    for (size_t k = 0; k < P; k++) {
+        v8 sum = {0};
+        for (size_t i = 0; i < FF_BLOCK / 8; i++) {
+            const v8 s = *(const v8 *)(score + k * FF_BLOCK + 8 * i);
+            sum += s;
+            if (length == FF_SHORT_RUN) runs[i * P + k] = ((s[0] + s[4]) + (s[1] + s[5])) + ((s[2] + s[6]) + (s[3] + s[7]));
+        }
+        if (length == FF_LONG_RUN) runs[k] = ((sum[0] + sum[4]) + (sum[1] + sum[5])) + ((sum[2] + sum[6]) + (sum[3] + sum[7]));
+    }
 }
 
 static void channel_block(const ff_pass *pass, size_t block, size_t c, const ff_geometry *g, block_scratch *s,
@@ -113,10 +134,11 @@ static void channel_block(const ff_pass *pass, size_t block, size_t c, const ff_
     memcpy(s->column[n], s->r, sizeof s->r);
     gram(m1, s->column, sums->gram + c * (m1 * (m1 + 1) / 2) * 8);
     if (!pass->final) return;
-    for (uint32_t k = 0; k < n_shape; k++) add_score(s->column[k], s->r, sums->score + k * FF_BLOCK);
-    for (uint32_t k = 0; k < n_channel; k++)
-        add_score(s->column[n_shape + k], s->r, sums->score + (n_shape + c * n_channel + k) * FF_BLOCK);
     statistics(s->f, ff_problem_plane(p, block, p->value + (int)c), s->x, ff_problem_plane(p, block, p->sample_weight), sums->stat);
+    for (uint32_t k = 0; pass->errors && k < n; k++) {
+        const size_t of = k < n_shape ? k : k + c * n_channel;
+        add_score(s->column[k], s->r, sums->score + of * FF_BLOCK, sums->own + of * 8);
+    }
 }
 
 void FF_ISA_NAME(ff_pass_chunk)(const ff_pass *pass, size_t first, size_t n_blocks, const ff_chunk_sums *sums);
@@ -125,6 +147,7 @@ void FF_ISA_NAME(ff_pass_chunk)(const ff_pass *pass, size_t first, size_t n_bloc
     const struct ff_problem *p = pass->p;
     const ff_prepared *prepared = &pass->prepared;
     const size_t P = prepared->wanted.n_shape + p->n_channels * prepared->wanted.n_channel;
+    const int errors = pass->final && pass->errors;
     const int needs_x = pass->final || (!p->surrogate && (p->loss == FF_LOSS_LOG || p->loss == FF_LOSS_CUBE_ROOT));
     block_scratch s;
     for (size_t block = first; block < first + n_blocks; block++) {
@@ -132,8 +155,11 @@ void FF_ISA_NAME(ff_pass_chunk)(const ff_pass *pass, size_t first, size_t n_bloc
         for (int k = 0; k < FF_G_COUNT; k++) g.plane[k] = p->geometry[k] < 0 ? NULL : ff_problem_plane(p, block, p->geometry[k]);
         if (needs_x) cosines(&g, s.x);
         prepared->kernels->block_shape(prepared, &g, FF_BLOCK, &s.model);
-        if (pass->final) memset(sums->score, 0, P * FF_BLOCK * sizeof(double));
+        if (errors) memset(sums->score, 0, P * FF_BLOCK * sizeof(double));
         for (size_t c = 0; c < p->n_channels; c++) channel_block(pass, block, c, &g, &s, sums);
-        if (pass->final && P) gram(P, (double(*)[FF_BLOCK])sums->score, sums->meat);
+        if (!errors || !P) continue;
+        gram(P, (double(*)[FF_BLOCK])sums->score, sums->meat);
+        const size_t length = ff_run_length(p);
+        sum_runs(P, length, sums->score, sums->runs + block * (FF_BLOCK / length) * P);
     }
 }

@@ -2,7 +2,9 @@
  */
 #include "internal_fit.h"
 #include "internal_loss.h"
+#include "internal_order.h"
 #include <math.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -13,13 +15,19 @@ enum { FF_SLAB = 2048 }; /* samples of a table looked at in one go; its directio
 
 /* ---- selection ------------------------------------------------------------------------------- */
 
-enum { FF_USED = 0, FF_INVALID, FF_BELOW, FF_GRAZING };
+enum { FF_USED = 0, FF_INVALID, FF_BELOW, FF_GRAZING, FF_NEGATIVE, FF_STATES };
 
 typedef struct slab_result {
-    size_t count[4], negative;
+    size_t count[FF_STATES], negative;
     double weight;         /* of the used samples                   */
     double cos_lo, cos_hi; /* of both directions of the used samples */
 } slab_result;
+
+/* Of a block: values that are known from one side; the largest value and how many samples have it. */
+typedef struct block_result {
+    size_t saturated, below_noise, at_top;
+    double top;
+} block_result;
 
 /* Everything the building needs; read by all threads. */
 typedef struct build {
@@ -32,12 +40,14 @@ typedef struct build {
     double cos_max;  /* cos(max_theta) */
     uint32_t *index; /* [table n]; the used samples of slab s from index + s FF_SLAB, then packed */
     slab_result *slab;
+    block_result *block;
     double *channel_sum; /* [slabs][n_channels] of |y| over used samples */
     double weight_scale; /* 1 / mean weight */
     double *floors;      /* [n_channels] */
     double *buffer;      /* [threads][per_thread] */
     float *size;         /* [used] largest weighted value of each sample */
     size_t per_thread;
+    int needs_sigma; /* for the weights or for the noise floor */
 } build;
 
 /* Values of problem channel c for table samples first .. first+n-1. scratch [n]. */
@@ -110,6 +120,7 @@ static void look_at_slab(void *context, size_t s, int worker)
             if (state[i] != FF_USED) continue;
             if (!acceptable(b, y[i], w[2][i])) state[i] = FF_INVALID;
             if (y[i] < 0) negative[i] = 1;
+            if (y[i] < 0 && b->o->drop_negative) state[i] = FF_NEGATIVE;
         }
         if (b->weighting == FF_WEIGHT_SIGMA) {
             sigmas_of(b, c, first, n, scratch, buffer + 9 * FF_SLAB);
@@ -162,24 +173,41 @@ static void gather(const build *b, const uint32_t *index, size_t n, gathered *g)
     }
 }
 
+/* +1: the value is only known to be at least *y, which becomes the saturation; -1: at most, the noise floor; else 0. */
+static int known_side(const ff_fit_options *o, double sigma, double *y)
+{
+    const double floor = o->noise_sigmas > 0 ? fmax(o->noise_floor, o->noise_sigmas * sigma) : o->noise_floor;
+    const int side = *y >= o->saturation ? 1 : *y < floor ? -1 : 0;
+    if (side) *y = side > 0 ? o->saturation : floor;
+    return side;
+}
+
 static void fill_targets(const build *b, size_t block, const uint32_t *index, size_t n, const gathered *g)
 {
     struct ff_problem *p = b->p;
-    double scratch[FF_BLOCK], sigma[FF_BLOCK], y[FF_BLOCK];
+    double scratch[FF_BLOCK], sigma[FF_BLOCK] = {0}, y[FF_BLOCK];
     double *sample_weight = ff_problem_plane(p, block, p->sample_weight);
     for (int i = 0; i < FF_BLOCK; i++) sample_weight[i] = sqrt(g->weight[i] * b->weight_scale);
     for (size_t c = 0; c < p->n_channels; c++) {
         for (size_t i = 0, count; i < n; i += count) {
             count = run_length(index, i, n);
             values_of(b, c, index[i], count, y + i, scratch);
-            if (b->weighting == FF_WEIGHT_SIGMA) sigmas_of(b, c, index[i], count, sigma + i, scratch);
+            if (b->needs_sigma) sigmas_of(b, c, index[i], count, sigma + i, scratch);
         }
         double *weight = ff_problem_plane(p, block, p->weight + p->weight_stride * (int)c),
                *target = ff_problem_plane(p, block, p->target + (int)c);
-        double *value = ff_problem_plane(p, block, p->value + (int)c);
+        double *value = ff_problem_plane(p, block, p->value + (int)c), *sides = NULL;
+        if (p->side >= 0) sides = ff_problem_plane(p, block, p->side + (int)c);
         for (size_t i = 0; i < FF_BLOCK; i++) {
             const int in = i < n;
-            const double x = in ? g->w[2][i] : 1, v = in ? y[i] : 0;
+            const double x = in ? g->w[2][i] : 1;
+            double v = in ? y[i] : 0;
+            if (sides) {
+                const int side = in ? known_side(b->o, sigma[i], &v) : 0;
+                sides[i] = side;
+                b->block[block].saturated += side > 0;
+                b->block[block].below_noise += side < 0;
+            }
             value[i] = v;
             target[i] = ff_loss_target(p->loss, v, x);
             if (b->weighting == FF_WEIGHT_SIGMA) /* the residual in standard deviations: those of y pass through g */
@@ -196,6 +224,7 @@ static void build_block(void *context, size_t block, int worker)
     struct ff_problem *p = b->p;
     (void)worker;
     const size_t first = block * FF_BLOCK, n = p->n - first < FF_BLOCK ? p->n - first : FF_BLOCK;
+    block_result *result = &b->block[block];
     gathered g;
     gather(b, b->index + first, n, &g);
     const ff_dirs w = {g.w[0], g.w[1], g.w[2], g.w[3], g.w[4], g.w[5]};
@@ -203,13 +232,17 @@ static void build_block(void *context, size_t block, int worker)
     for (int k = 0; k < FF_G_COUNT; k++) planes.plane[k] = p->geometry[k] < 0 ? NULL : ff_problem_plane(p, block, p->geometry[k]);
     ff_kernels_get(p->isa)->geometry(&w, FF_BLOCK, &planes);
     fill_targets(b, block, b->index + first, n, &g);
+    for (size_t i = 0; i < FF_BLOCK; i++) p->lowest[first + i] = (float)fmin(g.w[2][i], g.w[5][i]);
     for (size_t i = 0; i < n; i++) {
-        double largest = 0;
+        double largest = 0, value = -INFINITY;
         for (size_t c = 0; c < p->n_channels; c++) {
             const double w = ff_problem_plane(p, block, p->weight + p->weight_stride * (int)c)[i];
             largest = fmax(largest, fabs(w * ff_problem_plane(p, block, p->target + (int)c)[i]));
+            value = fmax(value, ff_problem_plane(p, block, p->value + (int)c)[i]);
         }
         b->size[first + i] = (float)largest;
+        if (i == 0 || value > result->top) *result = (block_result){result->saturated, result->below_noise, 0, value};
+        result->at_top += value == result->top;
     }
 }
 
@@ -227,6 +260,14 @@ static ff_status check_options(const ff_table *t, const ff_fit_options *o, ff_er
     if (t->n == 0 || t->n_channels == 0) return ff_error_set(err, FF_ERR_DATA, NULL, 0, -1, "the data have no samples");
     if (t->n > UINT32_MAX)
         return ff_error_set(err, FF_ERR_UNSUPPORTED, NULL, 0, -1, "more than %u samples in one table", UINT32_MAX);
+    return FF_OK;
+}
+
+static ff_status check_noise(const ff_table *t, const ff_fit_options *o, ff_error *err)
+{
+    if (o->noise_sigmas > 0 && !t->sigma)
+        return ff_error_set(err, FF_ERR_UNSUPPORTED, NULL, 0, -1,
+                            "the data have no standard deviations to tell what is below the noise");
     return FF_OK;
 }
 
@@ -268,6 +309,11 @@ static void lay_out(struct ff_problem *p, const ff_model *models, size_t n_model
         p->target = next;
         next += C;
     }
+    p->side = -1;
+    if (isfinite(o->saturation) || isfinite(o->noise_floor) || o->noise_sigmas > 0) {
+        p->side = next;
+        next += C;
+    }
     p->n_planes = (size_t)next;
 }
 
@@ -293,10 +339,47 @@ static void pack_index(build *b, size_t slabs)
 
 static ff_status nothing_left(const ff_selection *s, const ff_fit_options *o, ff_error *err)
 {
+    char dropped[64] = "";
+    if (s->dropped) snprintf(dropped, sizeof dropped, "%zu are negative", s->dropped);
     return ff_error_set(
         err, FF_ERR_DATA, NULL, 0, -1,
-        "no sample is left to fit: of %zu, %zu are not valid measurements, %zu lie at or below the horizon, %zu beyond %g degrees",
-        s->samples, s->invalid, s->below_horizon, s->grazing, o->max_theta * (180 / 3.14159265358979323846));
+        "no sample is left to fit: of %zu, %zu are not valid measurements, %zu lie at or below the horizon, %zu beyond %g degrees%s%s",
+        s->samples, s->invalid, s->below_horizon, s->grazing, o->max_theta * (180 / 3.14159265358979323846), s->dropped ? ", " : "",
+        dropped);
+}
+
+/* Values that are further apart than 0.01, of n; sorted here. */
+static size_t count_distinct(double *v, size_t n)
+{
+    size_t count = 1, last = 0;
+    qsort(v, n, sizeof *v, ff_ascending);
+    for (size_t i = 1; i < n; i++)
+        if (v[i] - v[last] > 0.01) last = i, count++;
+    return count;
+}
+
+/* Do the samples that share the very largest value lie at several half vectors and difference angles? A detector that saturates makes
+ * such a plateau, a surface does not; data that are nearly all the same have none. */
+static int looks_saturated(const build *b)
+{
+    enum { LOOKED_AT = 256, SEVERAL = 3 };
+    const struct ff_problem *p = b->p;
+    const size_t at_top = p->selection.at_top, step = at_top / LOOKED_AT + 1;
+    double half[LOOKED_AT], difference[LOOKED_AT], w[6];
+    size_t n = 0, seen = 0;
+    if (at_top <= SEVERAL || at_top > p->n / 2) return 0;
+    for (size_t i = 0; i < p->n && n < LOOKED_AT; i++) {
+        int is_top = 0;
+        for (size_t c = 0; c < p->n_channels; c++)
+            is_top |= ff_problem_plane(p, i / FF_BLOCK, p->value + (int)c)[i % FF_BLOCK] == p->selection.top;
+        if (!is_top || seen++ % step) continue;
+        double *const planes[6] = {w, w + 1, w + 2, w + 3, w + 4, w + 5};
+        ff_table_directions(b->t, b->index[i], 1, planes);
+        const double io = w[0] * w[3] + w[1] * w[4] + w[2] * w[5];
+        half[n] = acos(fmin((w[2] + w[5]) / sqrt(fmax(2 + 2 * io, 1e-300)), 1));
+        difference[n++] = acos(fmin(fmax(io, -1), 1));
+    }
+    return n > SEVERAL && count_distinct(half, n) >= SEVERAL && count_distinct(difference, n) >= SEVERAL;
 }
 
 static ff_status build_all(build *b, const ff_model *models, size_t n_models, ff_error *err)
@@ -322,6 +405,7 @@ static ff_status build_all(build *b, const ff_model *models, size_t n_models, ff
         sel->invalid += b->slab[s].count[FF_INVALID];
         sel->below_horizon += b->slab[s].count[FF_BELOW];
         sel->grazing += b->slab[s].count[FF_GRAZING];
+        sel->dropped += b->slab[s].count[FF_NEGATIVE];
         sel->negative += b->slab[s].negative;
         weight += b->slab[s].weight;
         for (size_t c = 0; c < C; c++) b->floors[c] += b->channel_sum[s * C + c];
@@ -335,14 +419,27 @@ static ff_status build_all(build *b, const ff_model *models, size_t n_models, ff
     p->tan2_hi = fmax(1 / (cos_lo * cos_lo) - 1, 1e-12);
     p->tan2_lo = cos_hi < 1 - 1e-12 ? 1 / (cos_hi * cos_hi) - 1 : 0;
     pack_index(b, slabs);
+    if (ff_order_by_place(t, p->pool, b->index, sel->used)) return ff_error_set(err, FF_ERR_MEMORY, NULL, 0, -1, "out of memory");
     p->n = sel->used;
     p->n_blocks = (p->n + FF_BLOCK - 1) / FF_BLOCK;
     lay_out(p, models, n_models, b->o, t->isotropic, b->weighting);
     p->data = ff_block_memory(ff_problem_doubles(p) * sizeof *p->data);
     if (!p->data) return ff_error_set(err, FF_ERR_MEMORY, NULL, 0, -1, "out of memory for %zu samples", p->n);
     b->size = malloc(p->n * sizeof *b->size);
-    if (!b->size) return ff_error_set(err, FF_ERR_MEMORY, NULL, 0, -1, "out of memory");
+    b->block = calloc(p->n_blocks, sizeof *b->block);
+    p->lowest = malloc(p->n_blocks * FF_BLOCK * sizeof *p->lowest);
+    if (!b->size || !b->block || !p->lowest) return ff_error_set(err, FF_ERR_MEMORY, NULL, 0, -1, "out of memory");
     ff_pool_run(p->pool, p->n_blocks, build_block, b);
+    sel->top = -INFINITY;
+    for (size_t k = 0; k < p->n_blocks; k++) {
+        sel->saturated += b->block[k].saturated;
+        sel->below_noise += b->block[k].below_noise;
+        if (b->block[k].top > sel->top) sel->at_top = 0, sel->top = b->block[k].top;
+        if (b->block[k].top == sel->top) sel->at_top += b->block[k].at_top;
+    }
+    if (sel->saturated || !looks_saturated(b)) sel->at_top = 0;
+    p->index = b->index; /* the problem's from here on */
+    b->index = NULL;
     ff_status st = ff_problem_thin(p, b->size, FF_THIN, 0, &p->thin);
     p->thin_linear = p->thin; /* a linear loss is its own stand-in */
     if (!st && ff_loss_is_curved(p->loss)) st = ff_problem_thin(p, b->size, FF_THIN, 1, &p->thin_linear);
@@ -356,6 +453,7 @@ ff_status ff_problem_new(const ff_table *t, const ff_model *models, size_t n_mod
     build b = {.t = t, .o = o};
     ff_status s = check_options(t, o, err);
     if (!s && n_models == 0) s = ff_error_set(err, FF_ERR_RANGE, NULL, 0, -1, "a problem needs at least one model");
+    if (!s) s = check_noise(t, o, err);
     if (!s) s = choose_weighting(t, o->weighting, &b.weighting, err);
     if (s) return s;
     struct ff_problem *p = calloc(1, sizeof *p);
@@ -369,6 +467,7 @@ ff_status ff_problem_new(const ff_table *t, const ff_model *models, size_t n_mod
     b.n_from = o->only_channel >= 0 ? 1 : t->n_channels;
     for (size_t c = 0; c < b.n_from; c++) channel[c] = o->only_channel >= 0 ? (size_t)o->only_channel : c;
     b.channel = channel;
+    b.needs_sigma = b.weighting == FF_WEIGHT_SIGMA || o->noise_sigmas > 0;
     b.p = p;
     b.cos_max = o->max_theta >= 1.5707963267948966 ? 0 : cos(o->max_theta) * (1 - 1e-12); /* a sample at exactly max_theta is in */
     p->n_channels = o->channels == FF_CHANNELS_MEAN ? 1 : b.n_from;
@@ -380,6 +479,7 @@ ff_status ff_problem_new(const ff_table *t, const ff_model *models, size_t n_mod
                                         : build_all(&b, models, n_models, err);
     free(b.index);
     free(b.slab);
+    free(b.block);
     free(b.channel_sum);
     free(b.floors);
     free(b.buffer);
@@ -403,6 +503,9 @@ void ff_problem_free(ff_problem *p)
     free(p->data);
     free(p->channel_name);
     free(p->channel_mean);
+    free(p->index);
+    free((float *)(uintptr_t)p->unit);
+    free(p->lowest);
     free(p);
 }
 

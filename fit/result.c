@@ -1,11 +1,21 @@
 /* What is said of an optimum: values, errors, the ellipse, residuals, and the words that go with the numbers. */
 #include "internal_result.h"
 #include <math.h>
+#include <stdarg.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
-/* "f0 (r)" or "alpha_x" for a parameter of the fit. */
-static void parameter_label(const ff_layout *l, const struct ff_problem *p, size_t k, char *out, size_t size)
+void ff_result_warn(ff_fit_result *r, const char *fmt, ...)
+{
+    if (r->n_warnings == FF_MAX_WARNINGS) return;
+    va_list args;
+    va_start(args, fmt);
+    vsnprintf(r->warning[r->n_warnings++], FF_WARNING_LENGTH, fmt, args);
+    va_end(args);
+}
+
+void ff_result_label(const ff_layout *l, const struct ff_problem *p, size_t k, char *out, size_t size)
 {
     size_t c;
     const char *name = ff_layout_param(l, k, &c)->name;
@@ -15,14 +25,21 @@ static void parameter_label(const ff_layout *l, const struct ff_problem *p, size
         snprintf(out, size, "%s", name);
 }
 
+ff_fit_value *ff_result_value(const ff_layout *l, ff_fit_result *r, size_t k)
+{
+    if (k < l->free.n_shape) return &r->shape_value[l->free.shape[k]];
+    const size_t c = (k - l->free.n_shape) / l->free.n_channel, i = (k - l->free.n_shape) % l->free.n_channel;
+    return &r->channel_value[c * l->m->n_channel + l->free.channel[i]];
+}
+
 static void fill_values(const ff_layout *l, const double *shape, const double *channel, const int *at_bound, ff_fit_result *r)
 {
     for (uint32_t k = 0; k < l->m->n_shape; k++)
-        r->shape_value[k] = (ff_fit_value){.value = shape[k], .std_error = NAN, .held = 1, .column = -1};
+        r->shape_value[k] = (ff_fit_value){.value = shape[k], .std_error = NAN, .low = NAN, .high = NAN, .held = 1, .column = -1};
     for (size_t k = 0; k < l->n_channels * l->m->n_channel; k++)
-        r->channel_value[k] = (ff_fit_value){.value = channel[k], .std_error = NAN, .held = 1, .column = -1};
+        r->channel_value[k] = (ff_fit_value){.value = channel[k], .std_error = NAN, .low = NAN, .high = NAN, .held = 1, .column = -1};
     for (size_t k = 0; k < l->P; k++) {
-        ff_fit_value *v = value_at(l, r, k);
+        ff_fit_value *v = ff_result_value(l, r, k);
         v->held = 0;
         v->at_bound = at_bound[k];
     }
@@ -34,45 +51,55 @@ static void fill_values(const ff_layout *l, const double *shape, const double *c
     }
 }
 
-/* Standard errors and correlations of the parameters that are free and not on a bound. */
+void ff_result_copy_tied(const ff_layout *l, ff_fit_result *r)
+{
+    for (uint32_t k = 0; k < l->free.n_shape; k++) {
+        if (!l->free.tied[k]) continue;
+        const ff_fit_value *x = &r->shape_value[l->free.shape[k]];
+        r->shape_value[l->free.shape[k] + 1] = *x;
+        r->shape_value[l->free.shape[k] + 1].tied = 1;
+    }
+}
+
+/* Standard errors, correlations and intervals of the parameters; cov [P][P] out. */
 static ff_status fill_errors(const ff_layout *l, const struct ff_problem *p, const ff_normal *normal, const int *at_bound,
                              double *cov, ff_fit_result *r)
 {
     const size_t P = l->P;
-    int *use = malloc(2 * P * sizeof *use + 1), *determined = use + P;
+    int *use = malloc(P * sizeof *use + 1);
+    ff_uncertainty u = {0};
     if (!use) return FF_ERR_MEMORY;
     for (size_t k = 0; k < P; k++) use[k] = at_bound[k] == 0;
-    ff_status st = ff_covariance(l, normal, use, p->selection.weighting != FF_WEIGHT_SIGMA, p->n, cov, determined);
+    ff_status st = ff_uncertainty_new(l, p, normal, use, p->n, &u);
     size_t n = 0;
     for (size_t k = 0; k < P && !st; k++) {
-        ff_fit_value *v = value_at(l, r, k);
-        if (!determined[k]) continue;
-        v->std_error = sqrt(fmax(cov[k * P + k], 0)); /* rounding may leave -1e-30 where the residuals vanish */
+        ff_fit_value *v = ff_result_value(l, r, k);
+        if (!u.determined[k]) continue;
+        v->std_error = sqrt(fmax(u.cov[k * P + k], 0)); /* rounding may leave -1e-30 where the residuals vanish */
         v->column = (int)n++;
     }
+    if (!st) {
+        memcpy(cov, u.cov, P * P * sizeof *cov);
+        r->effective_samples = u.effective;
+        r->correlated_over = u.clusters.run;
+        r->correlation_settled = u.clusters.settled;
+        st = ff_intervals_fill(l, p, normal, at_bound, &u, r);
+    }
+    if (!st) st = ff_condition_fill(l, p, normal, use, r);
     r->n_columns = n;
     r->correlation = st ? NULL : calloc(n * n + 1, sizeof *r->correlation);
     if (!st && !r->correlation) st = FF_ERR_MEMORY;
     for (size_t a = 0; a < P && !st; a++)
         for (size_t b = 0; b < P; b++) {
-            const int i = value_at(l, r, a)->column, j = value_at(l, r, b)->column;
+            const int i = ff_result_value(l, r, a)->column, j = ff_result_value(l, r, b)->column;
             if (i < 0 || j < 0) continue;
             const double scale = sqrt(cov[a * P + a] * cov[b * P + b]);
             r->correlation[(size_t)i * n + (size_t)j] = a == b ? 1 : scale > 0 ? cov[a * P + b] / scale : 0;
         }
+    ff_result_copy_tied(l, r);
+    ff_uncertainty_free(&u);
     free(use);
     return st;
-}
-
-/* What is tied has the error of what it is tied to. */
-static void fill_tied_errors(const ff_layout *l, ff_fit_result *r)
-{
-    for (uint32_t k = 0; k < l->free.n_shape; k++)
-        if (l->free.tied[k]) {
-            ff_fit_value *v = &r->shape_value[l->free.shape[k]];
-            v[1].std_error = v[0].std_error;
-            v[1].column = v[0].column;
-        }
 }
 
 /* The ellipse of the first lobe's slopes; with covariances (rows of `stride`), also whether its direction means anything. */
@@ -140,13 +167,13 @@ static void warn_correlated(const ff_layout *l, const struct ff_problem *p, ff_f
     char a[80], b[80];
     for (size_t i = 0; i < l->P; i++)
         for (size_t j = 0; j < i; j++) {
-            const int x = value_at(l, r, i)->column, y = value_at(l, r, j)->column;
+            const int x = ff_result_value(l, r, i)->column, y = ff_result_value(l, r, j)->column;
             if (x < 0 || y < 0) continue;
             const double c = r->correlation[(size_t)x * r->n_columns + (size_t)y];
             if (fabs(c) < 0.99) continue;
-            parameter_label(l, p, i, a, sizeof a);
-            parameter_label(l, p, j, b, sizeof b);
-            warn(r, "%s and %s are correlated by %.4f: these data hardly tell them apart", b, a, c);
+            ff_result_label(l, p, i, a, sizeof a);
+            ff_result_label(l, p, j, b, sizeof b);
+            ff_result_warn(r, "%s and %s are correlated by %.4f: these data hardly tell them apart", b, a, c);
         }
 }
 
@@ -168,7 +195,7 @@ static void warn_channels_at_bound(const ff_layout *l, const struct ff_problem *
     free(mark);
     if (!any) return;
     const int too_bright = bound > 0 && (l->m->channel[k].info->flags & FF_PARAM_LINEAR);
-    warn(r, "%s%s%s%s is on its %s bound, %g: no standard error there%s", l->m->channel[k].name, l->n_channels > 1 ? " (" : "",
+    ff_result_warn(r, "%s%s%s%s is on its %s bound, %g%s", l->m->channel[k].name, l->n_channels > 1 ? " (" : "",
          l->n_channels > 1 ? names : "", l->n_channels > 1 ? ")" : "", bound < 0 ? "lower" : "upper", value,
          too_bright ? "; are the data in 1/sr?" : "");
 }
@@ -182,16 +209,16 @@ static void warn_dark_channels(const struct ff_problem *p, ff_fit_result *r)
         mark[c] = p->channel_mean[c] == 0;
         any |= mark[c];
         if (mark[c] && p->n_channels <= FF_CHANNELS_NAMED)
-            warn(r,
-                 "channel %.64s is zero everywhere, which no lobe is: it pulls the shape of the others; --channels each keeps them "
-                 "apart",
-                 p->channel_name[c]);
+            ff_result_warn(r,
+                           "channel %.64s is zero everywhere, which no lobe is: it pulls the shape of the others; --channels each "
+                           "keeps them apart",
+                           p->channel_name[c]);
     }
     if (any && p->n_channels > FF_CHANNELS_NAMED)
-        warn(r,
-             "channels that are zero everywhere (%s), which no lobe is, pull the shape of the others; --channels each keeps them "
-             "apart",
-             ff_channels_label(p, mark, names, sizeof names));
+        ff_result_warn(r,
+                       "channels that are zero everywhere (%s), which no lobe is, pull the shape of the others; --channels each "
+                       "keeps them apart",
+                       ff_channels_label(p, mark, names, sizeof names));
     free(mark);
 }
 
@@ -200,16 +227,16 @@ static void fill_warnings(const ff_layout *l, const struct ff_problem *p, ff_fit
     char label[80];
     const int many = l->n_channels > FF_CHANNELS_NAMED;
     if (r->outcome == FF_LIMIT)
-        warn(r, "stopped after %d iterations before it converged; --max-iterations allows more", r->iterations);
+        ff_result_warn(r, "stopped after %d iterations before it converged; --max-iterations allows more", r->iterations);
     if (r->outcome == FF_STALLED)
-        warn(r, "the solver found no step that lowers the objective; the parameters may not be the best ones");
+        ff_result_warn(r, "the solver found no step that lowers the objective; the parameters may not be the best ones");
     for (size_t k = 0; k < l->P; k++) {
-        const ff_fit_value *v = value_at(l, r, k);
-        parameter_label(l, p, k, label, sizeof label);
+        const ff_fit_value *v = ff_result_value(l, r, k);
+        ff_result_label(l, p, k, label, sizeof label);
         if (k < l->free.n_shape && v->at_bound)
-            warn(r, "%s is on its %s bound, %g", label, v->at_bound < 0 ? "lower" : "upper", v->value);
+            ff_result_warn(r, "%s is on its %s bound, %g", label, v->at_bound < 0 ? "lower" : "upper", v->value);
         if (many && k >= l->free.n_shape) continue; /* they are named together */
-        if (!v->at_bound && r->correlation && isnan(v->std_error)) warn(r, "%s is not determined by these data", label);
+        if (!v->at_bound && r->correlation && isnan(v->std_error)) ff_result_warn(r, "%s is not determined by these data", label);
     }
     if (many && r->correlation) ff_result_warn_undetermined(l, p, r);
     for (uint32_t k = 0; k < l->m->n_channel; k++) {
@@ -222,14 +249,22 @@ static void fill_warnings(const ff_layout *l, const struct ff_problem *p, ff_fit
     else if (r->correlation)
         warn_correlated(l, p, r);
     if (r->correlation && r->has_ellipse && !l->m->lobe[0].isotropic && l->mode != FF_ISOTROPIC_MODE && !r->ellipse.phi_determined)
-        warn(r, "the two roughness axes differ by less than their error: the orientation is undetermined");
+        ff_result_warn(r, "the two roughness axes differ by less than their error: the orientation is undetermined");
+    if (r->correlation && !r->correlation_settled)
+        ff_result_warn(r,
+                       "the residuals go together over more than %zu neighbouring samples, as far as can be seen: the true errors are "
+                       "larger than the standard errors",
+                       r->correlated_over);
+    if (p->selection.at_top)
+        ff_result_warn(r, "%zu samples at different places share the largest value, %g: is the detector saturated? --saturation %g says so",
+                       p->selection.at_top, p->selection.top, p->selection.top);
     warn_dark_channels(p, r);
-    if (p->selection.negative) warn(r, "%zu of the samples have negative values; they are kept as noise", p->selection.negative);
+    if (p->selection.negative) ff_result_warn(r, "%zu of the samples have negative values; they are kept as noise", p->selection.negative);
     const size_t n = p->n * p->n_channels;
     if (p->selection.weighting == FF_WEIGHT_SIGMA && n > l->P) {
         const double chi2 = 2 * r->residual.objective / (double)(n - l->P);
         if (chi2 > 2 || chi2 < 0.5)
-            warn(r,
+            ff_result_warn(r,
                  "chi^2 per degree of freedom is %.3g: the standard deviations of the data do not match the residuals, and the "
                  "standard errors follow them",
                  chi2);
@@ -252,10 +287,10 @@ ff_status ff_result_fill(const ff_layout *l, const struct ff_problem *p, const f
         fill_residual(&solution->normal, r);
         fill_criteria(p, n_free, r);
         if (o->std_errors)
-            st = arrow ? ff_result_channel_errors(l, arrow, r) : fill_errors(l, p, &solution->normal, at_bound, cov, r);
+            st = arrow ? ff_result_channel_errors(l, p, &solution->normal, at_bound, arrow, r)
+                       : fill_errors(l, p, &solution->normal, at_bound, cov, r);
     }
     if (!st) {
-        if (o->std_errors) fill_tied_errors(l, r);
         fill_ellipse(l, shape, !o->std_errors ? NULL : arrow ? arrow->shape : cov, arrow ? arrow->S : l->P, r);
         fill_warnings(l, p, r);
     }

@@ -141,6 +141,10 @@ static int update_held(solver *s, int *held, int *releases)
 {
     int changed = 0;
     for (size_t k = 0; k < s->l->P; k++) {
+        if (k == s->l->pinned) {
+            held[k] = 1;
+            continue;
+        }
         const int bound = bound_of(s, k);
         const int hold = bound != 0 && !pulls_inside(s, k, bound);
         if (hold == held[k]) continue;

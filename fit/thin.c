@@ -105,6 +105,9 @@ ff_status ff_problem_thin(const struct ff_problem *p, const float *size, size_t 
     if (!t) return FF_ERR_MEMORY;
     *t = *p;
     t->channel_name = NULL;
+    t->index = NULL;
+    t->lowest = NULL;
+    t->multiplier = t->unit = NULL;
     t->thin = t->thin_linear = t->middle = NULL;
     for (size_t i = 0; i < p->n; i++) histogram[bin_of(size[i])]++;
     const size_t bin = p->n > wanted ? threshold_bin(histogram, wanted / 3) : 0;
@@ -128,13 +131,14 @@ ff_status ff_problem_thin(const struct ff_problem *p, const float *size, size_t 
         ff_pool_run(p->pool, p->n_planes, thin_plane, &work);
         if (linear) linearise(t);
     }
-    free(work.index);
     free(work.rest);
     if (failed) {
+        free(work.index);
         free(t->data);
         free(t);
         return FF_ERR_MEMORY;
     }
+    t->index = work.index;
     *out = t;
     return FF_OK;
 }
@@ -143,5 +147,7 @@ void ff_problem_thin_free(struct ff_problem *p)
 {
     if (!p) return;
     free(p->data);
+    free(p->index);
+    free((float *)(uintptr_t)p->unit);
     free(p);
 }

@@ -10,7 +10,9 @@
 #define FF_REPORT_H
 #include "ff_fit.h"
 #include "ff_json.h"
+#include "ff_picture.h"
 #include "ff_resample.h"
+#include "ff_trust.h"
 #ifdef __cplusplus
 extern "C" {
 #endif
@@ -25,6 +27,16 @@ typedef struct ff_report_head {
 /** Writes "schema", "version" and "command" into the open object of j. */
 void ff_report_head_json(ff_json *j, const char *schema, const ff_report_head *head);
 
+/** What is known of a fit beyond its result; a part that is not there was not asked for. */
+typedef struct ff_report_trust {
+    int          has_bands, has_versus, has_cut_off, has_bootstrap, has_outliers;
+    ff_bands     bands;
+    ff_versus    versus;  /**< against the best of its problem: all 0 for that one      */
+    ff_cut_off   cut_off;
+    ff_bootstrap bootstrap;
+    ff_outliers  outliers;
+} ff_report_trust;
+
 /** Fits of one data set. A problem is a choice of channels: one for rgb and mean, one per channel for each. Every model is fitted
  *  to every problem; fit k belongs to problem k / (n_fits / n_problems). */
 typedef struct ff_report_fits {
@@ -36,6 +48,11 @@ typedef struct ff_report_fits {
     const ff_problem *const *problem;    /**< [n_problems]                                      */
     size_t                   n_fits;     /**< a multiple of n_problems                          */
     const ff_fit_result     *fit;        /**< [n_fits]                                          */
+    const ff_report_trust   *trust;      /**< [n_fits], NULL = none                              */
+    size_t                   folds;      /**< of the cross-validation; 0 = none                  */
+    const ff_places         *places;     /**< [n_problems], NULL where nothing needed them        */
+    const ff_difference     *difference; /**< between the channels, each fitted alone; NULL       */
+    const ff_adaptive       *adaptive;   /**< how the loss was chosen, where it was; else NULL; fit is its chosen one */
     size_t                   rows;       /**< of a comparison's text, at most; 0 = all            */
 } ff_report_fits;
 
@@ -50,6 +67,11 @@ ff_status ff_report_compare_text(const ff_report_fits *r, FILE *out);
 
 /** Schema facetfit.fit/1, of `fit` and `compare`. */
 ff_status ff_report_fits_json(const ff_report_fits *r, FILE *out);
+
+/** Residuals of a fit, a row a sample that it used, as CSV: angles in degrees (theta_i, phi_i, theta_o, phi_o, theta_h, theta_d), then for
+ *  every channel f_NAME (datum), model_NAME and residual_NAME = model - datum, 1/sr. residuals: ff_trust_residual_table of t and
+ *  the problem's channels; t must have as many channels, or else their mean is the datum. */
+ff_status ff_report_residuals_csv(const ff_table *t, const ff_table *residuals, const char *title, FILE *out);
 
 /** What is in a table: size, channels, range of angles and values, coverage, reflectance, symmetries as ff_survey_new measures them. */
 ff_status ff_report_table_text(const char *path, const ff_table *t, FILE *out);

@@ -20,8 +20,11 @@ static void put_selection(ff_json *j, const ff_report_fits *r)
     ff_json_integer(j, "invalid", (int64_t)s.invalid);
     ff_json_integer(j, "grazing", (int64_t)s.grazing);
     ff_json_integer(j, "below_horizon", (int64_t)s.below_horizon);
+    ff_json_integer(j, "negative", (int64_t)s.dropped);
     ff_json_close(j);
     ff_json_integer(j, "negative", (int64_t)s.negative);
+    ff_json_integer(j, "saturated_values", (int64_t)s.saturated);
+    ff_json_integer(j, "values_below_noise", (int64_t)s.below_noise);
     ff_json_array(j, "channels", FF_JSON_LINE);
     for (size_t p = 0; p < r->n_problems; ++p) {
         ff_problem_selection(r->problem[p], &s);
@@ -33,25 +36,44 @@ static void put_selection(ff_json *j, const ff_report_fits *r)
     ff_json_close(j);
 }
 
-static void put_loss(ff_json *j, const ff_fit_options *o)
+static void put_candidates(ff_json *j, const ff_adaptive *a);
+
+static void put_loss(ff_json *j, const ff_fit_options *o, const ff_adaptive *adaptive)
 {
-    ff_json_object(j, "loss", FF_JSON_LINE);
+    ff_json_object(j, "loss", adaptive ? FF_JSON_BLOCK : FF_JSON_LINE);
     ff_json_string(j, "name", ff_loss_name((int)o->loss));
     if (o->robust == FF_ROBUST_NONE) {
         ff_json_null(j, "robust");
     } else {
         ff_json_object(j, "robust", FF_JSON_LINE);
         ff_json_string(j, "name", ff_robust_name((int)o->robust));
-        ff_json_number(j, "scale", o->robust_scale);
+        if (o->robust_scale > 0)
+            ff_json_number(j, "scale", o->robust_scale);
+        else
+            ff_json_string(j, "scale", "estimated");
         ff_json_close(j);
     }
     ff_json_number(j, "max_theta_deg", ff_report_degrees(o->max_theta));
+    if (adaptive) put_candidates(j, adaptive);
     ff_json_close(j);
 }
 
 static void put_bound(ff_json *j, const char *key, int at_bound)
 {
     ff_json_string(j, key, at_bound < 0 ? "lower" : at_bound > 0 ? "upper" : NULL);
+}
+
+/* 95 %, [low, high]; null where there is none */
+static void put_interval(ff_json *j, const char *key, const ff_fit_value *v)
+{
+    if (v->interval == FF_INTERVAL_NONE) {
+        ff_json_null(j, key);
+        return;
+    }
+    ff_json_array(j, key, FF_JSON_LINE);
+    ff_json_number(j, NULL, v->low);
+    ff_json_number(j, NULL, v->high);
+    ff_json_close(j);
 }
 
 static void put_shape(ff_json *j, const ff_fit_result *f)
@@ -61,6 +83,8 @@ static void put_shape(ff_json *j, const ff_fit_result *f)
         ff_json_object(j, f->model.shape[k].name, FF_JSON_LINE);
         ff_json_number(j, "value", v->value);
         ff_json_number(j, "std_error", v->std_error);
+        put_interval(j, "interval", v);
+        ff_json_string(j, "interval_from", v->interval ? ff_interval_name((int)v->interval) : NULL);
         put_bound(j, "at_bound", v->at_bound);
         ff_json_bool(j, "held", v->held);
         ff_json_bool(j, "tied", v->tied);
@@ -79,6 +103,13 @@ static void put_channels(ff_json *j, const ff_fit_result *f)
         ff_json_close(j);
         ff_json_array(j, "std_error", FF_JSON_LINE);
         for (size_t c = 0; c < n; ++c) ff_json_number(j, NULL, v[c * stride].std_error);
+        ff_json_close(j);
+        ff_json_array(j, "interval", FF_JSON_LINE);
+        for (size_t c = 0; c < n; ++c) put_interval(j, NULL, &v[c * stride]);
+        ff_json_close(j);
+        ff_json_array(j, "interval_from", FF_JSON_LINE);
+        for (size_t c = 0; c < n; ++c)
+            ff_json_string(j, NULL, v[c * stride].interval ? ff_interval_name((int)v[c * stride].interval) : NULL);
         ff_json_close(j);
         ff_json_array(j, "at_bound", FF_JSON_LINE);
         for (size_t c = 0; c < n; ++c) put_bound(j, NULL, v[c * stride].at_bound);
@@ -108,6 +139,30 @@ static void put_channel_correlation(ff_json *j, const ff_fit_result *f)
                 if (!f->channel_value[i].held) ff_json_number(j, NULL, row[f->n_columns + i]);
             ff_json_close(j);
         }
+        ff_json_close(j);
+    }
+    ff_json_close(j);
+}
+
+/* How --loss auto chose. */
+static void put_candidates(ff_json *j, const ff_adaptive *a)
+{
+    ff_json_string(j, "chosen_by", "picture");
+    ff_json_object(j, "pictures", FF_JSON_LINE);
+    ff_json_integer(j, "pixels", (int64_t)a->coverage.pixels);
+    ff_json_integer(j, "measured", (int64_t)a->coverage.measured);
+    ff_json_close(j);
+    ff_json_array(j, "candidates", FF_JSON_BLOCK);
+    for (size_t k = 0; k < a->n; ++k) {
+        const ff_adaptive_candidate *c = &a->candidate[k];
+        ff_json_object(j, NULL, FF_JSON_BLOCK);
+        ff_json_string(j, "name", ff_loss_name((int)c->loss));
+        ff_json_number(j, "picture_difference", c->difference);
+        ff_json_string(j, "outcome", ff_outcome_name((int)c->fit.outcome));
+        ff_json_object(j, "parameters", FF_JSON_BLOCK);
+        put_shape(j, &c->fit);
+        put_channels(j, &c->fit);
+        ff_json_close(j);
         ff_json_close(j);
     }
     ff_json_close(j);
@@ -176,8 +231,10 @@ static void put_bases(ff_json *j, const ff_model *m)
     ff_json_string(j, "diffuse", m->n_bases ? names : NULL);
 }
 
-static void put_fit(ff_json *j, const ff_problem *p, const ff_fit_result *f)
+static void put_fit(ff_json *j, const ff_report_fits *r, size_t i)
 {
+    const ff_problem *p = r->problem[i / (r->n_fits / r->n_problems)];
+    const ff_fit_result *f = &r->fit[i];
     char expression[FF_MODEL_NAME];
     const ff_lobe *lobe = f->model.n_lobes ? &f->model.lobe[0] : NULL;
     ff_model_expression(&f->model, expression, sizeof expression);
@@ -204,10 +261,29 @@ static void put_fit(ff_json *j, const ff_problem *p, const ff_fit_result *f)
     ff_json_integer(j, "free_parameters", (int64_t)f->n_free);
     ff_json_number(j, "aic", f->aic);
     ff_json_number(j, "bic", f->bic);
+    ff_report_trust_json(j, r, i);
     put_correlation(j, p, f);
     ff_json_array(j, "warnings", FF_JSON_BLOCK);
     for (size_t i = 0; i < f->n_warnings; ++i) ff_json_string(j, NULL, f->warning[i]);
     ff_json_close(j);
+    ff_json_close(j);
+}
+
+static void put_groups(ff_json *j, const ff_report_fits *r)
+{
+    ff_json_object(j, "groups", FF_JSON_LINE);
+    ff_json_integer(j, "n", (int64_t)r->places->n_groups);
+    ff_json_string(j, "of", ff_grouping_name((int)r->places->kind));
+    ff_json_integer(j, "folds", (int64_t)r->folds);
+    ff_json_close(j);
+}
+
+static void put_difference(ff_json *j, const ff_difference *d)
+{
+    ff_json_object(j, "channels_differ", FF_JSON_LINE);
+    ff_json_number(j, "chi2", d->chi2);
+    ff_json_integer(j, "dof", (int64_t)d->dof);
+    ff_json_number(j, "p", d->p);
     ff_json_close(j);
 }
 
@@ -221,9 +297,11 @@ ff_status ff_report_fits_json(const ff_report_fits *r, FILE *out)
     ff_json_object(&j, NULL, FF_JSON_BLOCK);
     ff_report_head_json(&j, "facetfit.fit/1", &r->head);
     put_selection(&j, r);
-    put_loss(&j, r->options);
+    put_loss(&j, r->options, r->adaptive);
+    if (r->places) put_groups(&j, r);
+    if (r->difference) put_difference(&j, r->difference);
     ff_json_array(&j, "fits", FF_JSON_BLOCK);
-    for (size_t i = 0; i < r->n_fits; ++i) put_fit(&j, r->problem[i / models], &r->fit[i]);
+    for (size_t i = 0; i < r->n_fits; ++i) put_fit(&j, r, i);
     ff_json_close(&j);
     /* One problem after another: fits of different channels are not compared. */
     ff_json_array(&j, "ranking", FF_JSON_LINE);

@@ -30,11 +30,16 @@ static void put_selection(const ff_report_fits *r, FILE *out)
     put_count(out, &separator, s.invalid, "invalid");
     put_count(out, &separator, s.below_horizon, "below the horizon");
     put_count(out, &separator, s.grazing, grazing);
+    put_count(out, &separator, s.dropped, "negative");
     fputc('\n', out);
-    fprintf(out, "loss %s, weights by %s", ff_loss_name((int)r->options->loss), ff_weighting_name((int)s.weighting));
+    fprintf(out, "loss %s%s, weights by %s", ff_loss_name((int)r->options->loss), r->adaptive ? " (chosen)" : "",
+            ff_weighting_name((int)s.weighting));
     if (r->options->robust != FF_ROBUST_NONE)
         fprintf(out, ", robust %s at %s", ff_robust_name((int)r->options->robust),
-                ff_text_number(r->options->robust_scale, 6, number));
+                r->options->robust_scale > 0 ? ff_text_number(r->options->robust_scale, 6, number)
+                                             : "the spread of the residuals about each magnitude");
+    if (s.saturated > 0) fprintf(out, "; %zu saturated value%s", s.saturated, plural(s.saturated));
+    if (s.below_noise > 0) fprintf(out, "; %zu value%s below the noise floor", s.below_noise, plural(s.below_noise));
     if (s.negative > 0) fprintf(out, "; %zu used sample%s with a negative value (kept as noise)", s.negative, plural(s.negative));
     fputc('\n', out);
 }
@@ -54,15 +59,28 @@ static const char *value_note(const ff_fit_value *v, const ff_param *info)
     return v->held ? "held" : "";
 }
 
+/* "0.19 to 0.21", with the digits that its width deserves; "-" where there is none. */
+static const char *interval_cell(const ff_fit_value *v, char out[2 * FF_TEXT_NUMBER])
+{
+    char low[FF_TEXT_NUMBER], high[FF_TEXT_NUMBER], rest[FF_TEXT_NUMBER];
+    if (v->interval == FF_INTERVAL_NONE || v->tied) return strcpy(out, "-");
+    const double width = v->high > v->low ? 0.25 * (v->high - v->low) : NAN;
+    ff_text_with_error(v->low, width, low, rest);
+    ff_text_with_error(v->high, width, high, rest);
+    snprintf(out, 2 * FF_TEXT_NUMBER, "%.40s to %.40s", low, high);
+    return out;
+}
+
 static void put_value(ff_text_table *t, const char *name, const ff_fit_value *v, const ff_param *info)
 {
-    char value[FF_TEXT_NUMBER], error[FF_TEXT_NUMBER];
+    char value[FF_TEXT_NUMBER], error[FF_TEXT_NUMBER], interval[2 * FF_TEXT_NUMBER];
     ff_text_with_error(v->value, v->held || v->at_bound ? NAN : v->std_error, value, error);
     if (v->tied) strcpy(error, "-");
     ff_text_row(t);
     ff_text_cell(t, "%s", name);
     ff_text_cell(t, "%s", value);
     ff_text_cell(t, "%s", error);
+    ff_text_cell(t, "%s", interval_cell(v, interval));
     ff_text_cell(t, "%s", info->unit);
     ff_text_cell(t, "%s", value_note(v, info));
 }
@@ -132,11 +150,11 @@ static int has_channel_table(const ff_fit_result *f)
 
 static ff_status put_parameters(const ff_problem *p, const ff_fit_result *f, FILE *out)
 {
-    static const char *const head[] = {"parameter", "value", "std error", "unit", ""};
-    ff_text_table t = {.right = {0, 1, 1}};
+    static const char *const head[] = {"parameter", "value", "std error", "95 % interval", "unit", ""};
+    ff_text_table t = {.right = {0, 1, 1, 1}};
     char name[FF_REPORT_NAME];
     const int apart = has_channel_table(f);
-    head_row(&t, head, 5);
+    head_row(&t, head, 6);
     for (uint32_t k = 0; k < f->model.n_shape; ++k) {
         const ff_fit_value *v = &f->shape_value[k];
         const ff_param *info = f->model.shape[k].info;
@@ -216,15 +234,28 @@ static ff_status put_fit(const ff_report_fits *r, size_t i, FILE *out)
     put_ellipse(f, out);
     fputc('\n', out);
     if (status == FF_OK) status = put_residual(f, out);
+    ff_report_trust_of_fit(r, i, out);
     put_warnings(f, out);
     return status;
 }
+
+static void put_difference(const ff_difference *d, FILE *out)
+{
+    char p[FF_TEXT_NUMBER], chi2[FF_TEXT_NUMBER];
+    if (d->dof == 0) return;
+    fprintf(out, "\nthe channels' shapes %s: chi^2 %s with %zu degrees of freedom, p = %s\n",
+            d->p < 0.05 ? "differ by more than their errors" : "do not differ by more than their errors",
+            ff_text_number(d->chi2, 3, chi2), d->dof, ff_text_number(d->p, 2, p));
+}
+static ff_status put_candidates(const ff_adaptive *a, FILE *out);
 
 ff_status ff_report_fit_text(const ff_report_fits *r, FILE *out)
 {
     ff_status status = FF_OK;
     put_selection(r, out);
+    if (r->adaptive) status = put_candidates(r->adaptive, out);
     for (size_t i = 0; i < r->n_fits && status == FF_OK; ++i) status = put_fit(r, i, out);
+    if (r->difference) put_difference(r->difference, out);
     return status;
 }
 
@@ -321,11 +352,32 @@ static several several_of(const ff_report_fits *r)
     return s;
 }
 
-static void compare_row(ff_text_table *t, const ff_fit_result *f, const ff_fit_result *best, double aic_best, several columns)
+static const ff_versus *versus_of(const ff_report_fits *r, const ff_fit_result *f)
+{
+    const ff_report_trust *t = r->trust ? &r->trust[f - r->fit] : NULL;
+    return t && t->has_versus ? &t->versus : NULL;
+}
+
+static int is_tied(const ff_report_fits *r, const ff_fit_result *f, const ff_fit_result *best)
+{
+    const ff_versus *v = versus_of(r, f);
+    return v && f != best && !v->told_apart;
+}
+
+/* "3.1 +- 0.4" */
+static const char *validation_cell(const ff_versus *v, char *out)
+{
+    char value[FF_TEXT_NUMBER], error[FF_TEXT_NUMBER];
+    ff_text_with_error(v->validation, v->validation_error, value, error);
+    snprintf(out, FF_TEXT_CELL, "%s +- %s", value, error);
+    return out;
+}
+
+static void compare_row(ff_text_table *t, const ff_report_fits *r, const ff_fit_result *f, const ff_fit_result *best, double aic_best, several columns)
 {
     char cell[FF_TEXT_CELL], n[FF_TEXT_NUMBER];
     ff_text_row(t);
-    ff_text_cell(t, "%s", f == best ? "*" : "");
+    ff_text_cell(t, "%s", f == best ? "*" : is_tied(r, f, best) ? "~" : "");
     ff_text_cell(t, "%s", ndf_name(f));
     ff_text_cell(t, "%s", masking_name(f));
     if (columns.fresnels) ff_text_cell(t, "%s", ff_term_at(FF_FRESNEL, (size_t)f->model.lobe[0].fresnel)->name);
@@ -341,7 +393,10 @@ static void compare_row(ff_text_table *t, const ff_fit_result *f, const ff_fit_r
     ff_text_cell(t, "%s", ff_text_number(f->residual.rmse, 4, n));
     ff_text_cell(t, "%s", ff_text_number(f->residual.cosine_rmse, 4, n));
     ff_text_cell(t, "%s", ff_text_number(f->residual.log_rmse, 4, n));
-    ff_text_cell(t, "%s", ff_text_fixed(f->aic - aic_best, 1, n));
+    const ff_versus *v = versus_of(r, f);
+    ff_text_cell(t, "%s", ff_text_fixed(v ? v->aic : f->aic - aic_best, 1, n));
+    if (v) ff_text_cell(t, "%s", f == best ? "" : ff_text_number(v->vuong_z, 3, n));
+    if (r->folds) ff_text_cell(t, "%s", f == best ? "" : validation_cell(v, cell));
     ff_text_cell(t, "%s", f->outcome == FF_CONVERGED ? "" : ff_outcome_name((int)f->outcome));
 }
 
@@ -365,11 +420,13 @@ static ff_status put_rows(const ff_report_fits *r, const size_t *rank, size_t n,
     ff_text_cell(&t, "cosine rmse");
     ff_text_cell(&t, "log rmse");
     ff_text_cell(&t, "delta AIC");
+    if (versus_of(r, best)) ff_text_cell(&t, "Vuong z");
+    if (r->folds) ff_text_cell(&t, "held out");
     const size_t first = 6 + (size_t)columns.fresnels + (size_t)columns.bases;
-    for (size_t c = first; c < first + 5; ++c) t.right[c] = 1;
+    for (size_t c = first; c < first + 7; ++c) t.right[c] = 1;
     for (size_t i = 0; i < n; ++i) aic_best = fmin(aic_best, r->fit[rank[i]].aic);
     const size_t shown = r->rows && r->rows < n ? r->rows : n;
-    for (size_t i = 0; i < shown; ++i) compare_row(&t, &r->fit[rank[i]], best, aic_best, columns);
+    for (size_t i = 0; i < shown; ++i) compare_row(&t, r, &r->fit[rank[i]], best, aic_best, columns);
     const ff_status status = ff_text_print(&t, out, "");
     if (shown < n) fprintf(out, "   ... and %zu more (--rows 0 shows all)\n", n - shown);
     return status;
@@ -408,9 +465,33 @@ static int any_on_bound(const ff_fit_result *f)
 
 static void put_legend(const ff_report_fits *r, FILE *out)
 {
-    int any = 0;
+    int any = 0, tied = 0;
     for (size_t i = 0; i < r->n_fits; ++i) any |= any_on_bound(&r->fit[i]);
-    if (any) fputs("\n! on its bound\n", out);
+    for (size_t p = 0; p < r->n_problems && r->trust; ++p) {
+        size_t best = p * (r->n_fits / r->n_problems);
+        for (size_t i = best; i < (p + 1) * (r->n_fits / r->n_problems); ++i)
+            if (r->fit[i].residual.objective < r->fit[best].residual.objective) best = i;
+        for (size_t i = p * (r->n_fits / r->n_problems); i < (p + 1) * (r->n_fits / r->n_problems); ++i)
+            tied |= is_tied(r, &r->fit[i], &r->fit[best]);
+    }
+    if (any || tied) fputc('\n', out);
+    if (any) fputs("! on its bound\n", out);
+    if (tied) fputs("~ cannot be told apart from the best by these data\n", out);
+}
+
+/* The best fit of every masking, and what its residuals look like by angle. */
+static ff_status put_bands(const ff_report_fits *r, const size_t *rank, size_t n, FILE *out)
+{
+    size_t *row = malloc((n ? n : 1) * sizeof *row), rows = 0;
+    if (!row) return FF_ERR_MEMORY;
+    for (size_t i = 0; i < n; ++i) {
+        int seen = 0;
+        for (size_t k = 0; k < i; ++k) seen |= r->fit[rank[k]].model.lobe[0].masking == r->fit[rank[i]].model.lobe[0].masking;
+        if (!seen) row[rows++] = rank[i];
+    }
+    const ff_status status = ff_report_bands_text(r, row, rows, out);
+    free(row);
+    return status;
 }
 
 /* Warnings are many in a comparison: those of the winner. */
@@ -435,9 +516,42 @@ ff_status ff_report_compare_text(const ff_report_fits *r, FILE *out)
         status = put_rows(r, rank, n, out);
         fputc('\n', out);
         if (status == FF_OK) status = put_maskings(r, rank, n, out);
+        if (status == FF_OK && r->trust) status = put_bands(r, rank, n, out);
+        if (r->trust && r->trust[rank[0]].has_outliers) ff_report_outliers_text(r, rank[0], out);
         put_winner(&r->fit[rank[0]], out);
     }
     if (status == FF_OK) put_legend(r, out);
     free(rank);
+    return status;
+}
+
+/* ---- how --loss auto chose ------------------------------------------------------------------- */
+
+static void candidate_row(ff_text_table *t, const ff_adaptive_candidate *c, int chosen)
+{
+    char cell[FF_TEXT_CELL], n[FF_TEXT_NUMBER];
+    ff_text_row(t);
+    ff_text_cell(t, "%s", chosen ? "*" : "");
+    ff_text_cell(t, "%s", ff_loss_name((int)c->loss));
+    ff_text_cell(t, "%s", ff_text_number(c->difference, 4, n));
+    shape_cell(&c->fit, cell, sizeof cell);
+    ff_text_cell(t, "%s", cell);
+    channel_cells(&c->fit, 1, "f0", cell, sizeof cell);
+    ff_text_cell(t, "%s", cell);
+    channel_cells(&c->fit, 0, "kd", cell, sizeof cell);
+    ff_text_cell(t, "%s", cell);
+    ff_text_cell(t, "%s", c->fit.outcome == FF_CONVERGED ? "" : ff_outcome_name((int)c->fit.outcome));
+}
+
+static ff_status put_candidates(const ff_adaptive *a, FILE *out)
+{
+    static const char *const head[] = {"", "loss", "picture difference", "alpha", "f0", "kd", ""};
+    ff_text_table t = {.right = {0, 0, 1}};
+    head_row(&t, head, 7);
+    for (size_t k = 0; k < a->n; ++k) candidate_row(&t, &a->candidate[k], k == a->chosen);
+    fputc('\n', out);
+    const ff_status status = ff_text_print(&t, out, "");
+    fprintf(out, "* chosen: its pictures of a lit sphere are nearest to the data's, which cover %zu of %zu pixels\n",
+            a->coverage.measured, a->coverage.pixels);
     return status;
 }

@@ -397,8 +397,8 @@ static void wrong_options(void)
     REFUSE(only_channel, 3, "channel 3");
 #undef REFUSE
     for (int robust = FF_ROBUST_HUBER; robust < FF_ROBUST_COUNT; robust++)
-        for (int k = 0; k < 4; k++) {
-            const double bad[] = {0, -1, NAN, INFINITY};
+        for (int k = 0; k < 3; k++) {
+            const double bad[] = {-1, NAN, INFINITY};
             o = fit_options();
             o.robust = (ff_robust)robust;
             o.robust_scale = bad[k];
@@ -427,7 +427,7 @@ static void wrong_options_of_the_fit(void)
         ff_fit_result r = {0};
         if (k == 0) memset(&bad, 0, sizeof bad);
         if (k == 1) bad.max_iterations = -1;
-        if (k == 2) bad.robust = FF_ROBUST_HUBER, bad.robust_scale = 0;
+        if (k == 2) bad.robust = FF_ROBUST_HUBER, bad.robust_scale = -1;
         if (k == 3) bad.robust = (ff_robust)99;
         if (k == 4) bad.shape = (ff_shape)99;
         const ff_status st = ff_problem_fit(p, &s.model, &bad, &r, &err);

@@ -89,6 +89,22 @@ def check_fits(d, path, n_fits, loss="cosine", robust=None, max_theta=80):
         check_fit(f)
 
 
+def check_choice(d, names):
+    """Of --loss auto: a candidate for every loss, the chosen one among them with the parameters of the fit."""
+    keys(d["loss"], "name robust max_theta_deg chosen_by pictures candidates", "loss")
+    check(d["loss"]["chosen_by"] == "picture", "chosen by %s" % d["loss"]["chosen_by"])
+    check(0 < d["loss"]["pictures"]["measured"] <= d["loss"]["pictures"]["pixels"], "pixels %s" % d["loss"]["pictures"])
+    candidates = {c["name"]: c for c in d["loss"]["candidates"]}
+    check([c["name"] for c in d["loss"]["candidates"]] == names, "candidates %s" % list(candidates))
+    for c in candidates.values():
+        keys(c, "name picture_difference outcome parameters", "candidate")
+        check(0 < c["picture_difference"] < 1 and c["outcome"] == "converged", "candidate %s" % c["name"])
+        check(set(c["parameters"]) == set(d["fits"][0]["parameters"]), "parameters of %s" % c["name"])
+    best = candidates[d["loss"]["name"]]
+    check(best["picture_difference"] <= min(c["picture_difference"] for c in candidates.values()) + 1e-6, "not the best was chosen")
+    check(best["parameters"] == d["fits"][0]["parameters"], "the fit is not the candidate's")
+
+
 def fits(directory):
     path = os.path.join(directory, "a.csv")
     subprocess.run([PROGRAM, "simulate", "ggx+lambert", "--set", "alpha_x=0.2,alpha_y=0.45,r_xy=0.4,f0=0.9:0.6:0.3,kd=0.1", "--grid",
@@ -97,6 +113,9 @@ def fits(directory):
     check_fits(document("fit", path, "--model", "beckmann"), path, 1)
     check_fits(document("fit", path, "--loss", "log", "--robust", "huber:0.1", "--max-theta", "75"), path, 1, "log",
                {"name": "huber", "scale": 0.1}, 75)
+    d = document("fit", path, "--model", "beckmann+lambert", "--loss", "auto")
+    check_fits(d, path, 1, d["loss"]["name"])
+    check_choice(d, "cosine log cube-root relative plain".split())
     d = document("compare", path, "--ndf", "beckmann,ggx", "--masking", "v-cavity,smith-height-correlated")
     check_fits(d, path, 4)
     order = [(f["ndf"], f["masking"]) for f in d["fits"]]

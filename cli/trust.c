@@ -1,0 +1,240 @@
+/* What --bootstrap, --profile, --cross-validate, --residuals and --cut-off ask of finished fits. */
+#include "internal_cli.h"
+#include "internal_number.h"
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+static const double degree = 3.14159265358979323846 / 180;
+
+/* ---- options --------------------------------------------------------------------------------- */
+
+/* "0.001", or "3sigma" where the data have standard deviations. */
+static int read_noise_floor(const cli_args *args, ff_fit_options *o)
+{
+    const char *text = cli_value(args, FLAG_NOISE_FLOOR, NULL);
+    double x = 0;
+    if (!text) return EXIT_DONE;
+    const char *end = ff_number_read(text, &x);
+    if (!end || !isfinite(x) || (*end && strcmp(end, "sigma")) || (*end && !(x > 0)))
+        return cli_usage(args, "--noise-floor %s: expected a value in 1/sr, or a number of standard deviations as in 3sigma", text);
+    if (*end)
+        o->noise_sigmas = x;
+    else
+        o->noise_floor = x;
+    return EXIT_DONE;
+}
+
+int cli_read_censoring(const cli_args *args, ff_fit_options *o)
+{
+    const char *negative = cli_value(args, FLAG_NEGATIVE, "keep");
+    int status = cli_number(args, FLAG_SATURATION, 1e-300, 1e300, &o->saturation);
+    if (status == EXIT_DONE) status = read_noise_floor(args, o);
+    if (status != EXIT_DONE) return status;
+    if (strcmp(negative, "keep") && strcmp(negative, "drop")) return cli_usage(args, "--negative %s: expected keep or drop", negative);
+    o->drop_negative = !strcmp(negative, "drop");
+    if (!(o->noise_floor < o->saturation)) return cli_usage(args, "--noise-floor must lie below --saturation");
+    return EXIT_DONE;
+}
+
+int cli_trust_read(const cli_args *args, const ff_fit_options *o, cli_trust *out)
+{
+    cli_trust t = {.seed = 1};
+    const double highest = o->max_theta / degree;
+    double cut_off = highest > 20 ? highest - 10 : 0;
+    uint64_t bootstrap = 0, folds = 0;
+    int status;
+    if ((status = cli_integer(args, FLAG_BOOTSTRAP, 1000000, &bootstrap)) ||
+        (status = cli_integer(args, FLAG_CROSS_VALIDATE, 10000, &folds)) || (status = cli_integer(args, FLAG_SEED, UINT64_MAX, &t.seed)) ||
+        (status = cli_number(args, FLAG_CUT_OFF, 0, 90, &cut_off)))
+        return status;
+    t.bootstrap = (size_t)bootstrap;
+    t.folds = (size_t)folds;
+    t.profile = cli_given(args, FLAG_PROFILE) > 0;
+    t.cut_off = cut_off * degree;
+    t.cut_off_given = cli_given(args, FLAG_CUT_OFF) > 0 && cut_off > 0;
+    t.residuals = cli_value(args, FLAG_RESIDUALS, NULL);
+    if (t.residuals && o->channels == FF_CHANNELS_EACH)
+        return cli_usage(args, "--residuals takes one fit, --channels each makes several: choose a channel with --reduce channels:NAME");
+    if (t.bootstrap && t.profile) return cli_usage(args, "--profile and --bootstrap both find the intervals: give one of them");
+    if (cli_given(args, FLAG_BOOTSTRAP) && t.bootstrap < 20)
+        return cli_usage(args, "--bootstrap %zu: at least 20 refits say something about an error", t.bootstrap);
+    if (cli_given(args, FLAG_CROSS_VALIDATE) && t.folds < 2) return cli_usage(args, "--cross-validate %zu: at least 2 parts", t.folds);
+    if (t.cut_off_given && !(cut_off < highest - 1e-9))
+        return cli_usage(args, "--cut-off %g: expected an angle below that of --max-theta, %g", cut_off, highest);
+    *out = t;
+    return EXIT_DONE;
+}
+
+/* ---- after the fits -------------------------------------------------------------------------- */
+
+static ff_status make_places(cli_trust *t, cli_fitting *f, ff_error *err)
+{
+    t->places = calloc(f->n_problems, sizeof *t->places);
+    if (!t->places) return FF_ERR_MEMORY;
+    for (; t->n_places < f->n_problems; ++t->n_places) {
+        const ff_status status = ff_places_new(f->problem[t->n_places], &f->table, &t->places[t->n_places], err);
+        if (status != FF_OK) return status;
+    }
+    return FF_OK;
+}
+
+/* The check at a lower limit is made unasked: where it cannot be, nothing is said. */
+static ff_status check_cut_off(cli_trust *t, ff_problem *p, const ff_fit_options *o, const ff_fit_result *fit, ff_report_trust *each,
+                               ff_error *err)
+{
+    ff_error reason = {0};
+    ff_selection s;
+    if (!(t->cut_off > 0)) return FF_OK;
+    ff_status status = ff_trust_cut_off(p, o, fit, t->cut_off, &each->cut_off, &reason);
+    ff_problem_selection(p, &s);
+    each->has_cut_off = status == FF_OK && (t->cut_off_given || each->cut_off.used < s.used);
+    if (status == FF_OK && !each->has_cut_off) ff_cut_off_free(&each->cut_off);
+    if (status == FF_ERR_DATA && !t->cut_off_given) return FF_OK;
+    if (status != FF_OK) *err = reason;
+    return status;
+}
+
+static ff_status look_at_fit(cli_trust *t, cli_fitting *f, size_t problem, ff_fit_result *fit, ff_report_trust *each, ff_error *err)
+{
+    ff_problem *p = f->problem[problem];
+    const ff_fit_options *o = &f->options;
+    ff_status status = check_cut_off(t, p, o, fit, each, err);
+    if (status == FF_OK && t->bootstrap) {
+        status = ff_trust_bootstrap(p, &t->places[problem], o, t->bootstrap, t->seed, fit, &each->bootstrap, err);
+        each->has_bootstrap = status == FF_OK;
+    }
+    if (status == FF_OK && t->profile) status = ff_trust_profile(p, o, fit, err);
+    return status;
+}
+
+static ff_status look_at_residuals(cli_trust *t, cli_fitting *f, size_t problem, const ff_fit_result *fit, ff_report_trust *each,
+                                   ff_error *err)
+{
+    ff_problem *p = f->problem[problem];
+    ff_status status = ff_trust_bands(p, &t->places[problem], &f->options, fit, &each->bands, err);
+    each->has_bands = status == FF_OK;
+    if (status != FF_OK || f->options.robust == FF_ROBUST_NONE) return status;
+    status = ff_trust_outliers(p, &t->places[problem], &f->options, fit, &each->outliers, err);
+    each->has_outliers = status == FF_OK;
+    return status;
+}
+
+static ff_status begin(cli_trust *t, cli_fitting *f, size_t n_fits, ff_error *err)
+{
+    t->n_fits = n_fits;
+    t->each = calloc(n_fits, sizeof *t->each);
+    if (!t->each) return FF_ERR_MEMORY;
+    return f->keeps_samples ? make_places(t, f, err) : FF_OK;
+}
+
+static void say(const cli_fitting *f, const char *what)
+{
+    if (f->progress) fprintf(stderr, "\r\033[K%s", what);
+}
+
+int cli_trust_fit(cli_trust *t, cli_fitting *f, ff_fit_result *fit, size_t n_fits)
+{
+    ff_error err = {0};
+    ff_status status = begin(t, f, n_fits, &err);
+    say(f, t->bootstrap ? "bootstrap" : t->profile ? "profile" : "residuals");
+    for (size_t i = 0; i < n_fits && status == FF_OK; ++i) {
+        status = look_at_fit(t, f, i, &fit[i], &t->each[i], &err);
+        if (status == FF_OK && t->places) status = look_at_residuals(t, f, i, &fit[i], &t->each[i], &err);
+    }
+    if (status == FF_OK && n_fits > 1) {
+        status = ff_trust_channels_differ(fit, n_fits, &t->difference, &err);
+        t->has_difference = status == FF_OK;
+    }
+    say(f, "");
+    if (status == FF_ERR_DATA && !err.path[0]) snprintf(err.path, sizeof err.path, "%s", f->path);
+    return status == FF_OK ? EXIT_DONE : cli_failed(status, &err);
+}
+
+int cli_trust_compare(cli_trust *t, cli_fitting *f, const ff_fit_result *fit, size_t n_fits, const size_t *best)
+{
+    const size_t models = n_fits / f->n_problems;
+    ff_error err = {0};
+    ff_status status = begin(t, f, n_fits, &err);
+    ff_versus *versus = calloc(models, sizeof *versus);
+    if (!versus && status == FF_OK) status = FF_ERR_MEMORY;
+    say(f, t->folds ? "cross-validation" : "residuals");
+    for (size_t p = 0; p < f->n_problems && status == FF_OK; ++p) {
+        status = ff_trust_compare(f->problem[p], &t->places[p], &f->options, fit + p * models, models, best[p] - p * models, t->folds,
+                                  versus, &err);
+        for (size_t m = 0; m < models && status == FF_OK; ++m) {
+            ff_report_trust *each = &t->each[p * models + m];
+            each->versus = versus[m];
+            each->has_versus = 1;
+            status = look_at_residuals(t, f, p, &fit[p * models + m], each, &err);
+        }
+    }
+    say(f, "");
+    free(versus);
+    if (status == FF_ERR_RANGE) return cli_failed(FF_ERR_SYNTAX, &err);
+    return status == FF_OK ? EXIT_DONE : cli_failed(status, &err);
+}
+
+void cli_trust_report(const cli_trust *t, ff_report_fits *r)
+{
+    r->trust = t->each;
+    r->places = t->places;
+    r->folds = t->folds;
+    r->difference = t->has_difference ? &t->difference : NULL;
+}
+
+void cli_trust_free(cli_trust *t)
+{
+    for (size_t i = 0; i < t->n_fits && t->each; ++i) ff_cut_off_free(&t->each[i].cut_off);
+    for (size_t i = 0; i < t->n_places; ++i) ff_places_free(&t->places[i]);
+    free(t->each);
+    free(t->places);
+    memset(t, 0, sizeof *t);
+}
+
+/* ---- --residuals ----------------------------------------------------------------------------- */
+
+typedef struct residual_file {
+    const ff_table *table, *residuals;
+    const char *title;
+} residual_file;
+
+static ff_status write_csv(const void *context, FILE *out)
+{
+    const residual_file *r = context;
+    return ff_report_residuals_csv(r->table, r->residuals, r->title, out);
+}
+
+static int has_extension(const char *path, const char *extension)
+{
+    const size_t n = strlen(path), m = strlen(extension);
+    return n > m && !strcmp(path + n - m, extension);
+}
+
+int cli_residuals_check(const cli_args *args)
+{
+    const char *path = cli_value(args, FLAG_RESIDUALS, NULL);
+    if (!path || has_extension(path, ".csv") || has_extension(path, ".exr")) return EXIT_DONE;
+    return cli_usage(args, "--residuals %s: expected a name that ends in .csv or .exr", path);
+}
+
+int cli_residuals_write(const cli_trust *t, cli_fitting *f, const ff_fit_result *fit)
+{
+    char title[FF_MODEL_NAME + 64] = "residuals of ";
+    ff_table residuals;
+    ff_error err = {0};
+    int status = EXIT_DONE;
+    if (!t->residuals) return EXIT_DONE;
+    ff_status failed = ff_trust_residual_table(f->problem[0], &f->table, &f->options, fit, &residuals, &err);
+    if (failed != FF_OK) return cli_failed(failed, &err);
+    ff_model_expression(&fit->model, title + strlen(title), FF_MODEL_NAME);
+    if (has_extension(t->residuals, ".exr")) {
+        failed = ff_table_write(t->residuals, "exr", &residuals, &err);
+        if (failed != FF_OK) status = cli_failed(failed, &err);
+    } else {
+        const residual_file file = {&f->table, &residuals, title};
+        status = cli_write(t->residuals, write_csv, &file);
+    }
+    ff_table_free(&residuals);
+    return status;
+}

@@ -1,0 +1,112 @@
+/* The loss of a fit by the pictures that the fits make. */
+#include "ff_picture.h"
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* Parameters of a result as the model takes them: shape [FF_MAX_SHAPE], channel [n_channels][n_channel]. */
+static void parameters_of(const ff_fit_result *r, double *shape, double *channel)
+{
+    for (size_t k = 0; k < r->model.n_shape; k++) shape[k] = r->shape_value[k].value;
+    for (size_t k = 0; k < r->n_channels * r->model.n_channel; k++) channel[k] = r->channel_value[k].value;
+}
+
+static ff_status compare(const ff_picture *p, ff_adaptive_candidate *c, ff_error *err)
+{
+    double shape[FF_MAX_SHAPE], *channel = malloc((c->fit.n_channels * c->fit.model.n_channel + 1) * sizeof *channel);
+    if (!channel) return ff_error_set(err, FF_ERR_MEMORY, NULL, 0, -1, "out of memory");
+    parameters_of(&c->fit, shape, channel);
+    const ff_status st = ff_picture_difference(p, &c->fit.model, shape, channel, &c->difference, err);
+    free(channel);
+    return st;
+}
+
+/* The first of those that differ least; fits that did not converge only where none did. */
+static size_t choose(const ff_adaptive *a)
+{
+    double least = INFINITY;
+    size_t chosen = 0;
+    int any = 0;
+    for (size_t k = 0; k < a->n; k++) any |= a->candidate[k].fit.outcome == FF_CONVERGED;
+    for (size_t k = a->n; k-- > 0;)
+        if (!any || a->candidate[k].fit.outcome == FF_CONVERGED) least = fmin(least, a->candidate[k].difference);
+    for (size_t k = a->n; k-- > 0;)
+        if ((!any || a->candidate[k].fit.outcome == FF_CONVERGED) && a->candidate[k].difference <= least + FF_PICTURE_SAME)
+            chosen = k;
+    return chosen;
+}
+
+/* One more candidate; *weighting: what the weighting of its samples is. */
+static ff_status add(ff_adaptive *a, const ff_table *t, const ff_model *m, const ff_picture *p, const ff_fit_options *o,
+                     ff_weighting *weighting, ff_error *err)
+{
+    ff_adaptive_candidate *c = &a->candidate[a->n];
+    ff_problem *problem = NULL;
+    ff_selection selection;
+    ff_status st = ff_problem_new(t, m, 1, o, &problem, err);
+    if (st) return st;
+    ff_problem_selection(problem, &selection);
+    *weighting = selection.weighting;
+    st = ff_problem_fit(problem, m, o, &c->fit, err);
+    ff_problem_free(problem);
+    if (st) return st;
+    a->n++;
+    c->loss = o->loss;
+    if (c->fit.outcome == FF_CANCELLED) return ff_error_set(err, FF_ERR_CANCELLED, NULL, 0, -1, "cancelled");
+    return compare(p, c, err);
+}
+
+/* Losses that say nothing new under these weights. */
+static int stands_for_another(ff_loss loss, ff_weighting weighting)
+{
+    return weighting == FF_WEIGHT_SIGMA && (loss == FF_LOSS_RELATIVE || loss == FF_LOSS_PLAIN);
+}
+
+static void warn_of_coverage(ff_adaptive *a)
+{
+    ff_fit_result *r = &a->candidate[a->chosen].fit;
+    const ff_picture_coverage c = a->coverage;
+    if ((double)c.measured >= FF_PICTURE_COVERED * (double)c.pixels || r->n_warnings == FF_MAX_WARNINGS) return;
+    snprintf(r->warning[r->n_warnings++], FF_WARNING_LENGTH,
+             "the loss was chosen by few pixels: the data cover %zu of %zu of the pictures of a lit sphere", c.measured, c.pixels);
+}
+
+ff_status ff_fit_adaptive(const ff_table *t, const ff_model *m, const ff_fit_options *o, ff_adaptive *out, ff_error *err)
+{
+    ff_adaptive a = {.n = 0};
+    ff_picture *picture = NULL;
+    ff_fit_options one = *o;
+    ff_weighting weighting = FF_WEIGHT_AUTO;
+    if (o->robust != FF_ROBUST_NONE)
+        return ff_error_set(err, FF_ERR_UNSUPPORTED, NULL, 0, -1,
+                            "the scale of a robust loss is in units of the residual, which are each loss's own: name a loss "
+                            "instead of auto");
+    one.loss = FF_LOSS_COSINE;
+    ff_status st = ff_picture_new(t, &one, &picture, err);
+    for (int loss = 0; loss < FF_LOSS_COUNT && !st; loss++) {
+        one.loss = (ff_loss)loss;
+        if (!stands_for_another(one.loss, weighting)) st = add(&a, t, m, picture, &one, &weighting, err);
+    }
+    if (!st) {
+        a.chosen = choose(&a);
+        a.coverage = ff_picture_covered(picture);
+        warn_of_coverage(&a);
+        /* The samples once more rather than those of every loss all along: there may be millions. */
+        one.loss = a.candidate[a.chosen].loss;
+        st = ff_problem_new(t, m, 1, &one, &a.problem, err);
+    }
+    ff_picture_free(picture);
+    if (st)
+        ff_adaptive_free(&a);
+    else
+        *out = a;
+    return st;
+}
+
+void ff_adaptive_free(ff_adaptive *a)
+{
+    for (size_t k = 0; k < a->n; k++) ff_fit_result_free(&a->candidate[k].fit);
+    ff_problem_free(a->problem);
+    memset(a, 0, sizeof *a);
+}

@@ -1,0 +1,205 @@
+/* How far the errors of neighbouring samples go together, and the outer products of the score over clusters of that length.
+ *
+ * Samples are in the order of the file, which is that of the scan. The score of a sample (J^T r of all its channels) is summed over runs
+ * of 8, 16, 32, ... samples (of many samples 128, 256, ...). Were the errors independent, the sum of the squares of these sums would be the same at
+ * every length, on average; it grows as long as a cluster is shorter than the errors' reach (the blocking method of Flyvbjerg and
+ * Petersen 1989, here for the score of an M-estimator: clusters as in Liang and Zeger 1986). A length is left for a longer one where
+ * the growth is more than twice its own scatter from cluster to cluster. */
+#include "internal_arrow.h"
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum { MIN_CLUSTERS = 20 };   /* fewer say nothing about their scatter ...                        */
+enum { PER_PARAMETER = 3 };   /* ... nor do fewer than this many for each parameter of a channel  */
+
+/* The squares of a cluster's sums relative to those of single samples, a mean over the parameters. */
+static double relative_square(const double *sum, const double *single, size_t P)
+{
+    double total = 0;
+    size_t n = 0;
+    for (size_t k = 0; k < P; k++) {
+        if (!(single[k] > 0)) continue;
+        total += sum[k] * sum[k] / single[k];
+        n++;
+    }
+    return n ? total / (double)n : 0;
+}
+
+size_t ff_clusters_join(double *sums, size_t n, size_t P)
+{
+    const size_t half = (n + 1) / 2;
+    for (size_t b = 0; b < half; b++)
+        for (size_t k = 0; k < P; k++) sums[b * P + k] = sums[2 * b * P + k] + (2 * b + 1 < n ? sums[(2 * b + 1) * P + k] : 0);
+    return half;
+}
+
+static void join_squares(double *squares, size_t n)
+{
+    for (size_t b = 0; b < (n + 1) / 2; b++) squares[b] = squares[2 * b] + (2 * b + 1 < n ? squares[2 * b + 1] : 0);
+}
+
+/* Does the total of the squares grow from the chosen clusters to these by more than twice its scatter? squares [n]: of the chosen
+ * ones inside each of these; NULL when samples are the chosen ones, whose squares add up to 1: of runs of independent samples the
+ * growth then has (2 - 2 / run) / 3 of the mean of u^2 for its variance. */
+static int grows(const double *sums, const double *single, size_t n, size_t P, size_t run, const double *squares)
+{
+    const double share = (2 - 2 / (double)run) / 3;
+    double growth = squares ? 0 : -1, scatter = 0;
+    for (size_t b = 0; b < n; b++) {
+        const double u = relative_square(sums + b * P, single, P), more = squares ? u - squares[b] : u;
+        growth += more;
+        scatter += squares ? more * more : share * u * u;
+    }
+    return growth > 2 * sqrt(scatter);
+}
+
+/* Root mean square residual over the mean datum, below which there is nothing but rounding. */
+#define FF_ROUNDING 1e-9
+
+static int is_rounding(const struct ff_problem *p, const ff_normal *n)
+{
+    double mean = 0;
+    for (size_t c = 0; c < p->n_channels; c++) mean = fmax(mean, p->channel_mean[c]);
+    return !(sqrt(n->stat[FF_STAT_PLAIN] / fmax(n->stat[FF_STAT_WEIGHT], 1e-300)) > FF_ROUNDING * mean);
+}
+
+size_t ff_clusters_centred(const struct ff_problem *p, const ff_normal *n, size_t n_samples, double *sums, double *mean)
+{
+    const size_t P = n->P, length = ff_run_length(p), runs = (p->n + length - 1) / length;
+    const double share = (double)n_samples / (double)p->n;
+    memset(mean, 0, P * sizeof *mean);
+    for (size_t b = 0; b < runs; b++)
+        for (size_t k = 0; k < P; k++) mean[k] += n->runs[b * P + k] / (double)n_samples;
+    for (size_t b = 0; b < runs; b++) {
+        const size_t left = p->n - b * length;
+        const double count = share * (double)(left < length ? left : length);
+        for (size_t k = 0; k < P; k++) sums[b * P + k] = n->runs[b * P + k] - count * mean[k];
+    }
+    return runs;
+}
+
+/* Sums of squares over single samples, less their mean. */
+static double single_product(const ff_normal *n, size_t n_samples, const double *mean, size_t a, size_t b)
+{
+    return n->meat[n->diagonal ? a : ff_tri(a, b)] - (double)n_samples * mean[a] * mean[b];
+}
+
+ff_status ff_clusters_choose(const struct ff_problem *p, const ff_normal *n, size_t n_samples, ff_clusters *out)
+{
+    const size_t P = n->P, length = ff_run_length(p), runs = (p->n + length - 1) / length;
+    const double share = (double)n_samples / (double)p->n;
+    *out = (ff_clusters){.run = 1, .n = n_samples, .settled = 1};
+    if (!n->runs || P == 0 || is_rounding(p, n)) return FF_OK;
+    double *sums = malloc((runs * P + 1) * sizeof *sums), *squares = malloc((runs + 1) * sizeof *squares),
+           *single = malloc((2 * P + 1) * sizeof *single), *mean = single + P;
+    const ff_status st = sums && squares && single ? FF_OK : FF_ERR_MEMORY;
+    size_t n_now = 0, run = length;
+    int beyond = 0;
+    if (!st) {
+        n_now = ff_clusters_centred(p, n, n_samples, sums, mean);
+        for (size_t k = 0; k < P; k++) single[k] = single_product(n, n_samples, mean, k, k);
+    }
+    while (share * (double)n_now >= MIN_CLUSTERS && share * (double)n_now >= (double)(PER_PARAMETER * (n->m1 - 1))) {
+        const int moved = grows(sums, single, n_now, P, run, out->run > 1 ? squares : NULL);
+        if (moved || (out->run > 1 && out->run * 2 == run && !beyond)) {
+            beyond = !moved; /* the last that grew and one more: clusters of the errors' own length miss what reaches across their ends */
+            *out = (ff_clusters){.run = run, .n = (size_t)(share * (double)n_now)};
+            for (size_t b = 0; b < n_now; b++) squares[b] = relative_square(sums + b * P, single, P);
+        }
+        out->settled = !moved;
+        if (out->run > 1) join_squares(squares, n_now);
+        n_now = ff_clusters_join(sums, n_now, P);
+        run *= 2;
+    }
+    free(sums);
+    free(squares);
+    free(single);
+    return st;
+}
+
+ff_status ff_clusters_meat(const struct ff_problem *p, const ff_normal *n, size_t n_samples, size_t run, double *meat)
+{
+    const size_t P = n->P, shortest = ff_run_length(p), all = (p->n + shortest - 1) / shortest;
+    double *sums = malloc((all * P + 1) * sizeof *sums), *mean = malloc((P + 1) * sizeof *mean);
+    if (!sums || !mean) {
+        free(sums);
+        free(mean);
+        return FF_ERR_MEMORY;
+    }
+    size_t n_now = ff_clusters_centred(p, n, n_samples, sums, mean);
+    for (size_t length = shortest; length < run; length *= 2) n_now = ff_clusters_join(sums, n_now, P);
+    for (size_t a = 0; a < P; a++)
+        for (size_t b = 0; b <= a; b++) {
+            double product = run == 1 ? single_product(n, n_samples, mean, a, b) : 0;
+            for (size_t k = 0; k < n_now && run > 1; k++) product += sums[k * P + a] * sums[k * P + b];
+            meat[ff_tri(a, b)] = product;
+        }
+    free(sums);
+    free(mean);
+    return FF_OK;
+}
+
+/* Values that would say as much were they independent: fewer by what the squares of the score grow by from single values to clusters.
+ * Of the shared parameters, where the channels of a sample meet; of all where none is free. */
+double ff_clusters_effective(const ff_normal *n, const double *meat, size_t n_shape, double n_values)
+{
+    const size_t P = n_shape ? n_shape : n->P;
+    double growth = 0;
+    size_t counted = 0;
+    for (size_t k = 0; k < P; k++) {
+        if (!(n->own[k] > 0)) continue;
+        growth += meat[ff_tri(k, k)] / n->own[k];
+        counted++;
+    }
+    return counted && growth > (double)counted ? n_values * (double)counted / growth : n_values;
+}
+
+/* ---- how many of them count ------------------------------------------------------------------ */
+
+enum { FEWEST_COUNTED = 6 }; /* a smaller count is itself not known from so few */
+
+/* (sum of the variances)^2 / sum of the clusters' squares, both without the scatter of what they are estimated from: of squares q_j of
+ * normal variables E (sum q)^2 = (sum v)^2 + 2 sum v^2 and E sum q^2 = 3 sum v^2. all: sum q and sum q^2; squares: of the clusters, sum
+ * of (sum q)^2 - 2/3 sum q^2. */
+static double effective_count(const double all[2], double squares, double n)
+{
+    const double count = squares > 0 ? (all[0] * all[0] - 2.0 / 3 * all[1]) / squares : n;
+    return fmax(fmin(fmax(count, FEWEST_COUNTED), n), 2);
+}
+
+ff_status ff_clusters_informative(const struct ff_problem *p, const ff_normal *n, size_t n_samples, const uint32_t *cluster,
+                                  size_t n_clusters, const double *inverse, const ff_arrow *arrow, double *number)
+{
+    const size_t P = n->P, length = ff_run_length(p), runs = (p->n + length - 1) / length;
+    double *sums = malloc((runs * P + 1) * sizeof *sums), *share = calloc(2 * n_clusters * P + 1, sizeof *share),
+           *mean = malloc((2 * P + 1) * sizeof *mean), *of_run = mean + P;
+    const ff_status st = sums && share && mean ? FF_OK : FF_ERR_MEMORY;
+    if (!st) {
+        ff_clusters_centred(p, n, n_samples, sums, mean);
+        for (size_t b = 0; b < runs; b++) {
+            double *to = share + 2 * (cluster ? cluster[b * length] : b * n_clusters / runs) * P;
+            if (arrow) ff_arrow_apply(arrow, sums + b * P, of_run);
+            for (size_t k = 0; k < P; k++) {
+                double influence = arrow ? of_run[k] : 0;
+                for (size_t q = 0; q < P && !arrow; q++) influence += inverse[k * P + q] * sums[b * P + q];
+                to[2 * k] += influence * influence;
+                to[2 * k + 1] += influence * influence * influence * influence;
+            }
+        }
+        for (size_t k = 0; k < P; k++) {
+            double all[2] = {0}, squares = 0;
+            for (size_t c = 0; c < n_clusters; c++) {
+                const double *q = share + 2 * (c * P + k);
+                all[0] += q[0];
+                all[1] += q[1];
+                squares += q[0] * q[0] - 2.0 / 3 * q[1];
+            }
+            number[k] = effective_count(all, squares, (double)n_clusters);
+        }
+    }
+    free(sums);
+    free(share);
+    free(mean);
+    return st;
+}

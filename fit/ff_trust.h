@@ -1,0 +1,160 @@
+/** @file ff_trust.h  How far a fit can be trusted: resampled, profiled, cross-validated, compared, looked at by angle.
+ *
+ *  Everything here starts from a result of ff_problem_fit and the problem it was fitted to, with the same options; places say where
+ *  the samples of the problem lie. Results do not depend on the number of threads.
+ *  Memory   outputs own their arrays; release with the _free functions.
+ *  Errors   ff_status and ff_error; outputs are written only on FF_OK. FF_ERR_CANCELLED as ff_problem_fit.
+ *  Threads  as ff_fit.h: one call at a time on a problem. */
+#ifndef FF_TRUST_H
+#define FF_TRUST_H
+#include "ff_fit.h"
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/* ---- places ---------------------------------------------------------------------------------- */
+
+/** What samples are resampled in: errors inside a group may go together in any way. */
+typedef enum ff_grouping {
+    FF_GROUP_DIRECTIONS = 0, /**< incident directions (of isotropic data their theta_i), to 0.001 rad               */
+    FF_GROUP_CELLS = 1,      /**< cells of incident directions, where nearly every sample has its own                */
+    FF_GROUP_RUNS = 2        /**< runs of consecutive samples inside an incident direction, where these are too few   */
+} ff_grouping;
+const char *ff_grouping_name(int kind); /**< "incident directions", ...; NULL for a number that is none */
+
+enum { FF_PLACE_THETA_I = 0, FF_PLACE_THETA_H = 1, FF_PLACE_THETA_D = 2, FF_PLACE_COUNT = 3 };
+enum { FF_BANDS = 9, FF_BAND_DEGREES = 10 }; /**< [0, 10), [10, 20) ... degrees */
+
+typedef struct ff_places {
+    size_t n;                            /**< samples of the problem                                  */
+    ff_grouping kind;
+    size_t n_groups, n_directions;       /**< directions: distinct ones, or cells                     */
+    uint32_t *direction;                 /**< [n] < n_directions, numbered by theta_i, then phi_i     */
+    uint32_t *group;                     /**< [n] < n_groups: directions, or runs of samples inside them */
+    unsigned char *band[FF_PLACE_COUNT]; /**< [n] < FF_BANDS                                          */
+} ff_places;
+
+/** @param t  the table that p was made from, unchanged.  FF_ERR_MEMORY. */
+ff_status ff_places_new(const ff_problem *p, const ff_table *t, ff_places *out, ff_error *err);
+void ff_places_free(ff_places *places);
+
+/* ---- values ---------------------------------------------------------------------------------- */
+
+/** "theta_i", "theta_h", "theta_d"; NULL for a number that is none */
+const char *ff_place_name(int place);
+
+/** Place of each used sample in the table: [used], owned by p. */
+const uint32_t *ff_problem_index(const ff_problem *p);
+
+/** The fitted model at the used samples.
+ *  @param model     [n_channels][used] out, 1/sr; may be NULL
+ *  @param residual  [n_channels][used] out, weighted, as in the objective but before a robust loss; may be NULL
+ *  @param cost      [used] out, what each sample adds to the objective; may be NULL */
+ff_status ff_trust_evaluate(ff_problem *p, const ff_fit_options *o, const ff_fit_result *fit, double *model, double *residual,
+                            double *cost, ff_error *err);
+
+/** Residuals of one band of angles, all channels, by sample weight: cos(theta_i) (f - y), relative to the mean of cos(theta_i) |y| in
+ *  the band. */
+typedef struct ff_band {
+    size_t n;         /**< samples                                                      */
+    double mean, rms; /**< signed mean: below 0 where the model is too low; NaN when n = 0 */
+} ff_band;
+typedef struct ff_bands {
+    ff_band band[FF_PLACE_COUNT][FF_BANDS];
+} ff_bands;
+ff_status ff_trust_bands(ff_problem *p, const ff_places *places, const ff_fit_options *o, const ff_fit_result *fit, ff_bands *out,
+                         ff_error *err);
+
+/** Model minus data (1/sr) as a table with the directions of t, from which p was made: samples that the fit did not use are invalid
+ *  there, standard deviations are left out. Release with ff_table_free. */
+ff_status ff_trust_residual_table(ff_problem *p, const ff_table *t, const ff_fit_options *o, const ff_fit_result *fit, ff_table *out,
+                                  ff_error *err);
+
+/** Values that lie further from the model than FF_OUTLIER standard deviations of a residual there, as the scale of the robust loss
+ *  tells these. */
+#define FF_OUTLIER 5.0
+enum { FF_WORST = 5 };
+typedef struct ff_outliers {
+    size_t values, samples;                  /**< values, and samples that have one                     */
+    size_t in_band[FF_PLACE_COUNT][FF_BANDS]; /**< samples with one                                      */
+    size_t n_worst;
+    struct {
+        uint32_t sample;  /**< place in the table */
+        uint32_t channel;
+        double ratio;     /**< residual in standard deviations, with its sign */
+    } worst[FF_WORST];
+} ff_outliers;
+/** FF_ERR_UNSUPPORTED without a robust loss. */
+ff_status ff_trust_outliers(ff_problem *p, const ff_places *places, const ff_fit_options *o, const ff_fit_result *fit,
+                            ff_outliers *out, ff_error *err);
+
+/* ---- intervals ------------------------------------------------------------------------------- */
+
+/** Block bootstrap: refits with random weights of the groups, exponential ones (Rubin 1981), so that no incident direction is
+ *  ever missing. Replaces the standard errors and intervals of fit: the standard deviation of the refits, corrected for the
+ *  variance of the weights of G groups and for the number of groups that say much of the parameter, with Student's t of as many
+ *  degrees of freedom less one; of a parameter on its bound the 95 % quantile. The same seed gives the same intervals.
+ *  FF_ERR_RANGE for repeats < 20; FF_ERR_DATA for fewer than 5 groups. */
+typedef struct ff_bootstrap {
+    size_t repeats, failed; /**< refits, and those that did not converge (left out) */
+    size_t n_groups;
+    ff_grouping kind;
+} ff_bootstrap;
+ff_status ff_trust_bootstrap(ff_problem *p, const ff_places *places, const ff_fit_options *o, size_t repeats, uint64_t seed,
+                             ff_fit_result *fit, ff_bootstrap *out, ff_error *err);
+
+/** Profile of the objective: for every free parameter the values at which the least objective of all others has risen by what 95 % allow:
+ *  t^2 / 2 times the variance of a residual, corrected as the standard error is (a parameter whose error is twice the textbook's may raise
+ *  it four times as much). An interval that ends at a bound ends there because the data do not end it. Replaces the intervals of
+ *  fit. Where a lower objective than that of the fit is found, a warning of fit says so. */
+ff_status ff_trust_profile(ff_problem *p, const ff_fit_options *o, ff_fit_result *fit, ff_error *err);
+
+/** The same fit with a lower limit of theta: which parameters move by more than their errors? */
+typedef struct ff_cut_off {
+    double max_theta;                          /**< radians                              */
+    size_t used;                               /**< samples left                         */
+    size_t n_columns;                          /**< parameters with a standard error      */
+    double *value, *move;                      /**< [n_columns] by column of fit: value there; difference in units of its standard
+                                                    error there, which what is wrong beyond the limit does not enlarge */
+} ff_cut_off;
+/** FF_ERR_DATA when too few samples are left. */
+ff_status ff_trust_cut_off(ff_problem *p, const ff_fit_options *o, const ff_fit_result *fit, double max_theta, ff_cut_off *out,
+                           ff_error *err);
+void ff_cut_off_free(ff_cut_off *c);
+
+/* ---- comparison ------------------------------------------------------------------------------ */
+
+/** Fits two models differ by, positive where the winner is better. */
+typedef struct ff_versus {
+    double objective;    /**< difference                                                              */
+    double aic, bic;     /**< differences, with the effective number of values of the winner           */
+    double vuong_z;      /**< difference of the objective, with the penalty of AIC, over its standard deviation: Vuong 1989 in the form of
+                              Rivers and Vuong 2002; the variance over clusters of neighbours or, from 10 on, over groups,
+                              whichever is larger                                                      */
+    double vuong_p;      /**< two-sided                                                               */
+    int has_validation;
+    double validation, validation_error; /**< held-out objective, difference and its standard error over incident directions */
+    int told_apart;      /**< 0: the data cannot tell the two models apart: |vuong_z| below its 95 % point, or held-out samples that do
+                              not say the same by more than their standard error                        */
+} ff_versus;
+
+/** Each of n fits to p against fits[winner].
+ *  @param folds  >= 2: cross-validation, each fold every folds-th incident direction; 0: none
+ *  @param out    [n] out; out[winner] is all 0
+ *  FF_ERR_RANGE for folds = 1 or more than directions. */
+ff_status ff_trust_compare(ff_problem *p, const ff_places *places, const ff_fit_options *o, const ff_fit_result *fits, size_t n,
+                           size_t winner, size_t folds, ff_versus *out, ff_error *err);
+
+/** Do fits of one model to n channels of the same data differ in their shape by more than their errors? Wald's chi^2 of the free shape
+ *  parameters about their common weighted mean; errors of different channels count as independent, so that it errs on the side of
+ *  "no".  dof = 0 where nothing can be compared.  FF_ERR_RANGE for fits of different models. */
+typedef struct ff_difference {
+    double chi2, p;
+    size_t dof;
+} ff_difference;
+ff_status ff_trust_channels_differ(const ff_fit_result *fits, size_t n, ff_difference *out, ff_error *err);
+
+#ifdef __cplusplus
+}
+#endif
+#endif

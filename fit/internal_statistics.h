@@ -1,0 +1,17 @@
+/* Distributions that intervals and tests need. Closed forms and continued fractions, 1e-10 relative or better. */
+#ifndef FF_INTERNAL_STATISTICS_H
+#define FF_INTERNAL_STATISTICS_H
+
+#define FF_NORMAL_975 1.959963984540054 /* quantiles of the standard normal distribution */
+#define FF_NORMAL_95  1.644853626951472
+
+/* P(|Z| > z) of a standard normal Z, z >= 0. */
+double ff_normal_two_sided(double z);
+
+/* P(X > x) of chi^2 with `dof` > 0 degrees of freedom (DLMF 8.2: the regularised incomplete gamma function Q). */
+double ff_chi2_tail(double x, double dof);
+
+/* The t with P(|T| <= t) = p of Student's t with `dof` > 0 degrees of freedom, p in (0, 1); the normal quantile for dof = INFINITY. */
+double ff_student_quantile(double p, double dof);
+
+#endif

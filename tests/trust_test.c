@@ -1,0 +1,653 @@
+/* How far a fit can be trusted: intervals, neighbours whose errors go together, resampling, comparison of models, outliers, values that are
+ * known from one side. */
+#include "scan_samples.h"
+#include "ff_resample.h"
+#include "ff_trust.h"
+#include "internal_statistics.h"
+
+/* ---- a measurement with its problem and one fit ---------------------------------------------- */
+
+typedef struct measured {
+    ff_table t;
+    ff_problem *p;
+    ff_places places;
+    ff_fit_options o;
+    ff_fit_result fit;
+} measured;
+
+static int measure(const char *what, ff_table t, const ff_model *m, const ff_fit_options *o, measured *out)
+{
+    ff_error err = {0};
+    *out = (measured){.t = t, .o = *o};
+    ff_status st = ff_problem_new(&t, m, 1, o, &out->p, &err);
+    if (!st) st = ff_places_new(out->p, &t, &out->places, &err);
+    if (!st) st = ff_problem_fit(out->p, m, o, &out->fit, &err);
+    FF_CHECK(st == FF_OK, "%s: %s", what, err.message);
+    return st == FF_OK;
+}
+
+static void forget(measured *m)
+{
+    ff_fit_result_free(&m->fit);
+    ff_places_free(&m->places);
+    ff_problem_free(m->p);
+    ff_table_free(&m->t);
+}
+
+static const char *const plain_surface = "alpha=0.25 f0=0.5 kd=0.1";
+
+static const scan_sampling usual_scan = {.n_theta = 8, .n_phi = 4, .n_exit = 120, .max_theta = 80, .noise = 0.05, .seed = 3};
+
+static int scan(const char *what, const char *model, const char *words, scan_sampling how, const ff_fit_options *o, measured *out)
+{
+    const fit_surface s = fit_surface_make(model, 1, words);
+    return measure(what, scan_measure(&s, &how), &s.model, o, out);
+}
+
+/* ---- distributions --------------------------------------------------------------------------- */
+
+/* Tables of the distributions (Abramowitz and Stegun 1964, tables 26.7, 26.8, 26.10). */
+static void quantiles(void)
+{
+    FF_CHECK_CLOSE(ff_student_quantile(0.95, 1), 12.706204736, 1e-9, 0);
+    FF_CHECK_CLOSE(ff_student_quantile(0.95, 4), 2.776445105, 1e-9, 0);
+    FF_CHECK_CLOSE(ff_student_quantile(0.90, 10), 1.812461123, 1e-9, 0);
+    FF_CHECK_CLOSE(ff_student_quantile(0.95, 120), 1.979930405, 1e-9, 0);
+    FF_CHECK_CLOSE(ff_student_quantile(0.95, INFINITY), FF_NORMAL_975, 1e-12, 0);
+    FF_CHECK_CLOSE(ff_student_quantile(0.95, 1e9), FF_NORMAL_975, 1e-8, 0);
+    FF_CHECK_CLOSE(ff_chi2_tail(3.841458821, 1), 0.05, 1e-8, 0);
+    FF_CHECK_CLOSE(ff_chi2_tail(18.307038053, 10), 0.05, 1e-8, 0);
+    FF_CHECK_CLOSE(ff_chi2_tail(0.5, 4), 0.973500979, 1e-8, 0); /* (1 + x/2) exp(-x/2) */
+    FF_CHECK_CLOSE(ff_normal_two_sided(FF_NORMAL_975), 0.05, 1e-12, 0);
+    FF_CHECK(ff_chi2_tail(0, 3) == 1 && ff_chi2_tail(INFINITY, 3) == 0, "ends of the tail");
+}
+
+/* ---- neighbours ------------------------------------------------------------------------------ */
+
+/* Noise that falls to 1/e over L samples makes (1 - r) / (1 + r), r = exp(-1/L), of n samples independent, for a Jacobian that does not
+ * change along the scan: that of kd under the plain loss. Independent noise leaves the count. */
+static void effective_number(void)
+{
+    ff_fit_options o = fit_options();
+    const double reach[] = {0, 4, 16};
+    o.loss = FF_LOSS_PLAIN;
+    for (int k = 0; k < 3; k++) {
+        double mean = 0;
+        enum { REPEATS = 10 };
+        for (int i = 0; i < REPEATS; i++) {
+            measured m;
+            scan_sampling how = usual_scan;
+            how.n_exit = 400;
+            how.reach = reach[k];
+            how.seed = (uint64_t)(100 * k + i);
+            if (!scan("effective number", "lambert", "kd=0.5", how, &o, &m)) continue;
+            mean += m.fit.effective_samples / (double)m.places.n / REPEATS;
+            if (k == 0) FF_CHECK(m.fit.effective_samples > 0.7 * (double)m.places.n, "of %zu: %g", m.places.n, m.fit.effective_samples);
+            forget(&m);
+        }
+        const double r = reach[k] > 0 ? exp(-1 / reach[k]) : 0, expected = (1 - r) / (1 + r);
+        printf("errors over %g samples: %.3f of the samples are independent, expected %.3f\n", reach[k], mean, expected);
+        FF_CHECK(mean > 0.75 * expected && mean < 1.35 * expected, "%.3f, expected %.3f", mean, expected);
+    }
+}
+
+/* A model that is not the surface leaves residuals that go together; samples in random order do not hide it. */
+static void misfit_of_scattered_samples(void)
+{
+    const fit_surface s = fit_surface_make("ggx+lambert", 1, plain_surface);
+    const fit_sampling how = {.n = 8000, .max_theta = 80, .noise = 0.05, .seed = 15};
+    const char *const expressions[2] = {"ggx+lambert", "beckmann+lambert"};
+    for (int k = 0; k < 2; k++) {
+        ff_fit_options o = fit_options();
+        ff_model model;
+        measured m;
+        o.shape = FF_SHAPE_ISOTROPIC;
+        FF_CHECK(!ff_model_parse(expressions[k], &model, NULL), "%s", expressions[k]);
+        if (!measure("misfit", fit_measure(&s, &how), &model, &o, &m)) return;
+        printf("%s on scattered ggx data: %zu values count as %.0f, together over %zu\n", expressions[k], m.places.n, m.fit.effective_samples,
+               m.fit.correlated_over);
+        FF_CHECK(k == 0 ? m.fit.effective_samples > 0.7 * (double)m.places.n : m.fit.effective_samples < 0.7 * (double)m.places.n && m.fit.correlated_over > 8,
+                 "%s: %.0f of %zu", expressions[k], m.fit.effective_samples, m.places.n);
+        forget(&m);
+    }
+}
+
+static void places_of_samples(void)
+{
+    const ff_fit_options o = fit_options();
+    const fit_surface s = fit_surface_make("ggx+lambert", 1, plain_surface);
+    measured m;
+    if (scan("places", "ggx+lambert", plain_surface, usual_scan, &o, &m)) {
+        FF_CHECK(m.places.kind == FF_GROUP_DIRECTIONS && m.places.n_groups == 32, "%zu %s", m.places.n_groups,
+                 ff_grouping_name((int)m.places.kind));
+        for (size_t i = 0; i < m.places.n; i++) {
+            const size_t at = ff_problem_index(m.p)[i];
+            FF_CHECK(m.places.direction[i] == at / 120, "sample %zu of direction %u", at, m.places.direction[i]);
+            FF_CHECK(m.places.band[FF_PLACE_THETA_I][i] == (unsigned char)(m.t.angle[0][at] / (10 * FIT_DEGREE)), "band of sample %zu", at);
+        }
+        forget(&m);
+    }
+    scan_sampling few = usual_scan;
+    few.n_theta = 4, few.n_phi = 1;
+    if (scan("few directions", "ggx+lambert", plain_surface, few, &o, &m)) {
+        FF_CHECK(m.places.kind == FF_GROUP_RUNS && m.places.n_directions == 4 && m.places.n_groups >= 40, "%zu groups, %zu directions",
+                 m.places.n_groups, m.places.n_directions);
+        for (size_t i = 1; i < m.places.n; i++) /* no run goes from one direction into another */
+            if (m.places.group[i] == m.places.group[i - 1])
+                FF_CHECK(m.places.direction[i] == m.places.direction[i - 1], "run %u", m.places.group[i]);
+        forget(&m);
+    }
+    const fit_sampling scattered = {.n = 3000, .max_theta = 80, .noise = 0.05, .seed = 5};
+    if (measure("scattered", fit_measure(&s, &scattered), &s.model, &o, &m)) {
+        FF_CHECK(m.places.kind == FF_GROUP_CELLS && m.places.n_groups >= 30 && m.places.n_groups < 300, "%zu %s", m.places.n_groups,
+                 ff_grouping_name((int)m.places.kind));
+        forget(&m);
+    }
+}
+
+/* ---- intervals ------------------------------------------------------------------------------- */
+
+/* Without a lobe the objective is a parabola in kd: the profile is the interval of the standard error. With F0 and kd at 0 the one-sided
+ * interval starts at the bound and the profile agrees. */
+static void profiles(void)
+{
+    const ff_fit_options o = fit_options();
+    ff_error err = {0};
+    measured m;
+    if (scan("a parabola", "lambert", "kd=0.4", usual_scan, &o, &m)) {
+        const ff_fit_value wald = m.fit.channel_value[0];
+        FF_CHECK(wald.interval == FF_INTERVAL_WALD && wald.low < 0.4 && wald.high > 0.4, "%g to %g", wald.low, wald.high);
+        FF_CHECK(ff_trust_profile(m.p, &o, &m.fit, &err) == FF_OK, "%s", err.message);
+        const ff_fit_value *v = &m.fit.channel_value[0];
+        const double width = wald.high - wald.low;
+        FF_CHECK(v->interval == FF_INTERVAL_PROFILE, "interval by %s", ff_interval_name((int)v->interval));
+        FF_CHECK_CLOSE(v->low, wald.low, 0, 0.02 * width);
+        FF_CHECK_CLOSE(v->high, wald.high, 0, 0.02 * width);
+        forget(&m);
+    }
+    if (scan("no diffuse part", "ggx+lambert", "alpha=0.25 f0=0.5 kd=0", usual_scan, &o, &m)) {
+        const ff_fit_value *kd = &m.fit.channel_value[m.fit.model.n_channel - 1], before = *kd;
+        if (kd->at_bound) {
+            FF_CHECK(kd->interval == FF_INTERVAL_ONE_SIDED && kd->low == 0 && kd->high > 0 && kd->high < 0.1, "%g to %g by %s", kd->low,
+                     kd->high, ff_interval_name((int)kd->interval));
+            FF_CHECK(ff_trust_profile(m.p, &o, &m.fit, &err) == FF_OK, "%s", err.message);
+            FF_CHECK(kd->low == 0, "the profile of kd begins at %g", kd->low);
+            FF_CHECK_CLOSE(kd->high, before.high, 0.1, 0);
+        }
+        FF_CHECK(kd->at_bound || kd->value < 0.02, "kd = %g", kd->value);
+        forget(&m);
+    }
+}
+
+/* Near a profile's end the objective, with all others free, is where it should be: checked by a fit with the parameter held there. */
+static void ends_of_profiles(void)
+{
+    const ff_fit_options o = fit_options();
+    ff_error err = {0};
+    measured m;
+    scan_sampling how = usual_scan;
+    how.n_theta = 24, how.n_phi = 1; /* isotropic: one alpha */
+    if (!scan("ends", "beckmann+lambert", plain_surface, how, &o, &m)) return;
+    const double se = m.fit.shape_value[0].std_error, alpha = m.fit.shape_value[0].value;
+    FF_CHECK(ff_trust_profile(m.p, &o, &m.fit, &err) == FF_OK, "%s", err.message);
+    double rise[3];
+    const double at[3] = {m.fit.shape_value[0].low, alpha + 1e-3 * se, m.fit.shape_value[0].high};
+    for (int k = 0; k < 3; k++) {
+        ff_model held = m.fit.model;
+        ff_fit_result r;
+        FF_CHECK(!ff_model_hold(&held, "alpha", at[k], &err) && !ff_problem_fit(m.p, &held, &o, &r, &err), "%s", err.message);
+        rise[k] = r.residual.objective - m.fit.residual.objective;
+        ff_fit_result_free(&r);
+    }
+    printf("profile of alpha: %.5f to %.5f, rises %.3g and %.3g; standard error %.5f\n", at[0], at[2], rise[0], rise[2], se);
+    FF_CHECK(rise[1] >= 0 && rise[1] < 1e-3 * rise[0], "rise beside the optimum %g", rise[1]);
+    FF_CHECK_CLOSE(rise[0], rise[2], 0.05, 0);
+    FF_CHECK(at[0] < alpha && alpha < at[2] && at[2] - at[0] > 2 * se && at[2] - at[0] < 6 * se, "%g to %g", at[0], at[2]);
+    forget(&m);
+}
+
+/* F0 without a Fresnel effect to see trades off with ks: the profile runs into the box, and the warning names what trades off. */
+static void not_determined(void)
+{
+    const ff_fit_options o = fit_options();
+    ff_error err = {0};
+    fit_surface s = fit_surface_make("ggx", 1, "alpha=0.1 f0=0.5");
+    FF_CHECK(!ff_model_free(&s.model, "ks", &err), "%s", err.message);
+    scan_sampling narrow = usual_scan;
+    narrow.max_theta = 25;
+    measured m;
+    if (!measure("ks and f0", scan_measure(&s, &narrow), &s.model, &o, &m)) return;
+    int named = 0;
+    for (size_t k = 0; k < m.fit.n_warnings; k++)
+        named |= strstr(m.fit.warning[k], "f0") && strstr(m.fit.warning[k], "ks");
+    FF_CHECK(named, "no warning of f0 and ks; condition %g", m.fit.condition);
+    FF_CHECK(m.fit.condition > 30, "condition %g", m.fit.condition);
+    FF_CHECK(ff_trust_profile(m.p, &o, &m.fit, &err) == FF_OK, "%s", err.message);
+    const ff_fit_value *f0 = &m.fit.channel_value[0];
+    FF_CHECK(f0->high - f0->low > 0.5, "f0 from %g to %g is said to be known", f0->low, f0->high);
+    forget(&m);
+}
+
+static void bootstraps(void)
+{
+    ff_fit_options o = fit_options();
+    ff_error err = {0};
+    measured m;
+    ff_bootstrap b;
+    if (!scan("bootstrap", "ggx+lambert", plain_surface, usual_scan, &o, &m)) return;
+    const ff_fit_value sandwich[2] = {m.fit.shape_value[0], m.fit.channel_value[0]};
+    FF_CHECK(ff_trust_bootstrap(m.p, &m.places, &o, 10, 1, &m.fit, &b, &err) == FF_ERR_RANGE, "10 refits: %s", err.message);
+    FF_CHECK(m.fit.shape_value[0].std_error == sandwich[0].std_error, "a refused bootstrap changed the fit");
+    FF_CHECK(ff_trust_bootstrap(m.p, &m.places, &o, 400, 7, &m.fit, &b, &err) == FF_OK, "%s", err.message);
+    FF_CHECK(b.repeats == 400 && b.failed == 0 && b.n_groups == 32, "%zu refits, %zu failed, %zu groups", b.repeats, b.failed, b.n_groups);
+    const ff_fit_value boot[2] = {m.fit.shape_value[0], m.fit.channel_value[0]};
+    for (int k = 0; k < 2; k++) {
+        printf("standard error %.6f, by 400 refits %.6f\n", sandwich[k].std_error, boot[k].std_error);
+        FF_CHECK(boot[k].interval == FF_INTERVAL_BOOTSTRAP && boot[k].low < boot[k].value && boot[k].high > boot[k].value, "interval %d", k);
+        FF_CHECK_CLOSE(boot[k].std_error, sandwich[k].std_error, 0.4, 0); /* 32 groups: 13 % of scatter, and 4 % of 400 refits */
+    }
+    FF_CHECK(ff_trust_bootstrap(m.p, &m.places, &o, 400, 7, &m.fit, &b, &err) == FF_OK, "%s", err.message);
+    FF_CHECK(m.fit.shape_value[0].std_error == boot[0].std_error, "the same seed, another error");
+    FF_CHECK(ff_trust_bootstrap(m.p, &m.places, &o, 400, 8, &m.fit, &b, &err) == FF_OK, "%s", err.message);
+    FF_CHECK(m.fit.shape_value[0].std_error != boot[0].std_error, "another seed, the same error");
+    measured one;
+    o.threads = 1;
+    if (scan("one thread", "ggx+lambert", plain_surface, usual_scan, &o, &one)) {
+        FF_CHECK(ff_trust_bootstrap(one.p, &one.places, &o, 400, 7, &one.fit, &b, &err) == FF_OK, "%s", err.message);
+        FF_CHECK(one.fit.shape_value[0].std_error == boot[0].std_error, "%.17g with one thread, %.17g with two",
+                 one.fit.shape_value[0].std_error, boot[0].std_error);
+        forget(&one);
+    }
+    forget(&m);
+}
+
+/* ---- cut-off --------------------------------------------------------------------------------- */
+
+/* A goniometer that loses light beyond 70 degrees moves the parameters; one that does not leaves them. */
+static void cut_offs(void)
+{
+    const ff_fit_options o = fit_options();
+    const fit_surface s = fit_surface_make("ggx+lambert", 1, plain_surface);
+    for (int loses = 0; loses < 2; loses++) {
+        ff_error err = {0};
+        ff_cut_off c;
+        measured m;
+        double most = 0;
+        ff_table t = scan_measure(&s, &usual_scan);
+        for (size_t i = 0; i < t.n && loses; i++)
+            if (fmax(t.angle[0][i], fabs(t.angle[2][i])) > 70 * FIT_DEGREE) t.value[i] *= 0.6;
+        if (!measure("cut-off", t, &s.model, &o, &m)) return;
+        FF_CHECK(ff_trust_cut_off(m.p, &o, &m.fit, 70 * FIT_DEGREE, &c, &err) == FF_OK, "%s", err.message);
+        FF_CHECK(c.n_columns == m.fit.n_columns && c.used < m.places.n && c.used > m.places.n / 2, "%zu of %zu", c.used, m.places.n);
+        for (size_t k = 0; k < c.n_columns; k++) most = fmax(most, fabs(c.move[k]));
+        printf("%s: largest move %.1f errors\n", loses ? "light lost beyond 70 degrees" : "nothing lost", most);
+        FF_CHECK(loses ? most > 10 : most < 2, "largest move %g", most);
+        /* the values are those of a fit to the smaller data */
+        ff_fit_options lower = o;
+        ff_fit_result r;
+        lower.max_theta = 70 * FIT_DEGREE;
+        FF_CHECK(!fit_table(&t, &s.model, &lower, &r, NULL, &err), "%s", err.message);
+        FF_CHECK_CLOSE(c.value[m.fit.shape_value[0].column], r.shape_value[0].value, 1e-5, 0);
+        ff_fit_result_free(&r);
+        ff_cut_off_free(&c);
+        FF_CHECK(ff_trust_cut_off(m.p, &o, &m.fit, 0.01 * FIT_DEGREE, &c, &err) == FF_ERR_DATA, "a cut-off of 0.01 degrees");
+        forget(&m);
+    }
+}
+
+/* ---- comparison ------------------------------------------------------------------------------ */
+
+enum { VERSUS = 3 };
+
+/* The data's own model, one that hardly differs, one that does. */
+static void comparisons(void)
+{
+    const char *const expressions[VERSUS] = {"ggx/smith-height-correlated+lambert", "ggx/smith-separable+lambert", "beckmann+lambert"};
+    const fit_surface s = fit_surface_make(expressions[0], 1, "alpha=0.08 f0=0.5 kd=0.1");
+    ff_model models[VERSUS];
+    ff_fit_result fits[VERSUS];
+    ff_versus v[VERSUS];
+    ff_error err = {0};
+    const ff_fit_options o = fit_options();
+    ff_table t = scan_measure(&s, &usual_scan);
+    ff_problem *p = NULL;
+    ff_places places;
+    for (int k = 0; k < VERSUS; k++) FF_CHECK(!ff_model_parse(expressions[k], &models[k], &err), "%s", err.message);
+    FF_CHECK(!ff_problem_new(&t, models, VERSUS, &o, &p, &err) && !ff_places_new(p, &t, &places, &err), "%s", err.message);
+    for (int k = 0; k < VERSUS; k++) FF_CHECK(!ff_problem_fit(p, &models[k], &o, &fits[k], &err), "%s", err.message);
+    FF_CHECK(ff_trust_compare(p, &places, &o, fits, VERSUS, 0, 1, v, &err) == FF_ERR_RANGE, "one fold");
+    FF_CHECK(ff_trust_compare(p, &places, &o, fits, VERSUS, 0, 33, v, &err) == FF_ERR_RANGE, "more folds than directions");
+    FF_CHECK(ff_trust_compare(p, &places, &o, fits, VERSUS, 0, 8, v, &err) == FF_OK, "%s", err.message);
+    for (int k = 1; k < VERSUS; k++) {
+        printf("%s: objective +%.3g, AIC %+.1f, z %.2f, held out %.3g +- %.2g, %s\n", expressions[k], v[k].objective, v[k].aic, v[k].vuong_z,
+               v[k].validation, v[k].validation_error, v[k].told_apart ? "worse" : "not told apart");
+        FF_CHECK_CLOSE(v[k].objective, fits[k].residual.objective - fits[0].residual.objective, 1e-12, 1e-15);
+        FF_CHECK(v[k].told_apart == (k == 2), "%s", expressions[k]);
+        FF_CHECK(v[k].has_validation && v[k].validation_error > 0, "held out");
+    }
+    FF_CHECK(v[2].validation > 3 * v[2].validation_error, "beckmann on held-out directions: %g +- %g", v[2].validation, v[2].validation_error);
+    FF_CHECK_CLOSE(v[2].bic, v[2].aic, 1e-12, 1e-12); /* as many parameters */
+    for (int k = 0; k < VERSUS; k++) ff_fit_result_free(&fits[k]);
+    ff_places_free(&places);
+    ff_problem_free(p);
+    ff_table_free(&t);
+}
+
+/* Held-out directions are held out: what cross-validation reports is what fits by hand to the rest give. */
+static void validation_by_hand(void)
+{
+    enum { FOLDS = 4 };
+    const char *const expressions[2] = {"ggx+lambert", "beckmann+lambert"};
+    const fit_surface s = fit_surface_make("ggx+lambert", 1, plain_surface);
+    const ff_fit_options o = fit_options();
+    ff_table t = scan_measure(&s, &usual_scan);
+    ff_error err = {0};
+    double held_out[2] = {0};
+    ff_model models[2];
+    for (int k = 0; k < 2; k++) FF_CHECK(!ff_model_parse(expressions[k], &models[k], &err), "%s", err.message);
+    for (int k = 0; k < 2; k++)
+        for (size_t fold = 0; fold < FOLDS; fold++) {
+            ff_table part;
+            ff_fit_result r;
+            FF_CHECK(!ff_table_copy(&t, &part, &err), "%s", err.message);
+            for (size_t i = 0; i < t.n; i++)
+                if (i / usual_scan.n_exit % FOLDS == fold) part.valid[i] = 0;
+            FF_CHECK(!fit_table(&part, &models[k], &o, &r, NULL, &err), "%s", err.message);
+            fit_surface fitted = {.model = models[k], .n_channels = 1};
+            for (uint32_t q = 0; q < r.model.n_shape; q++) fitted.shape[q] = r.shape_value[q].value;
+            for (uint32_t q = 0; q < r.model.n_channel; q++) fitted.channel[q] = r.channel_value[q].value;
+            fit_evaluate(&fitted, &part);
+            for (size_t i = 0; i < t.n; i++) {
+                const double x = cos(t.angle[0][i]), e = (part.value[i] - t.value[i]) * x;
+                if (i / usual_scan.n_exit % FOLDS == fold) held_out[k] += 0.5 * e * e;
+            }
+            ff_fit_result_free(&r);
+            ff_table_free(&part);
+        }
+    ff_problem *p = NULL;
+    ff_places places;
+    ff_fit_result fits[2];
+    ff_versus v[2];
+    FF_CHECK(!ff_problem_new(&t, models, 2, &o, &p, &err) && !ff_places_new(p, &t, &places, &err), "%s", err.message);
+    for (int k = 0; k < 2; k++) FF_CHECK(!ff_problem_fit(p, &models[k], &o, &fits[k], &err), "%s", err.message);
+    FF_CHECK(!ff_trust_compare(p, &places, &o, fits, 2, 0, FOLDS, v, &err), "%s", err.message);
+    printf("held out by hand: %.6f against %.6f\n", held_out[1] - held_out[0], v[1].validation);
+    FF_CHECK_CLOSE(v[1].validation, held_out[1] - held_out[0], 1e-4, 0);
+    for (int k = 0; k < 2; k++) ff_fit_result_free(&fits[k]);
+    ff_places_free(&places);
+    ff_problem_free(p);
+    ff_table_free(&t);
+}
+
+/* Mean cos(theta_o) of what leaves from light beyond 70 degrees: of the data, or of a fit. */
+static double lobe_height(const measured *m, const ff_fit_result *fit)
+{
+    double *f = malloc(m->places.n * sizeof *f), sum = 0, total = 0;
+    if (!f || (fit && ff_trust_evaluate(m->p, &m->o, fit, f, NULL, NULL, NULL))) exit(1);
+    for (size_t i = 0; i < m->places.n; i++) {
+        const size_t at = ff_problem_index(m->p)[i];
+        const double value = fit ? f[i] : m->t.value[at], oz = cos(m->t.angle[2][at]);
+        if (m->t.angle[0][at] < 70 * FIT_DEGREE) continue;
+        sum += value * oz * oz;
+        total += value * oz;
+    }
+    free(f);
+    return sum / total;
+}
+
+/* Smith's masking seen through V-cavities: for light from grazing directions the lobe of V-cavities leaves too low, towards the
+ * horizon (Heitz 2014, section 6.2 and figure 8): too much at large theta_d, too little at small ones, and the mean height of what
+ * is reflected too small. */
+static void bands_of_angles(void)
+{
+    const fit_surface s = fit_surface_make("ggx/smith-height-correlated", 1, "alpha=0.5 f0=1");
+    const fit_sampling how = {.n = 20000, .max_theta = 85, .seed = 2};
+    ff_fit_options o = fit_options();
+    o.max_theta = 85 * FIT_DEGREE;
+    ff_error err = {0};
+    ff_model v_cavity;
+    ff_bands b;
+    measured m;
+    FF_CHECK(!ff_model_parse("ggx/v-cavity", &v_cavity, &err), "%s", err.message);
+    if (!measure("bands", fit_measure(&s, &how), &v_cavity, &o, &m)) return;
+    FF_CHECK(!ff_trust_bands(m.p, &m.places, &o, &m.fit, &b, &err), "%s", err.message);
+    printf("v-cavity on Smith data, alpha %.3f, mean by theta_i:", m.fit.shape_value[0].value);
+    for (int k = 0; k < FF_BANDS; k++) printf(" %+.1f%%", 100 * b.band[FF_PLACE_THETA_I][k].mean);
+    printf("\n");
+    /* one band by hand */
+    double *f = malloc(m.places.n * sizeof *f), sum = 0, data = 0;
+    size_t n = 0;
+    FF_CHECK(f && !ff_trust_evaluate(m.p, &o, &m.fit, f, NULL, NULL, &err), "%s", err.message);
+    for (size_t i = 0; i < m.places.n; i++) {
+        const size_t at = ff_problem_index(m.p)[i];
+        if (m.t.angle[0][at] < 40 * FIT_DEGREE || m.t.angle[0][at] >= 50 * FIT_DEGREE) continue;
+        sum += (f[i] - m.t.value[at]) * cos(m.t.angle[0][at]);
+        data += fabs(m.t.value[at]) * cos(m.t.angle[0][at]);
+        n++;
+    }
+    FF_CHECK(n == b.band[FF_PLACE_THETA_I][4].n, "%zu samples, %zu", n, b.band[FF_PLACE_THETA_I][4].n);
+    FF_CHECK_CLOSE(b.band[FF_PLACE_THETA_I][4].mean, sum / data, 1e-9, 1e-12);
+    printf("                                      by theta_d:");
+    for (int k = 0; k < FF_BANDS; k++) printf(" %+.1f%%", 100 * b.band[FF_PLACE_THETA_D][k].mean);
+    printf("\n");
+    FF_CHECK(b.band[FF_PLACE_THETA_D][1].mean < -0.1 && b.band[FF_PLACE_THETA_D][7].mean > 0.05, "V-cavities do not show by theta_d");
+    FF_CHECK(b.band[FF_PLACE_THETA_I][1].mean < -0.1 && b.band[FF_PLACE_THETA_I][8].mean > 0.05, "V-cavities do not show by theta_i");
+    FF_CHECK(lobe_height(&m, NULL) > 1.05 * lobe_height(&m, &m.fit), "the lobe from grazing light has the height %g, the data's %g",
+             lobe_height(&m, &m.fit), lobe_height(&m, NULL));
+    forget(&m);
+}
+
+static void residual_tables(void)
+{
+    const ff_fit_options o = fit_options();
+    ff_error err = {0};
+    measured m;
+    ff_table r;
+    if (!scan("residual table", "ggx+lambert", plain_surface, usual_scan, &o, &m)) return;
+    double *f = malloc(m.places.n * sizeof *f);
+    FF_CHECK(f && !ff_trust_evaluate(m.p, &o, &m.fit, f, NULL, NULL, &err), "%s", err.message);
+    FF_CHECK(!ff_trust_residual_table(m.p, &m.t, &o, &m.fit, &r, &err), "%s", err.message);
+    FF_CHECK(r.n == m.t.n && r.n_invalid == m.t.n - m.places.n, "%zu samples, %zu invalid", r.n, r.n_invalid);
+    size_t valid = 0;
+    for (size_t i = 0; i < r.n; i++) valid += r.valid[i];
+    FF_CHECK(valid == m.places.n, "%zu valid, %zu used", valid, m.places.n);
+    for (size_t i = 0; i < m.places.n; i++) {
+        const size_t at = ff_problem_index(m.p)[i];
+        FF_CHECK_CLOSE(r.value[at], f[i] - m.t.value[at], 1e-12, 1e-14);
+        FF_CHECK(r.angle[0][at] == m.t.angle[0][at] && r.angle[3][at] == m.t.angle[3][at], "directions of sample %zu", at);
+    }
+    free(f);
+    ff_table_free(&r);
+    forget(&m);
+}
+
+static void channels_that_differ(void)
+{
+    const ff_fit_options o = fit_options();
+    for (int differ = 0; differ < 2; differ++) {
+        ff_fit_result fits[3];
+        ff_error err = {0};
+        ff_difference d;
+        for (int c = 0; c < 3; c++) {
+            char words[80];
+            scan_sampling how = usual_scan;
+            how.seed = (uint64_t)(40 + c);
+            snprintf(words, sizeof words, "alpha=%g f0=%g kd=0.1", c == 2 && differ ? 0.27 : 0.25, 0.3 + 0.2 * c);
+            const fit_surface s = fit_surface_make("ggx+lambert", 1, words);
+            ff_table t = scan_measure(&s, &how);
+            FF_CHECK(!fit_table(&t, &s.model, &o, &fits[c], NULL, &err), "%s", err.message);
+            ff_table_free(&t);
+        }
+        FF_CHECK(!ff_trust_channels_differ(fits, 3, &d, &err), "%s", err.message);
+        printf("channels of %s roughness: chi^2 %.2f with %zu degrees of freedom, p %.3g\n", differ ? "different" : "one", d.chi2, d.dof, d.p);
+        FF_CHECK(d.dof == 2 * fits[0].n_columns - 4 || d.dof > 0, "%zu degrees of freedom", d.dof);
+        FF_CHECK(differ ? d.p < 1e-6 : d.p > 1e-3, "p = %g", d.p);
+        for (int c = 0; c < 3; c++) ff_fit_result_free(&fits[c]);
+    }
+}
+
+/* ---- outliers -------------------------------------------------------------------------------- */
+
+/* 2 % of the values are three times too large: a robust loss with an estimated scale finds them all and the parameters; least squares does
+ * not. The specular peak, where residuals are largest, is not taken for outliers. */
+static void outliers(void)
+{
+    const fit_surface s = fit_surface_make("ggx+lambert", 1, plain_surface);
+    ff_error err = {0};
+    size_t planted = 0;
+    ff_table t = scan_measure(&s, &usual_scan);
+    for (size_t i = 25; i < t.n; i += 50) {
+        if (!t.valid[i] || fmax(t.angle[0][i], fabs(t.angle[2][i])) > 79.9 * FIT_DEGREE) continue;
+        t.value[i] *= 3;
+        planted++;
+    }
+    for (int robust = FF_ROBUST_NONE; robust < FF_ROBUST_COUNT; robust++) {
+        ff_fit_options o = fit_options();
+        o.robust = (ff_robust)robust;
+        o.robust_scale = 0;
+        measured m;
+        ff_table copy;
+        FF_CHECK(!ff_table_copy(&t, &copy, &err), "%s", err.message);
+        if (!measure("outliers", copy, &s.model, &o, &m)) return;
+        const ff_fit_value *alpha = &m.fit.shape_value[0], *f0 = &m.fit.channel_value[0];
+        const double off = fmax(fabs(alpha->value - 0.25) / alpha->std_error, fabs(f0->value - 0.5) / f0->std_error);
+        printf("%s: alpha %.4f, f0 %.4f, off by %.1f of their errors", ff_robust_name(robust), alpha->value, f0->value, off);
+        if (robust == FF_ROBUST_NONE) {
+            ff_outliers out;
+            FF_CHECK(ff_trust_outliers(m.p, &m.places, &o, &m.fit, &out, &err) == FF_ERR_UNSUPPORTED, "outliers without a scale");
+            FF_CHECK(fabs(f0->value - 0.5) > 0.01, "least squares is not misled: f0 = %g", f0->value);
+            printf("\n");
+        } else {
+            ff_outliers out;
+            size_t inside = 0;
+            FF_CHECK(!ff_trust_outliers(m.p, &m.places, &o, &m.fit, &out, &err), "%s", err.message);
+            printf(", %zu outliers of %zu planted\n", out.samples, planted);
+            FF_CHECK(out.samples >= planted * 97 / 100 && out.samples <= planted + 3, "%zu found, %zu planted", out.samples, planted);
+            FF_CHECK(fabs(f0->value - 0.5) < (robust == FF_ROBUST_TUKEY ? 0.005 : 0.01) && fabs(alpha->value - 0.25) < 0.005, "misled");
+            FF_CHECK(robust != FF_ROBUST_TUKEY || off < 3.5, "off by %g errors", off);
+            for (int b = 0; b < FF_BANDS; b++) inside += out.in_band[FF_PLACE_THETA_I][b];
+            FF_CHECK(inside == out.samples && out.n_worst == FF_WORST, "%zu in bands, %zu worst", inside, out.n_worst);
+            for (size_t k = 0; k < out.n_worst; k++)
+                FF_CHECK(out.worst[k].sample % 50 == 25 && out.worst[k].ratio < -FF_OUTLIER &&
+                             (k == 0 || fabs(out.worst[k].ratio) <= fabs(out.worst[k - 1].ratio)),
+                         "worst %zu: sample %u, %g", k, out.worst[k].sample, out.worst[k].ratio);
+        }
+        forget(&m);
+    }
+    ff_table_free(&t);
+}
+
+/* A scale given by hand: the units are those of the weighted residual. */
+static void given_scale(void)
+{
+    ff_fit_options o = fit_options();
+    o.robust = FF_ROBUST_HUBER;
+    o.robust_scale = 1e9; /* none is ever beyond it */
+    measured plain, wide;
+    const ff_fit_options none = fit_options();
+    if (scan("plain", "ggx+lambert", plain_surface, usual_scan, &none, &plain) &&
+        scan("wide", "ggx+lambert", plain_surface, usual_scan, &o, &wide)) {
+        FF_CHECK_CLOSE(wide.fit.residual.objective, plain.fit.residual.objective, 1e-10, 0);
+        forget(&plain);
+        forget(&wide);
+    }
+}
+
+/* ---- known from one side --------------------------------------------------------------------- */
+
+static void check_recovers(const char *what, const fit_surface *s, const ff_table *t, const ff_fit_options *o, int should)
+{
+    ff_fit_result r;
+    ff_selection sel;
+    ff_error err = {0};
+    FF_CHECK(!fit_table(t, &s->model, o, &r, &sel, &err), "%s: %s", what, err.message);
+    const double alpha = r.shape_value[0].value, f0 = r.channel_value[0].value;
+    const double off = fmax(fabs(alpha / s->shape[0] - 1), fabs(f0 / s->channel[0] - 1));
+    printf("%s: alpha %.4f, f0 %.4f; %zu saturated, %zu below the noise, %zu at the top\n", what, alpha, f0, sel.saturated, sel.below_noise,
+           sel.at_top);
+    FF_CHECK(should ? off < 0.02 : off > 0.03, "%s: off by %.3f", what, off);
+    ff_fit_result_free(&r);
+}
+
+/* A detector that stops at 2 /sr: with the saturation said, the parameters are found; without it the fit warns that something is cut. */
+static void saturation(void)
+{
+    const fit_surface s = fit_surface_make("ggx+lambert", 1, "alpha=0.12 f0=0.5 kd=0.1");
+    scan_sampling how = usual_scan;
+    how.noise = 0.02;
+    ff_table t = scan_measure(&s, &how);
+    ff_fit_options o = fit_options();
+    ff_selection sel;
+    ff_problem *p = NULL;
+    check_recovers("not cut", &s, &t, &o, 1);
+    FF_CHECK(!ff_problem_new(&t, &s.model, 1, &o, &p, NULL), "problem");
+    ff_problem_selection(p, &sel);
+    FF_CHECK(sel.at_top == 0, "%zu samples at the top of data that are not cut", sel.at_top);
+    ff_problem_free(p);
+    for (size_t i = 0; i < t.n; i++) t.value[i] = fmin(t.value[i], 2);
+    check_recovers("cut at 2 /sr", &s, &t, &o, 0);
+    FF_CHECK(!ff_problem_new(&t, &s.model, 1, &o, &p, NULL), "problem");
+    ff_problem_selection(p, &sel);
+    FF_CHECK(sel.at_top > 20 && sel.top == 2, "%zu samples at %g", sel.at_top, sel.top);
+    ff_problem_free(p);
+    o.saturation = 2;
+    check_recovers("cut at 2 /sr, and said so", &s, &t, &o, 1);
+    ff_table_free(&t);
+}
+
+/* Relative residuals of values that are lost in an offset of the detector: a noise floor keeps them from deciding. */
+static void noise_floor(void)
+{
+    const fit_surface s = fit_surface_make("ggx", 1, "alpha=0.12 f0=0.5");
+    scan_sampling how = usual_scan;
+    how.noise = 0.02;
+    ff_table t = scan_measure(&s, &how);
+    ff_fit_options o = fit_options();
+    o.loss = FF_LOSS_RELATIVE;
+    for (size_t i = 0; i < t.n; i++) t.value[i] += 0.004;
+    check_recovers("an offset of 0.004 /sr", &s, &t, &o, 0);
+    o.noise_floor = 0.2;
+    check_recovers("an offset, and a noise floor of 0.2 /sr", &s, &t, &o, 1);
+    ff_table_free(&t);
+}
+
+static void negative_samples(void)
+{
+    const fit_surface s = fit_surface_make("ggx+lambert", 1, plain_surface);
+    ff_table t = scan_measure(&s, &usual_scan);
+    ff_fit_options o = fit_options();
+    ff_selection kept, dropped;
+    ff_problem *p = NULL;
+    for (size_t i = 0; i < t.n; i += 97) t.value[i] = -0.001;
+    FF_CHECK(!ff_problem_new(&t, &s.model, 1, &o, &p, NULL), "problem");
+    ff_problem_selection(p, &kept);
+    ff_problem_free(p);
+    o.drop_negative = 1;
+    FF_CHECK(!ff_problem_new(&t, &s.model, 1, &o, &p, NULL), "problem");
+    ff_problem_selection(p, &dropped);
+    ff_problem_free(p);
+    FF_CHECK(kept.negative > 10 && kept.dropped == 0, "%zu negative, %zu dropped", kept.negative, kept.dropped);
+    FF_CHECK(dropped.dropped == kept.negative && dropped.used + dropped.dropped == kept.used, "%zu dropped of %zu, %zu used of %zu",
+             dropped.dropped, kept.negative, dropped.used, kept.used);
+    ff_table_free(&t);
+}
+
+static void wrong_options(void)
+{
+    const fit_surface s = fit_surface_make("ggx+lambert", 1, plain_surface);
+    ff_table t = scan_measure(&s, &usual_scan);
+    ff_problem *p = NULL;
+    ff_error err = {0};
+    for (int k = 0; k < 4; k++) {
+        ff_fit_options o = fit_options();
+        if (k == 0) o.saturation = NAN;
+        if (k == 1) o.noise_floor = 3, o.saturation = 2;
+        if (k == 2) o.noise_sigmas = -1;
+        if (k == 3) o.noise_sigmas = 2; /* no standard deviations there */
+        FF_CHECK(ff_problem_new(&t, &s.model, 1, &o, &p, &err) == (k == 3 ? FF_ERR_UNSUPPORTED : FF_ERR_RANGE) && !p, "%d: %s", k,
+                 err.message);
+    }
+    ff_table_free(&t);
+}
+
+FF_TEST_MAIN(FF_TEST(quantiles), FF_TEST(effective_number), FF_TEST(misfit_of_scattered_samples), FF_TEST(places_of_samples), FF_TEST(profiles), FF_TEST(ends_of_profiles), FF_TEST(not_determined), FF_TEST(bootstraps), FF_TEST(cut_offs), FF_TEST(comparisons), FF_TEST(validation_by_hand), FF_TEST(bands_of_angles), FF_TEST(residual_tables), FF_TEST(channels_that_differ), FF_TEST(outliers), FF_TEST(given_scale), FF_TEST(saturation), FF_TEST(noise_floor), FF_TEST(negative_samples), FF_TEST(wrong_options))
