@@ -241,12 +241,16 @@ int cmd_compare(const cli_args *args)
     status = all.model ? compose_all(args, &tables, &ndf, &masking, &fresnel, &diffuse, &all) : cli_failed(FF_ERR_MEMORY, NULL);
     if (status == EXIT_DONE) status = cli_names_known(args, all.model, all.n);
     if (status == EXIT_DONE) status = cli_residuals_check(args);
+    cli_constraints constraints = {.n_names = 0};
+    if (status == EXIT_DONE) status = cli_constraints_read(args, all.model, all.n, 1, &constraints);
     if (status == EXIT_DONE) status = cli_fitting_open(args, all.model, all.n, 1, &f);
     if (status == EXIT_DONE) {
+        f.options.constraints = &constraints.c;
         status = compare(args, &f, all.model, all.n);
         cli_fitting_close(&f);
     }
     free(all.model);
+    cli_constraints_free(&constraints);
     cli_tables_free(&tables);
     return status;
 }

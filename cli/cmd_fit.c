@@ -88,13 +88,18 @@ int cmd_fit(const cli_args *args)
     failed = cli_tables_give(&tables, &model, &err);
     status = failed == FF_OK ? cli_hold_and_free(args, &model, 0) : cli_failed(failed, &err);
     if (status == EXIT_DONE) status = cli_residuals_check(args);
+    cli_constraints constraints = {.n_names = 0};
+    if (status == EXIT_DONE) status = cli_constraints_read(args, &model, 1, 0, &constraints);
     if (status == EXIT_DONE) status = cli_fitting_open(args, &model, 1, looks_at_samples(args), &f);
     if (status != EXIT_DONE) {
+        cli_constraints_free(&constraints);
         cli_tables_free(&tables);
         return status;
     }
+    f.options.constraints = &constraints.c;
     status = f.choose_loss ? fit_adaptive(args, &f, &model, expression) : fit_all(args, &f, &model, expression);
     cli_fitting_close(&f);
+    cli_constraints_free(&constraints);
     cli_tables_free(&tables);
     return status;
 }

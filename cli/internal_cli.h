@@ -52,6 +52,10 @@ typedef enum cli_flag_id {
     FLAG_SET,
     FLAG_FREE,
     FLAG_FIX,
+    FLAG_BOUND,
+    FLAG_PRIOR,
+    FLAG_TIE,
+    FLAG_ENERGY,
     FLAG_TABLE,
     FLAG_SHAPE,
     FLAG_LOSS,
@@ -123,6 +127,10 @@ const char *cli_flag_name(cli_flag_id flag);
 int         cli_given(const cli_args *args, cli_flag_id flag);                          /* how often               */
 const char *cli_value(const cli_args *args, cli_flag_id flag, const char *otherwise);   /* of the last one         */
 
+/* Calls apply for every comma-separated word of every such flag, in order, until a status is not EXIT_DONE; returns it. */
+int cli_each_word(const cli_args *args, cli_flag_id flag, int (*apply)(const cli_args *args, const char *word, void *context),
+                  void *context);
+
 void cli_help_command(const cli_command *command, FILE *out);
 void cli_help(FILE *out);
 /* The word in names [n] that is closest to `word`, NULL when none is close. */
@@ -156,6 +164,19 @@ ff_status cli_tables_give(const cli_tables *tables, ff_model *m, ff_error *err);
 
 /* --free and --fix on a model; where_present: a name that this model does not have is not an error. Exit status. */
 int cli_hold_and_free(const cli_args *args, ff_model *m, int where_present);
+/* What --bound, --prior, --tie and --energy-conserving say, for fits of n models; where_present: what a model lacks is left out, as
+ * long as one has it. Exit status; to be freed whatever it is. The names are those of the command line. */
+typedef struct cli_constraints {
+    ff_constraints c;
+    ff_bound      *bound;
+    ff_prior      *prior;
+    ff_tie        *tie;
+    size_t         n_names;
+    char         **names;
+} cli_constraints;
+int  cli_constraints_read(const cli_args *args, const ff_model *model, size_t n, int where_present, cli_constraints *out);
+void cli_constraints_free(cli_constraints *constraints);
+
 /* A usage error for a name of --free or --fix that none of n models has. */
 int cli_names_known(const cli_args *args, const ff_model *model, size_t n);
 

@@ -148,9 +148,8 @@ int cli_isa(const cli_args *args, ff_isa *out)
 
 /* ---- a model and its parameters -------------------------------------------------------------- */
 
-/* Calls apply for every comma-separated word of every such flag, in order. */
-static int each_word(const cli_args *args, cli_flag_id flag, int (*apply)(const cli_args *args, const char *word, void *context),
-                     void *context)
+int cli_each_word(const cli_args *args, cli_flag_id flag, int (*apply)(const cli_args *args, const char *word, void *context),
+                  void *context)
 {
     int status = EXIT_DONE;
     for (size_t i = 0; i < args->n_given && status == EXIT_DONE; ++i) {
@@ -231,8 +230,8 @@ static int fix_one(const cli_args *args, const char *word, void *context)
 int cli_hold_and_free(const cli_args *args, ff_model *m, int where_present)
 {
     holding h = {m, where_present};
-    const int status = each_word(args, FLAG_FREE, free_one, &h);
-    return status == EXIT_DONE ? each_word(args, FLAG_FIX, fix_one, &h) : status;
+    const int status = cli_each_word(args, FLAG_FREE, free_one, &h);
+    return status == EXIT_DONE ? cli_each_word(args, FLAG_FIX, fix_one, &h) : status;
 }
 
 /* Models of a comparison. */
@@ -257,8 +256,8 @@ static int known_to_any(const cli_args *args, const char *word, void *context)
 int cli_names_known(const cli_args *args, const ff_model *model, size_t n)
 {
     model_set set = {model, n};
-    const int status = each_word(args, FLAG_FREE, known_to_any, &set);
-    return status == EXIT_DONE ? each_word(args, FLAG_FIX, known_to_any, &set) : status;
+    const int status = cli_each_word(args, FLAG_FREE, known_to_any, &set);
+    return status == EXIT_DONE ? cli_each_word(args, FLAG_FIX, known_to_any, &set) : status;
 }
 
 /* ---- scenes ---------------------------------------------------------------------------------- */
@@ -292,10 +291,10 @@ int cli_scene_make(const cli_args *args, const char *expression, size_t least_ch
     int code = cli_tables_read(args, &s.tables);
     if (code != EXIT_DONE) return code;
     if ((status = cli_tables_give(&s.tables, &s.model, &err)) != FF_OK) return cli_failed(status, &err);
-    each_word(args, FLAG_SET, count_channels, &s.n_channels);
+    cli_each_word(args, FLAG_SET, count_channels, &s.n_channels);
     s.channel = malloc((s.n_channels * s.model.n_channel + 1) * sizeof *s.channel);
     if (s.channel) ff_model_defaults(&s.model, s.n_channels, s.shape, s.channel);
-    code = s.channel ? each_word(args, FLAG_SET, assign, &s) : cli_failed(FF_ERR_MEMORY, NULL);
+    code = s.channel ? cli_each_word(args, FLAG_SET, assign, &s) : cli_failed(FF_ERR_MEMORY, NULL);
     if (code == EXIT_DONE && (status = ff_model_check(&s.model, s.n_channels, s.shape, s.channel, &err)) != FF_OK)
         code = cli_failed(status, &err);
     if (code != EXIT_DONE) {

@@ -90,7 +90,7 @@ static ff_status check_cut_off(cli_trust *t, ff_problem *p, const ff_fit_options
     ff_problem_selection(p, &s);
     each->has_cut_off = status == FF_OK && (t->cut_off_given || each->cut_off.used < s.used);
     if (status == FF_OK && !each->has_cut_off) ff_cut_off_free(&each->cut_off);
-    if (status == FF_ERR_DATA && !t->cut_off_given) return FF_OK;
+    if ((status == FF_ERR_DATA || status == FF_ERR_UNSUPPORTED) && !t->cut_off_given) return FF_OK;
     if (status != FF_OK) *err = reason;
     return status;
 }

@@ -456,6 +456,7 @@ ff_status ff_arrow_finish(const ff_layout *l, const struct ff_problem *p, const 
         st = ff_clusters_choose(p, n, p->n, &a->clusters);
         if (!st) st = fill_covariances(a, p, n, sums + FF_STAT_COUNT);
     }
+    solution->has_final = !st;
     free(sums);
     return st;
 }

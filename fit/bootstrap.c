@@ -162,6 +162,7 @@ ff_status ff_trust_bootstrap(ff_problem *p, const ff_places *places, const ff_fi
     ff_point point;
     ff_resampled resampled = {0};
     ff_status st = check(places, repeats, err);
+    if (!st) st = ff_point_data_alone(o, "the bootstrap", err);
     if (!st) st = ff_point_new(p, o, fit, &point, err);
     if (st) return st;
     const size_t P = point.l.P, threads = (size_t)ff_pool_threads(p->pool);

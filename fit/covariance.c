@@ -4,13 +4,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* Column k of a channel -> parameter: shape columns first, then the channel's own. */
-static size_t parameter_of(const ff_layout *l, size_t c, size_t column)
-{
-    const size_t shared = l->free.n_shape;
-    return column < shared ? column : shared + c * l->free.n_channel + (column - shared);
-}
-
 void ff_normal_assemble(const ff_layout *l, const ff_normal *n, const double *slope, double *H, double *g)
 {
     const size_t P = l->P, m = n->m1 - 1, tri = n->m1 * (n->m1 + 1) / 2;
@@ -19,9 +12,9 @@ void ff_normal_assemble(const ff_layout *l, const ff_normal *n, const double *sl
     for (size_t c = 0; c < n->n_channels; c++) {
         const double *gram = n->gram + c * tri;
         for (size_t a = 0; a < m; a++) {
-            const size_t i = parameter_of(l, c, a);
+            const size_t i = ff_layout_coordinate(l, c, a);
             g[i] += gram[ff_tri(m, a)];
-            for (size_t b = 0; b < m; b++) H[i * P + parameter_of(l, c, b)] += gram[ff_tri(a, b)];
+            for (size_t b = 0; b < m; b++) H[i * P + ff_layout_coordinate(l, c, b)] += gram[ff_tri(a, b)];
         }
     }
     if (!slope) return;
@@ -29,6 +22,61 @@ void ff_normal_assemble(const ff_layout *l, const ff_normal *n, const double *sl
         g[i] *= slope[i];
         for (size_t j = 0; j < P; j++) H[i * P + j] *= slope[i] * slope[j];
     }
+}
+
+/* Coordinate of column i of all channels' columns. */
+static size_t coordinate_of(const ff_layout *l, size_t i)
+{
+    const size_t shape = l->free.n_shape, own = l->free.n_channel;
+    return i < shape ? l->shape_at[i] : ff_layout_coordinate(l, (i - shape) / own, shape + (i - shape) % own);
+}
+
+/* Squares of the score of single values add up over channels; of columns that meet in one value their sum is not known, -1 says so.
+ */
+static double fold_own(const ff_layout *l, size_t i, double before, double square)
+{
+    const size_t at = coordinate_of(l, i), shape = l->free.n_shape;
+    for (size_t k = 0; k < shape + l->free.n_channel; k++) {
+        const size_t c = i < shape ? 0 : (i - shape) / l->free.n_channel,
+                     column = i < shape ? i : shape + (i - shape) % l->free.n_channel;
+        if (k != column && ff_layout_coordinate(l, c, k) == at) return -1;
+    }
+    return before < 0 ? before : before + square;
+}
+
+ff_status ff_normal_fold(const ff_layout *l, ff_normal *n)
+{
+    const size_t P = l->P, from = n->P;
+    if (from == P) return FF_OK;
+    double *meat = calloc(P * (P + 1) / 2 + 1, sizeof *meat), *own = calloc(P + 1, sizeof *own),
+           *sums = malloc((P + 1) * sizeof *sums);
+    const ff_status st = meat && own && sums ? FF_OK : FF_ERR_MEMORY;
+    for (size_t i = 0; i < from && !st; i++) {
+        const size_t a = coordinate_of(l, i);
+        for (size_t j = 0; j < from; j++) {
+            const size_t b = coordinate_of(l, j);
+            if (a >= b) meat[ff_tri(a, b)] += n->meat[ff_tri(i, j)];
+        }
+        own[a] = fold_own(l, i, own[a], n->own[i]);
+    }
+    for (size_t k = 0; k < P && !st; k++) own[k] = fmax(own[k], 0);
+    for (size_t r = 0; n->runs && r < n->n_runs && !st; r++) { /* shorter rows: in place */
+        memset(sums, 0, P * sizeof *sums);
+        for (size_t i = 0; i < from; i++) sums[coordinate_of(l, i)] += n->runs[r * from + i];
+        memcpy(n->runs + r * P, sums, P * sizeof *sums);
+    }
+    free(sums);
+    if (st) {
+        free(meat);
+        free(own);
+        return st;
+    }
+    free(n->meat);
+    free(n->own);
+    n->meat = meat;
+    n->own = own;
+    n->P = P;
+    return FF_OK;
 }
 
 size_t ff_scaled_cholesky(const double *A, size_t n, double tolerance, double *L, double *D)
@@ -142,47 +190,53 @@ static void stretch(const subset *s, const double *single, const double *cluster
 }
 
 /* Errors from G clusters are too small by sqrt(1 - 1/G) and scatter; G is the number that counts for the parameter. */
-static ff_status widen(const struct ff_problem *p, const ff_normal *n, int sigma, size_t n_samples, ff_uncertainty *u)
+static ff_status widen(const ff_layout *l, const struct ff_problem *p, const ff_normal *n, int sigma, size_t n_samples,
+                       ff_uncertainty *u)
 {
     const size_t P = n->P, length = ff_run_length(p), run = u->clusters.run > length ? u->clusters.run : length, clusters = (p->n + run - 1) / run;
     for (size_t k = 0; k < P; k++) u->dof[k] = INFINITY;
     if ((sigma && u->clusters.run == 1) || !n->runs) return FF_OK;
     const ff_status st = ff_clusters_informative(p, n, n_samples, NULL, clusters, u->inverse, NULL, u->dof);
-    for (size_t k = 0; k < P && !st; k++) u->dof[k] -= 1;
+    for (size_t k = 0; k < P && !st; k++) { /* what a prior says is not estimated from clusters */
+        const double data = 1 - ff_extras_weight(l, k) * u->inverse[k * P + k];
+        u->dof[k] = (u->dof[k] - 1) / fmin(fmax(data, 1e-9), 1);
+    }
     for (size_t a = 0; a < P && !st; a++)
         for (size_t b = 0; b < P; b++) u->cov[a * P + b] *= sqrt((1 + 1 / u->dof[a]) * (1 + 1 / u->dof[b]));
     return st;
 }
 
-static ff_status fill_uncertainty(const ff_layout *l, const struct ff_problem *p, const ff_normal *n, const subset *s, const double *H, int sigma,
-                                  size_t n_samples, ff_uncertainty *u, double *work)
+static ff_status fill_uncertainty(const ff_layout *l, const struct ff_problem *p, const ff_normal *n, const subset *s,
+                                  const double *H, int sigma, size_t n_samples, ff_uncertainty *u, double *work)
 {
     const size_t P = l->P, k = s->n;
     const double N = (double)(n_samples * l->n_channels);
     double *meat = work, *inverse = meat + P * (P + 1) / 2, *cov = inverse + k * k, *single = cov + k * k, *rest = single + k * k;
     ff_status st = ff_clusters_meat(p, n, n_samples, u->clusters.run, meat);
     if (st) return st;
-    u->effective = ff_clusters_effective(n, meat, l->free.n_shape, N);
+    u->effective = ff_clusters_effective(n, meat, l->n_shared, N);
+    const double factor = !sigma && N > (double)k ? (N - 1) / (N - (double)k) : 1;
+    ff_extras_covariance(l, 1 / factor, NULL, meat); /* a prior is a datum whose variance is known */
     invert(s, H, P, inverse, rest);
     sandwich(s, inverse, meat, cov, rest);
     if (sigma && u->clusters.run > 1) {
-        sandwich(s, inverse, n->meat, single, rest);
+        memcpy(meat, n->meat, P * (P + 1) / 2 * sizeof *meat);
+        ff_extras_covariance(l, 1, NULL, meat);
+        sandwich(s, inverse, meat, single, rest);
         memcpy(rest, inverse, k * k * sizeof *rest);
         stretch(s, single, cov, rest);
         memcpy(cov, rest, k * k * sizeof *cov);
     } else if (sigma) {
         memcpy(cov, inverse, k * k * sizeof *cov);
     }
-    const double factor = !sigma && N > (double)k ? (N - 1) / (N - (double)k) : 1;
     spread_out(s, inverse, 1, P, u->inverse);
     spread_out(s, cov, factor, P, u->cov);
-    st = widen(p, n, sigma, n_samples, u);
+    st = widen(l, p, n, sigma, n_samples, u);
     if (st) return st;
     /* with as many parameters as values nothing is left to estimate the noise from */
     const int enough = sigma || N > (double)k;
     for (size_t i = 0; i < k; i++)
-        u->determined[s->index[i]] =
-            inverse[i * k + i] < FF_UNDETERMINED && H[s->index[i] * P + s->index[i]] > 0 && enough;
+        u->determined[s->index[i]] = inverse[i * k + i] < FF_UNDETERMINED && H[s->index[i] * P + s->index[i]] > 0 && enough;
     return FF_OK;
 }
 
@@ -202,6 +256,7 @@ ff_status ff_uncertainty_new(const ff_layout *l, const struct ff_problem *p, con
         double *H = work, *g = H + P * P;
         s.D = g + P;
         ff_normal_assemble(l, n, NULL, H, g);
+        ff_extras_covariance(l, 1, H, NULL);
         for (size_t i = 0; i < P; i++)
             if (use[i]) s.index[s.n++] = i;
         for (size_t i = 0; i < s.n; i++) {

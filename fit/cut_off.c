@@ -51,7 +51,8 @@ ff_status ff_trust_cut_off(ff_problem *p, const ff_fit_options *o, const ff_fit_
     struct ff_problem part = *p;
     ff_solution solution;
     ff_cut_off c = {.max_theta = max_theta, .n_columns = fit->n_columns};
-    ff_status st = ff_point_new(p, o, fit, &point, err);
+    ff_status st = ff_point_data_alone(o, "the check at a lower limit of the angles", err);
+    if (!st) st = ff_point_new(p, o, fit, &point, err);
     if (st) return st;
     float *multiplier = calloc(p->n_blocks * FF_BLOCK, sizeof *multiplier);
     c.value = malloc((c.n_columns + 1) * sizeof *c.value);

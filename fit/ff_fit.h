@@ -72,6 +72,41 @@ typedef enum ff_outcome {
 } ff_outcome;
 const char *ff_outcome_name(int outcome);
 
+/** What is known of a parameter besides the data. Names are those of the model ("alpha_x", "lobe2.f0"); "alpha" and "lobe2.alpha"
+ *  stand for both axes, a per-channel name for all channels. */
+typedef struct ff_bound {
+    const char *name;
+    double lo, hi; /**< as ff_model_bound                                                          */
+} ff_bound;
+
+/** The parameter is mean +- sd, a normal distribution, before the data are seen. Of every channel by itself, unless they are tied.
+ */
+typedef struct ff_prior {
+    const char *name;
+    double mean, sd; /**< finite; sd > 0                                                             */
+} ff_prior;
+
+/** Parameter `name` is equal to `to`; to = NULL: the per-channel parameter has one value for all channels. Tied parameters are of
+ * one kind: both shared or both per channel, fitted in the same coordinate. What follows a parameter that is held is held. */
+typedef struct ff_tie {
+    const char *name, *to;
+} ff_tie;
+
+/** Borrowed by the options; must outlive the fit. */
+typedef struct ff_constraints {
+    size_t n_bounds, n_priors, n_ties;
+    const ff_bound *bound; /**< [n_bounds]                                                             */
+    const ff_prior *prior; /**< [n_priors]                                                             */
+    const ff_tie *tie;     /**< [n_ties]                                                               */
+    int energy_conserving; /**< 1: no channel reflects more than arrives, at any incidence: albedo <= 1 + 1e-4 */
+    int where_present;     /**< 1: what names a parameter that the model lacks is left out             */
+} ff_constraints;
+
+/** Whether the constraints make sense for m. FF_ERR_UNKNOWN names the parameter that m lacks (not with where_present); FF_ERR_RANGE
+ *  for bounds (see ff_model_bound; those of tied parameters must overlap) and priors out of range; FF_ERR_UNSUPPORTED for a tie of
+ *  unlike parameters, or of one that is held apart, and for a model that no parameters make conserve energy. */
+ff_status ff_constraints_check(const ff_constraints *c, const ff_model *m, ff_error *err);
+
 /** Options of the selection (used by ff_problem_new) and of the fit. Fill with ff_fit_options_init, then change. */
 typedef struct ff_fit_options {
     size_t size;              /**< sizeof(ff_fit_options)                                                    */
@@ -92,6 +127,7 @@ typedef struct ff_fit_options {
     ff_isa isa;               /**< FF_ISA_BEST                                                               */
     int max_iterations;       /**< of the solver on all samples; 100                                        */
     int std_errors;           /**< 1: covariance, standard errors, correlations                              */
+    const ff_constraints *constraints; /**< NULL: none                                                     */
     /** Start given by the caller instead of searched for: [n_shape] and [n_channels][n_channel]; both or neither. */
     const double *start_shape, *start_channel;
     /** Polled between passes; not NULL and *cancel != 0 ends the fit with FF_CANCELLED. May be set by a signal handler or another
@@ -159,6 +195,9 @@ typedef struct ff_fit_value {
     int at_bound;     /**< -1 on its lower bound, +1 on its upper, 0 otherwise                */
     int held;         /**< 1: not fitted (fixed by the shape, or held at its initial value)   */
     int tied;         /**< 1: not a parameter of its own, equal to another one (alpha_y of an isotropic shape) */
+    int follows;      /**< of a tied one: that parameter, as ff_model_param_find says; else FF_PARAM_NONE */
+    size_t follows_channel; /**< and its channel, 0 for a shared one                                      */
+    double prior_mean, prior_sd; /**< NaN where it had no prior                                           */
     int column;       /**< index into correlation, -1 when it has none                        */
 } ff_fit_value;
 
@@ -199,7 +238,8 @@ typedef struct ff_fit_result {
     double *channel_correlation;
     int has_ellipse;
     ff_ellipse ellipse;
-    ff_residual residual;
+    ff_residual residual; /**< its objective is that of the data alone            */
+    double prior_penalty; /**< what priors add to it                                */
     size_t n_free;   /**< free parameters                                          */
     /** What the data can tell; only with std_errors. Rank and condition of the Jacobian of the parameters that are not on a
      *  bound, each column scaled to unit length. Residuals of neighbouring samples go together over `correlated_over` samples
@@ -220,9 +260,9 @@ typedef struct ff_fit_result {
  *  same objective; a first such fit makes it by its own model when there is none. Errors as ff_problem_fit. */
 ff_status ff_problem_estimate_scale(ff_problem *p, const ff_model *m, const ff_fit_options *o, ff_error *err);
 
-/** Fits m to the samples of p. Options must be those p was made with, as far as they concern the selection.
- *  FF_ERR_DATA (fewer residuals than parameters), FF_ERR_RANGE, FF_ERR_UNSUPPORTED (a shape the model cannot take),
- *  FF_ERR_CANCELLED, FF_ERR_MEMORY. *out is written only on FF_OK; release it with ff_fit_result_free. */
+/** Fits m to the samples of p. FF_ERR_UNKNOWN and others as ff_constraints_check. Options must be those p was made with, as far as
+ * they concern the selection. FF_ERR_DATA (fewer residuals than parameters), FF_ERR_RANGE, FF_ERR_UNSUPPORTED (a shape the model
+ * cannot take), FF_ERR_CANCELLED, FF_ERR_MEMORY. *out is written only on FF_OK; release it with ff_fit_result_free. */
 ff_status ff_problem_fit(ff_problem *p, const ff_model *m, const ff_fit_options *o, ff_fit_result *out, ff_error *err);
 void ff_fit_result_free(ff_fit_result *r);
 

@@ -158,12 +158,12 @@ static ff_status approach(const ff_layout *l, struct ff_problem *p, const ff_fit
 }
 
 /* On all samples; should the lobes have changed places on the way, once more from there, which takes a pass. */
-static ff_status solve_in_order(const ff_layout *l, struct ff_problem *p, const ff_fit_options *o, double *shape, double *channel,
-                                int *at_bound, ff_solution *solution, ff_error *err)
+ff_status ff_solve_in_order(const ff_layout *l, const struct ff_problem *p, const ff_fit_options *o, double *shape, double *channel,
+                            int *at_bound, ff_solution *solution, ff_error *err)
 {
-    (void)ff_lobes_order(l->m, l->n_channels, shape, channel);
+    (void)ff_layout_order(l, shape, channel);
     ff_status st = ff_solve(l, p, o, 1, 1, FF_EXACT, o->max_iterations, shape, channel, at_bound, solution, err);
-    if (st || !ff_lobes_order(l->m, l->n_channels, shape, channel)) return st;
+    if (st || !ff_layout_order(l, shape, channel)) return st;
     const ff_solution first = *solution;
     ff_normal_free(&solution->normal);
     *solution = (ff_solution){.outcome = FF_CONVERGED};
@@ -187,16 +187,17 @@ static ff_status final_pass(const ff_layout *l, const struct ff_problem *p, cons
                             const double *channel, const int *at_bound, ff_solution *solution)
 {
     ff_pass pass;
-    if (l->arrow) return ff_arrow_finish(l, p, o, shape, channel, at_bound, solution);
     if (solution->has_final) return FF_OK;
+    if (l->arrow) return ff_arrow_finish(l, p, o, shape, channel, at_bound, solution);
     ff_status st = ff_normal_new(l, &solution->normal);
     if (!st) st = ff_layout_pass(l, p, o, shape, channel, &pass);
     if (st) return st;
+    solution->has_final = 1;
     pass.final = 1;
     solution->passes++;
     st = ff_pass_run(&pass, 1, &solution->normal);
     ff_pass_free(&pass);
-    return st;
+    return st ? st : ff_normal_fold(l, &solution->normal);
 }
 
 static ff_status check_fit(const ff_layout *l, const struct ff_problem *p, const ff_fit_options *o, ff_error *err)
@@ -230,11 +231,13 @@ ff_status ff_problem_fit(ff_problem *p, const ff_model *m, const ff_fit_options 
     const size_t C = p->n_channels, size = C * m->n_channel;
     ff_layout l;
     ff_fit_result r = {.model = *m, .n_channels = C, .shape = ff_layout_shape(m, p->selection.isotropic, o->shape, o->mean_slope)};
-    st = ff_layout_init(m, C, r.shape, o->mean_slope, &l, err);
+    ff_ties ties;
+    ff_extras *extras = NULL;
+    st = ff_constraints_apply(o->constraints, r.shape, &r.model, &ties, err);
+    if (!st) st = ff_layout_init(&r.model, C, r.shape, o->mean_slope, &l, err);
+    if (!st && ties.n) ff_layout_tie(&l, &ties);
     if (!st) st = check_fit(&l, p, o, err);
     if (st) return st;
-    l.m = &r.model;
-    ff_layout_many(&l, o->dense_channels);
     if (o->robust != FF_ROBUST_NONE && o->robust_scale == 0 && !p->unit) st = ff_problem_estimate_scale(p, m, o, err);
     if (st) return st;
     double shape[FF_MAX_SHAPE], *channel = calloc(size + 1, sizeof *channel);
@@ -244,16 +247,28 @@ ff_status ff_problem_fit(ff_problem *p, const ff_model *m, const ff_fit_options 
     ff_solution solution = {.outcome = FF_CONVERGED};
     if (!channel || !at_bound || !r.shape_value || !r.channel_value)
         st = ff_error_set(err, FF_ERR_MEMORY, NULL, 0, -1, "out of memory");
-    ff_layout_defaults(&l, shape, channel);
+    if (!st && ff_extras_new(o->constraints, &l, r.shape, &extras))
+        st = ff_error_set(err, FF_ERR_MEMORY, NULL, 0, -1, "out of memory");
+    l.extras = extras;
+    ff_layout_many(&l, o->dense_channels);
+    ff_fit_options solving = *o; /* the weight of a prior needs the errors of the data */
+    solving.std_errors |= extras != NULL;
+    if (channel) ff_layout_defaults(&l, shape, channel);
     if (!st && o->start_shape) {
         memcpy(shape, o->start_shape, m->n_shape * sizeof *shape);
         memcpy(channel, o->start_channel, size * sizeof *channel);
+        if (o->constraints) ff_layout_project(&l, shape, channel);
     } else if (!st)
         st = find_start(&l, p, o, shape, channel, err);
-    if (!st) st = approach(&l, p, o, shape, channel, err);
-    if (!st) st = solve_in_order(&l, p, o, shape, channel, at_bound, &solution, err);
+    if (!st) st = approach(&l, p, &solving, shape, channel, err);
+    if (!st) st = ff_solve_in_order(&l, p, &solving, shape, channel, at_bound, &solution, err);
     if (!st) {
-        st = final_pass(&l, p, o, shape, channel, at_bound, &solution);
+        st = final_pass(&l, p, &solving, shape, channel, at_bound, &solution);
+        if (st) ff_error_set(err, st, NULL, 0, -1, "the last pass failed: %s", ff_status_str(st));
+    }
+    if (!st && extras) st = ff_extras_solve(extras, &l, p, &solving, shape, channel, at_bound, &solution, err);
+    if (!st) {
+        st = final_pass(&l, p, &solving, shape, channel, at_bound, &solution);
         if (!st) st = ff_result_fill(&l, p, o, shape, channel, at_bound, &solution, &r);
         if (st) ff_error_set(err, st, NULL, 0, -1, "the last pass failed: %s", ff_status_str(st));
     }
@@ -261,6 +276,7 @@ ff_status ff_problem_fit(ff_problem *p, const ff_model *m, const ff_fit_options 
     ff_arrow_free(solution.arrow);
     free(channel);
     free(at_bound);
+    ff_extras_free(extras);
     if (st) {
         ff_fit_result_free(&r);
         return st;

@@ -118,7 +118,7 @@ static inline size_t ff_run_length(const struct ff_problem *p)
     return p->n >= FF_LONG_RUNS_FROM ? FF_LONG_RUN : FF_SHORT_RUN;
 }
 
-/* What a pass leaves. m1 = columns of a channel and the residual, P = parameters of the layout. */
+/* What a pass leaves. m1 = columns of a channel and the residual, P = columns of the layout, tied ones apart (until ff_normal_fold). */
 typedef struct ff_normal {
     size_t m1, P, n_channels;
     double cost2; /* sum of rho(r^2): twice the objective                                    */
@@ -161,28 +161,78 @@ ff_pass_chunk_fn ff_pass_chunk_get(ff_isa isa);
 
 #define FF_NOT_PINNED SIZE_MAX
 
-/* What is free and in which coordinates. Coordinates: the free shape parameters (log, atanh or as they are), then the free ones of
- * every channel. */
+/* What is free and in which coordinates (log, atanh or as they are). Columns, those of a pass: the free shape parameters, then the
+ * free ones of every channel. Coordinates, what a solver moves and a covariance is of: one for each set of columns that are tied to
+ * one value, without ties the columns themselves; first those that all channels share, then the own ones of every channel. */
 typedef struct ff_layout {
     const ff_model *m;
     ff_stretch_mode mode;
     size_t n_channels;
     ff_wanted free;
-    int linear;      /* 1: the model is affine in the free parameters of a channel, once scales are multiplied out */
-    uint32_t scaled; /* lobes whose free ks multiplies free parameters: affine in ks and in their products with it */
-    size_t P;        /* free.n_shape + n_channels free.n_channel                   */
-    int arrow;       /* 1: many channels, nothing of size P^2 is made; see internal_arrow.h. Set by ff_layout_many */
-    size_t pinned;   /* coordinate that ff_solve leaves where it is; FF_NOT_PINNED */
+    int linear;             /* 1: the model is affine in the free parameters of a channel, once scales are multiplied out */
+    uint32_t scaled;        /* lobes whose free ks multiplies free parameters: affine in ks and in their products with it */
+    size_t n_columns;       /* free.n_shape + n_channels free.n_channel                                              */
+    size_t P;               /* coordinates: n_shared + n_channels n_own                                              */
+    size_t n_shared, n_own; /* free.n_shape and free.n_channel without ties                                          */
+    int tied;               /* 1: some coordinate has several columns                                                */
+    uint32_t shape_at[FF_MAX_SHAPE];            /* coordinate of a free shape parameter                              */
+    uint32_t channel_at[FF_MAX_CHANNEL_PARAMS]; /* of a free channel parameter: among the shared ones, or the n_own  */
+    int channel_shared[FF_MAX_CHANNEL_PARAMS];  /* 1: the former                                                     */
+    int shape_follows[FF_MAX_SHAPE];            /* the free parameter of its kind that it is equal to, -1 = none     */
+    int channel_follows[FF_MAX_CHANNEL_PARAMS]; /* in its channel                                                    */
+    const struct ff_extras *extras;             /* terms of the objective that are not of the data, NULL = none      */
+    int arrow;     /* 1: many channels, nothing of size P^2 is made; see internal_arrow.h. Set by ff_layout_many */
+    size_t pinned; /* coordinate that ff_solve leaves where it is; FF_NOT_PINNED */
 } ff_layout;
 
-/* Makes a layout of more than `dense` channels an arrow. */
+/* Makes a layout of more than `dense` channels an arrow, unless ties or terms of the objective of their own join channels. */
 static inline void ff_layout_many(ff_layout *l, size_t dense)
 {
-    l->arrow = l->n_channels > dense && l->free.n_channel > 0;
+    l->arrow = l->n_channels > dense && l->free.n_channel > 0 && !l->tied && !l->extras;
+}
+
+/* Coordinate of column k of channel c: free shape parameters first. */
+static inline size_t ff_layout_coordinate(const ff_layout *l, size_t c, size_t k)
+{
+    if (k < l->free.n_shape) return l->shape_at[k];
+    k -= l->free.n_shape;
+    return l->channel_shared[k] ? l->channel_at[k] : l->n_shared + c * l->n_own + l->channel_at[k];
 }
 
 /* Chooses the free parameters for a shape. FF_ERR_UNSUPPORTED where the model cannot take it. */
 ff_status ff_layout_init(const ff_model *m, size_t n_channels, ff_shape shape, int mean_slope, ff_layout *out, ff_error *err);
+
+/* Numbers the coordinates after shape_follows, channel_follows or channel_shared of free parameters were set. */
+void ff_layout_number(ff_layout *l);
+
+/* The layout of the channel parameters alone: no shape columns. */
+ff_layout ff_layout_of_channels(const ff_layout *l);
+
+/* Which parameters of a model are equal: the one that each follows, itself where it follows none. shared: one value for all
+ * channels.
+ */
+typedef struct ff_ties {
+    uint32_t n; /* as many as were asked for */
+    uint32_t shape[FF_MAX_SHAPE], channel[FF_MAX_CHANNEL_PARAMS];
+    int shared[FF_MAX_CHANNEL_PARAMS];
+} ff_ties;
+
+/* Bounds and ties of c (NULL = none) for a fit of m with a shape that is not AUTO: narrows, holds and frees the parameters of m and
+ * says which are equal. Errors as ff_constraints_check, m may then be changed in part. */
+ff_status ff_constraints_apply(const ff_constraints *c, ff_shape shape, ff_model *m, ff_ties *ties, ff_error *err);
+
+/* Ties of l's model: before anything is made of l's coordinates. */
+void ff_layout_tie(ff_layout *l, const ff_ties *ties);
+
+/* What a name of the constraints stands for: one or two parameters as ff_model_param_find says, "alpha" for both axes, which an
+ * isotropic shape has one of. The count; 0 when m has none of that name. */
+int ff_constraints_named(const ff_model *m, ff_shape shape, const char *name, int at[2]);
+
+/* Moves free parameters into their bounds and tied ones to what they follow; channel may be NULL. */
+void ff_layout_project(const ff_layout *l, double *shape, double *channel);
+
+/* Makes a shape of a search one of the layout: what is held at its value, what is free in its bounds and tied. */
+void ff_layout_candidate(const ff_layout *l, double *shape);
 
 /* What FF_SHAPE_AUTO stands for; others as they are. */
 ff_shape ff_layout_shape(const ff_model *m, int isotropic_table, ff_shape asked, int mean_slope);
@@ -190,7 +240,7 @@ ff_shape ff_layout_shape(const ff_model *m, int isotropic_table, ff_shape asked,
 /* The mode of the model's stretched lobes for a shape. */
 ff_stretch_mode ff_layout_mode(const ff_model *m, ff_shape shape, int mean_slope);
 
-/* Parameter k < P, and the channel it belongs to (0 for a shared one); c may be NULL. */
+/* The parameter of coordinate k < P that others may follow, and the channel it belongs to (0 for a shared one); c may be NULL. */
 const ff_model_param *ff_layout_param(const ff_layout *l, size_t k, size_t *c);
 
 double ff_coordinate(const ff_param *info, double value);
@@ -206,7 +256,8 @@ void ff_layout_slope(const ff_layout *l, const double *shape, const double *chan
 
 ff_status ff_normal_new(const ff_layout *l, ff_normal *out);
 
-/* Initial values as ff_model_defaults (channel may be NULL), with one roughness for both axes of an isotropic shape. */
+/* Initial values as ff_model_defaults (channel may be NULL), with one roughness for both axes of an isotropic shape and tied
+ * parameters equal. */
 void ff_layout_defaults(const ff_layout *l, double *shape, double *channel);
 
 /* Makes pass ready for these parameters, which must outlive it. FF_ERR_MEMORY. Release it with ff_pass_free. */
@@ -217,6 +268,12 @@ void ff_pass_free(ff_pass *pass);
 /* Puts lobes of one kind into the order of their widths, narrowest first, with everything that belongs to them: a sum has no order,
  * its parameters need one. Returns whether anything moved. */
 int ff_lobes_order(const ff_model *m, size_t n_channels, double *shape, double *channel);
+
+/* The same where bounds and ties do not tell the lobes apart; priors that name one decide in place of the width. */
+int ff_layout_order(const ff_layout *l, double *shape, double *channel);
+
+/* May lobes a and b be ordered by their widths? */
+int ff_layout_exchangeable(const ff_layout *l, uint32_t a, uint32_t b);
 
 /* ---- start and solve ------------------------------------------------------------------------- */
 
@@ -229,6 +286,11 @@ typedef struct ff_candidate {
 /* Bounded least squares: q in [lo, hi] minimising |r + L q|^2 from the packed gram of [L r], n <= FF_MAX_CHANNEL_PARAMS columns.
  * Returns the minimum. */
 double ff_bounded_least_squares(const double *gram, size_t n, const double *lo, const double *hi, double *q);
+
+/* The same for all channels of a layout of channel parameters alone of which some are tied: from the parameters `at` [n_channels]
+ * [n_channel], where tied ones are equal, to the minimum out (may be at) of the quadratic that the grams are of. Returns it;
+ * INFINITY and out = at without memory. */
+double ff_tied_least_squares(const ff_layout *l, const ff_normal *normal, const double *at, double *out);
 
 /* A model that is linear in its channel parameters and has the lobes of l's: its start leads to that of l's (ff_standin_start). For
  * a layout that is linear itself that is the layout. FF_ERR_INTERNAL cannot happen for models that parsed. */
@@ -274,6 +336,51 @@ ff_status ff_solve(const ff_layout *l, const struct ff_problem *p, const ff_fit_
                    double tolerance, int max_iterations, double *shape, double *channel, int *at_bound, ff_solution *out,
                    ff_error *err);
 
+/* ---- what is known besides the data ----------------------------------------------------------- */
+
+/* Terms of the objective that no sample has: priors, and the penalty on albedos above 1. */
+typedef struct ff_extras ff_extras;
+
+/* Those of c (NULL = none) for a layout that has its ties; *out = NULL when there are none. FF_ERR_MEMORY. The terms weigh nothing
+ * until ff_extras_solve gives them their weights. */
+ff_status ff_extras_new(const ff_constraints *c, const ff_layout *l, ff_shape shape, ff_extras **out);
+void ff_extras_free(ff_extras *e);
+
+/* Does a prior name a parameter of one of these lobes that is not tied to that in its place in the other? */
+int ff_extras_tell_apart(const ff_layout *l, uint32_t a, uint32_t b);
+
+/* Sum of squares of the distances to the priors, in their standard deviations. */
+double ff_extras_mismatch(const ff_layout *l, const double *shape, const double *channel);
+
+/* Adds the terms of l at these parameters to twice the objective and to J^T J, J^T r in coordinates; slope as ff_normal_assemble.
+ * parallel as ff_pass_run. Without terms it does nothing. FF_ERR_MEMORY. */
+ff_status ff_extras_add(const ff_layout *l, const struct ff_problem *p, int parallel, const double *shape, const double *channel,
+                        const double *slope, double *cost2, double *H, double *g);
+
+/* What the terms say of the parameters: added to the information H [P][P] and, times factor, to the packed outer products of the scores
+ * M; either may be NULL. */
+void ff_extras_covariance(const ff_layout *l, double factor, double *H, double *M);
+
+/* The information that priors give of coordinate k by itself, in the units of J^T J. */
+double ff_extras_weight(const ff_layout *l, size_t k);
+
+/* From the optimum of the data alone, with its final pass in *solution, to that with the terms of e, which are l's. */
+ff_status ff_extras_solve(ff_extras *e, const ff_layout *l, const struct ff_problem *p, const ff_fit_options *o, double *shape,
+                          double *channel, int *at_bound, ff_solution *solution, ff_error *err);
+
+/* The prior of a parameter, as ff_model_param_find says; 0 when it has none. */
+int ff_extras_prior(const ff_extras *e, int at, double *mean, double *sd);
+
+/* What the priors add to the objective at the optimum. */
+double ff_extras_penalty(const ff_extras *e);
+
+/* The k-th thing to say of the terms of l where the data's objective is this; 0 when there are no more. */
+int ff_extras_warning(const ff_layout *l, const struct ff_problem *p, double objective, size_t k, char out[FF_WARNING_LENGTH]);
+
+/* ff_solve on all samples, lobes in their order. */
+ff_status ff_solve_in_order(const ff_layout *l, const struct ff_problem *p, const ff_fit_options *o, double *shape, double *channel,
+                            int *at_bound, ff_solution *solution, ff_error *err);
+
 /* ---- result ---------------------------------------------------------------------------------- */
 
 /* Everything that is said of an optimum whose final pass is solution->normal; shape_value and channel_value are allocated. */
@@ -289,9 +396,13 @@ void ff_result_warn(ff_fit_result *r, const char *fmt, ...) __attribute__((forma
 
 /* ---- covariance ------------------------------------------------------------------------------ */
 
-/* Full J^T J [P][P] and J^T r [P] from the channels' grams. slope [P]: d parameter / d coordinate, or NULL for the parameters
- * themselves. */
+/* Full J^T J [P][P] and J^T r [P] from the channels' grams, columns of one coordinate added up. slope [P]: d parameter / d
+ * coordinate, or NULL for the parameters themselves. */
 void ff_normal_assemble(const ff_layout *l, const ff_normal *n, const double *slope, double *H, double *g);
+
+/* Adds up the columns of one coordinate in what a final pass left for the errors (meat, own, runs): n->P is then l->P, and no pass may
+ * be run into n again. FF_ERR_MEMORY. */
+ff_status ff_normal_fold(const ff_layout *l, ff_normal *n);
 
 /* Cholesky factor of a symmetric positive semidefinite A [n][n] after scaling its diagonal to 1: A = D L L^T D, L [n][n] lower, D
  * [n]. A pivot at or below `tolerance` leaves a zero column: that parameter is a combination of the ones before it. Returns the

@@ -15,6 +15,9 @@ typedef struct ff_point {
 ff_status ff_point_new(const struct ff_problem *p, const ff_fit_options *o, const ff_fit_result *fit, ff_point *out, ff_error *err);
 void ff_point_free(ff_point *point);
 
+/* Refits know the samples alone: FF_ERR_UNSUPPORTED where priors or conserved energy moved the fit; `what` says who asks. */
+ff_status ff_point_data_alone(const ff_fit_options *o, const char *what, ff_error *err);
+
 /* A pass at the point with statistics and errors. */
 ff_status ff_point_pass(const ff_point *point, const struct ff_problem *p, const ff_fit_options *o, ff_normal *out);
 

@@ -110,17 +110,56 @@ ff_status ff_layout_init(const ff_model *m, size_t n_channels, ff_shape shape, i
     }
     for (uint32_t k = 0; k < m->n_channel; k++)
         if (!(m->channel[k].flags & FF_PARAM_HELD)) l.free.channel[l.free.n_channel++] = k;
-    l.P = l.free.n_shape + n_channels * l.free.n_channel;
+    for (uint32_t k = 0; k < FF_MAX_SHAPE; k++) l.shape_follows[k] = -1;
+    for (uint32_t k = 0; k < FF_MAX_CHANNEL_PARAMS; k++) l.channel_follows[k] = -1;
+    ff_layout_number(&l);
     l.linear = is_linear(&l, &l.scaled);
     *out = l;
     return FF_OK;
 }
 
+/* ---- coordinates ----------------------------------------------------------------------------- */
+
+void ff_layout_number(ff_layout *l)
+{
+    uint32_t shared = 0, own = 0;
+    for (uint32_t k = 0; k < l->free.n_shape; k++)
+        if (l->shape_follows[k] < 0) l->shape_at[k] = shared++;
+    for (uint32_t k = 0; k < l->free.n_channel; k++)
+        if (l->channel_follows[k] < 0) l->channel_at[k] = l->channel_shared[k] ? shared++ : own++;
+    for (uint32_t k = 0; k < l->free.n_shape; k++)
+        if (l->shape_follows[k] >= 0) l->shape_at[k] = l->shape_at[l->shape_follows[k]];
+    for (uint32_t k = 0; k < l->free.n_channel; k++) {
+        if (l->channel_follows[k] < 0) continue;
+        l->channel_at[k] = l->channel_at[l->channel_follows[k]];
+        l->channel_shared[k] = l->channel_shared[l->channel_follows[k]];
+    }
+    l->n_shared = shared;
+    l->n_own = own;
+    l->n_columns = l->free.n_shape + l->n_channels * l->free.n_channel;
+    l->P = l->n_shared + l->n_channels * l->n_own;
+    l->tied = l->P < l->n_columns;
+}
+
+ff_layout ff_layout_of_channels(const ff_layout *l)
+{
+    ff_layout channels = *l;
+    channels.free.n_shape = 0;
+    ff_layout_number(&channels);
+    return channels;
+}
+
 const ff_model_param *ff_layout_param(const ff_layout *l, size_t k, size_t *c)
 {
-    if (c) *c = k < l->free.n_shape ? 0 : (k - l->free.n_shape) / l->free.n_channel;
-    return k < l->free.n_shape ? &l->m->shape[l->free.shape[k]]
-                               : &l->m->channel[l->free.channel[(k - l->free.n_shape) % l->free.n_channel]];
+    const int shared = k < l->n_shared;
+    if (c) *c = shared ? 0 : (k - l->n_shared) / l->n_own;
+    for (uint32_t i = 0; i < l->free.n_shape && shared; i++)
+        if (l->shape_follows[i] < 0 && l->shape_at[i] == k) return &l->m->shape[l->free.shape[i]];
+    const size_t at = shared ? k : (k - l->n_shared) % l->n_own;
+    for (uint32_t i = 0; i < l->free.n_channel; i++)
+        if (l->channel_follows[i] < 0 && l->channel_shared[i] == shared && l->channel_at[i] == at)
+            return &l->m->channel[l->free.channel[i]];
+    return NULL; /* not of a layout that was numbered */
 }
 
 /* ---- between parameters and coordinates ------------------------------------------------------ */
@@ -128,32 +167,69 @@ const ff_model_param *ff_layout_param(const ff_layout *l, size_t k, size_t *c)
 void ff_layout_pack(const ff_layout *l, const double *shape, const double *channel, double *x)
 {
     for (uint32_t k = 0; k < l->free.n_shape; k++)
-        *x++ = ff_coordinate(l->m->shape[l->free.shape[k]].info, shape[l->free.shape[k]]);
-    for (size_t c = 0; c < l->n_channels; c++)
+        if (l->shape_follows[k] < 0) x[l->shape_at[k]] = ff_coordinate(l->m->shape[l->free.shape[k]].info, shape[l->free.shape[k]]);
+    for (size_t c = l->n_channels; c-- > 0;) /* the first channel last: what all share is its value */
         for (uint32_t k = 0; k < l->free.n_channel; k++)
-            *x++ = ff_coordinate(l->m->channel[l->free.channel[k]].info, channel[c * l->m->n_channel + l->free.channel[k]]);
+            if (l->channel_follows[k] < 0)
+                x[ff_layout_coordinate(l, c, l->free.n_shape + k)] =
+                    ff_coordinate(l->m->channel[l->free.channel[k]].info, channel[c * l->m->n_channel + l->free.channel[k]]);
 }
 
 void ff_layout_unpack(const ff_layout *l, const double *x, double *shape, double *channel)
 {
     for (uint32_t k = 0; k < l->free.n_shape; k++) {
         const uint32_t i = l->free.shape[k];
-        shape[i] = ff_coordinate_value(l->m->shape[i].info, *x++);
+        shape[i] = ff_coordinate_value(l->m->shape[i].info, x[l->shape_at[k]]);
         if (l->free.tied[k]) shape[i + 1] = shape[i]; /* alpha_y follows alpha_x */
     }
     for (size_t c = 0; c < l->n_channels; c++)
         for (uint32_t k = 0; k < l->free.n_channel; k++)
-            channel[c * l->m->n_channel + l->free.channel[k]] = ff_coordinate_value(l->m->channel[l->free.channel[k]].info, *x++);
+            channel[c * l->m->n_channel + l->free.channel[k]] =
+                ff_coordinate_value(l->m->channel[l->free.channel[k]].info, x[ff_layout_coordinate(l, c, l->free.n_shape + k)]);
 }
 
 void ff_layout_slope(const ff_layout *l, const double *shape, const double *channel, double *slope)
 {
     for (uint32_t k = 0; k < l->free.n_shape; k++)
-        *slope++ = ff_coordinate_slope(l->m->shape[l->free.shape[k]].info, shape[l->free.shape[k]]);
+        slope[l->shape_at[k]] = ff_coordinate_slope(l->m->shape[l->free.shape[k]].info, shape[l->free.shape[k]]);
     for (size_t c = 0; c < l->n_channels; c++)
         for (uint32_t k = 0; k < l->free.n_channel; k++)
-            *slope++ =
+            slope[ff_layout_coordinate(l, c, l->free.n_shape + k)] =
                 ff_coordinate_slope(l->m->channel[l->free.channel[k]].info, channel[c * l->m->n_channel + l->free.channel[k]]);
+}
+
+static void into_bounds(const ff_model_param *p, double *v)
+{
+    *v = fmin(fmax(*v, p->lo), p->hi);
+}
+
+void ff_layout_project(const ff_layout *l, double *shape, double *channel)
+{
+    for (uint32_t k = 0; k < l->free.n_shape; k++) into_bounds(&l->m->shape[l->free.shape[k]], &shape[l->free.shape[k]]);
+    for (uint32_t k = 0; k < l->free.n_shape; k++) {
+        const uint32_t i = l->free.shape[k];
+        if (l->shape_follows[k] >= 0) shape[i] = shape[l->free.shape[l->shape_follows[k]]];
+        if (l->free.tied[k]) shape[i + 1] = shape[i];
+    }
+    for (size_t c = 0; c < l->n_channels && channel; c++) {
+        double *own = channel + c * l->m->n_channel;
+        for (uint32_t k = 0; k < l->free.n_channel; k++) into_bounds(&l->m->channel[l->free.channel[k]], &own[l->free.channel[k]]);
+        for (uint32_t k = 0; k < l->free.n_channel; k++) {
+            const uint32_t leader = l->free.channel[l->channel_follows[k] < 0 ? k : (uint32_t)l->channel_follows[k]];
+            own[l->free.channel[k]] = (l->channel_shared[k] ? channel : own)[leader];
+        }
+    }
+}
+
+void ff_layout_candidate(const ff_layout *l, double *shape)
+{
+    double held[FF_MAX_SHAPE];
+    ff_layout_defaults(l, held, NULL);
+    for (uint32_t k = 0; k < l->free.n_shape; k++) held[l->free.shape[k]] = shape[l->free.shape[k]];
+    for (uint32_t k = 0; k < l->m->n_shape && l->mode == FF_ISOTROPIC_MODE; k++)
+        if (strcmp(l->m->shape[k].info->name, "alpha_x") == 0) held[k + 1] = held[k];
+    memcpy(shape, held, l->m->n_shape * sizeof *shape);
+    ff_layout_project(l, shape, NULL);
 }
 
 void ff_layout_defaults(const ff_layout *l, double *shape, double *channel)
@@ -161,6 +237,7 @@ void ff_layout_defaults(const ff_layout *l, double *shape, double *channel)
     ff_model_defaults(l->m, l->n_channels, shape, channel);
     for (uint32_t k = 0; k < l->m->n_shape && l->mode == FF_ISOTROPIC_MODE; k++) /* one roughness, also where it is held */
         if (strcmp(l->m->shape[k].info->name, "alpha_x") == 0) shape[k + 1] = shape[k];
+    if (l->tied) ff_layout_project(l, shape, channel);
 }
 
 ff_status ff_layout_pass(const ff_layout *l, const struct ff_problem *p, const ff_fit_options *o, const double *shape,

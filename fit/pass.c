@@ -20,7 +20,7 @@ ff_pass_chunk_fn ff_pass_chunk_get(ff_isa isa)
 ff_status ff_normal_new(const ff_layout *l, ff_normal *out)
 {
     const size_t n_channels = l->n_channels;
-    ff_normal n = {.m1 = l->free.n_shape + l->free.n_channel + 1, .P = l->P, .n_channels = n_channels};
+    ff_normal n = {.m1 = l->free.n_shape + l->free.n_channel + 1, .P = l->n_columns, .n_channels = n_channels};
     n.gram = calloc(n_channels * (n.m1 * (n.m1 + 1) / 2), sizeof *n.gram);
     n.meat = calloc(l->arrow ? n.P + 1 : n.P * (n.P + 1) / 2 + 1, sizeof *n.meat);
     n.own = calloc(n.P + 1, sizeof *n.own);

@@ -57,8 +57,8 @@ static ff_status root_at(const profile *f, end *e, double x, double *shape, doub
 /* Outwards until the root passes t, then between the last two points, by the secant that bisection keeps honest. */
 static ff_status find_end(const profile *f, end *e, double *shape, double *channel)
 {
-    const ff_param *info = ff_layout_param(&f->point->l, e->k, NULL)->info;
-    const double wall = ff_coordinate(info, e->side < 0 ? info->lo : info->hi);
+    const ff_model_param *param = ff_layout_param(&f->point->l, e->k, NULL);
+    const double wall = ff_coordinate(param->info, e->side < 0 ? param->lo : param->hi);
     double in = e->x0, in_root = 0, out = NAN, out_root = NAN, x = e->x0 + e->side * e->step;
     e->x = wall;
     for (int solve = 0; solve < MOST_SOLVES; solve++) {
@@ -110,11 +110,12 @@ static size_t plan(const profile *f, const ff_uncertainty *u, ff_fit_result *fit
                  variance = 2 * f->objective / fmax(values - (double)P, 1) * values / fmax(u->effective, 1);
     size_t n = 0;
     for (size_t k = 0; k < P; k++) {
-        const ff_param *info = ff_layout_param(l, k, NULL)->info;
+        const ff_model_param *param = ff_layout_param(l, k, NULL);
+        const ff_param *info = param->info;
         const ff_fit_value *v = ff_result_value(l, fit, k);
         const double inverse = u->inverse[k * P + k], cov = u->cov[k * P + k], x = ff_coordinate(info, v->value);
         const int known = u->determined[k] && inverse > 0 && cov > 0;
-        const double range = ff_coordinate(info, info->hi) - ff_coordinate(info, info->lo);
+        const double range = ff_coordinate(info, param->hi) - ff_coordinate(info, param->lo);
         for (int side = -1; side <= 1; side += 2) {
             if (v->at_bound == side) continue;
             end *e = &f->ends[n++];
@@ -150,7 +151,8 @@ ff_status ff_trust_profile(ff_problem *p, const ff_fit_options *o, ff_fit_result
     ff_point point;
     ff_normal normal = {0};
     ff_uncertainty u = {0};
-    ff_status st = ff_point_new(p, o, fit, &point, err);
+    ff_status st = ff_point_data_alone(o, "the profile of the objective", err);
+    if (!st) st = ff_point_new(p, o, fit, &point, err);
     if (st) return st;
     const size_t P = point.l.P;
     int *use = malloc((P + 1) * sizeof *use);

@@ -19,46 +19,84 @@ void ff_result_label(const ff_layout *l, const struct ff_problem *p, size_t k, c
 {
     size_t c;
     const char *name = ff_layout_param(l, k, &c)->name;
-    if (k >= l->free.n_shape && l->n_channels > 1)
+    if (k >= l->n_shared && l->n_channels > 1)
         snprintf(out, size, "%s (%.32s)", name, p->channel_name[c]);
     else
         snprintf(out, size, "%s", name);
 }
 
-ff_fit_value *ff_result_value(const ff_layout *l, ff_fit_result *r, size_t k)
+static int is_of_channel(const ff_model *m, const ff_model_param *p)
 {
-    if (k < l->free.n_shape) return &r->shape_value[l->free.shape[k]];
-    const size_t c = (k - l->free.n_shape) / l->free.n_channel, i = (k - l->free.n_shape) % l->free.n_channel;
-    return &r->channel_value[c * l->m->n_channel + l->free.channel[i]];
+    return p >= m->channel && p < m->channel + m->n_channel;
 }
 
-static void fill_values(const ff_layout *l, const double *shape, const double *channel, const int *at_bound, ff_fit_result *r)
+/* The parameter that others may follow. */
+ff_fit_value *ff_result_value(const ff_layout *l, ff_fit_result *r, size_t k)
 {
-    for (uint32_t k = 0; k < l->m->n_shape; k++)
-        r->shape_value[k] = (ff_fit_value){.value = shape[k], .std_error = NAN, .low = NAN, .high = NAN, .held = 1, .column = -1};
-    for (size_t k = 0; k < l->n_channels * l->m->n_channel; k++)
-        r->channel_value[k] = (ff_fit_value){.value = channel[k], .std_error = NAN, .low = NAN, .high = NAN, .held = 1, .column = -1};
-    for (size_t k = 0; k < l->P; k++) {
-        ff_fit_value *v = ff_result_value(l, r, k);
-        v->held = 0;
-        v->at_bound = at_bound[k];
-    }
-    for (uint32_t k = 0; k < l->free.n_shape; k++) {
-        if (!l->free.tied[k]) continue;
-        ff_fit_value *y = &r->shape_value[l->free.shape[k] + 1];
-        *y = r->shape_value[l->free.shape[k]];
-        y->tied = 1;
-    }
+    size_t c;
+    const ff_model_param *p = ff_layout_param(l, k, &c);
+    return is_of_channel(l->m, p) ? &r->channel_value[c * l->m->n_channel + (size_t)(p - l->m->channel)]
+                                  : &r->shape_value[p - l->m->shape];
+}
+
+/* What follows another parameter is as that one is, but for what was said of it before. */
+static void follow(ff_fit_value *v, const ff_fit_value *leader, int follows, size_t channel)
+{
+    const double mean = v->prior_mean, sd = v->prior_sd;
+    *v = *leader;
+    v->tied = 1;
+    v->follows = follows;
+    v->follows_channel = channel;
+    v->prior_mean = mean;
+    v->prior_sd = sd;
 }
 
 void ff_result_copy_tied(const ff_layout *l, ff_fit_result *r)
 {
     for (uint32_t k = 0; k < l->free.n_shape; k++) {
-        if (!l->free.tied[k]) continue;
-        const ff_fit_value *x = &r->shape_value[l->free.shape[k]];
-        r->shape_value[l->free.shape[k] + 1] = *x;
-        r->shape_value[l->free.shape[k] + 1].tied = 1;
+        ff_fit_value *v = &r->shape_value[l->free.shape[k]];
+        const uint32_t leader = l->free.shape[l->shape_follows[k] < 0 ? k : (uint32_t)l->shape_follows[k]];
+        if (l->shape_follows[k] >= 0) follow(v, &r->shape_value[leader], (int)leader, 0);
+        if (l->free.tied[k]) follow(v + 1, v, (int)leader, 0); /* alpha_y */
     }
+    for (size_t c = 0; c < l->n_channels && l->tied; c++)
+        for (uint32_t k = 0; k < l->free.n_channel; k++) {
+            const uint32_t leader = l->channel_follows[k] < 0 ? k : (uint32_t)l->channel_follows[k];
+            const size_t from = l->channel_shared[k] ? 0 : c;
+            if (leader == k && from == c) continue;
+            follow(&r->channel_value[c * l->m->n_channel + l->free.channel[k]],
+                   &r->channel_value[from * l->m->n_channel + l->free.channel[leader]], -1 - (int)l->free.channel[leader], from);
+        }
+}
+
+/* What was said before the data; of a follower it may be something else. */
+static void fill_priors(const ff_layout *l, ff_fit_result *r)
+{
+    for (uint32_t k = 0; k < l->m->n_shape; k++)
+        if (!ff_extras_prior(l->extras, (int)k, &r->shape_value[k].prior_mean, &r->shape_value[k].prior_sd))
+            r->shape_value[k].prior_mean = r->shape_value[k].prior_sd = NAN;
+    for (uint32_t k = 0; k < l->m->n_channel; k++)
+        for (size_t c = 0; c < l->n_channels; c++) {
+            ff_fit_value *v = &r->channel_value[c * l->m->n_channel + k];
+            if (!ff_extras_prior(l->extras, -1 - (int)k, &v->prior_mean, &v->prior_sd)) v->prior_mean = v->prior_sd = NAN;
+        }
+    r->prior_penalty = ff_extras_penalty(l->extras);
+}
+
+static void fill_values(const ff_layout *l, const double *shape, const double *channel, const int *at_bound, ff_fit_result *r)
+{
+    for (uint32_t k = 0; k < l->m->n_shape; k++)
+        r->shape_value[k] = (ff_fit_value){
+            .value = shape[k], .std_error = NAN, .low = NAN, .high = NAN, .held = 1, .follows = FF_PARAM_NONE, .column = -1};
+    for (size_t k = 0; k < l->n_channels * l->m->n_channel; k++)
+        r->channel_value[k] = (ff_fit_value){
+            .value = channel[k], .std_error = NAN, .low = NAN, .high = NAN, .held = 1, .follows = FF_PARAM_NONE, .column = -1};
+    for (size_t k = 0; k < l->P; k++) {
+        ff_fit_value *v = ff_result_value(l, r, k);
+        v->held = 0;
+        v->at_bound = at_bound[k];
+    }
+    ff_result_copy_tied(l, r);
 }
 
 /* Standard errors, correlations and intervals of the parameters; cov [P][P] out. */
@@ -102,7 +140,7 @@ static ff_status fill_errors(const ff_layout *l, const struct ff_problem *p, con
     return st;
 }
 
-/* The ellipse of the first lobe's slopes; with covariances (rows of `stride`), also whether its direction means anything. */
+/* The ellipse of the first lobe's slopes; with covariances, also whether its direction means anything. */
 static void fill_ellipse(const ff_layout *l, const double *shape, const double *cov, size_t stride, ff_fit_result *r)
 {
     const ff_model *m = l->m;
@@ -129,8 +167,8 @@ static void fill_ellipse(const ff_layout *l, const double *shape, const double *
             if (i > 2 || j > 2) continue;
             const double gDa = (d * by[i][0] + e * by[i][1]) / D, gDb = (d * by[j][0] + e * by[j][1]) / D;
             const double gpa = 0.5 * (d * by[i][1] - e * by[i][0]) / (D * D), gpb = 0.5 * (d * by[j][1] - e * by[j][0]) / (D * D);
-            var_D += gDa * gDb * cov[a * stride + b];
-            var_phi += gpa * gpb * cov[a * stride + b];
+            var_D += gDa * gDb * cov[l->shape_at[a] * stride + l->shape_at[b]];
+            var_phi += gpa * gpb * cov[l->shape_at[a] * stride + l->shape_at[b]];
         }
     o->phi_determined = D > 2 * sqrt(fmax(var_D, 0));
     if (o->phi_determined) o->phi_std_error = sqrt(fmax(var_phi, 0));
@@ -177,6 +215,12 @@ static void warn_correlated(const ff_layout *l, const struct ff_problem *p, ff_f
         }
 }
 
+/* Is the bound one that the caller gave? */
+static int is_given(const ff_model_param *p, int bound)
+{
+    return bound < 0 ? p->lo != p->info->lo : p->hi != p->info->hi;
+}
+
 /* One warning for all channels whose parameter k lies on the same bound. */
 static void warn_channels_at_bound(const ff_layout *l, const struct ff_problem *p, uint32_t k, int bound, ff_fit_result *r)
 {
@@ -186,7 +230,7 @@ static void warn_channels_at_bound(const ff_layout *l, const struct ff_problem *
     unsigned char *mark = malloc(l->n_channels + 1);
     for (size_t c = 0; c < l->n_channels && mark; c++) {
         const ff_fit_value *v = &r->channel_value[c * l->m->n_channel + k];
-        mark[c] = v->at_bound == bound;
+        mark[c] = v->at_bound == bound && !v->tied;
         if (!mark[c]) continue;
         value = v->value;
         any = 1;
@@ -194,10 +238,12 @@ static void warn_channels_at_bound(const ff_layout *l, const struct ff_problem *
     if (any) ff_channels_label(p, mark, names, sizeof names);
     free(mark);
     if (!any) return;
-    const int too_bright = bound > 0 && (l->m->channel[k].info->flags & FF_PARAM_LINEAR);
-    ff_result_warn(r, "%s%s%s%s is on its %s bound, %g%s", l->m->channel[k].name, l->n_channels > 1 ? " (" : "",
-         l->n_channels > 1 ? names : "", l->n_channels > 1 ? ")" : "", bound < 0 ? "lower" : "upper", value,
-         too_bright ? "; are the data in 1/sr?" : "");
+    const int several = l->n_channels > 1 && r->channel_value[l->m->n_channel + k].follows != -1 - (int)k; /* else one for all */
+    const int given = is_given(&l->m->channel[k], bound);
+    const int too_bright = bound > 0 && !given && (l->m->channel[k].info->flags & FF_PARAM_LINEAR);
+    ff_result_warn(r, "%s%s%s%s is on %s %s bound, %g%s", l->m->channel[k].name, several ? " (" : "", several ? names : "",
+                   several ? ")" : "", given ? "the given" : "its", bound < 0 ? "lower" : "upper", value,
+                   too_bright ? "; are the data in 1/sr?" : "");
 }
 
 static void warn_dark_channels(const struct ff_problem *p, ff_fit_result *r)
@@ -224,8 +270,8 @@ static void warn_dark_channels(const struct ff_problem *p, ff_fit_result *r)
 
 static void fill_warnings(const ff_layout *l, const struct ff_problem *p, ff_fit_result *r)
 {
-    char label[80];
-    const int many = l->n_channels > FF_CHANNELS_NAMED;
+    char label[80], text[FF_WARNING_LENGTH];
+    const int many = l->arrow && l->n_channels > FF_CHANNELS_NAMED;
     if (r->outcome == FF_LIMIT)
         ff_result_warn(r, "stopped after %d iterations before it converged; --max-iterations allows more", r->iterations);
     if (r->outcome == FF_STALLED)
@@ -233,9 +279,11 @@ static void fill_warnings(const ff_layout *l, const struct ff_problem *p, ff_fit
     for (size_t k = 0; k < l->P; k++) {
         const ff_fit_value *v = ff_result_value(l, r, k);
         ff_result_label(l, p, k, label, sizeof label);
-        if (k < l->free.n_shape && v->at_bound)
-            ff_result_warn(r, "%s is on its %s bound, %g", label, v->at_bound < 0 ? "lower" : "upper", v->value);
-        if (many && k >= l->free.n_shape) continue; /* they are named together */
+        const ff_model_param *param = ff_layout_param(l, k, NULL);
+        if (!is_of_channel(l->m, param) && v->at_bound)
+            ff_result_warn(r, "%s is on %s %s bound, %g", label, is_given(param, v->at_bound) ? "the given" : "its",
+                           v->at_bound < 0 ? "lower" : "upper", v->value);
+        if (many && is_of_channel(l->m, param)) continue; /* they are named together */
         if (!v->at_bound && r->correlation && isnan(v->std_error)) ff_result_warn(r, "%s is not determined by these data", label);
     }
     if (many && r->correlation) ff_result_warn_undetermined(l, p, r);
@@ -248,6 +296,7 @@ static void fill_warnings(const ff_layout *l, const struct ff_problem *p, ff_fit
         ff_result_warn_channels_correlated(l, p, r);
     else if (r->correlation)
         warn_correlated(l, p, r);
+    for (size_t k = 0; ff_extras_warning(l, p, r->residual.objective, k, text); k++) ff_result_warn(r, "%s", text);
     if (r->correlation && r->has_ellipse && !l->m->lobe[0].isotropic && l->mode != FF_ISOTROPIC_MODE && !r->ellipse.phi_determined)
         ff_result_warn(r, "the two roughness axes differ by less than their error: the orientation is undetermined");
     if (r->correlation && !r->correlation_settled)
@@ -256,18 +305,21 @@ static void fill_warnings(const ff_layout *l, const struct ff_problem *p, ff_fit
                        "larger than the standard errors",
                        r->correlated_over);
     if (p->selection.at_top)
-        ff_result_warn(r, "%zu samples at different places share the largest value, %g: is the detector saturated? --saturation %g says so",
-                       p->selection.at_top, p->selection.top, p->selection.top);
+        ff_result_warn(
+            r, "%zu samples at different places share the largest value, %g: is the detector saturated? --saturation %g says so",
+            p->selection.at_top, p->selection.top, p->selection.top);
     warn_dark_channels(p, r);
-    if (p->selection.negative) ff_result_warn(r, "%zu of the samples have negative values; they are kept as noise", p->selection.negative);
+    if (p->selection.negative)
+        ff_result_warn(r, "%zu of the samples have negative values; they are kept as noise", p->selection.negative);
     const size_t n = p->n * p->n_channels;
     if (p->selection.weighting == FF_WEIGHT_SIGMA && n > l->P) {
         const double chi2 = 2 * r->residual.objective / (double)(n - l->P);
         if (chi2 > 2 || chi2 < 0.5)
-            ff_result_warn(r,
-                 "chi^2 per degree of freedom is %.3g: the standard deviations of the data do not match the residuals, and the "
-                 "standard errors follow them",
-                 chi2);
+            ff_result_warn(
+                r,
+                "chi^2 per degree of freedom is %.3g: the standard deviations of the data do not match the residuals, and the "
+                "standard errors follow them",
+                chi2);
     }
 }
 
@@ -284,6 +336,7 @@ ff_status ff_result_fill(const ff_layout *l, const struct ff_problem *p, const f
         r->iterations = solution->iterations;
         r->passes = solution->passes;
         fill_values(l, shape, channel, at_bound, r);
+        fill_priors(l, r);
         fill_residual(&solution->normal, r);
         fill_criteria(p, n_free, r);
         if (o->std_errors)

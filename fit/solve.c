@@ -18,6 +18,7 @@ typedef struct solver {
     double *lower, *upper; /* [P]                                                                 */
     size_t *moving, n_moving;
     ff_normal normal; /* of the last pass                                                    */
+    double cost2;     /* twice the objective there                                           */
     double *last;     /* [P] where it was made                                               */
     double *H, *g;    /* [P][P], [P] in coordinates, of the last pass                        */
     double *work, *slope;
@@ -56,6 +57,9 @@ static ff_status pass_here(solver *s)
     if (st) return st;
     ff_layout_slope(l, s->shape, s->channel, s->slope);
     ff_normal_assemble(l, &s->normal, s->slope, s->H, s->g);
+    s->cost2 = s->normal.cost2;
+    st = ff_extras_add(l, s->p, s->parallel, s->shape, s->channel, s->slope, &s->cost2, s->H, s->g);
+    if (st) return st;
     memcpy(s->last, s->x, l->P * sizeof *s->x);
     s->have_last = 1;
     s->gain[1] = s->gain[0];
@@ -102,8 +106,8 @@ static ff_status evaluate(void *context, const double *x, double *residual, doub
         s->status = st;
         return st;
     }
-    s->explained = ff_compress(s->H, s->g, s->l->P, s->moving, n, s->normal.cost2, s->work, residual, jacobian);
-    s->gain[0] = s->explained / fmax(s->normal.cost2, 1e-300);
+    s->explained = ff_compress(s->H, s->g, s->l->P, s->moving, n, s->cost2, s->work, residual, jacobian);
+    s->gain[0] = s->explained / fmax(s->cost2, 1e-300);
     return FF_OK;
 }
 
@@ -115,8 +119,8 @@ static int iterated(void *context, int iteration, double cost)
     if (s->o->progress && s->parallel) s->o->progress(s->o->progress_context, s->iterations + iteration, cost);
     if (ff_fit_cancelled(s->o)) return -1;
     if (s->left_box) return 1; /* to be taken up again with bounds */
-    const int here = s->have_last && fabs(0.5 * s->normal.cost2 - cost) <= 1e-12 * cost;
-    return here && s->explained <= s->tolerance * s->normal.cost2;
+    const int here = s->have_last && fabs(0.5 * s->cost2 - cost) <= 1e-12 * cost;
+    return here && s->explained <= s->tolerance * s->cost2;
 }
 
 /* ---- bounds ---------------------------------------------------------------------------------- */
@@ -131,7 +135,7 @@ static int bound_of(const solver *s, size_t k)
 /* Would the objective fall if a coordinate on its bound moved inside? Judged against the rounding of the gradient. */
 static int pulls_inside(const solver *s, size_t k, int bound)
 {
-    const double noise = 1e-9 * sqrt(fmax(s->H[k * s->l->P + k] * s->normal.cost2, 0));
+    const double noise = 1e-9 * sqrt(fmax(s->H[k * s->l->P + k] * s->cost2, 0));
     return bound * s->g[k] > noise;
 }
 
@@ -159,9 +163,9 @@ static int update_held(solver *s, int *held, int *releases)
 void ff_solve_bounds(const ff_layout *l, double *lower, double *upper)
 {
     for (size_t k = 0; k < l->P; k++) {
-        const ff_param *info = ff_layout_param(l, k, NULL)->info;
-        lower[k] = ff_coordinate(info, info->lo);
-        upper[k] = ff_coordinate(info, info->hi);
+        const ff_model_param *p = ff_layout_param(l, k, NULL);
+        lower[k] = ff_coordinate(p->info, p->lo);
+        upper[k] = ff_coordinate(p->info, p->hi);
     }
 }
 
@@ -300,11 +304,12 @@ ff_status ff_solve(const ff_layout *l, const struct ff_problem *p, const ff_fit_
     if (!st) {
         ff_layout_unpack(l, s.x, shape, channel);
         for (size_t k = 0; k < l->P; k++) at_bound[k] = bound_of(&s, k);
-        *out = (ff_solution){.outcome = outcome, .iterations = s.iterations, .passes = s.passes, .cost2 = s.normal.cost2};
+        *out = (ff_solution){.outcome = outcome, .iterations = s.iterations, .passes = s.passes, .cost2 = s.cost2};
         if (s.last_is_final && s.have_last && memcmp(s.x, s.last, l->P * sizeof *s.x) == 0) {
             out->normal = s.normal;
             out->has_final = 1;
             s.normal = (ff_normal){0};
+            st = ff_normal_fold(l, &out->normal);
         }
     }
     solver_free(&s);

@@ -52,6 +52,22 @@ static int find_like(const ff_model *m, const char *name)
     return ff_model_param_find(m, axis);
 }
 
+/* Shape parameters that are tied are so in the stand-in; channel parameters, which may be others there, are not: ff_standin_start
+ * brings them together. */
+static void tie_shape(const ff_layout *l, ff_layout *standin)
+{
+    ff_ties ties = {.n = 0};
+    for (uint32_t k = 0; k < FF_MAX_SHAPE; k++) ties.shape[k] = k;
+    for (uint32_t k = 0; k < FF_MAX_CHANNEL_PARAMS; k++) ties.channel[k] = k;
+    for (uint32_t k = 0; k < l->free.n_shape; k++) {
+        if (l->shape_follows[k] < 0) continue;
+        const int i = find_like(standin->m, l->m->shape[l->free.shape[k]].name),
+                  to = find_like(standin->m, l->m->shape[l->free.shape[l->shape_follows[k]]].name);
+        if (i >= 0 && to >= 0) ties.shape[i] = (uint32_t)to;
+    }
+    ff_layout_tie(standin, &ties);
+}
+
 ff_status ff_standin_make(const ff_layout *l, ff_standin *out)
 {
     const ff_model *m = l->m;
@@ -71,10 +87,15 @@ ff_status ff_standin_make(const ff_layout *l, ff_standin *out)
         if (i < 0) continue;
         out->model.shape[i].init = m->shape[k].init;
         out->model.shape[i].flags = m->shape[k].flags;
+        out->model.shape[i].lo = m->shape[k].lo;
+        out->model.shape[i].hi = m->shape[k].hi;
     }
     for (uint32_t k = 0; k < m->n_channel; k++) {
         const int i = ff_model_param_find(&out->model, m->channel[k].name);
-        if (i == FF_PARAM_NONE || i >= 0 || !(m->channel[k].flags & FF_PARAM_HELD)) continue;
+        if (i == FF_PARAM_NONE || i >= 0) continue;
+        out->model.channel[-1 - i].lo = m->channel[k].lo;
+        out->model.channel[-1 - i].hi = m->channel[k].hi;
+        if (!(m->channel[k].flags & FF_PARAM_HELD)) continue;
         out->model.channel[-1 - i].init = m->channel[k].init;
         out->model.channel[-1 - i].flags = m->channel[k].flags;
     }
@@ -86,6 +107,8 @@ ff_status ff_standin_make(const ff_layout *l, ff_standin *out)
         if (strcmp(name, "alpha_y") == 0 && shape == FF_SHAPE_ISOTROPIC) shape = FF_SHAPE_AXIS;
     }
     if (ff_layout_init(&out->model, l->n_channels, shape, mean_slope, &out->layout, NULL)) return FF_ERR_INTERNAL;
+    tie_shape(l, &out->layout);
+    out->layout.extras = l->extras; /* they weigh nothing yet; which lobes they name counts */
     if (l->arrow) ff_layout_many(&out->layout, 0);
     return FF_OK;
 }
@@ -179,4 +202,5 @@ void ff_standin_start(const ff_layout *l, const ff_standin *s, uint32_t variant,
         const uint32_t at = lobe->shape0 + lobe->n_shape - 1;
         if (!(m->shape[at].flags & FF_PARAM_HELD)) shape[at] = up_to > 0 ? fmin(fmax(sum[k] / up_to, 0.01), 0.99) : 0.5;
     }
+    ff_layout_project(l, shape, channel);
 }

@@ -136,21 +136,22 @@ static double step_channels(const ff_layout *l, const ff_normal *normal, const d
 {
     const size_t n = l->free.n_channel, stride = l->m->n_channel, tri = normal->m1 * (normal->m1 + 1) / 2;
     double sum = 0;
+    if (l->tied) return ff_tied_least_squares(l, normal, at, out);
     for (size_t c = 0; c < normal->n_channels; c++) {
         const double *gram = normal->gram + c * tri;
         double lo[FF_MAX_CHANNEL_PARAMS], hi[FF_MAX_CHANNEL_PARAMS], step[FF_MAX_CHANNEL_PARAMS] = {0};
         for (size_t k = 0; k < n; k++) {
-            const ff_param *info = l->m->channel[l->free.channel[k]].info;
+            const ff_model_param *p = &l->m->channel[l->free.channel[k]];
             const int product = products && is_scaled(l, (uint32_t)k);
-            lo[k] = (product && info->lo < 0 ? -1e9 : info->lo) - at[c * stride + l->free.channel[k]];
-            hi[k] = (product ? 1e9 : info->hi) - at[c * stride + l->free.channel[k]];
+            lo[k] = (!product ? p->lo : p->lo < 0 ? -1e9 : 0) - at[c * stride + l->free.channel[k]];
+            hi[k] = (product ? 1e9 : p->hi) - at[c * stride + l->free.channel[k]];
         }
         sum += n ? ff_bounded_least_squares(gram, n, lo, hi, step) : gram[0];
         for (size_t k = 0; k < n; k++) {
-            const ff_param *info = l->m->channel[l->free.channel[k]].info;
+            const ff_model_param *p = &l->m->channel[l->free.channel[k]];
             const size_t i = c * stride + l->free.channel[k];
             out[i] = at[i] + step[k];
-            if (!(products && is_scaled(l, (uint32_t)k))) out[i] = fmin(fmax(out[i], info->lo), info->hi);
+            if (!(products && is_scaled(l, (uint32_t)k))) out[i] = fmin(fmax(out[i], p->lo), p->hi);
         }
     }
     return sum;
@@ -162,17 +163,19 @@ static void divide_by_scales(const ff_layout *l, double *channel)
     for (size_t c = 0; c < l->n_channels; c++)
         for (uint32_t lobe = 0; lobe < l->m->n_lobes; lobe++) {
             if (!(l->scaled >> lobe & 1)) continue;
-            double *ks = &channel[c * l->m->n_channel + l->m->lobe[lobe].channel0 + l->m->lobe[lobe].n_channel - 1];
+            const uint32_t scale = l->m->lobe[lobe].channel0 + l->m->lobe[lobe].n_channel - 1;
+            double *ks = &channel[c * l->m->n_channel + scale];
             for (int pass = 0; pass < 2; pass++)
                 for (uint32_t k = 0; k < l->free.n_channel; k++) {
                     const ff_model_param *p = &l->m->channel[l->free.channel[k]];
                     double *v = &channel[c * l->m->n_channel + l->free.channel[k]];
                     if (p->lobe != lobe || !is_scaled(l, k)) continue;
                     if (pass == 0)
-                        *ks = fmax(*ks, fmax(*v / p->info->hi, p->info->lo < 0 ? *v / p->info->lo : 0));
+                        *ks = fmax(*ks, fmax(p->hi > 0 ? *v / p->hi : 0, p->lo < 0 ? *v / p->lo : 0));
                     else
-                        *v = *ks > 0 ? fmin(fmax(*v / *ks, p->info->lo), p->info->hi) : p->init;
+                        *v = *ks > 0 ? fmin(fmax(*v / *ks, p->lo), p->hi) : p->init;
                 }
+            *ks = fmin(fmax(*ks, l->m->channel[scale].lo), l->m->channel[scale].hi);
         }
 }
 
@@ -217,9 +220,7 @@ ff_status ff_start_channels(const ff_layout *l, const struct ff_problem *p, cons
     enum { STEPS = 4, CURVED_STEPS = 12 };
     const size_t size = l->n_channels * l->m->n_channel;
     const int exact = l->linear && !l->scaled && !p->thin_linear->surrogate && o->robust == FF_ROBUST_NONE;
-    ff_layout channels = *l; /* no shape columns */
-    channels.free.n_shape = 0;
-    channels.P = channels.n_channels * channels.free.n_channel;
+    const ff_layout channels = ff_layout_of_channels(l);
     ff_normal normal = {0};
     ff_status s = ff_normal_new(&channels, &normal);
     double *trial = malloc((size + 1) * sizeof *trial);
@@ -300,10 +301,10 @@ static int is_roughness(const ff_model *m, uint32_t shape)
 
 static void search_range(const ff_layout *l, uint32_t k, double *lo, double *hi)
 {
-    const ff_param *info = l->m->shape[l->free.shape[k]].info;
-    *lo = ff_coordinate(info, info->lo);
-    *hi = ff_coordinate(info, info->hi);
-    if (is_roughness(l->m, l->free.shape[k])) *lo = log(0.002);
+    const ff_model_param *p = &l->m->shape[l->free.shape[k]];
+    *lo = ff_coordinate(p->info, p->lo);
+    *hi = ff_coordinate(p->info, p->hi);
+    if (is_roughness(l->m, l->free.shape[k]) && *hi > log(0.002)) *lo = fmax(*lo, log(0.002));
 }
 
 /* Free parameters that a search goes through point by point: the scale of each lobe and what shapes its profile. Aspect,
@@ -312,7 +313,7 @@ static int is_searched(const ff_layout *l, uint32_t k)
 {
     const ff_model *m = l->m;
     const uint32_t at = l->free.shape[k], lobe = m->shape[at].lobe;
-    if (lobe >= m->n_lobes) return 0;
+    if (lobe >= m->n_lobes || l->shape_follows[k] >= 0) return 0;
     const ff_ndf *ndf = ff_ndf_at(m->lobe[lobe].ndf);
     const uint32_t i = at - m->lobe[lobe].shape0; /* first the scale, last the own parameters, between them the stretch */
     const uint32_t own = ndf->stretch ? 0 : m->lobe[lobe].isotropic ? 1 : FF_STRETCH_COUNT;
@@ -364,7 +365,7 @@ static int is_ordered(const ff_layout *l, const double *shape)
 {
     for (uint32_t a = 1; a < l->m->n_lobes; a++) {
         const ff_lobe *x = &l->m->lobe[a - 1], *y = &l->m->lobe[a];
-        if (x->ndf == y->ndf && x->masking == y->masking && shape[x->shape0] >= shape[y->shape0]) return 0;
+        if (shape[x->shape0] >= shape[y->shape0] && ff_layout_exchangeable(l, a - 1, a)) return 0;
     }
     return 1;
 }
@@ -387,6 +388,7 @@ static size_t fill_grid(const ff_layout *l, const double *defaults, ff_candidate
             search_range(l, k, &lo, &hi);
             set_point(l, k, lo + (hi - lo) * ((double)step + 0.5) / (double)size[k], c->shape);
         }
+        ff_layout_candidate(l, c->shape);
         n += (size_t)is_ordered(l, c->shape);
     }
     return n;
@@ -400,7 +402,7 @@ static size_t fill_ellipses(const ff_layout *l, const ff_candidate *from, uint32
     const int turns = correlated ? 8 : 2;
     size_t n = 0;
     const uint32_t ix = l->m->lobe[lobe].shape0;
-    const double alpha = from->shape[ix], highest = l->m->shape[ix].info->hi;
+    const double alpha = from->shape[ix], highest = l->m->shape[ix].hi;
     for (size_t a = 0; a < 3; a++)
         for (int t = 0; t < turns; t++) {
             const double phi = 3.14159265358979323846 * t / turns, c = cos(phi), d = sin(phi);
@@ -411,6 +413,7 @@ static size_t fill_ellipses(const ff_layout *l, const ff_candidate *from, uint32
             o->shape[ix] = fmin(sqrt(xx), highest);
             o->shape[ix + 1] = fmin(sqrt(yy), highest);
             o->shape[ix + 2] = correlated ? (major2 - minor2) * c * d / sqrt(xx * yy) : 0;
+            ff_layout_candidate(l, o->shape);
         }
     return n;
 }

@@ -16,8 +16,12 @@ ff_status ff_point_new(const struct ff_problem *p, const ff_fit_options *o, cons
     if (fit->n_channels != p->n_channels)
         return ff_error_set(err, FF_ERR_RANGE, NULL, 0, -1, "a fit of %zu channels does not belong to a problem of %zu", fit->n_channels,
                             p->n_channels);
-    ff_status st = ff_layout_init(&fit->model, fit->n_channels, fit->shape, o->mean_slope, &point.l, err);
+    ff_model model = fit->model; /* has bounds and what is held; which are tied is said again */
+    ff_ties ties;
+    ff_status st = ff_constraints_apply(o->constraints, fit->shape, &model, &ties, err);
+    if (!st) st = ff_layout_init(&fit->model, fit->n_channels, fit->shape, o->mean_slope, &point.l, err);
     if (st) return st;
+    if (ties.n) ff_layout_tie(&point.l, &ties);
     point.channel = malloc((size + 1) * sizeof *point.channel);
     point.at_bound = calloc(point.l.P + 1, sizeof *point.at_bound);
     if (!point.channel || !point.at_bound) {
@@ -29,6 +33,12 @@ ff_status ff_point_new(const struct ff_problem *p, const ff_fit_options *o, cons
     for (size_t k = 0; k < point.l.P; k++) point.at_bound[k] = ff_result_value(&point.l, (ff_fit_result *)(uintptr_t)fit, k)->at_bound;
     *out = point;
     return FF_OK;
+}
+
+ff_status ff_point_data_alone(const ff_fit_options *o, const char *what, ff_error *err)
+{
+    if (!o->constraints || (o->constraints->n_priors == 0 && !o->constraints->energy_conserving)) return FF_OK;
+    return ff_error_set(err, FF_ERR_UNSUPPORTED, NULL, 0, -1, "%s fits to the samples alone and knows no priors nor conserved energy", what);
 }
 
 void ff_point_free(ff_point *point)
@@ -47,6 +57,7 @@ ff_status ff_point_pass(const ff_point *point, const struct ff_problem *p, const
         pass.final = pass.errors = 1;
         st = ff_pass_run(&pass, 1, &n);
         ff_pass_free(&pass);
+        if (!st) st = ff_normal_fold(&point->l, &n);
     }
     if (st) {
         ff_normal_free(&n);

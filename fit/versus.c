@@ -181,9 +181,11 @@ ff_status ff_trust_compare(ff_problem *p, const ff_places *places, const ff_fit_
         return ff_error_set(err, FF_ERR_RANGE, NULL, 0, -1,
                             "cross-validation by incident direction takes 2 to %zu parts, as many as there are directions, found %zu",
                             D, folds);
+    ff_status st = folds ? ff_point_data_alone(o, "cross-validation", err) : FF_OK;
+    if (st) return st;
     double *memory = malloc((4 * p->n + 2 * D) * sizeof *memory); /* no more groups than samples */
     ff_versus *versus = calloc(n, sizeof *versus);
-    ff_status st = memory && versus ? FF_OK : ff_error_set(err, FF_ERR_MEMORY, NULL, 0, -1, "out of memory");
+    st = memory && versus ? FF_OK : ff_error_set(err, FF_ERR_MEMORY, NULL, 0, -1, "out of memory");
     if (!st) {
         const arrays a = {memory, memory + p->n, memory + 2 * p->n, memory + 3 * p->n, memory + 4 * p->n, memory + 4 * p->n + D};
         st = compare_all(p, places, o, fits, n, winner, folds, &a, versus, err);

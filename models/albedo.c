@@ -12,10 +12,12 @@
  *   weak furnace   integral G1 D (wo.h) / ozp dh = integral G1 (D hz^4) V / ozp det(L) q dq dpsi,  over V > 0, ozp = oz - o.s0
  */
 #include "ff_albedo.h"
+#include "internal_albedo.h"
 #include "internal_gauss.h"
 #include "internal_kernel.h"
 #include <float.h>
 #include <math.h>
+#include <stdlib.h>
 #include <string.h>
 
 #define PI 3.14159265358979323846
@@ -70,6 +72,8 @@ typedef struct integrand {
     size_t n;
     double plane[6][FF_BLOCK], w[FF_BLOCK];
     double sum[GROUP];
+    size_t n_columns; /* of p->wanted: derivatives that are summed too */
+    double column_sum[GROUP][FF_ALBEDO_COLUMNS];
 } integrand;
 
 /* f of every channel; of a model with bases, the bases alone. Or D of its lobe. */
@@ -97,11 +101,46 @@ static void evaluate(const ff_prepared *p, integral_kind kind, const ff_dirs *w,
     }
 }
 
+/* Adds sign times value and columns of p. */
+static void add_columns(integrand *k, const ff_prepared *p, const ff_geometry *g, ff_block *b, double sign)
+{
+    double f[FF_BLOCK], df[FF_ALBEDO_COLUMNS][FF_BLOCK];
+    for (size_t c = 0; c < k->n_channels; c++) {
+        p->kernels->block_value(p, g, k->n, c, b, f);
+        p->kernels->block_columns(p, k->n, c, k->w, b, df);
+        for (size_t i = 0; i < k->n; i++) k->sum[c] += sign * k->w[i] * f[i];
+        for (size_t j = 0; j < k->n_columns; j++)
+            for (size_t i = 0; i < k->n; i++) k->column_sum[c][j] += sign * df[j][i];
+    }
+}
+
+static void flush_columns(integrand *k, const ff_dirs *w)
+{
+    const uint32_t needs = ff_prepared_planes(k->p);
+    double planes[FF_G_COUNT][FF_BLOCK];
+    ff_geometry g = {{NULL}};
+    ff_block b;
+    for (int i = 0; i < FF_G_COUNT; i++)
+        if (needs & 1u << i) g.plane[i] = planes[i];
+    k->p->kernels->geometry(w, k->n, &g);
+    k->p->kernels->block_shape(k->p, &g, k->n, &b);
+    add_columns(k, k->p, &g, &b, 1);
+    if (k->kind == LOBES) return;
+    ff_prepared lobes = *k->p;
+    lobes.n_parts = 0;
+    add_columns(k, &lobes, &g, &b, -1);
+}
+
 static void flush(integrand *k)
 {
     double f[GROUP][FF_BLOCK];
     const ff_dirs w = {k->plane[0], k->plane[1], k->plane[2], k->plane[3], k->plane[4], k->plane[5]};
     if (k->n == 0) return;
+    if (k->n_columns) {
+        flush_columns(k, &w);
+        k->n = 0;
+        return;
+    }
     evaluate(k->p, k->kind, &w, k->n, f);
     for (size_t c = 0; c < k->n_channels; c++)
         for (size_t i = 0; i < k->n; i++) k->sum[c] += k->w[i] * f[c][i];
@@ -464,21 +503,29 @@ static void integrate_hemisphere(integrand *k, const ff_gauss *g)
         }
 }
 
+/* With one order: k->sum and the columns. */
+static void integrate_order(integrand *k, int order)
+{
+    centres c = {0, 0, {0}};
+    ff_gauss g;
+    ff_gauss_make(order, &g);
+    memset(k->sum, 0, sizeof k->sum);
+    if (k->n_columns) memset(k->column_sum, 0, sizeof k->column_sum);
+    if (k->kind == BASES) {
+        integrate_hemisphere(k, &g);
+    } else {
+        find_centres(k, &c);
+        integrate_circle(k, &g, &c);
+    }
+    flush(k);
+}
+
 /* Doubles the order until two agree. */
 static void integrate(integrand *k, ff_integral out[GROUP])
 {
-    centres c = {0, 0, {0}};
     double before[GROUP] = {0}, worst = INFINITY;
-    if (k->kind != BASES) find_centres(k, &c);
     for (int order = ORDER_FIRST; order <= ORDER_LAST && !(worst < tolerance); order *= 2) {
-        ff_gauss g;
-        ff_gauss_make(order, &g);
-        memset(k->sum, 0, sizeof k->sum);
-        if (k->kind == BASES)
-            integrate_hemisphere(k, &g);
-        else
-            integrate_circle(k, &g, &c);
-        flush(k);
+        integrate_order(k, order);
         worst = order > ORDER_FIRST ? 0 : INFINITY;
         for (size_t i = 0; i < k->n_channels; ++i) {
             out[i] = (ff_integral){k->sum[i], fabs(k->sum[i] - before[i])};
@@ -507,7 +554,12 @@ static double profile_width(const ff_prepared *p)
 
 static void integrand_make(integral_kind kind, const ff_prepared *p, const double wo[3], integrand *k)
 {
-    *k = (integrand){.kind = kind, .p = p, .n_channels = p->n_channels, .oxy = {wo[0], wo[1]}, .g1 = 1};
+    *k = (integrand){.kind = kind,
+                     .p = p,
+                     .n_channels = p->n_channels,
+                     .oxy = {wo[0], wo[1]},
+                     .g1 = 1,
+                     .n_columns = p->wanted.n_shape + p->wanted.n_channel};
     memcpy(k->o, wo, sizeof k->o);
     if (kind == BASES) return;
     const ff_stretch s = p->lobe[0].s;
@@ -602,6 +654,118 @@ ff_status ff_albedo_directional(const ff_model *m, ff_isa isa, size_t n_channels
         memcpy(out + first, total, n * sizeof *out);
     }
     return FF_OK;
+}
+
+/* ---- albedo with its derivatives ------------------------------------------------------------- */
+
+/* One group of channels. What is made ready points into `lobe` and to the caller's channels. */
+typedef struct channel_group {
+    size_t n;
+    part lobe[FF_MAX_LOBES];
+    ff_prepared whole; /* where there are bases */
+} channel_group;
+
+struct ff_albedo_parts {
+    const ff_model *m;
+    ff_wanted wanted;
+    size_t n_channels, n_groups;
+    double weight[FF_MAX_LOBES], dw[FF_MAX_LOBES][FF_MAX_LOBES];
+    size_t column[FF_MAX_LOBES][FF_ALBEDO_COLUMNS]; /* of the model, by that of the lobe alone */
+    channel_group group[];
+};
+
+/* The columns of the model that lobe l has by itself, and which they are. */
+static ff_wanted columns_of_lobe(const ff_model *m, const ff_model *alone, uint32_t l, const ff_wanted *all, size_t *column)
+{
+    const ff_lobe *lobe = &m->lobe[l], *group = &m->lobe[ff_model_group(m, l)];
+    ff_wanted w = {.n_shape = 0};
+    for (uint32_t k = 0; k < all->n_shape; k++) {
+        const uint32_t at = all->shape[k] - lobe->shape0;
+        if (m->shape[all->shape[k]].lobe != l || at >= alone->n_shape) continue; /* the last may be the weight */
+        column[w.n_shape] = k;
+        w.tied[w.n_shape] = all->tied[k];
+        w.shape[w.n_shape++] = at;
+    }
+    for (uint32_t k = 0; k < all->n_channel; k++) {
+        if (m->channel[all->channel[k]].lobe != ff_model_group(m, l)) continue;
+        column[w.n_shape + w.n_channel] = all->n_shape + k;
+        w.channel[w.n_channel++] = all->channel[k] - group->channel0;
+    }
+    return w;
+}
+
+ff_status ff_albedo_parts_make(const ff_model *m, const ff_kernels *kernels, ff_stretch_mode mode, size_t n_channels,
+                               const double *shape, const double *channel, const ff_wanted *wanted, ff_albedo_parts **out)
+{
+    const size_t n_groups = (n_channels + GROUP - 1) / GROUP;
+    ff_albedo_parts *a = calloc(1, sizeof *a + n_groups * sizeof *a->group);
+    ff_status status = a ? FF_OK : FF_ERR_MEMORY;
+    if (a) *a = (ff_albedo_parts){.m = m, .wanted = *wanted, .n_channels = n_channels, .n_groups = n_groups};
+    if (a) ff_model_weights(m, shape, a->weight, a->dw);
+    for (size_t g = 0; g < n_groups && status == FF_OK; g++) {
+        channel_group *group = &a->group[g];
+        const double *of_group = channel + g * GROUP * m->n_channel;
+        group->n = n_channels - g * GROUP < GROUP ? n_channels - g * GROUP : GROUP;
+        for (uint32_t l = 0; l < m->n_lobes && status == FF_OK; l++) {
+            part *p = &group->lobe[l];
+            ff_model_lobe_alone(m, l, group->n, shape, of_group, &p->model, p->shape, p->channel);
+            const ff_wanted own = columns_of_lobe(m, &p->model, l, wanted, a->column[l]);
+            status = ff_prepare(&p->model, kernels, mode, group->n, p->shape, p->channel, &own, 0, INFINITY, &p->prepared);
+        }
+        if (m->n_bases && status == FF_OK)
+            status = ff_prepare(m, kernels, mode, group->n, shape, of_group, wanted, 0, INFINITY, &group->whole);
+    }
+    if (status != FF_OK) {
+        ff_albedo_parts_free(a);
+        return status;
+    }
+    *out = a;
+    return FF_OK;
+}
+
+void ff_albedo_parts_free(ff_albedo_parts *a)
+{
+    if (!a) return;
+    for (size_t g = 0; g < a->n_groups; g++) {
+        for (uint32_t l = 0; l < a->m->n_lobes; l++) ff_prepared_free(&a->group[g].lobe[l].prepared);
+        ff_prepared_free(&a->group[g].whole);
+    }
+    free(a);
+}
+
+/* Adds lobe l, times its weight, and what the weights change. */
+static void add_lobe_columns(const ff_albedo_parts *a, uint32_t l, const integrand *k, size_t c, double *out)
+{
+    out[0] += a->weight[l] * k->sum[c];
+    for (size_t j = 0; j < k->n_columns; j++) out[1 + a->column[l][j]] += a->weight[l] * k->column_sum[c][j];
+    for (uint32_t j = 0; j < a->wanted.n_shape; j++) {
+        const uint32_t at = a->wanted.shape[j], other = a->m->shape[at].lobe;
+        if (other >= a->m->n_lobes || a->m->lobe[other].fresnel != FF_FRESNEL_SHARED) continue;
+        if (at + 1 == a->m->lobe[other].shape0 + a->m->lobe[other].n_shape) out[1 + j] += a->dw[other][l] * k->sum[c];
+    }
+}
+
+void ff_albedo_parts_at(const ff_albedo_parts *a, int order, const double wo[3], double *out)
+{
+    const size_t stride = 1 + a->wanted.n_shape + a->wanted.n_channel;
+    integrand k;
+    memset(out, 0, a->n_channels * stride * sizeof *out);
+    for (size_t g = 0; g < a->n_groups; g++) {
+        const channel_group *group = &a->group[g];
+        double *of_group = out + g * GROUP * stride;
+        for (uint32_t l = 0; l < a->m->n_lobes; l++) {
+            integrand_make(LOBES, &group->lobe[l].prepared, wo, &k);
+            integrate_order(&k, order);
+            for (size_t c = 0; c < group->n; c++) add_lobe_columns(a, l, &k, c, of_group + c * stride);
+        }
+        if (a->m->n_bases == 0) continue;
+        integrand_make(BASES, &group->whole, wo, &k);
+        integrate_order(&k, order);
+        for (size_t c = 0; c < group->n; c++) {
+            of_group[c * stride] += k.sum[c];
+            for (size_t j = 0; j < k.n_columns; j++) of_group[c * stride + 1 + j] += k.column_sum[c][j];
+        }
+    }
 }
 
 /* ---- weak white furnace ---------------------------------------------------------------------- */

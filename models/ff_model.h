@@ -104,6 +104,7 @@ typedef struct ff_model_param {
     const ff_param *info; /**< static storage; info->name is the bare name                              */
     uint32_t lobe;        /**< 0-based; n_lobes + b for base b                                            */
     double init;          /**< where it starts or is held: info->init unless the model says otherwise    */
+    double lo, hi;        /**< where a fit may go: info->lo, info->hi unless ff_model_bound narrowed them */
     uint32_t flags;       /**< info->flags, FF_PARAM_HELD as the model has it                            */
 } ff_model_param;
 
@@ -137,6 +138,11 @@ void ff_model_expression(const ff_model *m, char *out, size_t size);
 ff_status ff_model_hold(ff_model *m, const char *name, double value, ff_error *err);
 ff_status ff_model_free(ff_model *m, const char *name, ff_error *err);
 
+/** Narrows the range in which a fit may move a parameter, by name, "alpha" for both axes; its initial value moves inside.
+ * Evaluation knows nothing of it. FF_ERR_UNKNOWN; FF_ERR_RANGE when not lo < hi, when they lie outside the parameter's box (the
+ * message has it), or when the parameter is held outside them. m is changed only on FF_OK. */
+ff_status ff_model_bound(ff_model *m, const char *name, double lo, double hi, ff_error *err);
+
 /** Gives every `tabulated` lobe its table, which must outlive m and its copies; the count of such lobes. */
 uint32_t ff_model_set_table(ff_model *m, const struct ff_profile_table *table);
 
@@ -158,7 +164,8 @@ ff_status ff_model_set(const ff_model *m, size_t n_channels, const char *assignm
  *  @param channel  [n_channels][n_channel] */
 ff_status ff_model_check(const ff_model *m, size_t n_channels, const double *shape, const double *channel, ff_error *err);
 
-/** Claims of the whole model for these parameters: FF_RECIPROCAL (not with a mean slope), FF_PASSIVE (for ks <= 1), FF_ISOTROPIC. */
+/** Claims of the whole model for these parameters: FF_RECIPROCAL (not with a mean slope), FF_PASSIVE (for ks <= 1), FF_ISOTROPIC.
+ */
 uint32_t ff_model_claims(const ff_model *m, const double *shape);
 
 /* ---- evaluation ------------------------------------------------------------------------------ */

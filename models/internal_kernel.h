@@ -333,6 +333,13 @@ void ff_model_weights(const ff_model *m, const double *shape, double *weight, do
 void ff_model_lobe_alone(const ff_model *m, uint32_t l, size_t n_channels, const double *shape, const double *channel,
                          ff_model *out, double *out_shape, double *out_channel);
 
+/* FF_ERR_UNKNOWN with the names that exist. */
+ff_status ff_model_unknown_param(const ff_model *m, const char *name, ff_error *err);
+
+/* Is name "alpha" or "lobe2.alpha", standing for two axes that the model has? Then their names go to x, y. 0 also for a parameter
+ * that is called so itself. */
+int ff_model_alpha_axes(const ff_model *m, const char *name, char x[FF_PARAM_NAME], char y[FF_PARAM_NAME]);
+
 /* The lobe whose Fresnel term lobe l uses: its own index, or 0. */
 uint32_t ff_model_group(const ff_model *m, uint32_t l);
 

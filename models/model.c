@@ -22,7 +22,7 @@ static ff_status add_param(ff_model *m, const ff_param *info, uint32_t lobe, con
     if (per_channel ? m->n_channel == FF_MAX_CHANNEL_PARAMS : m->n_shape == FF_MAX_SHAPE)
         return ff_error_set(err, FF_ERR_UNSUPPORTED, NULL, 0, -1, "the model has too many parameters");
     ff_model_param *p = per_channel ? &m->channel[m->n_channel++] : &m->shape[m->n_shape++];
-    *p = (ff_model_param){.info = info, .lobe = lobe, .init = info->init, .flags = info->flags};
+    *p = (ff_model_param){.info = info, .lobe = lobe, .init = info->init, .lo = info->lo, .hi = info->hi, .flags = info->flags};
     snprintf(p->name, sizeof p->name, "%.8s%s%.20s", prefix ? prefix : "", prefix ? "." : "", info->name);
     return FF_OK;
 }
@@ -356,7 +356,7 @@ static int inside(const ff_param *p, double v)
     return v >= p->lo && v <= p->hi; /* false for NaN */
 }
 
-static ff_status unknown_param(const ff_model *m, const char *name, ff_error *err)
+ff_status ff_model_unknown_param(const ff_model *m, const char *name, ff_error *err)
 {
     char known[500] = "";
     for (uint32_t k = 0; k < m->n_shape + m->n_channel; k++) {
@@ -377,10 +377,17 @@ static int alpha_axis(const char *name, char axis, char *out, size_t size)
     return 1;
 }
 
+int ff_model_alpha_axes(const ff_model *m, const char *name, char x[FF_PARAM_NAME], char y[FF_PARAM_NAME])
+{
+    if (strlen(name) >= FF_PARAM_NAME - 2 || ff_model_param_find(m, name) != FF_PARAM_NONE) return 0;
+    return alpha_axis(name, 'x', x, FF_PARAM_NAME) && alpha_axis(name, 'y', y, FF_PARAM_NAME) &&
+           ff_model_param_find(m, x) != FF_PARAM_NONE;
+}
+
 static ff_status hold_one(ff_model *m, const char *name, int held, double value, ff_error *err)
 {
     const int k = ff_model_param_find(m, name);
-    if (k == FF_PARAM_NONE) return unknown_param(m, name, err);
+    if (k == FF_PARAM_NONE) return ff_model_unknown_param(m, name, err);
     ff_model_param *p = k >= 0 ? &m->shape[k] : &m->channel[-1 - k];
     if (held && !inside(p->info, value)) return out_of_box(p, value, err);
     if (held) p->init = value;
@@ -391,12 +398,10 @@ static ff_status hold_one(ff_model *m, const char *name, int held, double value,
 /* A name, or where the model has none of that name "alpha" for the two axes. */
 static ff_status hold(ff_model *m, const char *name, int held, double value, ff_error *err)
 {
-    char axis[FF_PARAM_NAME + 2];
-    if (strlen(name) >= FF_PARAM_NAME || ff_model_param_find(m, name) != FF_PARAM_NONE ||
-        !alpha_axis(name, 'x', axis, sizeof axis) || ff_model_param_find(m, axis) == FF_PARAM_NONE)
-        return hold_one(m, name, held, value, err);
-    const ff_status s = hold_one(m, axis, held, value, err);
-    return !s && alpha_axis(name, 'y', axis, sizeof axis) ? hold_one(m, axis, held, value, err) : s;
+    char x[FF_PARAM_NAME], y[FF_PARAM_NAME];
+    if (!ff_model_alpha_axes(m, name, x, y)) return hold_one(m, name, held, value, err);
+    const ff_status s = hold_one(m, x, held, value, err);
+    return s ? s : hold_one(m, y, held, value, err);
 }
 
 ff_status ff_model_hold(ff_model *m, const char *name, double value, ff_error *err)
@@ -409,11 +414,42 @@ ff_status ff_model_free(ff_model *m, const char *name, ff_error *err)
     return hold(m, name, 0, 0, err);
 }
 
+static ff_status bound_one(ff_model *m, const char *name, double lo, double hi, ff_error *err)
+{
+    const int k = ff_model_param_find(m, name);
+    if (k == FF_PARAM_NONE) return ff_model_unknown_param(m, name, err);
+    ff_model_param *p = k >= 0 ? &m->shape[k] : &m->channel[-1 - k];
+    if (!(lo < hi))
+        return ff_error_set(err, FF_ERR_RANGE, NULL, 0, -1, "the bounds of %s must rise, found %g and %g", p->name, lo, hi);
+    if (!inside(p->info, lo) || !inside(p->info, hi))
+        return ff_error_set(err, FF_ERR_RANGE, NULL, 0, -1, "the bounds of %s, %g and %g, must lie inside [%g, %g]", p->name, lo,
+                            hi, p->info->lo, p->info->hi);
+    const double start = fmin(fmax(p->init, lo), hi);
+    if ((p->flags & FF_PARAM_HELD) && start != p->init)
+        return ff_error_set(err, FF_ERR_RANGE, NULL, 0, -1, "%s is held at %g, outside its bounds [%g, %g]", p->name, p->init, lo,
+                            hi);
+    p->init = start;
+    p->lo = lo;
+    p->hi = hi;
+    return FF_OK;
+}
+
+ff_status ff_model_bound(ff_model *m, const char *name, double lo, double hi, ff_error *err)
+{
+    char x[FF_PARAM_NAME], y[FF_PARAM_NAME];
+    if (!ff_model_alpha_axes(m, name, x, y)) return bound_one(m, name, lo, hi, err);
+    ff_model both = *m; /* both axes or, when one is refused, neither */
+    ff_status s = bound_one(&both, x, lo, hi, err);
+    if (!s) s = bound_one(&both, y, lo, hi, err);
+    if (!s) *m = both;
+    return s;
+}
+
 static ff_status set_one(const ff_model *m, size_t n_channels, const char *name, const double *values, size_t n_values,
                          double *shape, double *channel, ff_error *err)
 {
     const int k = ff_model_param_find(m, name);
-    if (k == FF_PARAM_NONE) return unknown_param(m, name, err);
+    if (k == FF_PARAM_NONE) return ff_model_unknown_param(m, name, err);
     const ff_model_param *p = k >= 0 ? &m->shape[k] : &m->channel[-1 - k];
     if (k >= 0 && n_values != 1)
         return ff_error_set(err, FF_ERR_SYNTAX, NULL, 0, -1, "%s takes one value, found %zu", name, n_values);

@@ -34,6 +34,18 @@ const char *ff_report_channel_param(const ff_problem *p, const ff_fit_result *f,
     return out;
 }
 
+const ff_model_param *ff_report_followed(const ff_fit_result *f, const ff_fit_value *v)
+{
+    return v->follows >= 0 ? &f->model.shape[v->follows] : &f->model.channel[-1 - v->follows];
+}
+
+/* Has channel parameter k one value for all channels? */
+static int is_shared(const ff_fit_result *f, uint32_t k)
+{
+    const ff_fit_value *v = &f->channel_value[(f->n_channels - 1) * f->model.n_channel + k];
+    return f->n_channels > 1 && v->tied && v->follows_channel == 0;
+}
+
 const char *ff_report_column_name(const ff_problem *p, const ff_fit_result *f, size_t column, char out[FF_REPORT_NAME])
 {
     for (uint32_t k = 0; k < f->model.n_shape; ++k) {
@@ -42,8 +54,13 @@ const char *ff_report_column_name(const ff_problem *p, const ff_fit_result *f, s
         return out;
     }
     for (size_t c = 0; c < f->n_channels; ++c)
-        for (uint32_t k = 0; k < f->model.n_channel; ++k)
-            if (f->channel_value[c * f->model.n_channel + k].column == (int)column) return ff_report_channel_param(p, f, k, c, out);
+        for (uint32_t k = 0; k < f->model.n_channel; ++k) {
+            const ff_fit_value *v = &f->channel_value[c * f->model.n_channel + k];
+            if (v->tied || v->column != (int)column) continue;
+            if (!is_shared(f, k)) return ff_report_channel_param(p, f, k, c, out);
+            snprintf(out, FF_REPORT_NAME, "%s", f->model.channel[k].name);
+            return out;
+        }
     snprintf(out, FF_REPORT_NAME, "column %zu", column);
     return out;
 }

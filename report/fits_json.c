@@ -58,6 +58,61 @@ static void put_loss(ff_json *j, const ff_fit_options *o, const ff_adaptive *ada
     ff_json_close(j);
 }
 
+static void put_range(ff_json *j, const char *key, double lo, double hi)
+{
+    ff_json_array(j, key, FF_JSON_LINE);
+    ff_json_number(j, NULL, lo);
+    ff_json_number(j, NULL, hi);
+    ff_json_close(j);
+}
+
+/* null for NaN: there was none. */
+static void put_prior(ff_json *j, const char *key, double mean, double sd)
+{
+    if (isnan(sd)) {
+        ff_json_null(j, key);
+        return;
+    }
+    ff_json_object(j, key, FF_JSON_LINE);
+    ff_json_number(j, "mean", mean);
+    ff_json_number(j, "sd", sd);
+    ff_json_close(j);
+}
+
+/* What is known of a parameter besides the data; v: its last channel, which follows the first where all have one value. */
+static void put_known(ff_json *j, const ff_fit_result *f, const ff_model_param *p, const ff_fit_value *v)
+{
+    put_range(j, "bounds", p->lo, p->hi);
+    put_prior(j, "prior", v->prior_mean, v->prior_sd);
+    ff_json_string(j, "tied_to", v->tied ? ff_report_followed(f, v)->name : NULL);
+}
+
+/* null when nothing but the data was given. */
+static void put_constraints(ff_json *j, const ff_constraints *c)
+{
+    if (!c || c->n_bounds + c->n_priors + c->n_ties + (size_t)(c->energy_conserving != 0) == 0) {
+        ff_json_null(j, "constraints");
+        return;
+    }
+    ff_json_object(j, "constraints", FF_JSON_BLOCK);
+    ff_json_object(j, "bounds", FF_JSON_LINE);
+    for (size_t i = 0; i < c->n_bounds; ++i) put_range(j, c->bound[i].name, c->bound[i].lo, c->bound[i].hi);
+    ff_json_close(j);
+    ff_json_object(j, "priors", FF_JSON_LINE);
+    for (size_t i = 0; i < c->n_priors; ++i) put_prior(j, c->prior[i].name, c->prior[i].mean, c->prior[i].sd);
+    ff_json_close(j);
+    ff_json_array(j, "ties", FF_JSON_LINE);
+    for (size_t i = 0; i < c->n_ties; ++i) {
+        ff_json_array(j, NULL, FF_JSON_LINE);
+        ff_json_string(j, NULL, c->tie[i].name);
+        ff_json_string(j, NULL, c->tie[i].to);
+        ff_json_close(j);
+    }
+    ff_json_close(j);
+    ff_json_bool(j, "energy_conserving", c->energy_conserving);
+    ff_json_close(j);
+}
+
 static void put_bound(ff_json *j, const char *key, int at_bound)
 {
     ff_json_string(j, key, at_bound < 0 ? "lower" : at_bound > 0 ? "upper" : NULL);
@@ -88,6 +143,7 @@ static void put_shape(ff_json *j, const ff_fit_result *f)
         put_bound(j, "at_bound", v->at_bound);
         ff_json_bool(j, "held", v->held);
         ff_json_bool(j, "tied", v->tied);
+        put_known(j, f, &f->model.shape[k], v);
         ff_json_close(j);
     }
 }
@@ -115,6 +171,7 @@ static void put_channels(ff_json *j, const ff_fit_result *f)
         for (size_t c = 0; c < n; ++c) put_bound(j, NULL, v[c * stride].at_bound);
         ff_json_close(j);
         ff_json_bool(j, "held", v->held);
+        put_known(j, f, &f->model.channel[k], v + (n - 1) * stride);
         ff_json_close(j);
     }
 }
@@ -258,6 +315,7 @@ static void put_fit(ff_json *j, const ff_report_fits *r, size_t i)
     ff_json_close(j);
     put_ellipse(j, f);
     put_residual(j, &f->residual);
+    ff_json_number(j, "prior_penalty", f->prior_penalty);
     ff_json_integer(j, "free_parameters", (int64_t)f->n_free);
     ff_json_number(j, "aic", f->aic);
     ff_json_number(j, "bic", f->bic);
@@ -298,6 +356,7 @@ ff_status ff_report_fits_json(const ff_report_fits *r, FILE *out)
     ff_report_head_json(&j, "facetfit.fit/1", &r->head);
     put_selection(&j, r);
     put_loss(&j, r->options, r->adaptive);
+    put_constraints(&j, r->options->constraints);
     if (r->places) put_groups(&j, r);
     if (r->difference) put_difference(&j, r->difference);
     ff_json_array(&j, "fits", FF_JSON_BLOCK);

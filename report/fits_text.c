@@ -19,6 +19,25 @@ static void put_count(FILE *out, const char **separator, size_t n, const char *w
     *separator = ", ";
 }
 
+/* A line of what was given besides the data. */
+static void put_constraints(const ff_constraints *c, FILE *out)
+{
+    char a[FF_TEXT_NUMBER], b[FF_TEXT_NUMBER];
+    const char *separator = "given: ";
+    if (!c) return;
+    for (size_t i = 0; i < c->n_bounds; ++i, separator = "; ")
+        fprintf(out, "%s%s in [%s, %s]", separator, c->bound[i].name, ff_text_number(c->bound[i].lo, 6, a),
+                ff_text_number(c->bound[i].hi, 6, b));
+    for (size_t i = 0; i < c->n_priors; ++i, separator = "; ")
+        fprintf(out, "%s%s = %s +- %s", separator, c->prior[i].name, ff_text_number(c->prior[i].mean, 6, a),
+                ff_text_number(c->prior[i].sd, 6, b));
+    for (size_t i = 0; i < c->n_ties; ++i, separator = "; ")
+        fprintf(out, "%s%s %s%s", separator, c->tie[i].name, c->tie[i].to ? "= " : "the same in all channels",
+                c->tie[i].to ? c->tie[i].to : "");
+    if (c->energy_conserving) fprintf(out, "%senergy is conserved", separator), separator = "; ";
+    if (*separator == ';') fputc('\n', out);
+}
+
 static void put_selection(const ff_report_fits *r, FILE *out)
 {
     char number[FF_TEXT_NUMBER], grazing[FF_TEXT_NUMBER + 32];
@@ -42,6 +61,7 @@ static void put_selection(const ff_report_fits *r, FILE *out)
     if (s.below_noise > 0) fprintf(out, "; %zu value%s below the noise floor", s.below_noise, plural(s.below_noise));
     if (s.negative > 0) fprintf(out, "; %zu used sample%s with a negative value (kept as noise)", s.negative, plural(s.negative));
     fputc('\n', out);
+    put_constraints(r->options->constraints, out);
 }
 
 /* "channel r: " where every channel has its own fit. */
@@ -52,11 +72,22 @@ static void put_problem(const ff_report_fits *r, size_t p, FILE *out)
 
 /* ---- fit ------------------------------------------------------------------------------------- */
 
-static const char *value_note(const ff_fit_value *v, const ff_param *info)
+/* What it follows, where it lies, or what was known before. */
+static const char *value_note(const ff_problem *p, const ff_fit_result *f, const ff_fit_value *v, char out[FF_TEXT_CELL])
 {
-    if (v->tied) return strcmp(info->name, "alpha_y") ? "tied" : "= alpha_x";
+    char name[FF_REPORT_NAME], mean[FF_TEXT_NUMBER], sd[FF_TEXT_NUMBER];
+    if (v->tied) {
+        const char *followed = v->follows >= 0
+                                   ? f->model.shape[v->follows].name
+                                   : ff_report_channel_param(p, f, (uint32_t)(-1 - v->follows), v->follows_channel, name);
+        snprintf(out, FF_TEXT_CELL, "= %s", followed);
+        return out;
+    }
     if (v->at_bound) return v->at_bound < 0 ? "on its lower bound" : "on its upper bound";
-    return v->held ? "held" : "";
+    if (v->held) return "held";
+    if (isnan(v->prior_sd)) return "";
+    snprintf(out, FF_TEXT_CELL, "prior %s +- %s", ff_text_number(v->prior_mean, 6, mean), ff_text_number(v->prior_sd, 6, sd));
+    return out;
 }
 
 /* "0.19 to 0.21", with the digits that its width deserves; "-" where there is none. */
@@ -71,9 +102,10 @@ static const char *interval_cell(const ff_fit_value *v, char out[2 * FF_TEXT_NUM
     return out;
 }
 
-static void put_value(ff_text_table *t, const char *name, const ff_fit_value *v, const ff_param *info)
+static void put_value(ff_text_table *t, const char *name, const ff_problem *p, const ff_fit_result *f, const ff_fit_value *v,
+                      const ff_param *info)
 {
-    char value[FF_TEXT_NUMBER], error[FF_TEXT_NUMBER], interval[2 * FF_TEXT_NUMBER];
+    char value[FF_TEXT_NUMBER], error[FF_TEXT_NUMBER], interval[2 * FF_TEXT_NUMBER], note[FF_TEXT_CELL];
     ff_text_with_error(v->value, v->held || v->at_bound ? NAN : v->std_error, value, error);
     if (v->tied) strcpy(error, "-");
     ff_text_row(t);
@@ -82,7 +114,7 @@ static void put_value(ff_text_table *t, const char *name, const ff_fit_value *v,
     ff_text_cell(t, "%s", error);
     ff_text_cell(t, "%s", interval_cell(v, interval));
     ff_text_cell(t, "%s", info->unit);
-    ff_text_cell(t, "%s", value_note(v, info));
+    ff_text_cell(t, "%s", value_note(p, f, v, note));
 }
 
 static void head_row(ff_text_table *t, const char *const *names, size_t n)
@@ -121,13 +153,13 @@ static ff_status put_channels(const ff_problem *p, const ff_fit_result *f, FILE 
         ff_text_cell(&t, "std error");
     }
     for (size_t c = 0; c < f->n_channels; ++c) {
-        char note[FF_TEXT_CELL] = "", value[FF_TEXT_NUMBER], error[FF_TEXT_NUMBER];
+        char note[FF_TEXT_CELL] = "", value[FF_TEXT_NUMBER], error[FF_TEXT_NUMBER], is_text[FF_TEXT_CELL];
         size_t at = 0;
         ff_text_row(&t);
         ff_text_cell(&t, "%s", ff_problem_channel_name(p, c));
         for (uint32_t k = 0; k < f->model.n_channel; ++k) {
             const ff_fit_value *v = &f->channel_value[c * f->model.n_channel + k];
-            const char *is = value_note(v, f->model.channel[k].info);
+            const char *is = value_note(p, f, v, is_text);
             if (all_left_alone(f, k)) continue;
             ff_text_with_error(v->value, v->held || v->at_bound ? NAN : v->std_error, value, error);
             ff_text_cell(&t, "%s", value);
@@ -159,13 +191,13 @@ static ff_status put_parameters(const ff_problem *p, const ff_fit_result *f, FIL
         const ff_fit_value *v = &f->shape_value[k];
         const ff_param *info = f->model.shape[k].info;
         if (is_left_alone(v, info)) continue;
-        put_value(&t, f->model.shape[k].name, v, info);
+        put_value(&t, f->model.shape[k].name, p, f, v, info);
     }
     for (uint32_t k = 0; k < f->model.n_channel && !apart; ++k)
         for (size_t c = 0; c < f->n_channels; ++c) {
             const ff_fit_value *v = &f->channel_value[c * f->model.n_channel + k];
             const ff_param *info = f->model.channel[k].info;
-            if (!is_left_alone(v, info)) put_value(&t, ff_report_channel_param(p, f, k, c, name), v, info);
+            if (!is_left_alone(v, info)) put_value(&t, ff_report_channel_param(p, f, k, c, name), p, f, v, info);
         }
     const ff_status status = ff_text_print(&t, out, "  ");
     if (status != FF_OK || !apart) return status;

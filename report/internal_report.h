@@ -14,6 +14,9 @@ double ff_report_degrees(double radians);
 /* "alpha_x", "f0[r]": the parameter of a column of the correlation matrix. Returns out. */
 const char *ff_report_column_name(const ff_problem *p, const ff_fit_result *f, size_t column, char out[FF_REPORT_NAME]);
 
+/* The parameter that a tied value follows. */
+const ff_model_param *ff_report_followed(const ff_fit_result *f, const ff_fit_value *v);
+
 /* "f0[r]", or "f0" when there is one channel. Returns out. */
 const char *ff_report_channel_param(const ff_problem *p, const ff_fit_result *f, uint32_t k, size_t c, char out[FF_REPORT_NAME]);
 

@@ -122,6 +122,18 @@ def fits(directory):
     check(order == [(n, m) for n in ("beckmann", "ggx") for m in ("v-cavity", "smith-height-correlated")], "order %s" % order)
     objective = [d["fits"][i]["residual"]["objective"] for i in d["ranking"]]
     check(objective == sorted(objective) and d["fits"][d["ranking"][0]]["ndf"] == "ggx", "ranking %s" % objective)
+    check(all(p["tied_to"] is None and p["prior"] is None and len(p["bounds"]) == 2 for n, p in
+              document("fit", path, "--shape", "axis")["fits"][0]["parameters"].items()), "nothing but the data was given")
+    d = document("fit", path, "--shape", "axis", "--bound", "alpha=0.05:0.9", "--prior", "f0=0.5+-0.2", "--tie", "kd,alpha_y=alpha_x",
+                 "--energy-conserving")
+    check_fits(d, path, 1)
+    check(d["constraints"] == {"bounds": {"alpha": [0.05, 0.9]}, "priors": {"f0": {"mean": 0.5, "sd": 0.2}},
+                               "ties": [["kd", None], ["alpha_y", "alpha_x"]], "energy_conserving": True}, "constraints")
+    p = d["fits"][0]["parameters"]
+    check(p["alpha_y"]["tied_to"] == "alpha_x" and p["alpha_y"]["tied"] and p["alpha_y"]["bounds"] == [0.05, 0.9], "alpha_y")
+    check(p["kd"]["tied_to"] == "kd" and len(set(p["kd"]["value"])) == 1 and p["kd"]["prior"] is None, "kd")
+    check(p["f0"]["prior"] == {"mean": 0.5, "sd": 0.2} and p["f0"]["tied_to"] is None and p["f0"]["bounds"] == [0, 1], "f0")
+    check(d["fits"][0]["prior_penalty"] > 0, "penalty of the prior")
     d = document("fit", path, "--channels", "each")
     check_fits(d, path, 3)
     check([f["channels"] for f in d["fits"]] == [["r"], ["g"], ["b"]] and d["data"]["channels"] == ["r", "g", "b"], "each channel")
