@@ -362,17 +362,19 @@ static ff_status fill_covariances(ff_arrow *a, const struct ff_problem *p, const
         memcpy(single, of_samples, products(a) * sizeof *single);
         st = sum_clusters(a, p, n, single, clustered);
     }
-    for (size_t k = 0; k < P; k++) a->dof[k] = INFINITY;
-    if (!st && !(sigma && a->clusters.run == 1)) {
+    for (size_t k = 0; k < P; k++) a->dof[k] = INFINITY; /* still the number of clusters */
+    if (!st && !(sigma && a->clusters.run == 1))
         st = ff_clusters_informative(p, n, p->n, NULL, (p->n + run - 1) / run, NULL, a, a->dof);
-        for (size_t k = 0; k < P && !st; k++) a->dof[k] -= 1;
-    }
     if (!st) {
         if (!sigma) fill_sandwich(a, a->clusters.run > 1 ? clustered : single);
         for (size_t k = 0; k < P; k++) {
             const double one = variance_in(a, single, k), more = variance_in(a, clustered, k),
-                         stretch = sigma && a->clusters.run > 1 && one > 0 ? fmax(more / one, 1) : 1;
-            factor[k] = a->scale[k] * sqrt(correction * stretch * (1 + 1 / a->dof[k]));
+                         seen = ff_clusters_seen(n, a->dof[k]);
+            factor[k] = correction;
+            if (sigma && a->clusters.run > 1 && one > 0) factor[k] *= fmax(more / one, 1);
+            if (a->clusters.run > 1) factor[k] /= seen;
+            factor[k] = a->scale[k] * sqrt(factor[k]);
+            a->dof[k] -= 1;
         }
         multiply(a, factor);
     }

@@ -86,8 +86,13 @@ static ff_status one_sided(const double *x, size_t n, size_t P, size_t k, const 
     return FF_OK;
 }
 
+/* For every parameter [P]. */
+typedef struct groups_that_count {
+    double *number, *seen; /* see ff_clusters_informative and ff_clusters_seen */
+} groups_that_count;
+
 /* x [n][P]: the refits that converged. */
-static ff_status take_errors(const ff_point *point, const double *x, size_t n, size_t G, const double *number, ff_fit_result *fit)
+static ff_status take_errors(const ff_point *point, const double *x, size_t n, size_t G, const groups_that_count *count, ff_fit_result *fit)
 {
     const ff_layout *l = &point->l;
     const size_t P = l->P;
@@ -99,9 +104,9 @@ static ff_status take_errors(const ff_point *point, const double *x, size_t n, s
             st = one_sided(x, n, P, a, info, v);
             continue;
         }
-        /* weights of G groups have the variance (G - 1) / (G + 1) instead of 1; errors from a number of clusters are too small */
-        const double dof = number[a] - 1, factor = sqrt((double)(G + 1) / (double)(G - 1) * (1 + 1 / dof) * (1 - 1 / (double)G));
-        const double t = ff_student_quantile(0.95, dof),
+        /* weights of G groups have the variance (G - 1) / (G + 1) instead of 1 */
+        const double factor = sqrt((double)(G + 1) / (double)(G - 1) * (1 - 1 / (double)G) / count->seen[a]);
+        const double t = ff_student_quantile(0.95, count->number[a] - 1),
                      error = factor * sqrt(covariance(x, n, P, a, a)) * ff_coordinate_slope(info, v->value);
         if (!isnan(v->std_error)) v->std_error = error;
         ff_interval_around(info, t * error, FF_INTERVAL_BOOTSTRAP, v);
@@ -116,9 +121,8 @@ static ff_status take_errors(const ff_point *point, const double *x, size_t n, s
     return st;
 }
 
-/* Groups that count for each parameter: number [P]. */
 static ff_status count_groups(const ff_point *point, const struct ff_problem *p, const ff_fit_options *o, const ff_places *places,
-                              double *number)
+                              const groups_that_count *count)
 {
     const size_t P = point->l.P;
     ff_normal normal = {0};
@@ -127,7 +131,8 @@ static ff_status count_groups(const ff_point *point, const struct ff_problem *p,
     ff_status st = use ? ff_point_pass(point, p, o, &normal) : FF_ERR_MEMORY;
     for (size_t k = 0; k < P && !st; k++) use[k] = point->at_bound[k] == 0;
     if (!st) st = ff_uncertainty_new(&point->l, p, &normal, use, p->n, &u);
-    if (!st) st = ff_clusters_informative(p, &normal, p->n, places->group, places->n_groups, u.inverse, NULL, number);
+    if (!st) st = ff_clusters_informative(p, &normal, p->n, places->group, places->n_groups, u.inverse, NULL, count->number);
+    for (size_t k = 0; k < P && !st; k++) count->seen[k] = ff_clusters_seen(&normal, count->number[k]);
     ff_uncertainty_free(&u);
     ff_normal_free(&normal);
     free(use);
@@ -171,8 +176,8 @@ ff_status ff_trust_bootstrap(ff_problem *p, const ff_places *places, const ff_fi
     b.x = malloc((repeats * P + 1) * sizeof *b.x);
     b.converged = calloc(repeats, 1);
     b.status = calloc(repeats, sizeof *b.status);
-    double *number = malloc((P + 1) * sizeof *number);
-    st = b.weight && b.x && b.converged && b.status && number ? ff_resampled_new(p, &resampled) : FF_ERR_MEMORY;
+    const groups_that_count count = {malloc((P + 1) * sizeof(double)), malloc((P + 1) * sizeof(double))};
+    st = b.weight && b.x && b.converged && b.status && count.number && count.seen ? ff_resampled_new(p, &resampled) : FF_ERR_MEMORY;
     size_t n = 0;
     if (!st) {
         ff_pool_run(p->pool, repeats, refit, &b);
@@ -185,8 +190,8 @@ ff_status ff_trust_bootstrap(ff_problem *p, const ff_places *places, const ff_fi
     } else if (n < FEWEST_REPEATS) {
         st = ff_error_set(err, FF_ERR_DATA, NULL, 0, -1, "only %zu of %zu refits of the bootstrap converged", n, repeats);
     } else {
-        st = count_groups(&point, p, o, places, number);
-        if (!st) st = take_errors(&point, b.x, n, places->n_groups, number, fit);
+        st = count_groups(&point, p, o, places, &count);
+        if (!st) st = take_errors(&point, b.x, n, places->n_groups, &count, fit);
         if (st) ff_error_set(err, st, NULL, 0, -1, "out of memory");
     }
     if (!st) *out = (ff_bootstrap){repeats, repeats - n, places->n_groups, places->kind};
@@ -195,7 +200,8 @@ ff_status ff_trust_bootstrap(ff_problem *p, const ff_places *places, const ff_fi
     free(b.x);
     free(b.converged);
     free(b.status);
-    free(number);
+    free(count.number);
+    free(count.seen);
     ff_point_free(&point);
     return st;
 }

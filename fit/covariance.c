@@ -189,7 +189,27 @@ static void stretch(const subset *s, const double *single, const double *cluster
         }
 }
 
-/* Errors from G clusters are too small by sqrt(1 - 1/G) and scatter; G is the number that counts for the parameter. */
+/* The share of the variance that is seen when errors are taken from G clusters by a fit of m parameters, which follows each of them a
+ * little: 1 - m / G, of at least half. G is the number that counts for the parameter. */
+double ff_clusters_seen(const ff_normal *n, double number)
+{
+    return fmax(1 - (double)(n->m1 - 1) / number, 0.5);
+}
+
+/* Share of what is known of a parameter that the data say; a prior is not estimated from clusters. */
+static double of_data(const ff_layout *l, const ff_uncertainty *u, size_t k)
+{
+    return fmin(fmax(1 - ff_extras_weight(l, k) * u->inverse[k * l->P + k], 1e-9), 1);
+}
+
+/* u->dof is still the number of clusters. */
+static double seen_of(const ff_layout *l, const ff_normal *n, const ff_uncertainty *u, size_t k)
+{
+    const double data = of_data(l, u, k);
+    return data * ff_clusters_seen(n, u->dof[k]) + 1 - data;
+}
+
+/* Degrees of freedom, and errors as large as they are. */
 static ff_status widen(const ff_layout *l, const struct ff_problem *p, const ff_normal *n, int sigma, size_t n_samples,
                        ff_uncertainty *u)
 {
@@ -197,12 +217,10 @@ static ff_status widen(const ff_layout *l, const struct ff_problem *p, const ff_
     for (size_t k = 0; k < P; k++) u->dof[k] = INFINITY;
     if ((sigma && u->clusters.run == 1) || !n->runs) return FF_OK;
     const ff_status st = ff_clusters_informative(p, n, n_samples, NULL, clusters, u->inverse, NULL, u->dof);
-    for (size_t k = 0; k < P && !st; k++) { /* what a prior says is not estimated from clusters */
-        const double data = 1 - ff_extras_weight(l, k) * u->inverse[k * P + k];
-        u->dof[k] = (u->dof[k] - 1) / fmin(fmax(data, 1e-9), 1);
-    }
-    for (size_t a = 0; a < P && !st; a++)
-        for (size_t b = 0; b < P; b++) u->cov[a * P + b] *= sqrt((1 + 1 / u->dof[a]) * (1 + 1 / u->dof[b]));
+    for (size_t a = 0; a < P && !st && u->clusters.run > 1; a++) /* of single samples there are so many that nothing is missed */
+        for (size_t b = 0; b < P; b++)
+            u->cov[a * P + b] /= sqrt(seen_of(l, n, u, a) * seen_of(l, n, u, b));
+    for (size_t k = 0; k < P && !st; k++) u->dof[k] = (u->dof[k] - 1) / of_data(l, u, k);
     return st;
 }
 

@@ -434,6 +434,9 @@ size_t ff_clusters_centred(const struct ff_problem *p, const ff_normal *n, size_
 /* Joins pairs of neighbours; a last one without partner stays. Returns how many are left. */
 size_t ff_clusters_join(double *sums, size_t n, size_t P);
 
+/* Share of the variance that is seen when errors are estimated from a number of clusters (Bell and McCaffrey 2002 have it exactly). */
+double ff_clusters_seen(const ff_normal *n, double number);
+
 /* Number of independent values that would say as much as the n_values; meat of the clusters. */
 double ff_clusters_effective(const ff_normal *n, const double *meat, size_t n_shape, double n_values);
 

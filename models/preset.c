@@ -14,6 +14,13 @@ static const ff_preset presets[] = {
      .note = "their F D G / (pi iz oz) with D = exp(-tan^2 / m^2) / (m^2 cos^4) is four times F D G / (4 iz oz): ks is held at 4",
      .expression = "beckmann/v-cavity/dielectric+lambert",
      .hold = {"ks=4"}},
+    {.name = "ngan-2005",
+     .title = "Beckmann in V-grooves, Schlick, Lambert: the Cook-Torrance fits to the MERL materials",
+     .source = "Ngan, Durand and Matusik 2005",
+     .note = "their rho_s / pi D F G / (iz oz) with D = exp(-tan^2 / m^2) / (m^2 cos^4) is ks D F G / (4 iz oz) with ks = 4 rho_s, "
+             "held at rho_s = 1 unless freed; alpha is their m, f0 their F0, kd their rho_d",
+     .expression = "beckmann/v-cavity/schlick+lambert",
+     .hold = {"ks=4"}},
     {.name = "walter-2007",
      .title = "GGX, separable Smith, exact Fresnel of a dielectric: the reflected part",
      .source = "Walter et al. 2007, eq. 20, 22, 33 and 34",

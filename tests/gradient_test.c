@@ -243,6 +243,7 @@ static void shared_and_coupled(void)
         "gtr+vmf/v-cavity/dielectric+mikkelsen-coupled",
         "ggx/smith-height-direction-correlated/sgd+shirley-coupled+oren-nayar",
         "cook-torrance",
+        "ngan-2005",
         "kelemen-2001",
         "mikkelsen-2009",
         "disney-2012",

@@ -214,7 +214,7 @@ static void compositions(void)
 /* Presets: names of their own, expressions that parse, values that are held. */
 static void presets(void)
 {
-    FF_CHECK(ff_preset_count() >= 7 && ff_preset_at(ff_preset_count()) == NULL && ff_preset_find("no-such-preset") == NULL, "%zu",
+    FF_CHECK(ff_preset_count() >= 8 && ff_preset_at(ff_preset_count()) == NULL && ff_preset_find("no-such-preset") == NULL, "%zu",
              ff_preset_count());
     for (size_t i = 0; i < ff_preset_count(); i++) {
         const ff_preset *p = ff_preset_at(i);

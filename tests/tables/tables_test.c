@@ -7,48 +7,10 @@
  *
  * A parameter set is "found" when every parameter is within 1 %, "traded" when the residual is nothing (1e-5 of the data) though
  * some parameter is not: two of them then do the same to all samples. */
-#include "fit_samples.h"
+#include "published_sheet.h"
 #include "ff_simulate.h"
 
-enum { MATERIALS = 128, COLUMNS = 48, CELL = 32, SEED = 12 };
-
-/* ---- the tables ------------------------------------------------------------------------------ */
-
-typedef struct sheet {
-    size_t rows, columns;
-    char cell[MATERIALS][COLUMNS][CELL]; /* row 0: names */
-} sheet;
-
-static int sheet_read(const char *name, sheet *s)
-{
-    char path[1024], line[4096], *save = NULL;
-    FILE *f = ff_test_shared(name, path, sizeof path) ? fopen(path, "r") : NULL;
-    if (!f) return 0;
-    s->rows = 0;
-    while (s->rows < MATERIALS && fgets(line, sizeof line, f)) {
-        s->columns = 0;
-        for (char *w = strtok_r(line, ",\r\n", &save); w && s->columns < COLUMNS; w = strtok_r(NULL, ",\r\n", &save))
-            snprintf(s->cell[s->rows][s->columns++], CELL, "%.31s", w);
-        s->rows += s->columns > 1;
-    }
-    fclose(f);
-    return s->rows > 1;
-}
-
-static double number(const sheet *s, size_t row, const char *column)
-{
-    for (size_t k = 0; k < s->columns; k++)
-        if (strcmp(s->cell[0][k], column) == 0) return strtod(s->cell[row][k], NULL);
-    printf("the test itself is wrong: no column %s\n", column);
-    exit(1);
-}
-
-static double of_channel(const sheet *s, size_t row, const char *column, size_t c)
-{
-    char name[CELL];
-    snprintf(name, sizeof name, "%s_%c", column, "rgb"[c]);
-    return number(s, row, name);
-}
+enum { SEED = 12 };
 
 /* ---- one fit --------------------------------------------------------------------------------- */
 
@@ -158,17 +120,10 @@ static void summary(const char *what, const counts *c)
 
 static size_t wanted = 12;
 
-/* The first `wanted` rows of a seeded shuffle, into row [rows]; the count. */
+/* The first `wanted` rows of a seeded shuffle, into row [SHEET_ROWS]; the count. */
 static size_t choose(const sheet *s, size_t *row)
 {
-    uint64_t state = SEED;
-    const size_t n = s->rows - 1;
-    for (size_t i = 0; i < n; i++) row[i] = i + 1;
-    for (size_t i = 0; i < n; i++) {
-        const size_t k = i + fit_random(&state) % (n - i), swap = row[i];
-        row[i] = row[k];
-        row[k] = swap;
-    }
+    const size_t n = sheet_shuffle(s, SEED, row);
     return wanted < n ? wanted : n;
 }
 
@@ -177,7 +132,7 @@ static const double pi = 3.14159265358979323846;
 static void sgd(void)
 {
     static sheet s;
-    size_t row[MATERIALS];
+    size_t row[SHEET_ROWS];
     counts total = {.seconds = 0};
     /* not part of the project: without the tables beside it there is nothing to fit back */
     if (!sheet_read("data/tables/bagher2012_sgd.csv", &s)) FF_SKIP("data/tables/bagher2012_sgd.csv is not there");
@@ -187,12 +142,12 @@ static void sgd(void)
             char what[96];
             fit_surface truth = fit_surface_make("sgd/smith-separable/sgd+lambert", 1, "");
             if (ff_model_free(&truth.model, "ks", NULL)) exit(1);
-            set(&truth, "alpha", 0, of_channel(&s, row[i], "alpha", c));
-            set(&truth, "p", 0, of_channel(&s, row[i], "p", c));
-            set(&truth, "f0", 0, of_channel(&s, row[i], "f0", c));
-            set(&truth, "f1", 0, of_channel(&s, row[i], "f1", c));
-            set(&truth, "ks", 0, 4 / pi * of_channel(&s, row[i], "rhoS", c));
-            set(&truth, "kd", 0, of_channel(&s, row[i], "rhoD", c));
+            set(&truth, "alpha", 0, sheet_channel(&s, row[i], "alpha", c));
+            set(&truth, "p", 0, sheet_channel(&s, row[i], "p", c));
+            set(&truth, "f0", 0, sheet_channel(&s, row[i], "f0", c));
+            set(&truth, "f1", 0, sheet_channel(&s, row[i], "f1", c));
+            set(&truth, "ks", 0, 4 / pi * sheet_channel(&s, row[i], "rhoS", c));
+            set(&truth, "kd", 0, sheet_channel(&s, row[i], "rhoD", c));
             snprintf(what, sizeof what, "sgd %s %c", s.cell[row[i]][0], "rgb"[c]);
             recover(what, &truth, &total);
         }
@@ -210,22 +165,22 @@ static double abc_area(double B, double C)
 static void abc(void)
 {
     static sheet s;
-    size_t row[MATERIALS];
+    size_t row[SHEET_ROWS];
     counts total = {.seconds = 0};
     /* not part of the project: without the tables beside it there is nothing to fit back */
     if (!sheet_read("data/tables/low2012_abc.csv", &s)) FF_SKIP("data/tables/low2012_abc.csv is not there");
     const size_t n = choose(&s, row);
     for (size_t i = 0; i < n; i++) {
         char what[96];
-        const double B = number(&s, row[i], "B"), C = number(&s, row[i], "C");
+        const double B = sheet_number(&s, row[i], "B"), C = sheet_number(&s, row[i], "C");
         fit_surface truth = fit_surface_make("abc/v-cavity/dielectric+lambert", 3, "");
         if (ff_model_free(&truth.model, "ks", NULL)) exit(1);
         set(&truth, "B", 0, B);
         set(&truth, "C", 0, C);
         for (size_t c = 0; c < 3; c++) {
-            set(&truth, "eta", c, number(&s, row[i], "ior"));
-            set(&truth, "ks", c, 4 / pi * abc_area(B, C) * of_channel(&s, row[i], "A", c));
-            set(&truth, "kd", c, of_channel(&s, row[i], "kD", c));
+            set(&truth, "eta", c, sheet_number(&s, row[i], "ior"));
+            set(&truth, "ks", c, 4 / pi * abc_area(B, C) * sheet_channel(&s, row[i], "A", c));
+            set(&truth, "kd", c, sheet_channel(&s, row[i], "kD", c));
         }
         snprintf(what, sizeof what, "abc %s", s.cell[row[i]][0]);
         recover(what, &truth, &total);
