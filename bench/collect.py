@@ -124,6 +124,14 @@ def passes(bench, items):
     return slowest
 
 
+def channels(bench, items):
+    """Fits of 1 to 301 channels. Returns the time per channel at 121 over that at 8, the larger of the two kinds of fits."""
+    fits = {f["channels"]: f for f in program_json(f"{bench}/bench_channels", "5")["fits"]}
+    for n, f in fits.items():
+        items[f"channels.{n}"] = {"search_ns": f["search_ns"], "given_ns": f["given_ns"], "unit": "ns per sample and channel"}
+    return max(fits[121][key] / fits[8][key] for key in ("search_ns", "given_ns"))
+
+
 def merl_file(build, program):
     """A full-size MERL file: of a real material where the shared tools are, simulated otherwise. Returns path and origin."""
     data = os.environ.get("FACETFIT_DATA")
@@ -188,6 +196,7 @@ def main(argv):
     baseline, plain, ours = solve(bench, items)
     same = threads(bench, items)
     slowest = passes(bench, items)
+    spectra = channels(bench, items)
     merl_info = merl(build, items)
     read = readers(build, items)
 
@@ -209,6 +218,7 @@ def main(argv):
         "threads_2_over_1": ratio(times("threads.1.solve", "threads.2.solve"), 1.7, "1", True),
         "pass_closed_form": ratio(slowest[False][1], 3, "ggx passes", False),
         "pass_integral": ratio(slowest[True][1], 8, "ggx passes", False),
+        "channels_121_over_8": ratio(spectra, 1.2, "time per channel", False),
         "read_slowest_text": ratio(min(read[f]["mb_per_s"] for f in TEXT_FORMATS), 150, "MB/s", True),
     }
     for name in ("merl", "exr", "rgl"):

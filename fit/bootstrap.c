@@ -131,7 +131,7 @@ static ff_status count_groups(const ff_point *point, const struct ff_problem *p,
     ff_status st = use ? ff_point_pass(point, p, o, &normal) : FF_ERR_MEMORY;
     for (size_t k = 0; k < P && !st; k++) use[k] = point->at_bound[k] == 0;
     if (!st) st = ff_uncertainty_new(&point->l, p, &normal, use, p->n, &u);
-    if (!st) st = ff_clusters_informative(p, &normal, p->n, places->group, places->n_groups, u.inverse, count->number);
+    if (!st) st = ff_clusters_informative(p, &normal, p->n, places->group, places->n_groups, u.inverse, NULL, count->number);
     for (size_t k = 0; k < P && !st; k++) count->seen[k] = ff_clusters_seen(&point->l, &u, count->number[k]);
     ff_uncertainty_free(&u);
     ff_normal_free(&normal);

@@ -5,7 +5,7 @@
  * every length, on average; it grows as long as a cluster is shorter than the errors' reach (the blocking method of Flyvbjerg and
  * Petersen 1989, here for the score of an M-estimator: clusters as in Liang and Zeger 1986). A length is left for a longer one where
  * the growth is more than twice its own scatter from cluster to cluster. */
-#include "internal_fit.h"
+#include "internal_arrow.h"
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -26,8 +26,7 @@ static double relative_square(const double *sum, const double *single, size_t P)
     return n ? total / (double)n : 0;
 }
 
-/* Joins pairs of clusters; a last one without partner stays. */
-static size_t join_sums(double *sums, size_t n, size_t P)
+size_t ff_clusters_join(double *sums, size_t n, size_t P)
 {
     const size_t half = (n + 1) / 2;
     for (size_t b = 0; b < half; b++)
@@ -65,9 +64,7 @@ static int is_rounding(const struct ff_problem *p, const ff_normal *n)
     return !(sqrt(n->stat[FF_STAT_PLAIN] / fmax(n->stat[FF_STAT_WEIGHT], 1e-300)) > FF_ROUNDING * mean);
 }
 
-/* Sums of the score over the runs, less their mean: it is 0 for a parameter at its optimum, and for one that rests on its bound a slope,
- * which is no error. n_samples of the samples of p count. sums [runs][P], mean [P] out; returns the number of runs. */
-static size_t centred_runs(const struct ff_problem *p, const ff_normal *n, size_t n_samples, double *sums, double *mean)
+size_t ff_clusters_centred(const struct ff_problem *p, const ff_normal *n, size_t n_samples, double *sums, double *mean)
 {
     const size_t P = n->P, length = ff_run_length(p), runs = (p->n + length - 1) / length;
     const double share = (double)n_samples / (double)p->n;
@@ -85,7 +82,7 @@ static size_t centred_runs(const struct ff_problem *p, const ff_normal *n, size_
 /* Sums of squares over single samples, less their mean. */
 static double single_product(const ff_normal *n, size_t n_samples, const double *mean, size_t a, size_t b)
 {
-    return n->meat[ff_tri(a, b)] - (double)n_samples * mean[a] * mean[b];
+    return n->meat[n->diagonal ? a : ff_tri(a, b)] - (double)n_samples * mean[a] * mean[b];
 }
 
 ff_status ff_clusters_choose(const struct ff_problem *p, const ff_normal *n, size_t n_samples, ff_clusters *out)
@@ -100,7 +97,7 @@ ff_status ff_clusters_choose(const struct ff_problem *p, const ff_normal *n, siz
     size_t n_now = 0, run = length;
     int beyond = 0;
     if (!st) {
-        n_now = centred_runs(p, n, n_samples, sums, mean);
+        n_now = ff_clusters_centred(p, n, n_samples, sums, mean);
         for (size_t k = 0; k < P; k++) single[k] = single_product(n, n_samples, mean, k, k);
     }
     while (share * (double)n_now >= MIN_CLUSTERS && share * (double)n_now >= (double)(PER_PARAMETER * (n->m1 - 1))) {
@@ -112,7 +109,7 @@ ff_status ff_clusters_choose(const struct ff_problem *p, const ff_normal *n, siz
         }
         out->settled = !moved;
         if (out->run > 1) join_squares(squares, n_now);
-        n_now = join_sums(sums, n_now, P);
+        n_now = ff_clusters_join(sums, n_now, P);
         run *= 2;
     }
     free(sums);
@@ -130,8 +127,8 @@ ff_status ff_clusters_meat(const struct ff_problem *p, const ff_normal *n, size_
         free(mean);
         return FF_ERR_MEMORY;
     }
-    size_t n_now = centred_runs(p, n, n_samples, sums, mean);
-    for (size_t length = shortest; length < run; length *= 2) n_now = join_sums(sums, n_now, P);
+    size_t n_now = ff_clusters_centred(p, n, n_samples, sums, mean);
+    for (size_t length = shortest; length < run; length *= 2) n_now = ff_clusters_join(sums, n_now, P);
     for (size_t a = 0; a < P; a++)
         for (size_t b = 0; b <= a; b++) {
             double product = run == 1 ? single_product(n, n_samples, mean, a, b) : 0;
@@ -172,19 +169,20 @@ static double effective_count(const double all[2], double squares, double n)
 }
 
 ff_status ff_clusters_informative(const struct ff_problem *p, const ff_normal *n, size_t n_samples, const uint32_t *cluster,
-                                  size_t n_clusters, const double *inverse, double *number)
+                                  size_t n_clusters, const double *inverse, const ff_arrow *arrow, double *number)
 {
     const size_t P = n->P, length = ff_run_length(p), runs = (p->n + length - 1) / length;
     double *sums = malloc((runs * P + 1) * sizeof *sums), *share = calloc(2 * n_clusters * P + 1, sizeof *share),
-           *mean = malloc((P + 1) * sizeof *mean);
+           *mean = malloc((2 * P + 1) * sizeof *mean), *of_run = mean + P;
     const ff_status st = sums && share && mean ? FF_OK : FF_ERR_MEMORY;
     if (!st) {
-        centred_runs(p, n, n_samples, sums, mean);
+        ff_clusters_centred(p, n, n_samples, sums, mean);
         for (size_t b = 0; b < runs; b++) {
             double *to = share + 2 * (cluster ? cluster[b * length] : b * n_clusters / runs) * P;
+            if (arrow) ff_arrow_apply(arrow, sums + b * P, of_run);
             for (size_t k = 0; k < P; k++) {
-                double influence = 0;
-                for (size_t q = 0; q < P; q++) influence += inverse[k * P + q] * sums[b * P + q];
+                double influence = arrow ? of_run[k] : 0;
+                for (size_t q = 0; q < P && !arrow; q++) influence += inverse[k * P + q] * sums[b * P + q];
                 to[2 * k] += influence * influence;
                 to[2 * k + 1] += influence * influence * influence * influence;
             }
@@ -204,4 +202,11 @@ ff_status ff_clusters_informative(const struct ff_problem *p, const ff_normal *n
     free(share);
     free(mean);
     return st;
+}
+
+/* 1 - 1/G where the errors inside a cluster are independent, near 1 - m/G where they are one error, since a fit of m parameters
+ * follows each cluster a little (Bell and McCaffrey 2002): half way, and no less than a half. */
+double ff_clusters_share_seen(double parameters, double number)
+{
+    return fmax(1 - 0.5 * (1 + parameters) / number, 0.5);
 }

@@ -204,11 +204,9 @@ static double parameters_of_channel(const ff_layout *l, const ff_uncertainty *u)
     return sum;
 }
 
-/* 1 - 1/G where the errors inside a cluster are independent, near 1 - m/G where they are one error, since a fit of m parameters
- * follows each cluster a little (Bell and McCaffrey 2002): half way, and no less than a half. */
 double ff_clusters_seen(const ff_layout *l, const ff_uncertainty *u, double number)
 {
-    return fmax(1 - 0.5 * (1 + parameters_of_channel(l, u)) / number, 0.5);
+    return ff_clusters_share_seen(parameters_of_channel(l, u), number);
 }
 
 /* u->dof is still the number of clusters. */
@@ -225,7 +223,7 @@ static ff_status widen(const ff_layout *l, const struct ff_problem *p, const ff_
     const size_t P = n->P, length = ff_run_length(p), run = u->clusters.run > length ? u->clusters.run : length, clusters = (p->n + run - 1) / run;
     for (size_t k = 0; k < P; k++) u->dof[k] = INFINITY;
     if ((sigma && u->clusters.run == 1) || !n->runs) return FF_OK;
-    const ff_status st = ff_clusters_informative(p, n, n_samples, NULL, clusters, u->inverse, u->dof);
+    const ff_status st = ff_clusters_informative(p, n, n_samples, NULL, clusters, u->inverse, NULL, u->dof);
     for (size_t a = 0; a < P && !st && u->clusters.run > 1; a++) /* of single samples there are so many that nothing is missed */
         for (size_t b = 0; b < P; b++)
             u->cov[a * P + b] /= sqrt(seen_of(l, u, a) * seen_of(l, u, b));

@@ -136,7 +136,11 @@ typedef struct ff_fit_options {
     /** Called between steps of the solver: iterations so far and the objective. May be NULL. */
     void (*progress)(void *context, int iteration, double objective);
     void *progress_context;
+    /** Up to this many channels all parameters are solved for together, and all their correlations are given. Beyond, time and
+     * memory are linear in the channels: see ff_fit_result. The optimum and the standard errors are the same. FF_DENSE_CHANNELS. */
+    size_t dense_channels;
 } ff_fit_options;
+enum { FF_DENSE_CHANNELS = 8 };
 void ff_fit_options_init(ff_fit_options *o);
 
 /** What was kept and why the rest was not. */
@@ -226,8 +230,12 @@ typedef struct ff_fit_result {
     size_t n_channels;
     ff_fit_value *shape_value;   /**< [model.n_shape]                                          */
     ff_fit_value *channel_value; /**< [n_channels][model.n_channel]                            */
-    size_t n_columns;            /**< parameters with a standard error                         */
-    double *correlation;         /**< [n_columns][n_columns]; NULL when std_errors was 0       */
+    size_t n_columns;    /**< parameters with a standard error; with more channels than dense_channels those of the shape alone */
+    double *correlation; /**< [n_columns][n_columns]; NULL when std_errors was 0       */
+    /** With more channels than dense_channels, else NULL: [n_channels][model.n_channel][n_columns + model.n_channel], the
+     * correlations of every parameter of a channel with the columns of correlation, then with the parameters of its channel; NaN
+     * where one of the two has no standard error. Those between channels are not formed. */
+    double *channel_correlation;
     int has_ellipse;
     ff_ellipse ellipse;
     ff_residual residual; /**< its objective is that of the data alone            */

@@ -1,6 +1,6 @@
 /* A fit from beginning to end: search, approach over fewer samples, all samples, errors. */
 #define _GNU_SOURCE /* clock_gettime */
-#include "internal_fit.h"
+#include "internal_arrow.h"
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -184,10 +184,11 @@ static double seconds(void)
 
 /* The pass at the optimum with statistics and the outer products of the errors, unless the solver has made it already. */
 static ff_status final_pass(const ff_layout *l, const struct ff_problem *p, const ff_fit_options *o, const double *shape,
-                            const double *channel, ff_solution *solution)
+                            const double *channel, const int *at_bound, ff_solution *solution)
 {
     ff_pass pass;
     if (solution->has_final) return FF_OK;
+    if (l->arrow) return ff_arrow_finish(l, p, o, shape, channel, at_bound, solution);
     ff_status st = ff_normal_new(l, &solution->normal);
     if (!st) st = ff_layout_pass(l, p, o, shape, channel, &pass);
     if (st) return st;
@@ -249,6 +250,7 @@ ff_status ff_problem_fit(ff_problem *p, const ff_model *m, const ff_fit_options 
     if (!st && ff_extras_new(o->constraints, &l, r.shape, &extras))
         st = ff_error_set(err, FF_ERR_MEMORY, NULL, 0, -1, "out of memory");
     l.extras = extras;
+    ff_layout_many(&l, o->dense_channels);
     ff_fit_options solving = *o; /* the weight of a prior needs the errors of the data */
     solving.std_errors |= extras != NULL;
     if (channel) ff_layout_defaults(&l, shape, channel);
@@ -261,16 +263,17 @@ ff_status ff_problem_fit(ff_problem *p, const ff_model *m, const ff_fit_options 
     if (!st) st = approach(&l, p, &solving, shape, channel, err);
     if (!st) st = ff_solve_in_order(&l, p, &solving, shape, channel, at_bound, &solution, err);
     if (!st) {
-        st = final_pass(&l, p, &solving, shape, channel, &solution);
+        st = final_pass(&l, p, &solving, shape, channel, at_bound, &solution);
         if (st) ff_error_set(err, st, NULL, 0, -1, "the last pass failed: %s", ff_status_str(st));
     }
     if (!st && extras) st = ff_extras_solve(extras, &l, p, &solving, shape, channel, at_bound, &solution, err);
     if (!st) {
-        st = final_pass(&l, p, &solving, shape, channel, &solution);
+        st = final_pass(&l, p, &solving, shape, channel, at_bound, &solution);
         if (!st) st = ff_result_fill(&l, p, o, shape, channel, at_bound, &solution, &r);
         if (st) ff_error_set(err, st, NULL, 0, -1, "the last pass failed: %s", ff_status_str(st));
     }
     ff_normal_free(&solution.normal);
+    ff_arrow_free(solution.arrow);
     free(channel);
     free(at_bound);
     ff_extras_free(extras);

@@ -49,6 +49,14 @@ static inline double *ff_problem_plane(const struct ff_problem *p, size_t block,
     return p->data + (block / FF_CHUNK * p->n_planes + (size_t)plane) * FF_PLANE_STRIDE + block % FF_CHUNK * FF_BLOCK;
 }
 
+/* Blocks whose sums a pass over the pool makes in one go: a chunk, or less where there are so many channels that a few chunks would
+ * be all the work there is to share out. */
+static inline size_t ff_problem_share(const struct ff_problem *p)
+{
+    const size_t share = 8 * FF_CHUNK / p->n_channels;
+    return share > FF_CHUNK ? FF_CHUNK : share < 4 ? 4 : share;
+}
+
 /* Doubles that the planes of a problem take. */
 static inline size_t ff_problem_doubles(const struct ff_problem *p)
 {
@@ -115,7 +123,8 @@ typedef struct ff_normal {
     size_t m1, P, n_channels;
     double cost2; /* sum of rho(r^2): twice the objective                                    */
     double *gram; /* [n_channels][m1 (m1+1) / 2], lower triangle by rows: J^T J, J^T r, r^T r */
-    double *meat; /* [P (P+1) / 2]: sum over samples of score score^T; only of a final pass   */
+    double *meat; /* [P (P+1) / 2]: sum over samples of score score^T; only of a final pass. Of an arrow [P]: its diagonal */
+    int diagonal; /* 1: meat is [P], its diagonal alone: of an arrow, whose score is scaled by ff_arrow.scale */
     double *own;  /* [P]: sum over samples and channels of the squared score of one value     */
     size_t n_runs;
     double *runs; /* [n_runs][P]: sums of the score over runs of consecutive samples; NULL unless of a final pass */
@@ -172,8 +181,15 @@ typedef struct ff_layout {
     int shape_follows[FF_MAX_SHAPE];            /* the free parameter of its kind that it is equal to, -1 = none     */
     int channel_follows[FF_MAX_CHANNEL_PARAMS]; /* in its channel                                                    */
     const struct ff_extras *extras;             /* terms of the objective that are not of the data, NULL = none      */
+    int arrow;     /* 1: many channels, nothing of size P^2 is made; see internal_arrow.h. Set by ff_layout_many */
     size_t pinned; /* coordinate that ff_solve leaves where it is; FF_NOT_PINNED */
 } ff_layout;
+
+/* Makes a layout of more than `dense` channels an arrow, unless ties or terms of the objective of their own join channels. */
+static inline void ff_layout_many(ff_layout *l, size_t dense)
+{
+    l->arrow = l->n_channels > dense && l->free.n_channel > 0 && !l->tied && !l->extras;
+}
 
 /* Coordinate of column k of channel c: free shape parameters first. */
 static inline size_t ff_layout_coordinate(const ff_layout *l, size_t c, size_t k)
@@ -310,6 +326,8 @@ typedef struct ff_solution {
     double cost2;
     ff_normal normal; /* of a final pass at the solution, where one was made (has_final); else zero. The caller's to free */
     int has_final;
+    struct ff_arrow *arrow; /* the covariance of an arrow, whose normal holds the sums of a plain pass and the statistics; the
+                               caller's to free */
 } ff_solution;
 
 /* Minimises from shape, channel (in and out) until a step would lower the objective by less than `tolerance` of itself.
@@ -405,9 +423,16 @@ ff_status ff_clusters_meat(const struct ff_problem *p, const ff_normal *n, size_
 
 /* Clusters are as good as equal ones of a smaller number where some have more to say of a parameter than others (Carter, Schnepel and
  * Steigerwald 2017): number [P], for the degrees of freedom of its error. cluster [p->n] of each sample, NULL: n_clusters of equal
- * length in the order of the samples; inverse [P][P] of J^T J, 0 for parameters that are not in use. FF_ERR_MEMORY. */
+ * length in the order of the samples; inverse [P][P] of J^T J, 0 for parameters that are not in use, or arrow instead. FF_ERR_MEMORY. */
+struct ff_arrow;
 ff_status ff_clusters_informative(const struct ff_problem *p, const ff_normal *n, size_t n_samples, const uint32_t *cluster,
-                                  size_t n_clusters, const double *inverse, double *number);
+                                  size_t n_clusters, const double *inverse, const struct ff_arrow *arrow, double *number);
+
+/* Sums of the score over the runs, less their mean: it is 0 for a parameter at its optimum, and for one that rests on its bound a
+ * slope, which is no error. n_samples of the samples of p count. sums [runs][P], mean [P] out; returns the number of runs. */
+size_t ff_clusters_centred(const struct ff_problem *p, const ff_normal *n, size_t n_samples, double *sums, double *mean);
+/* Joins pairs of neighbours; a last one without partner stays. Returns how many are left. */
+size_t ff_clusters_join(double *sums, size_t n, size_t P);
 
 /* Number of independent values that would say as much as the n_values; meat of the clusters. */
 double ff_clusters_effective(const ff_normal *n, const double *meat, size_t n_shape, double n_values);
@@ -424,7 +449,9 @@ typedef struct ff_uncertainty {
 } ff_uncertainty;
 void ff_uncertainty_free(ff_uncertainty *u);
 
-/* Share of the variance that is seen when the error of a parameter is estimated from a number of clusters. */
+/* Share of the variance that is seen when the error of a parameter is estimated from a number of clusters, by a fit of so many
+ * parameters to a channel. */
+double ff_clusters_share_seen(double parameters, double number);
 double ff_clusters_seen(const ff_layout *l, const ff_uncertainty *u, double number);
 
 /* Of the parameters whose `use` is not 0, from a pass over n_samples samples of p. The covariance is H^-1 M H^-1 with M over clusters (heteroscedasticity-consistent, HC1:
@@ -438,6 +465,8 @@ ff_status ff_intervals_fill(const ff_layout *l, const struct ff_problem *p, cons
                             const ff_uncertainty *u, ff_fit_result *r);
 /* Interval of v->value +- half_width, symmetric in the coordinate. */
 void ff_interval_around(const ff_param *info, double half_width, ff_interval kind, ff_fit_value *v);
+/* From the bound of v inside to where slope d + d^2 / (2 inverse) has risen by allowed; no curvature: to the other bound. */
+void ff_interval_from_bound(const ff_param *info, double slope, double inverse, double allowed, ff_fit_value *v);
 
 /* Rank and condition of the Jacobian of the parameters in use; warns of several that trade off. FF_ERR_MEMORY. */
 ff_status ff_condition_fill(const ff_layout *l, const struct ff_problem *p, const ff_normal *normal, const int *use, ff_fit_result *r);

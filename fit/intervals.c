@@ -20,8 +20,7 @@ void ff_interval_around(const ff_param *info, double half_width, ff_interval kin
     v->high = ff_coordinate_value(info, x + dx);
 }
 
-/* From the bound inside to where slope d + d^2 / (2 inverse) has risen by allowed; no curvature: to the other bound. */
-static void from_bound(const ff_param *info, double slope, double inverse, double allowed, ff_fit_value *v)
+void ff_interval_from_bound(const ff_param *info, double slope, double inverse, double allowed, ff_fit_value *v)
 {
     const double inside = v->at_bound < 0 ? 1 : -1, down = fmax(slope * inside, 0), h = inverse > 0 ? 1 / inverse : 0;
     double d = INFINITY;
@@ -50,7 +49,7 @@ static ff_status fill_one_sided(const ff_layout *l, const struct ff_problem *p, 
             if (!at_bound[k]) continue;
             const double t = ff_student_quantile(0.9, u.dof[k]);
             ff_fit_value *v = ff_result_value(l, r, k);
-            from_bound(ff_layout_param(l, k, NULL)->info, g[k], u.determined[k] ? inverse : 0,
+            ff_interval_from_bound(ff_layout_param(l, k, NULL)->info, g[k], u.determined[k] ? inverse : 0,
                        0.5 * t * t * (u.determined[k] && inverse > 0 ? cov / inverse : INFINITY), v);
         }
         ff_uncertainty_free(&u);

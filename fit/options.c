@@ -94,6 +94,7 @@ void ff_fit_options_init(ff_fit_options *o)
     o->only_channel = -1;
     o->max_iterations = 100;
     o->std_errors = 1;
+    o->dense_channels = FF_DENSE_CHANNELS;
 }
 
 ff_status ff_fit_options_check(const ff_fit_options *o, ff_error *err)

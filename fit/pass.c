@@ -22,7 +22,7 @@ ff_status ff_normal_new(const ff_layout *l, ff_normal *out)
     const size_t n_channels = l->n_channels;
     ff_normal n = {.m1 = l->free.n_shape + l->free.n_channel + 1, .P = l->n_columns, .n_channels = n_channels};
     n.gram = calloc(n_channels * (n.m1 * (n.m1 + 1) / 2), sizeof *n.gram);
-    n.meat = calloc(n.P * (n.P + 1) / 2 + 1, sizeof *n.meat);
+    n.meat = calloc(l->arrow ? n.P + 1 : n.P * (n.P + 1) / 2 + 1, sizeof *n.meat);
     n.own = calloc(n.P + 1, sizeof *n.own);
     if (!n.gram || !n.meat || !n.own) {
         ff_normal_free(&n);
@@ -45,7 +45,7 @@ void ff_normal_free(ff_normal *n)
 typedef struct run {
     const ff_pass *pass;
     ff_pass_chunk_fn kernel;
-    size_t n_gram, n_meat, n_own, n_sums, n_score;
+    size_t share, n_gram, n_meat, n_own, n_sums, n_score;
     double *lanes;  /* [threads][n_sums * 8 + n_score] */
     double *result; /* [chunks][n_sums]                */
     double *runs;
@@ -65,8 +65,8 @@ static void run_chunk(void *context, size_t chunk, int worker)
     sums.score = sums.own + r->n_own * 8;
     sums.runs = r->runs;
     memset(lanes, 0, r->n_sums * 8 * sizeof *lanes);
-    const size_t first = chunk * FF_CHUNK, left = p->n_blocks - first;
-    r->kernel(r->pass, first, left < FF_CHUNK ? left : FF_CHUNK, &sums);
+    const size_t first = chunk * r->share, left = p->n_blocks - first;
+    r->kernel(r->pass, first, left < r->share ? left : r->share, &sums);
     double *out = r->result + chunk * r->n_sums;
     const size_t max_at = 1 + r->n_gram + FF_STAT_MAX;
     for (size_t k = 0; k < r->n_sums; k++) {
@@ -82,8 +82,9 @@ static void run_chunk(void *context, size_t chunk, int worker)
 ff_status ff_pass_run(const ff_pass *pass, int parallel, ff_normal *out)
 {
     const struct ff_problem *p = pass->p;
-    const size_t chunks = (p->n_blocks + FF_CHUNK - 1) / FF_CHUNK, tri = out->m1 * (out->m1 + 1) / 2;
-    run r = {.pass = pass, .kernel = ff_pass_chunk_get(p->isa)};
+    const size_t share = parallel ? ff_problem_share(p) : FF_CHUNK, chunks = (p->n_blocks + share - 1) / share;
+    const size_t tri = out->m1 * (out->m1 + 1) / 2;
+    run r = {.pass = pass, .kernel = ff_pass_chunk_get(p->isa), .share = share};
     r.n_gram = out->n_channels * tri;
     const int errors = pass->final && pass->errors;
     r.n_meat = errors ? out->P * (out->P + 1) / 2 : 0;

@@ -1,5 +1,5 @@
 /* What is said of an optimum: values, errors, the ellipse, residuals, and the words that go with the numbers. */
-#include "internal_fit.h"
+#include "internal_result.h"
 #include <math.h>
 #include <stdarg.h>
 #include <stdio.h>
@@ -141,7 +141,7 @@ static ff_status fill_errors(const ff_layout *l, const struct ff_problem *p, con
 }
 
 /* The ellipse of the first lobe's slopes; with covariances, also whether its direction means anything. */
-static void fill_ellipse(const ff_layout *l, const double *shape, const double *cov, ff_fit_result *r)
+static void fill_ellipse(const ff_layout *l, const double *shape, const double *cov, size_t stride, ff_fit_result *r)
 {
     const ff_model *m = l->m;
     if (m->n_lobes == 0 || ff_ndf_at(m->lobe[0].ndf)->alpha_own != 0) return;
@@ -167,8 +167,8 @@ static void fill_ellipse(const ff_layout *l, const double *shape, const double *
             if (i > 2 || j > 2) continue;
             const double gDa = (d * by[i][0] + e * by[i][1]) / D, gDb = (d * by[j][0] + e * by[j][1]) / D;
             const double gpa = 0.5 * (d * by[i][1] - e * by[i][0]) / (D * D), gpb = 0.5 * (d * by[j][1] - e * by[j][0]) / (D * D);
-            var_D += gDa * gDb * cov[l->shape_at[a] * l->P + l->shape_at[b]];
-            var_phi += gpa * gpb * cov[l->shape_at[a] * l->P + l->shape_at[b]];
+            var_D += gDa * gDb * cov[l->shape_at[a] * stride + l->shape_at[b]];
+            var_phi += gpa * gpb * cov[l->shape_at[a] * stride + l->shape_at[b]];
         }
     o->phi_determined = D > 2 * sqrt(fmax(var_D, 0));
     if (o->phi_determined) o->phi_std_error = sqrt(fmax(var_phi, 0));
@@ -224,16 +224,20 @@ static int is_given(const ff_model_param *p, int bound)
 /* One warning for all channels whose parameter k lies on the same bound. */
 static void warn_channels_at_bound(const ff_layout *l, const struct ff_problem *p, uint32_t k, int bound, ff_fit_result *r)
 {
-    char names[120] = "";
+    char names[120];
     double value = 0;
-    for (size_t c = 0; c < l->n_channels; c++) {
+    int any = 0;
+    unsigned char *mark = malloc(l->n_channels + 1);
+    for (size_t c = 0; c < l->n_channels && mark; c++) {
         const ff_fit_value *v = &r->channel_value[c * l->m->n_channel + k];
-        const size_t used = strlen(names);
-        if (v->at_bound != bound || v->tied) continue;
+        mark[c] = v->at_bound == bound && !v->tied;
+        if (!mark[c]) continue;
         value = v->value;
-        snprintf(names + used, sizeof names - used, "%s%.32s", used ? ", " : "", p->channel_name[c]);
+        any = 1;
     }
-    if (!names[0]) return;
+    if (any) ff_channels_label(p, mark, names, sizeof names);
+    free(mark);
+    if (!any) return;
     const int several = l->n_channels > 1 && r->channel_value[l->m->n_channel + k].follows != -1 - (int)k; /* else one for all */
     const int given = is_given(&l->m->channel[k], bound);
     const int too_bright = bound > 0 && !given && (l->m->channel[k].info->flags & FF_PARAM_LINEAR);
@@ -242,9 +246,32 @@ static void warn_channels_at_bound(const ff_layout *l, const struct ff_problem *
                    too_bright ? "; are the data in 1/sr?" : "");
 }
 
+static void warn_dark_channels(const struct ff_problem *p, ff_fit_result *r)
+{
+    char names[120];
+    unsigned char *mark = calloc(p->n_channels + 1, 1);
+    int any = 0;
+    for (size_t c = 0; c < p->n_channels && p->n_channels > 1 && mark; c++) {
+        mark[c] = p->channel_mean[c] == 0;
+        any |= mark[c];
+        if (mark[c] && p->n_channels <= FF_CHANNELS_NAMED)
+            ff_result_warn(r,
+                           "channel %.64s is zero everywhere, which no lobe is: it pulls the shape of the others; --channels each "
+                           "keeps them apart",
+                           p->channel_name[c]);
+    }
+    if (any && p->n_channels > FF_CHANNELS_NAMED)
+        ff_result_warn(r,
+                       "channels that are zero everywhere (%s), which no lobe is, pull the shape of the others; --channels each "
+                       "keeps them apart",
+                       ff_channels_label(p, mark, names, sizeof names));
+    free(mark);
+}
+
 static void fill_warnings(const ff_layout *l, const struct ff_problem *p, ff_fit_result *r)
 {
     char label[80], text[FF_WARNING_LENGTH];
+    const int many = l->arrow && l->n_channels > FF_CHANNELS_NAMED;
     if (r->outcome == FF_LIMIT)
         ff_result_warn(r, "stopped after %d iterations before it converged; --max-iterations allows more", r->iterations);
     if (r->outcome == FF_STALLED)
@@ -256,14 +283,19 @@ static void fill_warnings(const ff_layout *l, const struct ff_problem *p, ff_fit
         if (!is_of_channel(l->m, param) && v->at_bound)
             ff_result_warn(r, "%s is on %s %s bound, %g", label, is_given(param, v->at_bound) ? "the given" : "its",
                            v->at_bound < 0 ? "lower" : "upper", v->value);
+        if (many && is_of_channel(l->m, param)) continue; /* they are named together */
         if (!v->at_bound && r->correlation && isnan(v->std_error)) ff_result_warn(r, "%s is not determined by these data", label);
     }
+    if (many && r->correlation) ff_result_warn_undetermined(l, p, r);
     for (uint32_t k = 0; k < l->m->n_channel; k++) {
         if (l->m->channel[k].flags & FF_PARAM_HELD) continue;
         warn_channels_at_bound(l, p, k, -1, r);
         warn_channels_at_bound(l, p, k, +1, r);
     }
-    if (r->correlation) warn_correlated(l, p, r);
+    if (r->channel_correlation)
+        ff_result_warn_channels_correlated(l, p, r);
+    else if (r->correlation)
+        warn_correlated(l, p, r);
     for (size_t k = 0; ff_extras_warning(l, p, r->residual.objective, k, text); k++) ff_result_warn(r, "%s", text);
     if (r->correlation && r->has_ellipse && !l->m->lobe[0].isotropic && l->mode != FF_ISOTROPIC_MODE && !r->ellipse.phi_determined)
         ff_result_warn(r, "the two roughness axes differ by less than their error: the orientation is undetermined");
@@ -276,13 +308,7 @@ static void fill_warnings(const ff_layout *l, const struct ff_problem *p, ff_fit
         ff_result_warn(
             r, "%zu samples at different places share the largest value, %g: is the detector saturated? --saturation %g says so",
             p->selection.at_top, p->selection.top, p->selection.top);
-    for (size_t c = 0; c < p->n_channels && p->n_channels > 1; c++)
-        if (p->channel_mean[c] == 0)
-            ff_result_warn(
-                r,
-                "channel %.64s is zero everywhere, which no lobe is: it pulls the shape of the others; --channels each keeps them "
-                "apart",
-                p->channel_name[c]);
+    warn_dark_channels(p, r);
     if (p->selection.negative)
         ff_result_warn(r, "%zu of the samples have negative values; they are kept as noise", p->selection.negative);
     const size_t n = p->n * p->n_channels;
@@ -300,7 +326,8 @@ static void fill_warnings(const ff_layout *l, const struct ff_problem *p, ff_fit
 ff_status ff_result_fill(const ff_layout *l, const struct ff_problem *p, const ff_fit_options *o, const double *shape,
                          const double *channel, const int *at_bound, const ff_solution *solution, ff_fit_result *r)
 {
-    double *cov = calloc(l->P * l->P + 1, sizeof *cov);
+    const ff_arrow *arrow = solution->arrow;
+    double *cov = calloc(l->arrow ? 1 : l->P * l->P + 1, sizeof *cov);
     ff_status st = cov ? FF_OK : FF_ERR_MEMORY;
     size_t n_free = 0;
     for (size_t k = 0; k < l->P; k++) n_free += at_bound[k] == 0;
@@ -312,10 +339,12 @@ ff_status ff_result_fill(const ff_layout *l, const struct ff_problem *p, const f
         fill_priors(l, r);
         fill_residual(&solution->normal, r);
         fill_criteria(p, n_free, r);
-        if (o->std_errors) st = fill_errors(l, p, &solution->normal, at_bound, cov, r);
+        if (o->std_errors)
+            st = arrow ? ff_result_channel_errors(l, p, &solution->normal, at_bound, arrow, r)
+                       : fill_errors(l, p, &solution->normal, at_bound, cov, r);
     }
     if (!st) {
-        fill_ellipse(l, shape, o->std_errors ? cov : NULL, r);
+        fill_ellipse(l, shape, !o->std_errors ? NULL : arrow ? arrow->shape : cov, arrow ? arrow->S : l->P, r);
         fill_warnings(l, p, r);
     }
     free(cov);
@@ -328,5 +357,6 @@ void ff_fit_result_free(ff_fit_result *r)
     free(r->shape_value);
     free(r->channel_value);
     free(r->correlation);
+    free(r->channel_correlation);
     memset(r, 0, sizeof *r);
 }

@@ -1,6 +1,5 @@
 /* One minimisation: the compressed problem that the solver sees, its bounds, and when it has converged. */
-#include "ceres_bridge.h"
-#include "internal_fit.h"
+#include "internal_solve.h"
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -22,7 +21,7 @@ typedef struct solver {
     double cost2;     /* twice the objective there                                           */
     double *last;     /* [P] where it was made                                               */
     double *H, *g;    /* [P][P], [P] in coordinates, of the last pass                        */
-    double *sub, *L, *D, *slope;
+    double *work, *slope;
     double explained; /* |Q^T r|^2 of the last evaluation: what a Gauss-Newton step would gain */
     double tolerance; /* explained <= tolerance * cost2 is converged                         */
     double gain[2];   /* explained / cost2 of the last two points, the latest first; 0 = none */
@@ -68,11 +67,32 @@ static ff_status pass_here(solver *s)
     return FF_OK;
 }
 
-/* Residual [Q^T r; rest] and Jacobian [R; 0] of the moving coordinates: R = (D L)^T from J^T J = D L L^T D. */
+double ff_compress(const double *H, const double *g, size_t P, const size_t *index, size_t n, double cost2, double *work,
+                   double *residual, double *jacobian)
+{
+    double *sub = work, *L = sub + n * n, *D = L + n * n, explained = 0;
+    for (size_t i = 0; i < n; i++)
+        for (size_t j = 0; j < n; j++) sub[i * n + j] = H[index[i] * P + index[j]];
+    ff_scaled_cholesky(sub, n, 1e-14, L, D);
+    for (size_t i = 0; i < n; i++) { /* L (Q^T r) = D^-1 g */
+        double v = D[i] > 0 ? g[index[i]] / D[i] : 0;
+        for (size_t k = 0; k < i; k++) v -= L[i * n + k] * residual[k];
+        residual[i] = L[i * n + i] > 0 ? v / L[i * n + i] : 0;
+        explained += residual[i] * residual[i];
+    }
+    residual[n] = sqrt(fmax(cost2 - explained, 0));
+    if (!jacobian) return explained;
+    for (size_t i = 0; i < n; i++)
+        for (size_t j = 0; j < n; j++) jacobian[i * n + j] = L[j * n + i] * D[j];
+    for (size_t j = 0; j < n; j++) jacobian[n * n + j] = 0;
+    return explained;
+}
+
+/* The compressed problem of the moving coordinates at x. */
 static ff_status evaluate(void *context, const double *x, double *residual, double *jacobian)
 {
     solver *s = context;
-    const size_t n = s->n_moving, P = s->l->P;
+    const size_t n = s->n_moving;
     for (size_t i = 0; i < n; i++) {
         const size_t k = s->moving[i];
         if (!(x[i] >= s->lower[k] && x[i] <= s->upper[k])) {
@@ -86,23 +106,8 @@ static ff_status evaluate(void *context, const double *x, double *residual, doub
         s->status = st;
         return st;
     }
-    for (size_t i = 0; i < n; i++)
-        for (size_t j = 0; j < n; j++) s->sub[i * n + j] = s->H[s->moving[i] * P + s->moving[j]];
-    ff_scaled_cholesky(s->sub, n, 1e-14, s->L, s->D);
-    double explained = 0;
-    for (size_t i = 0; i < n; i++) { /* L (Q^T r) = D^-1 g */
-        double v = s->D[i] > 0 ? s->g[s->moving[i]] / s->D[i] : 0;
-        for (size_t k = 0; k < i; k++) v -= s->L[i * n + k] * residual[k];
-        residual[i] = s->L[i * n + i] > 0 ? v / s->L[i * n + i] : 0;
-        explained += residual[i] * residual[i];
-    }
-    residual[n] = sqrt(fmax(s->cost2 - explained, 0));
-    s->explained = explained;
-    s->gain[0] = explained / fmax(s->cost2, 1e-300);
-    if (!jacobian) return FF_OK;
-    for (size_t i = 0; i < n; i++)
-        for (size_t j = 0; j < n; j++) jacobian[i * n + j] = s->L[j * n + i] * s->D[j];
-    for (size_t j = 0; j < n; j++) jacobian[n * n + j] = 0;
+    s->explained = ff_compress(s->H, s->g, s->l->P, s->moving, n, s->cost2, s->work, residual, jacobian);
+    s->gain[0] = s->explained / fmax(s->cost2, 1e-300);
     return FF_OK;
 }
 
@@ -155,7 +160,7 @@ static int update_held(solver *s, int *held, int *releases)
     return changed;
 }
 
-static void set_bounds(const ff_layout *l, double *lower, double *upper)
+void ff_solve_bounds(const ff_layout *l, double *lower, double *upper)
 {
     for (size_t k = 0; k < l->P; k++) {
         const ff_model_param *p = ff_layout_param(l, k, NULL);
@@ -166,7 +171,7 @@ static void set_bounds(const ff_layout *l, double *lower, double *upper)
 
 /* ---- one minimisation ------------------------------------------------------------------------ */
 
-static ff_outcome outcome_of(ff_ceres_end end)
+ff_outcome ff_solve_outcome(ff_ceres_end end)
 {
     switch (end) {
     case FF_CERES_CONVERGED:
@@ -206,7 +211,7 @@ static ff_status run_solver(solver *s, double *x, double *lower, double *upper, 
     const ff_status st = ff_ceres_solve(&problem, x, &summary, err);
     if (st) return st;
     s->iterations += summary.iterations > 0 ? summary.iterations : 0;
-    *outcome = outcome_of(summary.end);
+    *outcome = ff_solve_outcome(summary.end);
     for (size_t i = 0; i < s->n_moving; i++) s->x[s->moving[i]] = fmin(fmax(x[i], s->lower[s->moving[i]]), s->upper[s->moving[i]]);
     if (s->status == FF_ERR_CANCELLED || s->status == FF_ERR_MEMORY) return s->status;
     return *outcome == FF_CANCELLED ? FF_ERR_CANCELLED : FF_OK;
@@ -256,11 +261,11 @@ static ff_status solver_new(const ff_layout *l, const struct ff_problem *p, cons
         return FF_ERR_MEMORY;
     }
     double *next = s->x + P;
-    double **const vectors[] = {&s->lower, &s->upper, &s->last, &s->g, &s->D, &s->slope},
-                   **const matrices[] = {&s->H, &s->sub, &s->L};
+    double **const vectors[] = {&s->lower, &s->upper, &s->last, &s->g, &s->slope};
     for (size_t k = 0; k < sizeof vectors / sizeof *vectors; k++, next += P) *vectors[k] = next;
-    for (size_t k = 0; k < sizeof matrices / sizeof *matrices; k++, next += P * P) *matrices[k] = next;
-    set_bounds(l, s->lower, s->upper);
+    s->H = next;
+    s->work = next + P * P; /* [2 P P + P] */
+    ff_solve_bounds(l, s->lower, s->upper);
     return FF_OK;
 }
 
@@ -268,6 +273,8 @@ ff_status ff_solve(const ff_layout *l, const struct ff_problem *p, const ff_fit_
                    double tolerance, int max_iterations, double *shape, double *channel, int *at_bound, ff_solution *out,
                    ff_error *err)
 {
+    if (l->arrow)
+        return ff_solve_projected(l, p, o, parallel, speculate, tolerance, max_iterations, shape, channel, at_bound, out, err);
     solver s;
     int *held = calloc(2 * l->P + 1, sizeof *held), *releases = held + l->P;
     ff_status st = held ? solver_new(l, p, o, parallel, &s) : FF_ERR_MEMORY;

@@ -109,6 +109,7 @@ ff_status ff_standin_make(const ff_layout *l, ff_standin *out)
     if (ff_layout_init(&out->model, l->n_channels, shape, mean_slope, &out->layout, NULL)) return FF_ERR_INTERNAL;
     tie_shape(l, &out->layout);
     out->layout.extras = l->extras; /* they weigh nothing yet; which lobes they name counts */
+    if (l->arrow) ff_layout_many(&out->layout, 0);
     return FF_OK;
 }
 

@@ -176,6 +176,31 @@ static void put_channels(ff_json *j, const ff_fit_result *f)
     }
 }
 
+/* Of many channels: for every channel the rows of its parameters, whose columns are those of `names`, then the channel's own. */
+static void put_channel_correlation(ff_json *j, const ff_fit_result *f)
+{
+    const size_t N = f->model.n_channel, width = f->n_columns + N;
+    ff_json_array(j, "channel_names", FF_JSON_LINE);
+    for (uint32_t k = 0; k < N; ++k)
+        if (!f->channel_value[k].held) ff_json_string(j, NULL, f->model.channel[k].name);
+    ff_json_close(j);
+    ff_json_array(j, "channels", FF_JSON_BLOCK);
+    for (size_t c = 0; c < f->n_channels; ++c) {
+        ff_json_array(j, NULL, FF_JSON_LINE);
+        for (uint32_t k = 0; k < N; ++k) {
+            const double *row = f->channel_correlation + (c * N + k) * width;
+            if (f->channel_value[k].held) continue;
+            ff_json_array(j, NULL, FF_JSON_LINE);
+            for (size_t i = 0; i < f->n_columns; ++i) ff_json_number(j, NULL, row[i]);
+            for (uint32_t i = 0; i < N; ++i)
+                if (!f->channel_value[i].held) ff_json_number(j, NULL, row[f->n_columns + i]);
+            ff_json_close(j);
+        }
+        ff_json_close(j);
+    }
+    ff_json_close(j);
+}
+
 /* How --loss auto chose. */
 static void put_candidates(ff_json *j, const ff_adaptive *a)
 {
@@ -200,7 +225,7 @@ static void put_candidates(ff_json *j, const ff_adaptive *a)
     ff_json_close(j);
 }
 
-/* Names in the order of the columns, then the matrix by rows. */
+/* Names in the order of the columns, then the matrix by rows. With many channels the columns are those of the shape. */
 static void put_correlation(ff_json *j, const ff_problem *p, const ff_fit_result *f)
 {
     if (!f->correlation) {
@@ -221,6 +246,7 @@ static void put_correlation(ff_json *j, const ff_problem *p, const ff_fit_result
         ff_json_close(j);
     }
     ff_json_close(j);
+    if (f->channel_correlation) put_channel_correlation(j, f);
     ff_json_close(j);
 }
 

@@ -129,11 +129,63 @@ static int is_left_alone(const ff_fit_value *v, const ff_param *info)
     return v->held && (info->flags & FF_PARAM_HELD) && v->value == info->init;
 }
 
+/* Are all channels' values of parameter k left alone? */
+static int all_left_alone(const ff_fit_result *f, uint32_t k)
+{
+    int all = 1;
+    for (size_t c = 0; c < f->n_channels; ++c)
+        all &= is_left_alone(&f->channel_value[c * f->model.n_channel + k], f->model.channel[k].info);
+    return all;
+}
+
+/* One row per channel: its name, value and error of every parameter, and what is to be said of them. */
+static ff_status put_channels(const ff_problem *p, const ff_fit_result *f, FILE *out)
+{
+    ff_text_table t = {.right = {0}};
+    size_t column = 1;
+    ff_text_row(&t);
+    ff_text_cell(&t, "channel");
+    for (uint32_t k = 0; k < f->model.n_channel; ++k) {
+        if (all_left_alone(f, k)) continue;
+        t.right[column] = t.right[column + 1] = 1;
+        column += 2;
+        ff_text_cell(&t, "%s", f->model.channel[k].name);
+        ff_text_cell(&t, "std error");
+    }
+    for (size_t c = 0; c < f->n_channels; ++c) {
+        char note[FF_TEXT_CELL] = "", value[FF_TEXT_NUMBER], error[FF_TEXT_NUMBER], is_text[FF_TEXT_CELL];
+        size_t at = 0;
+        ff_text_row(&t);
+        ff_text_cell(&t, "%s", ff_problem_channel_name(p, c));
+        for (uint32_t k = 0; k < f->model.n_channel; ++k) {
+            const ff_fit_value *v = &f->channel_value[c * f->model.n_channel + k];
+            const char *is = value_note(p, f, v, is_text);
+            if (all_left_alone(f, k)) continue;
+            ff_text_with_error(v->value, v->held || v->at_bound ? NAN : v->std_error, value, error);
+            ff_text_cell(&t, "%s", value);
+            ff_text_cell(&t, "%s", error);
+            if (is[0] && at < sizeof note)
+                at += (size_t)snprintf(note + at, sizeof note - at, "%s%s %s", at ? ", " : "", f->model.channel[k].name, is);
+        }
+        ff_text_cell(&t, "%s", note);
+    }
+    return ff_text_print(&t, out, "  ");
+}
+
+/* Is the table of channels the better one: are they many, and does it hold all their parameters? */
+static int has_channel_table(const ff_fit_result *f)
+{
+    size_t shown = 0;
+    for (uint32_t k = 0; k < f->model.n_channel; ++k) shown += !all_left_alone(f, k);
+    return f->n_channels > FF_REPORT_CHANNELS && shown > 0 && 2 * shown + 2 <= FF_TEXT_COLUMNS;
+}
+
 static ff_status put_parameters(const ff_problem *p, const ff_fit_result *f, FILE *out)
 {
     static const char *const head[] = {"parameter", "value", "std error", "95 % interval", "unit", ""};
     ff_text_table t = {.right = {0, 1, 1, 1}};
     char name[FF_REPORT_NAME];
+    const int apart = has_channel_table(f);
     head_row(&t, head, 6);
     for (uint32_t k = 0; k < f->model.n_shape; ++k) {
         const ff_fit_value *v = &f->shape_value[k];
@@ -141,13 +193,16 @@ static ff_status put_parameters(const ff_problem *p, const ff_fit_result *f, FIL
         if (is_left_alone(v, info)) continue;
         put_value(&t, f->model.shape[k].name, p, f, v, info);
     }
-    for (uint32_t k = 0; k < f->model.n_channel; ++k)
+    for (uint32_t k = 0; k < f->model.n_channel && !apart; ++k)
         for (size_t c = 0; c < f->n_channels; ++c) {
             const ff_fit_value *v = &f->channel_value[c * f->model.n_channel + k];
             const ff_param *info = f->model.channel[k].info;
             if (!is_left_alone(v, info)) put_value(&t, ff_report_channel_param(p, f, k, c, name), p, f, v, info);
         }
-    return ff_text_print(&t, out, "  ");
+    const ff_status status = ff_text_print(&t, out, "  ");
+    if (status != FF_OK || !apart) return status;
+    fputc('\n', out);
+    return put_channels(p, f, out);
 }
 
 static void put_ellipse(const ff_fit_result *f, FILE *out)
@@ -255,17 +310,25 @@ static void shape_cell(const ff_fit_result *f, char *out, size_t size)
     }
 }
 
-/* One number per channel, "0.91/0.62/0.31"; '!' marks one on its bound. */
+/* One number per channel, "0.91/0.62/0.31"; '!' marks one on its bound. Of many channels the range, "0.31..0.91". */
 static void channel_cell(const ff_fit_result *f, uint32_t k, char *out, size_t size)
 {
     size_t at = 0;
+    int bounds = 0;
+    double lowest = INFINITY, highest = -INFINITY;
+    char number[FF_TEXT_NUMBER], other[FF_TEXT_NUMBER];
     out[0] = '\0';
     for (size_t c = 0; c < f->n_channels && at < size; ++c) {
         const ff_fit_value *v = &f->channel_value[c * f->model.n_channel + k];
-        char number[FF_TEXT_NUMBER];
-        at += (size_t)snprintf(out + at, size - at, "%s%s%s", c ? "/" : "", ff_text_number(v->value, 3, number),
-                               v->at_bound ? "!" : "");
+        lowest = fmin(lowest, v->value);
+        highest = fmax(highest, v->value);
+        bounds |= v->at_bound != 0;
+        if (f->n_channels <= FF_REPORT_CHANNELS)
+            at += (size_t)snprintf(out + at, size - at, "%s%s%s", c ? "/" : "", ff_text_number(v->value, 3, number),
+                                   v->at_bound ? "!" : "");
     }
+    if (f->n_channels > FF_REPORT_CHANNELS)
+        snprintf(out, size, "%s..%s%s", ff_text_number(lowest, 3, number), ff_text_number(highest, 3, other), bounds ? "!" : "");
 }
 
 /* The free channel parameters of the lobes, or of what is under them; each with its name but a lone one called `lone`. */

@@ -5,6 +5,9 @@
 
 enum { FF_REPORT_NAME = FF_PARAM_NAME + FF_CHANNEL_NAME + 4 };
 
+/* From more channels than these on, text has a row for each channel, and a comparison the range of a parameter over them. */
+enum { FF_REPORT_CHANNELS = 8 };
+
 /* Radians as degrees, without the dust of the conversion: 80, not 80.000000000000014. */
 double ff_report_degrees(double radians);
 

@@ -37,7 +37,7 @@ static inline double fit_normal(uint64_t *state)
 
 /* ---- what is measured ------------------------------------------------------------------------ */
 
-enum { FIT_CHANNELS = 4 };
+enum { FIT_CHANNELS = 16 };
 
 /** A surface: a model and its parameters. */
 typedef struct fit_surface {

@@ -145,6 +145,29 @@ def fits(directory):
     return path
 
 
+def spectra(directory):
+    """Of many channels the correlations are those of the shape, and for each channel its own with these and among each other."""
+    path = os.path.join(directory, "many.csv")
+    f0 = ":".join("%.2f" % (0.3 + 0.04 * c) for c in range(12))
+    subprocess.run([PROGRAM, "simulate", "ggx+lambert", "--set", "alpha=0.3,kd=0.1,f0=" + f0, "--grid", "scattered:2000", "--noise", "0.02",
+                    "-o", path], check=True)
+    d = document("fit", path)
+    check_fits(d, path, 1)
+    f = d["fits"][0]
+    c = f["correlation"]
+    check(c["names"] == ["alpha_x", "alpha_y", "r_xy"] and c["channel_names"] == ["f0", "kd"] and len(c["channels"]) == 12, "columns")
+    for rows in c["channels"]:
+        check(len(rows) == 2 and all(len(r) == 5 and all(number(v) and abs(v) <= 1 for v in r) for r in rows), "rows %s" % rows)
+        check(rows[0][3] == 1 and rows[1][4] == 1 and abs(rows[0][4] - rows[1][3]) < 1e-9 and rows[0][4] < -0.1, "own %s" % rows)
+    check(all(e > 0 for e in f["parameters"]["f0"]["std_error"] + f["parameters"]["kd"]["std_error"]), "errors")
+    with open(path) as source:
+        lines = [line.rstrip("\n").split(",") for line in source]
+    few = os.path.join(directory, "few.csv")
+    with open(few, "w") as target:
+        target.writelines(",".join(w[:12] if len(w) > 12 else w) + "\n" for w in lines)
+    check("channels" not in document("fit", few)["fits"][0]["correlation"], "eight channels are few")
+
+
 def hostile_paths(directory, path):
     """Quotes, control characters and bytes that are no UTF-8 must not break the document."""
     for name in (b'quo"te\\.csv', b"new\nline\t\x01.csv", "mesur\u00e9 \u6e2c\u5b9a.csv".encode(), b"latin\xe9\xff.csv",
@@ -181,6 +204,7 @@ def others(path):
 
 with tempfile.TemporaryDirectory() as directory:
     path = fits(directory)
+    spectra(directory)
     hostile_paths(directory, path)
     others(path)
 print("%d failures" % failures)
