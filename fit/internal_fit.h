@@ -201,6 +201,14 @@ ff_status ff_start_search(const ff_layout *l, const struct ff_problem *p, const 
 ff_status ff_start_channels(const ff_layout *l, const struct ff_problem *p, const ff_fit_options *o, const double *shape,
                             double *channel, double *cost2);
 
+/* Where to start on all samples: shape, channel (out) by a search on the thin problem. */
+ff_status ff_search(const ff_layout *l, struct ff_problem *p, const ff_fit_options *o, double *shape, double *channel,
+                    ff_error *err);
+
+/* Most of the way is gone on fewer samples: from a given start on the thin problem, then on the middle one. */
+ff_status ff_approach(const ff_layout *l, struct ff_problem *p, const ff_fit_options *o, double *shape, double *channel,
+                      ff_error *err);
+
 /* What the iteration of ff_solve leaves. */
 typedef struct ff_solution {
     ff_outcome outcome;

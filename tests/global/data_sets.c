@@ -52,8 +52,8 @@ static void draw_one_lobe(uint64_t *state, size_t i, char *out)
 /* Two thirds of one kind or of the usual two, a third of any two; one in four shares its Fresnel term. */
 static void draw_two_lobes(uint64_t *state, size_t i, char *out)
 {
-    static const char *const usual[][2] = {
-        {"ggx", "ggx"}, {"beckmann", "ggx"}, {"beckmann", "beckmann"}, {"ggx", "student-t"}, {"phong", "phong"}, {"vmf", "ggx"}};
+    static const char *const usual[][2] = {{"ggx", "ggx"},       {"beckmann", "ggx"}, {"beckmann", "beckmann"},
+                                           {"ggx", "student-t"}, {"phong", "phong"},  {"vmf", "ggx"}};
     const char *const *pair = usual[i % (sizeof usual / sizeof *usual)], *any[2];
     for (int k = 0; k < 2; k++) any[k] = ff_term_at(FF_NDF, one_of(state, ff_term_count(FF_NDF)))->name;
     if (chance(state, 1.0 / 3)) pair = any;
@@ -84,7 +84,8 @@ static double width_like(const char *name, const char *ndf, double alpha)
 /* Shape parameters beyond the width. */
 static double draw_own(uint64_t *state, const ff_param *p, const char *ndf)
 {
-    if (strcmp(p->name, "gamma") == 0) return strcmp(ndf, "gtr") == 0 ? log_between(state, 0.6, 8) : 1 + log_between(state, 0.6, 30);
+    if (strcmp(p->name, "gamma") == 0)
+        return strcmp(ndf, "gtr") == 0 ? log_between(state, 0.6, 8) : 1 + log_between(state, 0.6, 30);
     if (strcmp(p->name, "p") == 0) return between(state, 0, 3);
     if (strcmp(p->name, "C") == 0) return log_between(state, 0.3, 4);
     return p->init;
@@ -97,7 +98,8 @@ static double draw_channel(uint64_t *state, const ff_model_param *p, const char 
     if (strcmp(name, "f0") == 0) return (chance(state, 0.5) ? log_between(state, 0.02, 1) : between(state, 0.02, 1)) * shade;
     if (strcmp(name, "f1") == 0) return between(state, -0.05, 0.05);
     if (strcmp(name, "f82") == 0) return between(state, 0.5, 1);
-    if (strcmp(name, "eta") == 0) return strcmp(fresnel, "dielectric") == 0 ? log_between(state, 1.2, 3) : log_between(state, 0.2, 3);
+    if (strcmp(name, "eta") == 0)
+        return strcmp(fresnel, "dielectric") == 0 ? log_between(state, 1.2, 3) : log_between(state, 0.2, 3);
     if (strcmp(name, "k") == 0) return log_between(state, 1, 8);
     if (strcmp(name, "kd") == 0) return chance(state, 0.15) ? 0 : between(state, 0, 0.8);
     return p->init;
@@ -106,7 +108,8 @@ static double draw_channel(uint64_t *state, const ff_model_param *p, const char 
 /* Turns a circle of roughness alpha into an ellipse. */
 static void draw_ellipse(uint64_t *state, int correlated, double alpha, double *shape)
 {
-    const double aspect = log_between(state, 1, 8), phi = correlated ? between(state, 0, 180) * FIT_DEGREE : 90 * FIT_DEGREE * (double)one_of(state, 2);
+    const double aspect = log_between(state, 1, 8),
+                 phi = correlated ? between(state, 0, 180) * FIT_DEGREE : 90 * FIT_DEGREE * (double)one_of(state, 2);
     const double c = cos(phi), s = sin(phi), major2 = alpha * alpha * aspect, minor2 = alpha * alpha / aspect,
                  xx = major2 * c * c + minor2 * s * s, yy = major2 * s * s + minor2 * c * c;
     shape[0] = sqrt(xx);
@@ -152,9 +155,8 @@ static void draw_surface(uint64_t *state, fit_surface *s, int isotropic)
         const double shade = between(state, 0.6, 1);
         for (uint32_t k = 0; k < m->n_channel; k++) {
             const uint32_t lobe = m->channel[k].lobe;
-            const char *fresnel = lobe < m->n_lobes && m->lobe[lobe].fresnel >= 0
-                                      ? ff_term_at(FF_FRESNEL, (size_t)m->lobe[lobe].fresnel)->name
-                                      : "";
+            const char *fresnel =
+                lobe < m->n_lobes && m->lobe[lobe].fresnel >= 0 ? ff_term_at(FF_FRESNEL, (size_t)m->lobe[lobe].fresnel)->name : "";
             s->channel[c * m->n_channel + k] = draw_channel(state, &m->channel[k], fresnel, shade);
         }
     }
@@ -230,9 +232,10 @@ ff_table data_set_measure(const data_set *d)
 void data_set_describe(const data_set *d, char *out, size_t size)
 {
     char where[48] = "";
-    if (d->coverage == FEW_INCIDENCES) snprintf(where, sizeof where, " of %d incidence%s", d->incidences, d->incidences > 1 ? "s" : "");
-    snprintf(out, size, "%s, %zu samples%s to %.0f degrees, %.0f %% near the mirror, %zu channel%s, noise %.1f %%%s%s", d->model, d->how.n,
-             where, d->how.max_theta, 100 * d->how.glossy, d->truth.n_channels, d->truth.n_channels > 1 ? "s" : "",
+    if (d->coverage == FEW_INCIDENCES)
+        snprintf(where, sizeof where, " of %d incidence%s", d->incidences, d->incidences > 1 ? "s" : "");
+    snprintf(out, size, "%s, %zu samples%s to %.0f degrees, %.0f %% near the mirror, %zu channel%s, noise %.1f %%%s%s", d->model,
+             d->how.n, where, d->how.max_theta, 100 * d->how.glossy, d->truth.n_channels, d->truth.n_channels > 1 ? "s" : "",
              100 * d->how.noise, d->how.sigma ? " with sigma" : "", d->isotropic ? ", isotropic" : "");
 }
 
@@ -249,7 +252,8 @@ void data_set_parameters(const ff_layout *l, const double *shape, const double *
         for (size_t c = 0; c < l->n_channels && used < size; c++) {
             const double v = channel[c * m->n_channel + l->free.channel[k]];
             if (c == 0)
-                used += (size_t)snprintf(out + used, size - used, "%s%s %.4g", used ? ", " : "", m->channel[l->free.channel[k]].name, v);
+                used += (size_t)snprintf(out + used, size - used, "%s%s %.4g", used ? ", " : "",
+                                         m->channel[l->free.channel[k]].name, v);
             else
                 used += (size_t)snprintf(out + used, size - used, ":%.4g", v);
         }

@@ -1,11 +1,11 @@
-/* global_test N1 N2 [STARTS [FIRST]]: is the optimum that a fit finds by itself the best there is? N1 simulated measurements of models
- * with one lobe and N2 of models with two, from FIRST on (0); each is fitted with the default options, and again from STARTS (64) random
- * starts, uniform in the coordinates of the fit over the whole box of every parameter. The search has failed when one of these ends
- * lower by more than 1e-6 of the objective.
+/* global_test N1 N2 [STARTS [FIRST]]: is the optimum that a fit finds by itself the best there is? N1 simulated measurements of
+ * models with one lobe and N2 of models with two, from FIRST on (0); each is fitted with the default options, and again from STARTS
+ * (64) random starts, uniform in the coordinates of the fit over the whole box of every parameter. The search has failed when one
+ * of these ends lower by more than 1e-6 of the objective.
  *
  * Where the model fits the data to rounding the objective is that of rounding and of where a solver stopped, and says nothing: an
- * excess counts only beyond 1e-12 of half the weighted sum of squares of the data, that is, a residual of 1e-6 of the data, which is
- * a hundredth of the finest noise here (0.1 %) squared a million times over.
+ * excess counts only beyond 1e-12 of half the weighted sum of squares of the data, that is, a residual of 1e-6 of the data, which
+ * is a hundredth of the finest noise here (0.1 %) squared a million times over.
  *
  * A measurement is a function of (SEED, family, number) alone, so any of them can be looked at by itself. */
 #define _GNU_SOURCE
@@ -23,13 +23,12 @@ static size_t starts = STARTS, first_set;
 
 /* Why the default fit did not end in the best optimum. */
 typedef enum verdict { FOUND, STOPPED_EARLY, NARROW, BOUND, OTHER_BASIN, NO_FIT, VERDICTS } verdict;
-static const char *const verdict_words[VERDICTS] = {
-    "found",
-    "same basin, the solver stopped early",
-    "other basin: the better optimum has a lobe that hardly any sample sees",
-    "other basin: the better optimum has a parameter on its bound",
-    "other basin",
-    "no fit"};
+static const char *const verdict_words[VERDICTS] = {"found",
+                                                    "same basin, the solver stopped early",
+                                                    "other basin: the better optimum has a lobe that hardly any sample sees",
+                                                    "other basin: the better optimum has a parameter on its bound",
+                                                    "other basin",
+                                                    "no fit"};
 
 typedef struct comparison {
     verdict verdict;
@@ -72,8 +71,8 @@ static void random_start(const ff_layout *l, uint64_t *state, double *x, double 
     ff_layout_unpack(l, x, shape, channel);
 }
 
-/* The share of the samples, in units of one, that make up what the lobe does to the objective: (sum of squares)^2 / sum of fourth powers
- * of its weighted values. A lobe between the samples is seen by one or two. */
+/* The share of the samples, in units of one, that make up what the lobe does to the objective: (sum of squares)^2 / sum of fourth
+ * powers of its weighted values. A lobe between the samples is seen by one or two. */
 static double seen_by(const struct ff_problem *p, const ff_table *t, const ff_model *m, const double *shape, const double *channel,
                       uint32_t lobe)
 {
@@ -103,8 +102,8 @@ static double seen_by(const struct ff_problem *p, const ff_table *t, const ff_mo
     return sum4 > 0 ? sum2 * sum2 / sum4 / (double)C : 0;
 }
 
-static verdict judge(struct ff_problem *p, const ff_table *t, const ff_layout *l, const ff_fit_options *o, const ff_fit_result *found,
-                     const ff_fit_result *better, double floor)
+static verdict judge(struct ff_problem *p, const ff_table *t, const ff_layout *l, const ff_fit_options *o,
+                     const ff_fit_result *found, const ff_fit_result *better, double floor)
 {
     double shape[FF_MAX_SHAPE], channel[FIT_CHANNELS * FF_MAX_CHANNEL_PARAMS];
     ff_fit_options again = *o;
@@ -149,8 +148,8 @@ static void compare(const data_set *d, uint64_t seed, comparison *out)
         return;
     }
     const double floor = nothing * power_of(p);
-    double shape[FF_MAX_SHAPE], channel[FIT_CHANNELS * FF_MAX_CHANNEL_PARAMS], x[FF_MAX_SHAPE + FIT_CHANNELS * FF_MAX_CHANNEL_PARAMS],
-        *ends = malloc((starts + 1) * sizeof *ends);
+    double shape[FF_MAX_SHAPE], channel[FIT_CHANNELS * FF_MAX_CHANNEL_PARAMS],
+        x[FF_MAX_SHAPE + FIT_CHANNELS * FF_MAX_CHANNEL_PARAMS], *ends = malloc((starts + 1) * sizeof *ends);
     if (!ends) exit(1);
     data_set_parameters(&l, d->truth.shape, d->truth.channel, out->truth, LINE);
     uint64_t state = seed;
@@ -232,8 +231,8 @@ static void report(const work *w)
         printf("  %zu %s\n    truth   %s\n    found   %.9g: %s (%s)\n", first_set + i, c->what, c->truth, c->objective, c->found,
                ff_outcome_name((int)c->outcome));
         if (c->verdict != NO_FIT)
-            printf("    better  %.9g: %s (%zu of %zu starts)\n    excess %.2e: %s\n", c->best, c->better, c->as_good, starts, c->excess,
-                   verdict_words[c->verdict]);
+            printf("    better  %.9g: %s (%zu of %zu starts)\n    excess %.2e: %s\n", c->best, c->better, c->as_good, starts,
+                   c->excess, verdict_words[c->verdict]);
     }
     qsort(seconds, w->n, sizeof *seconds, ascending);
     printf("  %s: %zu of %zu found", w->f == ONE_LOBE ? "one lobe" : "two lobes", counts[FOUND], w->n);
