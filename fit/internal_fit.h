@@ -195,6 +195,10 @@ uint32_t ff_start_searched(const ff_layout *l);
 ff_status ff_start_search(const ff_layout *l, const struct ff_problem *p, const ff_fit_options *o, ff_candidate *out, size_t max,
                           size_t *n_out);
 
+/* Other places for one lobe of a linear layout, the others staying where they are in the shape `from`: best first, at most max. */
+ff_status ff_start_moves(const ff_layout *l, const struct ff_problem *p, const ff_fit_options *o, const double *from, uint32_t lobe,
+                         ff_candidate *out, size_t max, size_t *n_out);
+
 /* The free channel parameters that minimise the thin problem of p for a shape: exact where the residual is linear in them, else by
  * Gauss-Newton steps, from the linear stand-in of the loss or, in a layout that is not linear, from channel as it comes. channel
  * [n_channels][n_channel] in and out. On the calling thread. */

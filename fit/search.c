@@ -12,7 +12,14 @@
 
 /* Candidates that are minimised: of a search along one parameter, and of one through several, where minima are more; and how many
  * optima of a stand-in lead on to the model. */
-enum { FF_CANDIDATES_OF_ONE = 4, FF_CANDIDATES = 10, FF_OPTIMA = 3 };
+enum {
+    FF_CANDIDATES_OF_ONE = 4,
+    FF_CANDIDATES = 10,
+    FF_OPTIMA = 3,
+    FF_MOVES = 3,
+    FF_ROUNDS = 4,
+    FF_POINTS = FF_OPTIMA + 2 * FF_MAX_LOBES * FF_MOVES
+};
 
 /* A point that is minimised on the thin problem: shape and channel parameters, of the stand-in or of the model. */
 typedef struct point {
@@ -101,32 +108,73 @@ static ff_status sort_points(point *points, size_t *n, size_t max)
     return FF_OK;
 }
 
+/* What a search works with: points of the stand-in, the first n of them optima, best first. */
+typedef struct search {
+    polish work;
+    size_t n;
+    point points[FF_POINTS];
+} search;
+
+static ff_status polish_new(search *s, const ff_candidate *candidate, size_t n)
+{
+    for (size_t i = 0; i < n; i++) memcpy(s->points[s->n + i].shape, candidate[i].shape, sizeof candidate[i].shape);
+    s->work.to = s->points + s->n;
+    ff_pool_run(s->work.p->pool, n, polish_candidate, &s->work);
+    s->n += n;
+    return sort_points(s->points, &s->n, FF_OPTIMA);
+}
+
+/* Lobes of the best optima are put elsewhere, one at a time, as long as that leads to a better one. */
+static ff_status move_lobes(search *s)
+{
+    const polish *w = &s->work;
+    const ff_layout *l = &w->standin->layout;
+    ff_status st = FF_OK;
+    if (l->m->n_lobes < 2) return FF_OK;
+    for (int round = 0; round < FF_ROUNDS && !st; round++) {
+        ff_candidate candidate[FF_POINTS - FF_OPTIMA];
+        const double before = s->points[0].cost2;
+        size_t n = 0;
+        for (size_t i = 0; i < s->n && i < 2; i++)
+            for (uint32_t lobe = 0; lobe < l->m->n_lobes && !st; lobe++) {
+                size_t more = 0;
+                st = ff_start_moves(l, w->p, w->o, s->points[i].shape, lobe, candidate + n, FF_MOVES, &more);
+                n += more;
+            }
+        if (!st) st = polish_new(s, candidate, n);
+        if (!st && !(s->points[0].cost2 < before * (1 - 10 * FF_ROUGH))) break;
+    }
+    return st;
+}
+
 ff_status ff_search(const ff_layout *l, struct ff_problem *p, const ff_fit_options *o, double *shape, double *channel,
                     ff_error *err)
 {
     ff_candidate candidate[FF_CANDIDATES];
-    point points[FF_CANDIDATES], optima[FF_OPTIMA];
+    search s;
+    point optima[FF_OPTIMA];
     ff_standin standin;
     size_t n = 0;
     const size_t size = l->n_channels * FF_MAX_CHANNEL_PARAMS; /* of either model */
-    double *channels = calloc((FF_CANDIDATES + FF_OPTIMA) * size + 1, sizeof *channels);
+    double *channels = calloc((FF_POINTS + FF_OPTIMA) * size + 1, sizeof *channels);
     ff_status st = channels ? ff_standin_make(l, &standin) : FF_ERR_MEMORY;
     const size_t wanted = ff_start_searched(l) > 1 ? FF_CANDIDATES : FF_CANDIDATES_OF_ONE;
     if (!st) st = ff_start_search(&standin.layout, p, o, candidate, wanted, &n);
     if (!st) {
-        for (size_t i = 0; i < n; i++) {
-            memcpy(points[i].shape, candidate[i].shape, sizeof points[i].shape);
-            points[i].channel = channels + i * size;
-        }
-        for (size_t i = 0; i < FF_OPTIMA; i++) optima[i].channel = channels + (FF_CANDIDATES + i) * size;
-        polish work = {l, &standin, p, o, NULL, points};
-        ff_pool_run(p->pool, n, polish_candidate, &work);
-        st = sort_points(points, &n, FF_OPTIMA);
-        const point *best = points;
-        if (!st && !l->linear) {
-            work.from = points;
-            work.to = optima;
-            ff_pool_run(p->pool, n, polish_optimum, &work);
+        for (size_t i = 0; i < FF_POINTS; i++) s.points[i].channel = channels + i * size;
+        for (size_t i = 0; i < FF_OPTIMA; i++) optima[i].channel = channels + (FF_POINTS + i) * size;
+        s.n = 0;
+        s.work = (polish){l, &standin, p, o, NULL, NULL};
+        st = polish_new(&s, candidate, n);
+    }
+    if (!st) st = move_lobes(&s);
+    if (!st) {
+        const point *best = s.points;
+        n = s.n;
+        if (!l->linear) {
+            s.work.from = s.points;
+            s.work.to = optima;
+            ff_pool_run(p->pool, n, polish_optimum, &s.work);
             st = sort_points(optima, &n, 1);
             best = optima;
         }
