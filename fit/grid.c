@@ -13,8 +13,9 @@ typedef struct scan {
     const struct ff_problem *p;
     const ff_fit_options *o;
     ff_candidate *candidate;
-    double *channel;   /* [threads][n_channels n_channel + 1] */
-    ff_status *status; /* [threads] */
+    double *channel;   /* [threads][n_channels n_channel + 1]            */
+    ff_status *status; /* [threads]                                      */
+    uint32_t off;      /* bit set of lobes that are not there; l frees nothing of theirs */
 } scan;
 
 static void scan_one(void *context, size_t i, int worker)
@@ -27,6 +28,9 @@ static void scan_one(void *context, size_t i, int worker)
         return;
     }
     ff_model_defaults(s->l->m, s->l->n_channels, NULL, channel); /* those that are held */
+    for (uint32_t lobe = 0; lobe < s->l->m->n_lobes; lobe++)
+        for (size_t c = 0; c < s->l->n_channels && (s->off >> lobe & 1); c++)
+            channel[c * s->l->m->n_channel + s->l->m->lobe[lobe].channel0 + s->l->m->lobe[lobe].n_channel - 1] = 0;
     const ff_status st = ff_start_channels(s->l, s->p, s->o, s->candidate[i].shape, channel, &s->candidate[i].cost2);
     if (st) s->status[worker] = st;
 }
@@ -70,7 +74,8 @@ static ff_status scan_new(const ff_layout *l, const struct ff_problem *p, const 
                 o,
                 NULL,
                 malloc(threads * (l->n_channels * l->m->n_channel + 1) * sizeof(double)),
-                malloc(threads * sizeof(ff_status))};
+                malloc(threads * sizeof(ff_status)),
+                0};
     if (s->channel && s->status) return FF_OK;
     scan_free(s);
     return FF_ERR_MEMORY;
@@ -251,13 +256,13 @@ static ff_status grid_minima(const scan *s, const grid *g, const double *from, i
 
 /* ---- ellipses -------------------------------------------------------------------------------- */
 
-enum { FF_ASPECTS = 3, FF_TURNS = 8, FF_ELLIPSES = FF_ASPECTS * FF_TURNS };
+enum { FF_ASPECTS = 4, FF_TURNS = 8, FF_ELLIPSES = FF_ASPECTS * FF_TURNS };
 
 /* Ellipses of the same area about a candidate: aspect ratios and, when correlated, orientations. Other areas come with the other
  * candidates. */
 static size_t fill_ellipses(const ff_layout *l, const ff_candidate *from, uint32_t lobe, int correlated, ff_candidate *out)
 {
-    static const double aspects[FF_ASPECTS] = {1.6, 2.8, 6};
+    static const double aspects[FF_ASPECTS] = {1.6, 2.8, 6, 40};
     const int turns = correlated ? FF_TURNS : 2;
     size_t n = 0;
     const uint32_t ix = l->m->lobe[lobe].shape0;
@@ -338,6 +343,58 @@ ff_status ff_start_moves(const ff_layout *l, const struct ff_problem *p, const f
     const grid g = grid_of_lobe(l, lobe);
     st = grid_minima(&s, &g, round, 0, out, 0, max, &n);
     if (!st) st = stretch(&s, lobe, out, n);
+    scan_free(&s);
+    if (st) return st;
+    sort(out, n);
+    *n_out = n;
+    return FF_OK;
+}
+
+/* The layout without what is free of the lobes in `off`. */
+static ff_layout without(const ff_layout *l, uint32_t off)
+{
+    ff_layout some = *l;
+    some.free.n_channel = 0;
+    some.scaled &= ~off;
+    for (uint32_t k = 0; k < l->free.n_channel; k++) {
+        const uint32_t at = l->free.channel[k], lobe = l->m->channel[at].lobe;
+        if (lobe < l->m->n_lobes && (off >> lobe & 1)) continue;
+        some.free.channel[some.free.n_channel++] = at;
+    }
+    some.P = some.free.n_shape + some.n_channels * some.free.n_channel;
+    return some;
+}
+
+ff_status ff_start_sequence(const ff_layout *l, const struct ff_problem *p, const ff_fit_options *o, uint32_t first,
+                            ff_candidate *out, size_t *n_out)
+{
+    const uint32_t lobes = l->m->n_lobes;
+    ff_candidate from[FF_SEQUENCES];
+    scan s;
+    size_t n = 1;
+    ff_status st = scan_new(l, p, o, &s);
+    if (st) return st;
+    memset(out, 0, sizeof *out);
+    ff_layout_defaults(l, out->shape, NULL);
+    s.off = (1u << lobes) - 1;
+    for (uint32_t k = 0; k < lobes && !st; k++) {
+        const uint32_t lobe = (first + k) % lobes;
+        s.off &= ~(1u << lobe);
+        const ff_layout some = without(l, s.off);
+        const grid g = grid_of_lobe(l, lobe);
+        s.l = &some;
+        memcpy(from, out, n * sizeof *from);
+        size_t all = 0;
+        for (size_t i = 0; i < n && !st && all < FF_SEQUENCES; i++) {
+            size_t more = 0;
+            const size_t left = FF_SEQUENCES - all;
+            st = grid_minima(&s, &g, from[i].shape, 0, out + all, 0, left < 2 ? left : 2, &more);
+            if (!st) st = stretch(&s, lobe, out + all, more);
+            all += more;
+        }
+        n = all;
+    }
+    s.l = l;
     scan_free(&s);
     if (st) return st;
     sort(out, n);

@@ -199,6 +199,12 @@ ff_status ff_start_search(const ff_layout *l, const struct ff_problem *p, const 
 ff_status ff_start_moves(const ff_layout *l, const struct ff_problem *p, const ff_fit_options *o, const double *from, uint32_t lobe,
                          ff_candidate *out, size_t max, size_t *n_out);
 
+/* One lobe after the other on a grid of its own, from lobe `first` on, the later ones not there yet: best first, at most
+ * FF_SEQUENCES. */
+enum { FF_SEQUENCES = 4 };
+ff_status ff_start_sequence(const ff_layout *l, const struct ff_problem *p, const ff_fit_options *o, uint32_t first,
+                            ff_candidate *out, size_t *n_out);
+
 /* The free channel parameters that minimise the thin problem of p for a shape: exact where the residual is linear in them, else by
  * Gauss-Newton steps, from the linear stand-in of the loss or, in a layout that is not linear, from channel as it comes. channel
  * [n_channels][n_channel] in and out. On the calling thread. */

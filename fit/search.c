@@ -167,6 +167,10 @@ ff_status ff_search(const ff_layout *l, struct ff_problem *p, const ff_fit_optio
         s.work = (polish){l, &standin, p, o, NULL, NULL};
         st = polish_new(&s, candidate, n);
     }
+    for (uint32_t first = 0; first < standin.model.n_lobes && standin.model.n_lobes > 1 && !st; first++) {
+        st = ff_start_sequence(&standin.layout, p, o, first, candidate, &n);
+        if (!st) st = polish_new(&s, candidate, n);
+    }
     if (!st) st = move_lobes(&s);
     if (!st) {
         const point *best = s.points;
