@@ -91,12 +91,12 @@ static int is_roughness(const ff_model *m, uint32_t shape)
            strncmp(p->info->name, "alpha", 5) == 0;
 }
 
-static void search_range(const ff_layout *l, uint32_t k, double *lo, double *hi)
+static void search_range(const ff_layout *l, uint32_t k, double lowest, double *lo, double *hi)
 {
     const ff_param *info = l->m->shape[l->free.shape[k]].info;
     *lo = ff_coordinate(info, info->lo);
     *hi = ff_coordinate(info, info->hi);
-    if (is_roughness(l->m, l->free.shape[k])) *lo = log(0.002);
+    if (is_roughness(l->m, l->free.shape[k])) *lo = log(lowest);
 }
 
 /* Free parameters that a search goes through point by point: the scale of each lobe and what shapes its profile. Aspect,
@@ -137,13 +137,14 @@ static void set_point(const ff_layout *l, uint32_t k, double coordinate, double 
 /* Points along each free shape parameter; the first runs fastest. A parameter of one point stays where it is. */
 typedef struct grid {
     size_t size[FF_MAX_SHAPE], total;
+    double lowest; /* roughness */
 } grid;
 
 /* Over all lobes, so that the whole stays near a thousand and never exceeds max. */
 static grid grid_of_all(const ff_layout *l, size_t max)
 {
     const size_t for_lobes[FF_MAX_LOBES + 1] = {1, 22, 13, 8};
-    grid g = {.total = 1};
+    grid g = {.total = 1, .lowest = 0.002};
     for (uint32_t k = 0; k < l->free.n_shape; k++) {
         g.size[k] = !is_searched(l, k) ? 1 : is_scale(l, k) ? for_lobes[l->m->n_lobes] : l->m->n_lobes > 1 ? 3 : 7;
         g.total *= g.size[k];
@@ -161,10 +162,10 @@ static grid grid_of_all(const ff_layout *l, size_t max)
 /* Over the shape of one lobe. */
 static grid grid_of_lobe(const ff_layout *l, uint32_t lobe)
 {
-    grid g = {.total = 1};
+    grid g = {.total = 1, .lowest = 1e-4};
     for (uint32_t k = 0; k < l->free.n_shape; k++) {
         const int here = is_searched(l, k) && l->m->shape[l->free.shape[k]].lobe == lobe;
-        g.size[k] = !here ? 1 : is_scale(l, k) ? 18 : 4;
+        g.size[k] = !here ? 1 : is_scale(l, k) ? 24 : 4;
         g.total *= g.size[k];
     }
     return g;
@@ -177,7 +178,7 @@ static void grid_point(const ff_layout *l, const grid *g, size_t code, double *s
         code /= g->size[k];
         if (g->size[k] == 1) continue;
         double lo, hi;
-        search_range(l, k, &lo, &hi);
+        search_range(l, k, g->lowest, &lo, &hi);
         set_point(l, k, lo + (hi - lo) * ((double)step + 0.5) / (double)g->size[k], shape);
     }
 }
@@ -330,8 +331,51 @@ ff_status ff_start_search(const ff_layout *l, const struct ff_problem *p, const 
     return FF_OK;
 }
 
+/* D of a lobe at the normal: the narrower the lobe, the higher. */
+static double peak(const ff_layout *l, const double *shape, uint32_t lobe)
+{
+    static const double none = 0, one = 1;
+    double channel[FF_MAX_CHANNEL_PARAMS], d = 0;
+    ff_model_defaults(l->m, 1, NULL, channel);
+    const ff_dirs normal = {&none, &none, &one, &none, &none, &one};
+    const ff_terms terms = {.d = &d};
+    return ff_model_terms(l->m, FF_ISA_BEST, 1, shape, channel, lobe, 0, &normal, 1, &terms) ? 0 : d;
+}
+
+/* The best of the narrowest shapes of a lobe: it may lie between the samples, which then see its tails alone. Not a minimum of the
+ * grid, since the narrower the lobe the less changes. */
+static ff_status narrowest(const scan *s, const grid *g, const double *from, uint32_t lobe, ff_candidate *out)
+{
+    enum { WIDTHS = 3 };
+    const ff_layout *l = s->l;
+    const size_t width = l->m->lobe[lobe].shape0;
+    size_t n = 1; /* points along the width, which runs fastest */
+    for (uint32_t k = 0; k < l->free.n_shape; k++)
+        if (l->free.shape[k] == width) n = g->size[k];
+    const size_t middle = n * (g->total / n / 2);
+    double low[FF_MAX_SHAPE], high[FF_MAX_SHAPE];
+    memcpy(low, from, l->m->n_shape * sizeof *from);
+    memcpy(high, from, l->m->n_shape * sizeof *from);
+    grid_point(l, g, middle, low);
+    grid_point(l, g, middle + n - 1, high);
+    const int rises = peak(l, low, lobe) > peak(l, high, lobe);
+    ff_candidate c[WIDTHS];
+    memset(c, 0, sizeof c);
+    for (size_t k = 0; k < WIDTHS; k++) {
+        const size_t step = 2 * k < n ? 2 * k : n - 1;
+        memcpy(c[k].shape, from, l->m->n_shape * sizeof *from);
+        grid_point(l, g, middle + (rises ? step : n - 1 - step), c[k].shape);
+    }
+    ff_status st = scan_all(s, c, WIDTHS);
+    if (!st) st = stretch(s, lobe, c, WIDTHS);
+    if (st) return st;
+    sort(c, WIDTHS);
+    *out = c[0];
+    return FF_OK;
+}
+
 ff_status ff_start_moves(const ff_layout *l, const struct ff_problem *p, const ff_fit_options *o, const double *from, uint32_t lobe,
-                         ff_candidate *out, size_t max, size_t *n_out)
+                         ff_candidate *out, size_t *n_out)
 {
     double round[FF_MAX_SHAPE];
     scan s;
@@ -341,8 +385,9 @@ ff_status ff_start_moves(const ff_layout *l, const struct ff_problem *p, const f
     memcpy(round, from, l->m->n_shape * sizeof *from);
     if (ellipse_freedom(l, lobe)) round[l->m->lobe[lobe].shape0 + 2] = 0;
     const grid g = grid_of_lobe(l, lobe);
-    st = grid_minima(&s, &g, round, 0, out, 0, max, &n);
+    st = grid_minima(&s, &g, round, 0, out, 0, FF_MOVES - 1, &n);
     if (!st) st = stretch(&s, lobe, out, n);
+    if (!st) st = narrowest(&s, &g, round, lobe, &out[n++]);
     scan_free(&s);
     if (st) return st;
     sort(out, n);

@@ -195,9 +195,11 @@ uint32_t ff_start_searched(const ff_layout *l);
 ff_status ff_start_search(const ff_layout *l, const struct ff_problem *p, const ff_fit_options *o, ff_candidate *out, size_t max,
                           size_t *n_out);
 
-/* Other places for one lobe of a linear layout, the others staying where they are in the shape `from`: best first, at most max. */
+/* Other places for one lobe of a linear layout, the others staying where they are in the shape `from`: best first, at most
+ * FF_MOVES, the best of the narrowest among them. */
+enum { FF_MOVES = 4 };
 ff_status ff_start_moves(const ff_layout *l, const struct ff_problem *p, const ff_fit_options *o, const double *from, uint32_t lobe,
-                         ff_candidate *out, size_t max, size_t *n_out);
+                         ff_candidate *out, size_t *n_out);
 
 /* One lobe after the other on a grid of its own, from lobe `first` on, the later ones not there yet: best first, at most
  * FF_SEQUENCES. */

@@ -1,5 +1,5 @@
-/* The channel parameters of a start. For given shape parameters the linear ones (f0, kd of every channel) follow from a small bounded
- * least-squares problem, so that only the shape is searched (grid.c), exact in the rest. */
+/* The channel parameters of a start. For given shape parameters the linear ones (f0, kd of every channel) follow from a small
+ * bounded least-squares problem, so that only the shape is searched (grid.c), exact in the rest. */
 #include "internal_fit.h"
 #include <float.h>
 #include <math.h>

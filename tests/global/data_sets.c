@@ -165,27 +165,45 @@ static void draw_surface(uint64_t *state, fit_surface *s, int isotropic)
 
 /* ---- data sets ------------------------------------------------------------------------------- */
 
-data_set data_set_make(family f, uint64_t seed, size_t i)
+static data_set draw(family f, uint64_t *state, size_t i)
 {
-    uint64_t state = (seed * FAMILIES + (uint64_t)f) * UINT64_C(0xd1342543de82ef95) + (uint64_t)i * UINT64_C(0x2545f4914f6cdd1d);
     data_set d;
     memset(&d, 0, sizeof d);
     if (f == ONE_LOBE)
-        draw_one_lobe(&state, i, d.model);
+        draw_one_lobe(state, i, d.model);
     else
-        draw_two_lobes(&state, i, d.model);
-    const int isotropic = chance(&state, 1.0 / 3); /* of the surface; half of these are measured as such */
-    d.isotropic = isotropic && chance(&state, 0.5);
-    d.truth = fit_surface_make(d.model, chance(&state, 0.6) ? 1 : 3, "");
-    draw_surface(&state, &d.truth, isotropic);
-    d.coverage = chance(&state, 0.6) ? SCATTERED : FEW_INCIDENCES;
-    d.incidences = 1 + (int)one_of(&state, 6);
-    d.how.n = (size_t)log_between(&state, 300, 2000);
-    d.how.max_theta = chance(&state, 0.5) ? 80 : between(&state, 30, 80);
-    d.how.glossy = 0.3 * (double)one_of(&state, 3);
-    d.how.noise = chance(&state, 0.2) ? 0 : between(&state, 0.001, 0.1);
-    d.how.sigma = d.how.noise > 0 && chance(&state, 0.2);
-    d.how.seed = fit_random(&state);
+        draw_two_lobes(state, i, d.model);
+    const int isotropic = chance(state, 1.0 / 3); /* of the surface; half of these are measured as such */
+    d.isotropic = isotropic && chance(state, 0.5);
+    d.truth = fit_surface_make(d.model, chance(state, 0.6) ? 1 : 3, "");
+    draw_surface(state, &d.truth, isotropic);
+    d.coverage = chance(state, 0.6) ? SCATTERED : FEW_INCIDENCES;
+    d.incidences = 1 + (int)one_of(state, 6);
+    d.how.n = (size_t)log_between(state, 300, 2000);
+    d.how.max_theta = chance(state, 0.5) ? 80 : between(state, 30, 80);
+    d.how.glossy = 0.3 * (double)one_of(state, 3);
+    d.how.noise = chance(state, 0.2) ? 0 : between(state, 0.001, 0.1);
+    d.how.sigma = d.how.noise > 0 && chance(state, 0.2);
+    d.how.seed = fit_random(state);
+    return d;
+}
+
+/* Does any light arrive? A narrow lobe may lie between all samples, with nothing under it. */
+static int is_lit(const data_set *d)
+{
+    double sum = 0;
+    ff_table t = data_set_measure(d);
+    for (size_t k = 0; k < t.n * t.n_channels; k++) sum += t.valid[k % t.n] ? t.value[k] : 0;
+    sum /= (double)(t.n * t.n_channels);
+    ff_table_free(&t);
+    return sum > 1e-6;
+}
+
+data_set data_set_make(family f, uint64_t seed, size_t i)
+{
+    uint64_t state = (seed * FAMILIES + (uint64_t)f) * UINT64_C(0xd1342543de82ef95) + (uint64_t)i * UINT64_C(0x2545f4914f6cdd1d);
+    data_set d = draw(f, &state, i);
+    while (!is_lit(&d)) d = draw(f, &state, i);
     return d;
 }
 
