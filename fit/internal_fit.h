@@ -187,6 +187,11 @@ uint32_t ff_standin_variants(const ff_layout *l);
 void ff_standin_start(const ff_layout *l, const ff_standin *s, uint32_t variant, const double *from_shape,
                       const double *from_channel, double *shape, double *channel);
 
+/* Data far from grazing incidence determine F0 of a conductor, and leave a valley of (eta, k) that ends at k = 0 on either side,
+ * where the slope by k vanishes. Puts channel c of a lobe at the end with the higher or the lower eta; 0 when it has no such term.
+ */
+int ff_standin_end_of_valley(const ff_layout *l, uint32_t lobe, size_t c, int high, double *channel);
+
 /* Shape parameters that the search goes through point by point. */
 uint32_t ff_start_searched(const ff_layout *l);
 

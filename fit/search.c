@@ -196,15 +196,15 @@ static ff_status first_candidates(search *s)
     return st ? st : add_candidates(s, candidate, n);
 }
 
-/* Lobes of the best optima are put elsewhere, one at a time, as long as that leads to a better one. A lobe alone has been
- * everywhere.
- */
+/* Lobes of the best optima are put elsewhere, one at a time, as long as that leads to a better one. A round lobe that is alone has
+ * been everywhere already. */
 static ff_status move_lobes(search *s)
 {
     const polish *w = &s->work;
     const ff_layout *l = &w->standin->layout;
+    const int moves = l->m->n_lobes > 1 || (l->m->n_lobes == 1 && l->mode != FF_ISOTROPIC_MODE);
     ff_status st = FF_OK;
-    for (int round = 0; round < FF_ROUNDS && l->m->n_lobes > 1 && !st; round++) {
+    for (int round = 0; round < FF_ROUNDS && moves && !st; round++) {
         ff_candidate candidate[FF_MOST];
         const double before = s->points[0].cost2;
         size_t n = 0;
@@ -220,7 +220,25 @@ static ff_status move_lobes(search *s)
     return st;
 }
 
-/* The best optimum of the model; `optima` has room for those that the stand-in's lead to. */
+/* A minimisation creeps along the valley of a conductor and may not come to its end: whether one of the ends is lower is seen from
+ * there. spare: a point to work with. */
+static ff_status try_valleys(const search *s, point *best, point *spare)
+{
+    const ff_layout *l = s->work.l;
+    const size_t size = l->n_channels * l->m->n_channel;
+    ff_status st = FF_OK;
+    for (uint32_t lobe = 0; lobe < l->m->n_lobes; lobe++)
+        for (size_t end = 0; end < 2 * l->n_channels && !st; end++) {
+            memcpy(spare->shape, best->shape, sizeof best->shape);
+            memcpy(spare->channel, best->channel, size * sizeof *best->channel);
+            if (!ff_standin_end_of_valley(l, lobe, end / 2, end % 2, spare->channel)) continue;
+            st = minimise(&s->work, l, FF_ROUGH, FF_STEPS, spare);
+            if (!st && spare->cost2 < best->cost2) exchange(best, spare);
+        }
+    return st;
+}
+
+/* The best optimum of the model; `optima` has room for those that the stand-in's lead to and for one more. */
 static ff_status best_of_model(search *s, point *optima, const point **best)
 {
     *best = s->points;
@@ -230,21 +248,22 @@ static ff_status best_of_model(search *s, point *optima, const point **best)
     s->work.to = optima;
     ff_pool_run(s->work.p->pool, n, polish_optimum, &s->work);
     *best = optima;
-    return sort_points(optima, &n);
+    const ff_status st = sort_points(optima, &n);
+    return st ? st : try_valleys(s, optima, optima + FF_OPTIMA);
 }
 
 ff_status ff_search(const ff_layout *l, struct ff_problem *p, const ff_fit_options *o, double *shape, double *channel,
                     ff_error *err)
 {
     search s = {.n = 0};
-    point optima[FF_OPTIMA];
+    point optima[FF_OPTIMA + 1];
     const point *best = NULL;
     ff_standin standin;
     const size_t size = l->n_channels * FF_MAX_CHANNEL_PARAMS; /* of either model */
-    double *channels = calloc((FF_POINTS + FF_OPTIMA) * size + 1, sizeof *channels);
+    double *channels = calloc((FF_POINTS + FF_OPTIMA + 1) * size + 1, sizeof *channels);
     ff_status st = channels ? ff_standin_make(l, &standin) : FF_ERR_MEMORY;
     for (size_t i = 0; i < FF_POINTS; i++) s.points[i].channel = channels + i * size;
-    for (size_t i = 0; i < FF_OPTIMA; i++) optima[i].channel = channels + (FF_POINTS + i) * size;
+    for (size_t i = 0; i < FF_OPTIMA + 1; i++) optima[i].channel = channels + (FF_POINTS + i) * size;
     s.work = (polish){.l = l, .standin = &standin, .p = p, .o = o};
     if (!st) st = first_candidates(&s);
     if (!st) st = move_lobes(&s);
