@@ -69,13 +69,9 @@ static void scan_free(scan *s)
 static ff_status scan_new(const ff_layout *l, const struct ff_problem *p, const ff_fit_options *o, scan *s)
 {
     const size_t threads = (size_t)ff_pool_threads(p->pool);
-    *s = (scan){l,
-                p,
-                o,
-                NULL,
-                malloc(threads * (l->n_channels * l->m->n_channel + 1) * sizeof(double)),
-                malloc(threads * sizeof(ff_status)),
-                0};
+    *s = (scan){.l = l, .p = p, .o = o};
+    s->channel = malloc(threads * (l->n_channels * l->m->n_channel + 1) * sizeof *s->channel);
+    s->status = malloc(threads * sizeof *s->status);
     if (s->channel && s->status) return FF_OK;
     scan_free(s);
     return FF_ERR_MEMORY;
@@ -125,13 +121,14 @@ static int is_scale(const ff_layout *l, uint32_t k)
     return l->free.shape[k] == l->m->lobe[l->m->shape[l->free.shape[k]].lobe].shape0;
 }
 
-/* Sets parameter k of a shape, and alpha_y with alpha_x. */
+/* Sets parameter k of a shape, and alpha_y with alpha_x unless it is held. */
 static void set_point(const ff_layout *l, uint32_t k, double coordinate, double *shape)
 {
     const uint32_t i = l->free.shape[k];
     const ff_param *info = l->m->shape[i].info;
     shape[i] = ff_coordinate_value(info, coordinate);
-    if (strcmp(info->name, "alpha_x") == 0) shape[i + 1] = shape[i];
+    if (strcmp(info->name, "alpha_x") != 0) return;
+    if (l->free.tied[k] || !(l->m->shape[i + 1].flags & FF_PARAM_HELD)) shape[i + 1] = shape[i];
 }
 
 /* Points along each free shape parameter; the first runs fastest. A parameter of one point stays where it is. */
@@ -277,23 +274,21 @@ static size_t fill_ellipses(const ff_layout *l, const ff_candidate *from, uint32
             *o = *from;
             o->shape[ix] = fmin(sqrt(xx), highest);
             o->shape[ix + 1] = fmin(sqrt(yy), highest);
-            o->shape[ix + 2] = correlated ? (major2 - minor2) * c * d / sqrt(xx * yy) : 0;
+            if (correlated) o->shape[ix + 2] = (major2 - minor2) * c * d / sqrt(xx * yy);
         }
     return n;
 }
 
-/* 0: the lobe is round; 1: its axes are those of the sample; 2: any direction. */
+/* 0: the lobe is round, or an axis is held; 1: the axes are free; 2: so is their direction. */
 static int ellipse_freedom(const ff_layout *l, uint32_t lobe)
 {
-    int free_y = 0, free_r = 0;
-    for (uint32_t k = 0; k < l->free.n_shape; k++) {
-        free_y |= l->free.shape[k] == l->m->lobe[lobe].shape0 + 1;
-        free_r |= l->free.shape[k] == l->m->lobe[lobe].shape0 + 2;
-    }
-    return l->mode == FF_ISOTROPIC_MODE || l->m->lobe[lobe].isotropic || !free_y ? 0 : 1 + free_r;
+    int is_free[3] = {0};
+    for (uint32_t k = 0; k < l->free.n_shape; k++)
+        for (uint32_t j = 0; j < 3; j++) is_free[j] |= l->free.shape[k] == l->m->lobe[lobe].shape0 + j;
+    return l->mode == FF_ISOTROPIC_MODE || l->m->lobe[lobe].isotropic || !is_free[0] || !is_free[1] ? 0 : 1 + is_free[2];
 }
 
-/* Each of the n candidates becomes the best of itself and its ellipses, lobe by lobe. */
+/* Each of the n candidates becomes the best of itself and its ellipses. */
 static ff_status stretch(const scan *s, uint32_t lobe, ff_candidate *c, size_t n)
 {
     const int freedom = ellipse_freedom(s->l, lobe);
@@ -383,7 +378,7 @@ ff_status ff_start_moves(const ff_layout *l, const struct ff_problem *p, const f
     ff_status st = scan_new(l, p, o, &s);
     if (st) return st;
     memcpy(round, from, l->m->n_shape * sizeof *from);
-    if (ellipse_freedom(l, lobe)) round[l->m->lobe[lobe].shape0 + 2] = 0;
+    if (ellipse_freedom(l, lobe) > 1) round[l->m->lobe[lobe].shape0 + 2] = 0;
     const grid g = grid_of_lobe(l, lobe);
     st = grid_minima(&s, &g, round, 0, out, 0, FF_MOVES - 1, &n);
     if (!st) st = stretch(&s, lobe, out, n);
