@@ -233,8 +233,24 @@ static void compare(const data_set *d, uint64_t state, comparison *out)
 typedef struct work {
     family f;
     size_t n, next;
+    size_t *number; /* [n] of the measurements */
     comparison *out;
 } work;
+
+/* Measurements, of seed 1, that a weaker search misses: one of a single candidate, of the points of a grid next to each other,
+ * without moves of lobes, without the ends of valleys. A short run takes these as well. */
+enum { HARD = 10, SHORT = 200 };
+static const size_t hard[FAMILIES][HARD] = {{119, 133, 137, 170, 217, 357, 375, 397, 602, 909},
+                                            {27, 34, 50, 55, 93, 124, 129, 144, 186, 189}};
+
+static size_t numbers(family f, size_t n, size_t *number)
+{
+    for (size_t i = 0; i < n; i++) number[i] = first_set + i;
+    if (n == 0 || n >= SHORT || first_set != 0 || seed != 1) return n;
+    for (size_t k = 0; k < HARD; k++)
+        if (hard[f][k] >= n) number[n++] = hard[f][k];
+    return n;
+}
 
 static void *worker(void *context)
 {
@@ -242,8 +258,8 @@ static void *worker(void *context)
     for (;;) {
         const size_t i = __atomic_fetch_add(&w->next, 1, __ATOMIC_RELAXED);
         if (i >= w->n) return NULL;
-        const data_set d = data_set_make(w->f, seed, first_set + i);
-        compare(&d, seed + UINT64_C(0x9e3779b97f4a7c15) * (first_set + i + 1), &w->out[i]);
+        const data_set d = data_set_make(w->f, seed, w->number[i]);
+        compare(&d, seed + UINT64_C(0x9e3779b97f4a7c15) * (w->number[i] + 1), &w->out[i]);
     }
 }
 
@@ -267,7 +283,7 @@ static void report(const work *w)
         passes[i] = c->passes;
         sum += c->seconds;
         if (c->verdict == FOUND) continue;
-        printf("  %zu %s\n    truth   %s\n    found   %.9g: %s (%s)\n", first_set + i, c->what, c->truth, c->objective, c->found,
+        printf("  %zu %s\n    truth   %s\n    found   %.9g: %s (%s)\n", w->number[i], c->what, c->truth, c->objective, c->found,
                ff_outcome_name((int)c->outcome));
         if (c->verdict != NO_FIT)
             printf("    better  %.9g: %s (%zu of %zu starts)\n    excess %.2e: %s\n", c->best, c->better, c->as_good, starts,
@@ -290,13 +306,14 @@ static void report(const work *w)
 /* How many of n may miss. In the long run 5 of 1,000 and 50 of 1,000; the short run's are all found. */
 static size_t allowed(family f, size_t n)
 {
-    return n < 200 ? 0 : f == ONE_LOBE ? n / 200 : n / 20;
+    return n < SHORT ? 0 : f == ONE_LOBE ? n / 200 : n / 20;
 }
 
 static void run(family f, size_t n)
 {
-    work w = {f, n, 0, calloc(n + 1, sizeof *w.out)};
-    if (!w.out) exit(1);
+    work w = {.f = f, .number = calloc(n + HARD, sizeof *w.number), .out = calloc(n + HARD, sizeof *w.out)};
+    if (!w.number || !w.out) exit(1);
+    n = w.n = numbers(f, n, w.number);
     enum { MOST = 64 };
     pthread_t thread[MOST];
     const long processors = sysconf(_SC_NPROCESSORS_ONLN);
@@ -309,9 +326,10 @@ static void run(family f, size_t n)
     for (size_t i = 0; i < n; i++) missed += w.out[i].verdict != FOUND;
     FF_CHECK(missed <= allowed(f, n), "%zu of %zu measurements have a better optimum than the one found", missed, n);
     free(w.out);
+    free(w.number);
 }
 
-static size_t wanted[FAMILIES] = {42, 18};
+static size_t wanted[FAMILIES] = {40, 15};
 
 static void one_lobe(void)
 {
