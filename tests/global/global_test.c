@@ -296,9 +296,8 @@ static void report(const work *w)
         if (counts[k]) printf("; %zu %s", counts[k], verdict_words[k]);
     printf("\n  %zu default fits did not converge; the lowest optimum was met by at most a sixteenth of the random starts in %zu\n",
            unsolved, lone);
-    printf("  a default fit took %.1f ms of processor time in the median, %.1f ms in the ninetieth percentile, %.2f s in all; %.0f "
-           "passes "
-           "after the search in the median\n",
+    printf("  a default fit took %.1f ms of processor time in the median, %.1f ms in the ninetieth percentile, %.2f s in all,\n"
+           "  and %.0f passes after the search in the median\n",
            1e3 * seconds[w->n / 2], 1e3 * seconds[w->n * 9 / 10], sum, passes[w->n / 2]);
     free(seconds);
 }
