@@ -217,7 +217,7 @@ static ff_status move_lobes(search *s)
         if (!st) st = add_candidates(s, candidate, n);
         if (!(s->points[0].cost2 < before * (1 - 10 * FF_ROUGH))) break;
     }
-    return st;
+    return st == FF_ERR_CANCELLED || st == FF_ERR_MEMORY ? st : FF_OK; /* whatever else fails here, the optima are there */
 }
 
 /* A minimisation creeps along the valley of a conductor and may not come to its end: whether one of the ends is lower is seen from
