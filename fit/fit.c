@@ -6,156 +6,8 @@
 #include <string.h>
 #include <time.h>
 
-/* A problem that stands for another need not be minimised further than the two differ. */
-#define FF_ROUGH 1e-7
+/* How far all samples are minimised. */
 #define FF_EXACT 1e-11
-
-/* ---- from a search to a start ---------------------------------------------------------------- */
-
-/* Candidates that are minimised: of a search along one parameter, and of one through several, where minima are more; and how many
- * optima of a stand-in lead on to the model. */
-enum { FF_CANDIDATES_OF_ONE = 4, FF_CANDIDATES = 10, FF_OPTIMA = 3 };
-
-/* A point that is minimised on the thin problem: shape and channel parameters, of the stand-in or of the model. */
-typedef struct point {
-    double cost2, shape[FF_MAX_SHAPE], *channel;
-    ff_status status;
-} point;
-
-/* Several at once, each on its own thread. */
-typedef struct polish {
-    const ff_layout *l;
-    const ff_standin *standin;
-    const struct ff_problem *p;
-    const ff_fit_options *o;
-    const point *from; /* optima of the stand-in; NULL: `to` are candidates of it */
-    point *to;
-} polish;
-
-static ff_status minimise(const polish *p, const ff_layout *l, point *at)
-{
-    ff_solution solution;
-    int *at_bound = malloc((l->P + 1) * sizeof *at_bound);
-    if (!at_bound) return FF_ERR_MEMORY;
-    const ff_status s = ff_solve(l, p->p->thin, p->o, 0, 0, FF_ROUGH, 40, at->shape, at->channel, at_bound, &solution, NULL);
-    if (!s) at->cost2 = solution.cost2;
-    free(at_bound);
-    return s;
-}
-
-static void polish_candidate(void *context, size_t i, int worker)
-{
-    const polish *p = context;
-    const ff_layout *l = &p->standin->layout;
-    point *at = &p->to[i];
-    (void)worker;
-    ff_model_defaults(l->m, l->n_channels, NULL, at->channel);
-    at->status = ff_start_channels(l, p->p, p->o, at->shape, at->channel, &at->cost2);
-    if (!at->status) at->status = minimise(p, l, at);
-}
-
-/* From an optimum of the stand-in to one of the model, by the best of the ways between them. */
-static void polish_optimum(void *context, size_t i, int worker)
-{
-    const polish *p = context;
-    const ff_layout *l = p->l;
-    const size_t size = l->n_channels * l->m->n_channel;
-    point *at = &p->to[i];
-    double *channel = malloc((size + 1) * sizeof *channel), cost2;
-    (void)worker;
-    at->cost2 = INFINITY;
-    at->status = channel ? FF_OK : FF_ERR_MEMORY;
-    for (uint32_t v = 0; v < ff_standin_variants(l) && !at->status; v++) {
-        ff_standin_start(l, p->standin, v, p->from[i].shape, p->from[i].channel, at->shape, channel);
-        at->status = ff_start_channels(l, p->p, p->o, at->shape, channel, &cost2);
-        if (at->status || !(cost2 < at->cost2)) continue;
-        at->cost2 = cost2;
-        memcpy(at->channel, channel, size * sizeof *channel);
-    }
-    free(channel);
-    if (!at->status) at->status = minimise(p, l, at);
-}
-
-/* Those that failed last. */
-static int by_cost(const void *a, const void *b)
-{
-    const point *x = a, *y = b;
-    if (!x->status != !y->status) return x->status ? 1 : -1;
-    return x->status ? 0 : (x->cost2 > y->cost2) - (x->cost2 < y->cost2);
-}
-
-/* Best first; what ended in the same minimum once. Returns how many are left, at most max; the status when none is. */
-static ff_status sort_points(point *points, size_t *n, size_t max)
-{
-    size_t kept = 0;
-    if (*n == 0) return FF_ERR_INTERNAL;
-    for (size_t i = 0; i < *n; i++)
-        if (points[i].status == FF_ERR_CANCELLED || points[i].status == FF_ERR_MEMORY) return points[i].status;
-    qsort(points, *n, sizeof *points, by_cost);
-    if (points[0].status) return points[0].status;
-    for (size_t i = 0; i < *n && kept < max && !points[i].status; i++) {
-        if (kept && points[i].cost2 - points[kept - 1].cost2 <= 10 * FF_ROUGH * points[i].cost2) continue;
-        const point here = points[i]; /* exchanged, since each has its own channel parameters */
-        points[i] = points[kept];
-        points[kept++] = here;
-    }
-    *n = kept;
-    return FF_OK;
-}
-
-/* shape, channel: where to start on all samples. */
-static ff_status find_start(const ff_layout *l, struct ff_problem *p, const ff_fit_options *o, double *shape, double *channel,
-                            ff_error *err)
-{
-    ff_candidate candidate[FF_CANDIDATES];
-    point points[FF_CANDIDATES], optima[FF_OPTIMA];
-    ff_standin standin;
-    size_t n = 0;
-    const size_t size = l->n_channels * FF_MAX_CHANNEL_PARAMS; /* of either model */
-    double *channels = calloc((FF_CANDIDATES + FF_OPTIMA) * size + 1, sizeof *channels);
-    ff_status st = channels ? ff_standin_make(l, &standin) : FF_ERR_MEMORY;
-    const size_t wanted = ff_start_searched(l) > 1 ? FF_CANDIDATES : FF_CANDIDATES_OF_ONE;
-    if (!st) st = ff_start_search(&standin.layout, p, o, candidate, wanted, &n);
-    if (!st) {
-        for (size_t i = 0; i < n; i++) {
-            memcpy(points[i].shape, candidate[i].shape, sizeof points[i].shape);
-            points[i].channel = channels + i * size;
-        }
-        for (size_t i = 0; i < FF_OPTIMA; i++) optima[i].channel = channels + (FF_CANDIDATES + i) * size;
-        polish work = {l, &standin, p, o, NULL, points};
-        ff_pool_run(p->pool, n, polish_candidate, &work);
-        st = sort_points(points, &n, FF_OPTIMA);
-        const point *best = points;
-        if (!st && !l->linear) {
-            work.from = points;
-            work.to = optima;
-            ff_pool_run(p->pool, n, polish_optimum, &work);
-            st = sort_points(optima, &n, 1);
-            best = optima;
-        }
-        if (!st) {
-            memcpy(shape, best->shape, l->m->n_shape * sizeof *shape);
-            memcpy(channel, best->channel, l->n_channels * l->m->n_channel * sizeof *channel);
-        }
-    }
-    free(channels);
-    if (st == FF_ERR_CANCELLED) return ff_error_set(err, st, NULL, 0, -1, "cancelled");
-    return st ? ff_error_set(err, st, NULL, 0, -1, "the search for a start failed: %s", ff_status_str(st)) : FF_OK;
-}
-
-/* Most of the way is gone on fewer samples: from a given start on the thin problem, then on the middle one. */
-static ff_status approach(const ff_layout *l, struct ff_problem *p, const ff_fit_options *o, double *shape, double *channel,
-                          ff_error *err)
-{
-    const struct ff_problem *const levels[2] = {o->start_shape ? p->thin : NULL, p->middle};
-    ff_solution solution;
-    int *at_bound = malloc((l->P + 1) * sizeof *at_bound);
-    ff_status st = at_bound ? FF_OK : ff_error_set(err, FF_ERR_MEMORY, NULL, 0, -1, "out of memory");
-    for (int k = 0; k < 2 && !st; k++)
-        if (levels[k]) st = ff_solve(l, levels[k], o, k == 1, 0, FF_ROUGH, 100, shape, channel, at_bound, &solution, err);
-    free(at_bound);
-    return st;
-}
 
 /* On all samples; should the lobes have changed places on the way, once more from there, which takes a pass. */
 ff_status ff_solve_in_order(const ff_layout *l, const struct ff_problem *p, const ff_fit_options *o, double *shape, double *channel,
@@ -259,8 +111,8 @@ ff_status ff_problem_fit(ff_problem *p, const ff_model *m, const ff_fit_options 
         memcpy(channel, o->start_channel, size * sizeof *channel);
         if (o->constraints) ff_layout_project(&l, shape, channel);
     } else if (!st)
-        st = find_start(&l, p, o, shape, channel, err);
-    if (!st) st = approach(&l, p, &solving, shape, channel, err);
+        st = ff_search(&l, p, o, shape, channel, err);
+    if (!st) st = ff_approach(&l, p, &solving, shape, channel, err);
     if (!st) st = ff_solve_in_order(&l, p, &solving, shape, channel, at_bound, &solution, err);
     if (!st) {
         st = final_pass(&l, p, &solving, shape, channel, at_bound, &solution);

@@ -305,6 +305,11 @@ uint32_t ff_standin_variants(const ff_layout *l);
 void ff_standin_start(const ff_layout *l, const ff_standin *s, uint32_t variant, const double *from_shape,
                       const double *from_channel, double *shape, double *channel);
 
+/* Data far from grazing incidence determine F0 of a conductor, and leave a valley of (eta, k) that ends at k = 0 on either side,
+ * where the slope by k vanishes. Puts channel c of a lobe at the end with the higher or the lower eta; 0 when it has no such term.
+ */
+int ff_standin_end_of_valley(const ff_layout *l, uint32_t lobe, size_t c, int high, double *channel);
+
 /* Shape parameters that the search goes through point by point. */
 uint32_t ff_start_searched(const ff_layout *l);
 
@@ -313,11 +318,31 @@ uint32_t ff_start_searched(const ff_layout *l);
 ff_status ff_start_search(const ff_layout *l, const struct ff_problem *p, const ff_fit_options *o, ff_candidate *out, size_t max,
                           size_t *n_out);
 
+/* Other places for one lobe of a linear layout, the others staying where they are in the shape `from`: best first, at most
+ * FF_MOVES, the best of the narrowest among them. */
+enum { FF_MOVES = 4 };
+ff_status ff_start_moves(const ff_layout *l, const struct ff_problem *p, const ff_fit_options *o, const double *from, uint32_t lobe,
+                         ff_candidate *out, size_t *n_out);
+
+/* One lobe after the other on a grid of its own, from lobe `first` on, the later ones not there yet: best first, at most
+ * FF_SEQUENCES. */
+enum { FF_SEQUENCES = 4 };
+ff_status ff_start_sequence(const ff_layout *l, const struct ff_problem *p, const ff_fit_options *o, uint32_t first,
+                            ff_candidate *out, size_t *n_out);
+
 /* The free channel parameters that minimise the thin problem of p for a shape: exact where the residual is linear in them, else by
  * Gauss-Newton steps, from the linear stand-in of the loss or, in a layout that is not linear, from channel as it comes. channel
  * [n_channels][n_channel] in and out. On the calling thread. */
 ff_status ff_start_channels(const ff_layout *l, const struct ff_problem *p, const ff_fit_options *o, const double *shape,
                             double *channel, double *cost2);
+
+/* Where to start on all samples: shape, channel (out) by a search on the thin problem. */
+ff_status ff_search(const ff_layout *l, struct ff_problem *p, const ff_fit_options *o, double *shape, double *channel,
+                    ff_error *err);
+
+/* Most of the way is gone on fewer samples: from a given start on the thin problem, then on the middle one. */
+ff_status ff_approach(const ff_layout *l, struct ff_problem *p, const ff_fit_options *o, double *shape, double *channel,
+                      ff_error *err);
 
 /* What the iteration of ff_solve leaves. */
 typedef struct ff_solution {

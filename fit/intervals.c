@@ -76,6 +76,8 @@ ff_status ff_intervals_fill(const ff_layout *l, const struct ff_problem *p, cons
 
 /* A direction in which the objective is this much flatter than along the parameters themselves is worth a word. */
 #define FF_FLAT 1e-4
+/* And in one that is flatter than this nothing is determined. */
+#define FF_NOTHING 1e-12
 /* Share that a parameter has in it at least to be named. */
 #define FF_SHARE 0.25
 
@@ -90,6 +92,10 @@ static void name_flat_direction(const ff_layout *l, const struct ff_problem *p, 
         const size_t used = strlen(names);
         snprintf(names + used, sizeof names - used, "%s%s", count ? ", " : "", label);
         count++;
+    }
+    if (value <= FF_NOTHING) {
+        if (count > 1) ff_result_warn(r, "%s trade off: of one combination of them the data say nothing", names);
+        return;
     }
     if (count < 3) return; /* pairs have a warning of their own */
     ff_result_warn(r, "%s trade off: along one combination of them the data say %.0f times less than of each alone", names,
@@ -116,9 +122,9 @@ ff_status ff_condition_fill(const ff_layout *l, const struct ff_problem *p, cons
         }
     ff_symmetric_eigen(A, n, w, V);
     r->rank = 0;
-    for (size_t i = 0; i < n; i++) r->rank += w[i] > 1e-12;
-    r->condition = n == 0 ? 1 : w[0] > 1e-12 ? sqrt(w[n - 1] / w[0]) : INFINITY;
-    if (n > 2 && w[0] < FF_FLAT && w[0] > 1e-12) name_flat_direction(l, p, index, V, n, w[0], r);
+    for (size_t i = 0; i < n; i++) r->rank += w[i] > FF_NOTHING;
+    r->condition = n == 0 ? 1 : w[0] > FF_NOTHING ? sqrt(w[n - 1] / w[0]) : INFINITY;
+    if (n > 1 && w[0] < FF_FLAT) name_flat_direction(l, p, index, V, n, w[0], r);
     free(work);
     free(index);
     return FF_OK;

@@ -204,3 +204,16 @@ void ff_standin_start(const ff_layout *l, const ff_standin *s, uint32_t variant,
     }
     ff_layout_project(l, shape, channel);
 }
+
+int ff_standin_end_of_valley(const ff_layout *l, uint32_t lobe, size_t c, int high, double *channel)
+{
+    const ff_model *m = l->m;
+    const ff_lobe *at = &m->lobe[lobe];
+    if (at->fresnel == FF_FRESNEL_SHARED || strcmp(ff_fresnel_at(at->fresnel)->term.name, "conductor") != 0) return 0;
+    if ((m->channel[at->channel0].flags | m->channel[at->channel0 + 1].flags) & FF_PARAM_HELD) return 0;
+    double *n = channel + c * m->n_channel + at->channel0, *k = n + 1;
+    const double f0 = ((*n - 1) * (*n - 1) + *k * *k) / ((*n + 1) * (*n + 1) + *k * *k), r = sqrt(fmin(f0, 0.999));
+    *n = clamp(m->channel[at->channel0].info, high ? (1 + r) / (1 - r) : (1 - r) / (1 + r));
+    *k = 0;
+    return 1;
+}

@@ -149,7 +149,7 @@ static void check_same(const char *what, const ff_fit_result *a, const ff_fit_re
         const double off = fabs(x->value - y->value) / fmax(y->std_error, 1e-9), error = fabs(x->std_error / y->std_error - 1);
         worst = fmax(worst, off);
         if (y->std_error > 1e-9) worst_error = fmax(worst_error, error);
-        FF_CHECK(off < (d->correlated_over > 1 ? 1e-2 : 1e-3), "%s: %s is %.12g, dense %.12g +- %.2g", what, name, x->value,
+        FF_CHECK(off < (d->correlated_over > 1 ? 1e-2 : 3e-3), "%s: %s is %.12g, dense %.12g +- %.2g", what, name, x->value,
                  y->value, y->std_error);
         FF_CHECK(error < 1e-4 || y->std_error <= 1e-9, "%s: std error of %s is %.10g, dense %.10g", what, name, x->std_error,
                  y->std_error);
