@@ -205,8 +205,8 @@ ff_status ff_clusters_informative(const struct ff_problem *p, const ff_normal *n
 }
 
 /* 1 - 1/G where the errors inside a cluster are independent, near 1 - m/G where they are one error, since a fit of m parameters
- * follows each cluster a little (Bell and McCaffrey 2002): half way, and no less than a half. */
+ * follows each cluster a little (Bell and McCaffrey 2002): two thirds of the way, and no less than a half. */
 double ff_clusters_share_seen(double parameters, double number)
 {
-    return fmax(1 - 0.5 * (1 + parameters) / number, 0.5);
+    return fmax(1 - (1 + 2 * parameters) / (3 * number), 0.5);
 }
