@@ -81,7 +81,7 @@ static inline void ff_problem_cosines(const ff_geometry *g, double *x)
 double *ff_block_memory(size_t bytes);
 
 /* Puts the used samples of a table, index [n], in an order in which neighbours are alike, unless they come on axes or in scans of one
- * incident direction. FF_ERR_MEMORY. */
+ * incident direction, or are very many. FF_ERR_MEMORY. */
 ff_status ff_order_by_place(const ff_table *t, ff_pool *pool, uint32_t *index, size_t n);
 
 /* FF_ERR_RANGE for an option that names nothing or lies outside its range, whatever the data. */

@@ -289,7 +289,8 @@ static void cut_offs(void)
         ff_fit_result r;
         lower.max_theta = 70 * FIT_DEGREE;
         FF_CHECK(!fit_table(&t, &s.model, &lower, &r, NULL, &err), "%s", err.message);
-        FF_CHECK_CLOSE(c.value[m.fit.shape_value[0].column], r.shape_value[0].value, 1e-5, 0);
+        /* one step where little moves: to a small part of an error */
+        FF_CHECK_CLOSE(c.value[m.fit.shape_value[0].column], r.shape_value[0].value, 1e-5, loses ? 0 : 0.1 * m.fit.shape_value[0].std_error);
         ff_fit_result_free(&r);
         ff_cut_off_free(&c);
         FF_CHECK(ff_trust_cut_off(m.p, &o, &m.fit, 0.01 * FIT_DEGREE, &c, &err) == FF_ERR_DATA, "a cut-off of 0.01 degrees");
