@@ -242,7 +242,7 @@ def introduction(paints):
         "* Maskings: Smith's separable, height-correlated, direction-correlated and height-direction-correlated forms, V-cavity, Kelemen's, none; Hammon's and Schlick's approximations of Smith's go with ggx alone. "
         "beckmann-walter and phong-walter are beckmann and phong with Walter's rational masking."]
     if paints[0].statistics():
-        lines.append("* Not told apart: the Vuong test between the winner and the model, on the effective number of samples, is not significant (`docs/fitting.md`). Residual by angle: mean and root mean square of "
+        lines.append("* Not told apart: Vuong's test between the winner and the model, with a variance that knows of neighbours and of incident directions, is not significant (`docs/fitting.md`). Residual by angle: mean and root mean square of "
                      "(model - data) cos(theta_i) in a band, relative to the mean |data cos(theta_i)| there.")
     else:
         lines.append(f"* Not told apart: this version of the program reports no test between models, no effective number of samples and no residuals by angle. Listed instead are models within {more(NEAR)} of the "
