@@ -430,6 +430,7 @@ static void bands_of_angles(void)
     }
     FF_CHECK(n == b.band[FF_PLACE_THETA_I][4].n, "%zu samples, %zu", n, b.band[FF_PLACE_THETA_I][4].n);
     FF_CHECK_CLOSE(b.band[FF_PLACE_THETA_I][4].mean, sum / data, 1e-9, 1e-12);
+    free(f);
     printf("                                      by theta_d:");
     for (int k = 0; k < FF_BANDS; k++) printf(" %+.1f%%", 100 * b.band[FF_PLACE_THETA_D][k].mean);
     printf("\n");
