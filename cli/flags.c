@@ -127,7 +127,7 @@ static const flag flags[FLAG_COUNT] = {
     [FLAG_GRID] = {"grid", 0, "NAME", C_SIMULATE | C_READS,
                    "merl, goniometer[:STEP] or scattered:N[:FRACTION near the mirror direction] (goniometer:5)"},
     [FLAG_NOISE] = {"noise", 0, "REL", C_SIMULATE, "standard deviation of multiplicative noise (0)"},
-    [FLAG_NOISE_FLOOR] = {"noise-floor", 0, "ABS", C_SIMULATE | C_FITTING, "standard deviation of additive noise, 1/sr (0)"},
+    [FLAG_NOISE_FLOOR] = {"noise-floor", 0, "X", C_SIMULATE | C_FITTING, "standard deviation of additive noise, 1/sr (0)"},
     [FLAG_SIGMA] = {"sigma", 0, NULL, C_SIMULATE, "write the standard deviations too (csv)"},
     [FLAG_SEED] = {"seed", 0, "N", C_SIMULATE | C_SAMPLE | C_FIT, "of noise and random directions (1)"},
     [FLAG_COLUMNS] = {"columns", 0, "K=NAME,...", C_READS,

@@ -176,7 +176,9 @@ static void grid_point(const ff_layout *l, const grid *g, size_t code, double *s
         if (g->size[k] == 1) continue;
         double lo, hi;
         search_range(l, k, g->lowest, &lo, &hi);
-        set_point(l, k, lo + (hi - lo) * ((double)step + 0.5) / (double)g->size[k], shape);
+        /* widths in the middles of their cells; what shapes a profile also at its ends, where it becomes a simpler one */
+        const double at = is_scale(l, k) ? ((double)step + 0.5) / (double)g->size[k] : (double)step / (double)(g->size[k] - 1);
+        set_point(l, k, lo + (hi - lo) * at, shape);
     }
 }
 
