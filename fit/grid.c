@@ -168,6 +168,8 @@ static grid grid_of_lobe(const ff_layout *l, uint32_t lobe)
     return g;
 }
 
+enum { FF_ENDS_FROM = 7 };
+
 static void grid_point(const ff_layout *l, const grid *g, size_t code, double *shape)
 {
     for (uint32_t k = 0; k < l->free.n_shape; k++) {
@@ -176,8 +178,9 @@ static void grid_point(const ff_layout *l, const grid *g, size_t code, double *s
         if (g->size[k] == 1) continue;
         double lo, hi;
         search_range(l, k, g->lowest, &lo, &hi);
-        /* widths in the middles of their cells; what shapes a profile also at its ends, where it becomes a simpler one */
-        const double at = is_scale(l, k) ? ((double)step + 0.5) / (double)g->size[k] : (double)step / (double)(g->size[k] - 1);
+        /* in the middles of cells; what shapes a profile, where its points are many, at the ends too: a simpler one is there */
+        const int ends = !is_scale(l, k) && g->size[k] >= FF_ENDS_FROM;
+        const double at = ends ? (double)step / (double)(g->size[k] - 1) : ((double)step + 0.5) / (double)g->size[k];
         set_point(l, k, lo + (hi - lo) * at, shape);
     }
 }
