@@ -161,7 +161,8 @@ static int say_outcomes(const ff_report_fits *r)
     return status;
 }
 
-/* Models are compared by one objective: where the scale of a robust loss is to be estimated, the model that bends most does it for all. */
+/* Models are compared by one objective: where the scale of a robust loss is to be estimated, the model that bends most does it for
+ * all. */
 static ff_status share_scale(cli_fitting *f, const ff_model *model, size_t n_models, ff_error *err)
 {
     static const char *const flexible[] = {"student-t", "gtr", "sgd", "ggx"};

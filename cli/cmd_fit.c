@@ -16,8 +16,8 @@ static ff_status write_text(const void *report, FILE *out)
 /* Do the flags ask for something that needs to know where samples lie? */
 static int looks_at_samples(const cli_args *args)
 {
-    return cli_given(args, FLAG_BOOTSTRAP) || cli_given(args, FLAG_RESIDUALS) || strcmp(cli_value(args, FLAG_ROBUST, "none"), "none") ||
-           cli_given(args, FLAG_JSON);
+    return cli_given(args, FLAG_BOOTSTRAP) || cli_given(args, FLAG_RESIDUALS) ||
+           strcmp(cli_value(args, FLAG_ROBUST, "none"), "none") || cli_given(args, FLAG_JSON);
 }
 
 /* What the flags want to know of finished fits, and the report. adaptive: how their loss was chosen, NULL when it was given. */

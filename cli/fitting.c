@@ -18,7 +18,9 @@ static int read_robust(const cli_args *args, ff_fit_options *o)
     if (!text || !strcmp(text, "none")) return EXIT_DONE;
     snprintf(name, sizeof name, "%.*s", (int)strcspn(text, ":"), text);
     const int robust = ff_robust_find(name);
-    if (robust < 0) return cli_usage(args, "--robust %s: expected huber, cauchy or tukey, and a colon and a scale where it is to be given", text);
+    if (robust < 0)
+        return cli_usage(args, "--robust %s: expected huber, cauchy or tukey, and a colon and a scale where it is to be given",
+                         text);
     const char *end = colon ? ff_number_read(colon + 1, &o->robust_scale) : NULL;
     if (colon && (!end || *end || !(o->robust_scale > 0) || !isfinite(o->robust_scale)))
         return cli_usage(args, "--robust %s: expected NAME, or NAME:SCALE with a scale above 0, e.g. huber:0.1", text);

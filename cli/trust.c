@@ -31,7 +31,8 @@ int cli_read_censoring(const cli_args *args, ff_fit_options *o)
     int status = cli_number(args, FLAG_SATURATION, 1e-300, 1e300, &o->saturation);
     if (status == EXIT_DONE) status = read_noise_floor(args, o);
     if (status != EXIT_DONE) return status;
-    if (strcmp(negative, "keep") && strcmp(negative, "drop")) return cli_usage(args, "--negative %s: expected keep or drop", negative);
+    if (strcmp(negative, "keep") && strcmp(negative, "drop"))
+        return cli_usage(args, "--negative %s: expected keep or drop", negative);
     o->drop_negative = !strcmp(negative, "drop");
     if (!(o->noise_floor < o->saturation)) return cli_usage(args, "--noise-floor must lie below --saturation");
     return EXIT_DONE;
@@ -45,8 +46,8 @@ int cli_trust_read(const cli_args *args, const ff_fit_options *o, cli_trust *out
     uint64_t bootstrap = 0, folds = 0;
     int status;
     if ((status = cli_integer(args, FLAG_BOOTSTRAP, 1000000, &bootstrap)) ||
-        (status = cli_integer(args, FLAG_CROSS_VALIDATE, 10000, &folds)) || (status = cli_integer(args, FLAG_SEED, UINT64_MAX, &t.seed)) ||
-        (status = cli_number(args, FLAG_CUT_OFF, 0, 90, &cut_off)))
+        (status = cli_integer(args, FLAG_CROSS_VALIDATE, 10000, &folds)) ||
+        (status = cli_integer(args, FLAG_SEED, UINT64_MAX, &t.seed)) || (status = cli_number(args, FLAG_CUT_OFF, 0, 90, &cut_off)))
         return status;
     t.bootstrap = (size_t)bootstrap;
     t.folds = (size_t)folds;
@@ -55,11 +56,13 @@ int cli_trust_read(const cli_args *args, const ff_fit_options *o, cli_trust *out
     t.cut_off_given = cli_given(args, FLAG_CUT_OFF) > 0 && cut_off > 0;
     t.residuals = cli_value(args, FLAG_RESIDUALS, NULL);
     if (t.residuals && o->channels == FF_CHANNELS_EACH)
-        return cli_usage(args, "--residuals takes one fit, --channels each makes several: choose a channel with --reduce channels:NAME");
+        return cli_usage(args,
+                         "--residuals takes one fit, --channels each makes several: choose a channel with --reduce channels:NAME");
     if (t.bootstrap && t.profile) return cli_usage(args, "--profile and --bootstrap both find the intervals: give one of them");
     if (cli_given(args, FLAG_BOOTSTRAP) && t.bootstrap < 20)
         return cli_usage(args, "--bootstrap %zu: at least 20 refits say something about an error", t.bootstrap);
-    if (cli_given(args, FLAG_CROSS_VALIDATE) && t.folds < 2) return cli_usage(args, "--cross-validate %zu: at least 2 parts", t.folds);
+    if (cli_given(args, FLAG_CROSS_VALIDATE) && t.folds < 2)
+        return cli_usage(args, "--cross-validate %zu: at least 2 parts", t.folds);
     if (t.cut_off_given && !(cut_off < highest - 1e-9))
         return cli_usage(args, "--cut-off %g: expected an angle below that of --max-theta, %g", cut_off, highest);
     *out = t;
@@ -80,8 +83,8 @@ static ff_status make_places(cli_trust *t, cli_fitting *f, ff_error *err)
 }
 
 /* The check at a lower limit is made unasked: where it cannot be, nothing is said. */
-static ff_status check_cut_off(cli_trust *t, ff_problem *p, const ff_fit_options *o, const ff_fit_result *fit, ff_report_trust *each,
-                               ff_error *err)
+static ff_status check_cut_off(cli_trust *t, ff_problem *p, const ff_fit_options *o, const ff_fit_result *fit,
+                               ff_report_trust *each, ff_error *err)
 {
     ff_error reason = {0};
     ff_selection s;
@@ -160,8 +163,8 @@ int cli_trust_compare(cli_trust *t, cli_fitting *f, const ff_fit_result *fit, si
     if (!versus && status == FF_OK) status = FF_ERR_MEMORY;
     say(f, t->folds ? "cross-validation" : "residuals");
     for (size_t p = 0; p < f->n_problems && status == FF_OK; ++p) {
-        status = ff_trust_compare(f->problem[p], &t->places[p], &f->options, fit + p * models, models, best[p] - p * models, t->folds,
-                                  versus, &err);
+        status = ff_trust_compare(f->problem[p], &t->places[p], &f->options, fit + p * models, models, best[p] - p * models,
+                                  t->folds, versus, &err);
         for (size_t m = 0; m < models && status == FF_OK; ++m) {
             ff_report_trust *each = &t->each[p * models + m];
             each->versus = versus[m];

@@ -24,7 +24,8 @@ typedef struct bootstrap {
 /* SplitMix64 (Steele, Lea and Flood 2014) of a counter; in (0, 1). */
 static double uniform_at(uint64_t seed, uint64_t repeat, uint64_t draw)
 {
-    uint64_t z = (seed * UINT64_C(0xd1342543de82ef95) + repeat) * UINT64_C(0xaf251af3b0f025b5) + (draw + 1) * UINT64_C(0x9e3779b97f4a7c15);
+    uint64_t z =
+        (seed * UINT64_C(0xd1342543de82ef95) + repeat) * UINT64_C(0xaf251af3b0f025b5) + (draw + 1) * UINT64_C(0x9e3779b97f4a7c15);
     for (int k = 0; k < 2; k++) {
         z = (z ^ (z >> 30)) * UINT64_C(0xbf58476d1ce4e5b9);
         z = (z ^ (z >> 27)) * UINT64_C(0x94d049bb133111eb);
@@ -92,7 +93,8 @@ typedef struct groups_that_count {
 } groups_that_count;
 
 /* x [n][P]: the refits that converged. */
-static ff_status take_errors(const ff_point *point, const double *x, size_t n, size_t G, const groups_that_count *count, ff_fit_result *fit)
+static ff_status take_errors(const ff_point *point, const double *x, size_t n, size_t G, const groups_that_count *count,
+                             ff_fit_result *fit)
 {
     const ff_layout *l = &point->l;
     const size_t P = l->P;
@@ -142,7 +144,8 @@ static ff_status count_groups(const ff_point *point, const struct ff_problem *p,
 static ff_status check(const ff_places *places, size_t repeats, ff_error *err)
 {
     if (repeats < FEWEST_REPEATS)
-        return ff_error_set(err, FF_ERR_RANGE, NULL, 0, -1, "a bootstrap needs at least %d refits, found %zu", (int)FEWEST_REPEATS, repeats);
+        return ff_error_set(err, FF_ERR_RANGE, NULL, 0, -1, "a bootstrap needs at least %d refits, found %zu", (int)FEWEST_REPEATS,
+                            repeats);
     if (places->n_groups < FEWEST_GROUPS)
         return ff_error_set(err, FF_ERR_DATA, NULL, 0, -1, "%zu %s are too few to resample: at least %d", places->n_groups,
                             ff_grouping_name((int)places->kind), (int)FEWEST_GROUPS);

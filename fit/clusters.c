@@ -1,17 +1,17 @@
 /* How far the errors of neighbouring samples go together, and the outer products of the score over clusters of that length.
  *
- * Samples are in the order of the file, which is that of the scan. The score of a sample (J^T r of all its channels) is summed over runs
- * of 8, 16, 32, ... samples (of many samples 128, 256, ...). Were the errors independent, the sum of the squares of these sums would be the same at
- * every length, on average; it grows as long as a cluster is shorter than the errors' reach (the blocking method of Flyvbjerg and
- * Petersen 1989, here for the score of an M-estimator: clusters as in Liang and Zeger 1986). A length is left for a longer one where
- * the growth is more than twice its own scatter from cluster to cluster. */
+ * Samples are in the order of the file, which is that of the scan. The score of a sample (J^T r of all its channels) is summed over
+ * runs of 8, 16, 32, ... samples (of many samples 128, 256, ...). Were the errors independent, the sum of the squares of these sums
+ * would be the same at every length, on average; it grows as long as a cluster is shorter than the errors' reach (the blocking
+ * method of Flyvbjerg and Petersen 1989, here for the score of an M-estimator: clusters as in Liang and Zeger 1986). A length is
+ * left for a longer one where the growth is more than twice its own scatter from cluster to cluster. */
 #include "internal_arrow.h"
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
-enum { MIN_CLUSTERS = 20 };   /* fewer say nothing about their scatter ...                        */
-enum { PER_PARAMETER = 3 };   /* ... nor do fewer than this many for each parameter of a channel  */
+enum { MIN_CLUSTERS = 20 }; /* fewer say nothing about their scatter ...                        */
+enum { PER_PARAMETER = 3 }; /* ... nor do fewer than this many for each parameter of a channel  */
 
 /* The squares of a cluster's sums relative to those of single samples, a mean over the parameters. */
 static double relative_square(const double *sum, const double *single, size_t P)
@@ -103,7 +103,8 @@ ff_status ff_clusters_choose(const struct ff_problem *p, const ff_normal *n, siz
     while (share * (double)n_now >= MIN_CLUSTERS && share * (double)n_now >= (double)(PER_PARAMETER * (n->m1 - 1))) {
         const int moved = grows(sums, single, n_now, P, run, out->run > 1 ? squares : NULL);
         if (moved || (out->run > 1 && out->run * 2 == run && !beyond)) {
-            beyond = !moved; /* the last that grew and one more: clusters of the errors' own length miss what reaches across their ends */
+            beyond = !moved; /* the last that grew and one more: clusters of the errors' own length miss what reaches across their
+                                ends */
             *out = (ff_clusters){.run = run, .n = (size_t)(share * (double)n_now)};
             for (size_t b = 0; b < n_now; b++) squares[b] = relative_square(sums + b * P, single, P);
         }
@@ -140,8 +141,8 @@ ff_status ff_clusters_meat(const struct ff_problem *p, const ff_normal *n, size_
     return FF_OK;
 }
 
-/* Values that would say as much were they independent: fewer by what the squares of the score grow by from single values to clusters.
- * Of the shared parameters, where the channels of a sample meet; of all where none is free. */
+/* Values that would say as much were they independent: fewer by what the squares of the score grow by from single values to
+ * clusters. Of the shared parameters, where the channels of a sample meet; of all where none is free. */
 double ff_clusters_effective(const ff_normal *n, const double *meat, size_t n_shape, double n_values)
 {
     const size_t P = n_shape ? n_shape : n->P;
@@ -159,9 +160,9 @@ double ff_clusters_effective(const ff_normal *n, const double *meat, size_t n_sh
 
 enum { FEWEST_COUNTED = 6 }; /* a smaller count is itself not known from so few */
 
-/* (sum of the variances)^2 / sum of the clusters' squares, both without the scatter of what they are estimated from: of squares q_j of
- * normal variables E (sum q)^2 = (sum v)^2 + 2 sum v^2 and E sum q^2 = 3 sum v^2. all: sum q and sum q^2; squares: of the clusters, sum
- * of (sum q)^2 - 2/3 sum q^2. */
+/* (sum of the variances)^2 / sum of the clusters' squares, both without the scatter of what they are estimated from: of squares q_j
+ * of normal variables E (sum q)^2 = (sum v)^2 + 2 sum v^2 and E sum q^2 = 3 sum v^2. all: sum q and sum q^2; squares: of the
+ * clusters, sum of (sum q)^2 - 2/3 sum q^2. */
 static double effective_count(const double all[2], double squares, double n)
 {
     const double count = squares > 0 ? (all[0] * all[0] - 2.0 / 3 * all[1]) / squares : n;

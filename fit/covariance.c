@@ -220,13 +220,13 @@ static double seen_of(const ff_layout *l, const ff_uncertainty *u, size_t k)
 static ff_status widen(const ff_layout *l, const struct ff_problem *p, const ff_normal *n, int sigma, size_t n_samples,
                        ff_uncertainty *u)
 {
-    const size_t P = n->P, length = ff_run_length(p), run = u->clusters.run > length ? u->clusters.run : length, clusters = (p->n + run - 1) / run;
+    const size_t P = n->P, length = ff_run_length(p), run = u->clusters.run > length ? u->clusters.run : length,
+                 clusters = (p->n + run - 1) / run;
     for (size_t k = 0; k < P; k++) u->dof[k] = INFINITY;
     if ((sigma && u->clusters.run == 1) || !n->runs) return FF_OK;
     const ff_status st = ff_clusters_informative(p, n, n_samples, NULL, clusters, u->inverse, NULL, u->dof);
     for (size_t a = 0; a < P && !st && u->clusters.run > 1; a++) /* of single samples there are so many that nothing is missed */
-        for (size_t b = 0; b < P; b++)
-            u->cov[a * P + b] /= sqrt(seen_of(l, u, a) * seen_of(l, u, b));
+        for (size_t b = 0; b < P; b++) u->cov[a * P + b] /= sqrt(seen_of(l, u, a) * seen_of(l, u, b));
     for (size_t k = 0; k < P && !st; k++) u->dof[k] = (u->dof[k] - 1) / of_data(l, u, k);
     return st;
 }

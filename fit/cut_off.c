@@ -31,10 +31,11 @@ static int step_from(const ff_point *at, const ff_normal *normal, const ff_uncer
     return inside;
 }
 
-/* What a pass over the part at the point says: the point's values, or with `step` those of one step from it, against those of the fit,
- * in errors of the part. near: 1 where the step stays in the box and moves nothing by much, so that more steps would say the same. */
-static ff_status fill(const ff_point *at, const struct ff_problem *part, const ff_fit_options *o, const ff_fit_result *fit, size_t used,
-                      int step, ff_cut_off *out, int *near)
+/* What a pass over the part at the point says: the point's values, or with `step` those of one step from it, against those of the
+ * fit, in errors of the part. near: 1 where the step stays in the box and moves nothing by much, so that more steps would say the
+ * same. */
+static ff_status fill(const ff_point *at, const struct ff_problem *part, const ff_fit_options *o, const ff_fit_result *fit,
+                      size_t used, int step, ff_cut_off *out, int *near)
 {
     const ff_layout *l = &at->l;
     const size_t P = l->P;

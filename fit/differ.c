@@ -55,8 +55,8 @@ static int precision(const ff_fit_result *fit, const uint32_t *at, size_t q, dou
     for (size_t a = 0; a < q; a++)
         for (size_t b = 0; b < q; b++) {
             const ff_fit_value *va = &fit->shape_value[at[a]], *vb = &fit->shape_value[at[b]];
-            L[a * q + b] = va->std_error * vb->std_error *
-                           fit->correlation[(size_t)va->column * fit->n_columns + (size_t)vb->column];
+            L[a * q + b] =
+                va->std_error * vb->std_error * fit->correlation[(size_t)va->column * fit->n_columns + (size_t)vb->column];
         }
     if (!cholesky(L, q)) return 0;
     for (size_t b = 0; b < q; b++) {

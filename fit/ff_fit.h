@@ -192,13 +192,13 @@ typedef struct ff_fit_value {
     double std_error; /**< NaN when held, on a bound, or not determined by the data           */
     double low, high; /**< 95 % interval; NaN when there is none                              */
     ff_interval interval;
-    int at_bound;     /**< -1 on its lower bound, +1 on its upper, 0 otherwise                */
-    int held;         /**< 1: not fitted (fixed by the shape, or held at its initial value)   */
-    int tied;         /**< 1: not a parameter of its own, equal to another one (alpha_y of an isotropic shape) */
-    int follows;      /**< of a tied one: that parameter, as ff_model_param_find says; else FF_PARAM_NONE */
-    size_t follows_channel; /**< and its channel, 0 for a shared one                                      */
+    int at_bound;                /**< -1 on its lower bound, +1 on its upper, 0 otherwise                */
+    int held;                    /**< 1: not fitted (fixed by the shape, or held at its initial value)   */
+    int tied;                    /**< 1: not a parameter of its own, equal to another one (alpha_y of an isotropic shape) */
+    int follows;                 /**< of a tied one: that parameter, as ff_model_param_find says; else FF_PARAM_NONE */
+    size_t follows_channel;      /**< and its channel, 0 for a shared one                                      */
     double prior_mean, prior_sd; /**< NaN where it had no prior                                           */
-    int column;       /**< index into correlation, -1 when it has none                        */
+    int column;                  /**< index into correlation, -1 when it has none                        */
 } ff_fit_value;
 
 enum { FF_MAX_WARNINGS = 16, FF_WARNING_LENGTH = 240 };
@@ -240,7 +240,7 @@ typedef struct ff_fit_result {
     ff_ellipse ellipse;
     ff_residual residual; /**< its objective is that of the data alone            */
     double prior_penalty; /**< what priors add to it                                */
-    size_t n_free;   /**< free parameters                                          */
+    size_t n_free;        /**< free parameters                                          */
     /** What the data can tell; only with std_errors. Rank and condition of the Jacobian of the parameters that are not on a
      *  bound, each column scaled to unit length. Residuals of neighbouring samples go together over `correlated_over` samples
      *  (1: not at all), so that the values count as `effective_samples` independent ones (else as many as there are). */
@@ -249,15 +249,15 @@ typedef struct ff_fit_result {
     double effective_samples;
     size_t correlated_over;
     int correlation_settled; /**< 0: further than can be seen; the standard errors are then lower bounds */
-    double aic, bic; /**< n ln(2 objective / n) + 2k and + k ln n over n = used * channels residuals, k = n_free + 1;
-                          with sigma weights 2 objective + 2 n_free, + n_free ln n     */
+    double aic, bic;         /**< n ln(2 objective / n) + 2k and + k ln n over n = used * channels residuals, k = n_free + 1;
+                                  with sigma weights 2 objective + 2 n_free, + n_free ln n     */
     size_t n_warnings;
     char warning[FF_MAX_WARNINGS][FF_WARNING_LENGTH];
 } ff_fit_result;
 
-/** Estimates the scale of a robust loss from the residuals of m: for every value a standard deviation, by the median absolute residual
- *  of values of about its magnitude (Hampel 1974). It stays with p and serves all fits whose robust_scale is 0, so that these minimise the
- *  same objective; a first such fit makes it by its own model when there is none. Errors as ff_problem_fit. */
+/** Estimates the scale of a robust loss from the residuals of m: for every value a standard deviation, by the median absolute
+ * residual of values of about its magnitude (Hampel 1974). It stays with p and serves all fits whose robust_scale is 0, so that
+ * these minimise the same objective; a first such fit makes it by its own model when there is none. Errors as ff_problem_fit. */
 ff_status ff_problem_estimate_scale(ff_problem *p, const ff_model *m, const ff_fit_options *o, ff_error *err);
 
 /** Fits m to the samples of p. FF_ERR_UNKNOWN and others as ff_constraints_check. Options must be those p was made with, as far as

@@ -26,7 +26,7 @@ enum { FF_PLACE_THETA_I = 0, FF_PLACE_THETA_H = 1, FF_PLACE_THETA_D = 2, FF_PLAC
 enum { FF_BANDS = 9, FF_BAND_DEGREES = 10 }; /**< [0, 10), [10, 20) ... degrees */
 
 typedef struct ff_places {
-    size_t n;                            /**< samples of the problem                                  */
+    size_t n; /**< samples of the problem                                  */
     ff_grouping kind;
     size_t n_groups, n_directions;       /**< directions: distinct ones, or cells                     */
     uint32_t *direction;                 /**< [n] < n_directions, numbered by theta_i, then phi_i     */
@@ -53,8 +53,8 @@ const uint32_t *ff_problem_index(const ff_problem *p);
 ff_status ff_trust_evaluate(ff_problem *p, const ff_fit_options *o, const ff_fit_result *fit, double *model, double *residual,
                             double *cost, ff_error *err);
 
-/** Residuals of one band of angles, all channels, by sample weight: cos(theta_i) (f - y), relative to the mean of cos(theta_i) |y| in
- *  the band. */
+/** Residuals of one band of angles, all channels, by sample weight: cos(theta_i) (f - y), relative to the mean of cos(theta_i) |y|
+ * in the band. */
 typedef struct ff_band {
     size_t n;         /**< samples                                                      */
     double mean, rms; /**< signed mean: below 0 where the model is too low; NaN when n = 0 */
@@ -67,21 +67,21 @@ ff_status ff_trust_bands(ff_problem *p, const ff_places *places, const ff_fit_op
 
 /** Model minus data (1/sr) as a table with the directions of t, from which p was made: samples that the fit did not use are invalid
  *  there, standard deviations are left out. Release with ff_table_free. */
-ff_status ff_trust_residual_table(ff_problem *p, const ff_table *t, const ff_fit_options *o, const ff_fit_result *fit, ff_table *out,
-                                  ff_error *err);
+ff_status ff_trust_residual_table(ff_problem *p, const ff_table *t, const ff_fit_options *o, const ff_fit_result *fit,
+                                  ff_table *out, ff_error *err);
 
 /** Values that lie further from the model than FF_OUTLIER standard deviations of a residual there, as the scale of the robust loss
  *  tells these. */
 #define FF_OUTLIER 5.0
 enum { FF_WORST = 5 };
 typedef struct ff_outliers {
-    size_t values, samples;                  /**< values, and samples that have one                     */
+    size_t values, samples;                   /**< values, and samples that have one                     */
     size_t in_band[FF_PLACE_COUNT][FF_BANDS]; /**< samples with one                                      */
     size_t n_worst;
     struct {
-        uint32_t sample;  /**< place in the table */
+        uint32_t sample; /**< place in the table */
         uint32_t channel;
-        double ratio;     /**< residual in standard deviations, with its sign */
+        double ratio; /**< residual in standard deviations, with its sign */
     } worst[FF_WORST];
 } ff_outliers;
 /** FF_ERR_UNSUPPORTED without a robust loss. */
@@ -103,19 +103,19 @@ typedef struct ff_bootstrap {
 ff_status ff_trust_bootstrap(ff_problem *p, const ff_places *places, const ff_fit_options *o, size_t repeats, uint64_t seed,
                              ff_fit_result *fit, ff_bootstrap *out, ff_error *err);
 
-/** Profile of the objective: for every free parameter the values at which the least objective of all others has risen by what 95 % allow:
- *  t^2 / 2 times the variance of a residual, corrected as the standard error is (a parameter whose error is twice the textbook's may raise
- *  it four times as much). An interval that ends at a bound ends there because the data do not end it. Replaces the intervals of
- *  fit. Where a lower objective than that of the fit is found, a warning of fit says so. */
+/** Profile of the objective: for every free parameter the values at which the least objective of all others has risen by what 95 %
+ * allow: t^2 / 2 times the variance of a residual, corrected as the standard error is (a parameter whose error is twice the
+ * textbook's may raise it four times as much). An interval that ends at a bound ends there because the data do not end it. Replaces
+ * the intervals of fit. Where a lower objective than that of the fit is found, a warning of fit says so. */
 ff_status ff_trust_profile(ff_problem *p, const ff_fit_options *o, ff_fit_result *fit, ff_error *err);
 
 /** The same fit with a lower limit of theta: which parameters move by more than their errors? */
 typedef struct ff_cut_off {
-    double max_theta;                          /**< radians                              */
-    size_t used;                               /**< samples left                         */
-    size_t n_columns;                          /**< parameters with a standard error      */
-    double *value, *move;                      /**< [n_columns] by column of fit: value there; difference in units of its standard
-                                                    error there, which what is wrong beyond the limit does not enlarge */
+    double max_theta;     /**< radians                              */
+    size_t used;          /**< samples left                         */
+    size_t n_columns;     /**< parameters with a standard error      */
+    double *value, *move; /**< [n_columns] by column of fit: value there; difference in units of its standard
+                               error there, which what is wrong beyond the limit does not enlarge */
 } ff_cut_off;
 /** FF_ERR_DATA when too few samples are left. */
 ff_status ff_trust_cut_off(ff_problem *p, const ff_fit_options *o, const ff_fit_result *fit, double max_theta, ff_cut_off *out,
@@ -124,18 +124,20 @@ void ff_cut_off_free(ff_cut_off *c);
 
 /* ---- comparison ------------------------------------------------------------------------------ */
 
-/** Fits two models differ by, positive where the winner is better. */
+/** What a fit differs from the winner by, positive where the winner is better.
+ *
+ *  vuong_z is the difference of the objective, with the penalty of AIC, over its standard deviation: Vuong 1989 in the form of Rivers and
+ *  Vuong 2002; the variance is that over clusters of neighbours or, from 10 on, over groups, whichever is larger. */
 typedef struct ff_versus {
-    double objective;    /**< difference                                                              */
-    double aic, bic;     /**< differences, with the effective number of values of the winner           */
-    double vuong_z;      /**< difference of the objective, with the penalty of AIC, over its standard deviation: Vuong 1989 in the form of
-                              Rivers and Vuong 2002; the variance over clusters of neighbours or, from 10 on, over groups,
-                              whichever is larger                                                      */
-    double vuong_p;      /**< two-sided                                                               */
+    double objective; /**< difference                                                              */
+    double aic, bic;  /**< differences, with the effective number of values of the winner           */
+    double vuong_z;
+    double vuong_p; /**< two-sided                                                               */
     int has_validation;
-    double validation, validation_error; /**< held-out objective, difference and its standard error over incident directions */
-    int told_apart;      /**< 0: the data cannot tell the two models apart: |vuong_z| below its 95 % point, or held-out samples that do
-                              not say the same by more than their standard error                        */
+    double validation, validation_error; /**< held-out objective: difference, its standard error over incident directions */
+    /** 0: the data cannot tell the two apart: |vuong_z| below its 95 % point, or held-out samples that do not say the same by more
+     *  than their standard error. */
+    int told_apart;
 } ff_versus;
 
 /** Each of n fits to p against fits[winner].
@@ -145,9 +147,9 @@ typedef struct ff_versus {
 ff_status ff_trust_compare(ff_problem *p, const ff_places *places, const ff_fit_options *o, const ff_fit_result *fits, size_t n,
                            size_t winner, size_t folds, ff_versus *out, ff_error *err);
 
-/** Do fits of one model to n channels of the same data differ in their shape by more than their errors? Wald's chi^2 of the free shape
- *  parameters about their common weighted mean; errors of different channels count as independent, so that it errs on the side of
- *  "no".  dof = 0 where nothing can be compared.  FF_ERR_RANGE for fits of different models. */
+/** Do fits of one model to n channels of the same data differ in their shape by more than their errors? Wald's chi^2 of the free
+ * shape parameters about their common weighted mean; errors of different channels count as independent, so that it errs on the side
+ * of "no".  dof = 0 where nothing can be compared.  FF_ERR_RANGE for fits of different models. */
 typedef struct ff_difference {
     double chi2, p;
     size_t dof;

@@ -31,11 +31,12 @@ struct ff_problem {
     double tan2_lo, tan2_hi; /* range of tan^2 theta over the samples' directions                       */
     ff_selection selection;
     char (*channel_name)[FF_CHANNEL_NAME];
-    double *channel_mean; /* [n_channels] of |y| over the used samples */
-    uint32_t *index;      /* [n] place of each sample in the table, or in the problem that a smaller one stands for */
-    float *lowest;        /* [n_blocks FF_BLOCK] the lower of the cosines of both directions; NULL in a smaller problem */
+    double *channel_mean;    /* [n_channels] of |y| over the used samples */
+    uint32_t *index;         /* [n] place of each sample in the table, or in the problem that a smaller one stands for */
+    float *lowest;           /* [n_blocks FF_BLOCK] the lower of the cosines of both directions; NULL in a smaller problem */
     const float *multiplier; /* [n_blocks FF_BLOCK] borrowed, NULL = 1: root of the weight of each sample when they are resampled */
-    /* [n_channels][n_blocks FF_BLOCK], NULL = 1: standard deviation of each residual, which the scale of a robust loss multiplies. */
+    /* [n_channels][n_blocks FF_BLOCK], NULL = 1: standard deviation of each residual, which the scale of a robust loss multiplies.
+     */
     const float *unit;
     ff_pool *pool;
     ff_isa isa;
@@ -80,8 +81,8 @@ static inline void ff_problem_cosines(const ff_geometry *g, double *x)
 /* Memory for blocks, aligned, in large pages where the system has them; NULL when there is none. Released with free. */
 double *ff_block_memory(size_t bytes);
 
-/* Puts the used samples of a table, index [n], in an order in which neighbours are alike, unless they come on axes or in scans of one
- * incident direction, or are very many. FF_ERR_MEMORY. */
+/* Puts the used samples of a table, index [n], in an order in which neighbours are alike, unless they come on axes or in scans of
+ * one incident direction, or are very many. FF_ERR_MEMORY. */
 ff_status ff_order_by_place(const ff_table *t, ff_pool *pool, uint32_t *index, size_t n);
 
 /* FF_ERR_RANGE for an option that names nothing or lies outside its range, whatever the data. */
@@ -110,15 +111,16 @@ typedef struct ff_pass {
 /* Sums of the residual statistics, over samples and channels, by sample weight. */
 enum { FF_STAT_WEIGHT = 0, FF_STAT_PLAIN, FF_STAT_COSINE, FF_STAT_LOG, FF_STAT_CUBE_ROOT, FF_STAT_MAX, FF_STAT_COUNT };
 
-/* Samples of a run: residuals of neighbours go together, and sums over runs show how much. Many samples have long ones, so that what is
- * done with the sums stays short beside a pass. */
+/* Samples of a run: residuals of neighbours go together, and sums over runs show how much. Many samples have long ones, so that
+ * what is done with the sums stays short beside a pass. */
 enum { FF_SHORT_RUN = 8, FF_LONG_RUN = FF_BLOCK, FF_LONG_RUNS_FROM = 100000 };
 static inline size_t ff_run_length(const struct ff_problem *p)
 {
     return p->n >= FF_LONG_RUNS_FROM ? FF_LONG_RUN : FF_SHORT_RUN;
 }
 
-/* What a pass leaves. m1 = columns of a channel and the residual, P = columns of the layout, tied ones apart (until ff_normal_fold). */
+/* What a pass leaves. m1 = columns of a channel and the residual, P = columns of the layout, tied ones apart (until
+ * ff_normal_fold). */
 typedef struct ff_normal {
     size_t m1, P, n_channels;
     double cost2; /* sum of rho(r^2): twice the objective                                    */
@@ -382,8 +384,8 @@ double ff_extras_mismatch(const ff_layout *l, const double *shape, const double 
 ff_status ff_extras_add(const ff_layout *l, const struct ff_problem *p, int parallel, const double *shape, const double *channel,
                         const double *slope, double *cost2, double *H, double *g);
 
-/* What the terms say of the parameters: added to the information H [P][P] and, times factor, to the packed outer products of the scores
- * M; either may be NULL. */
+/* What the terms say of the parameters: added to the information H [P][P] and, times factor, to the packed outer products of the
+ * scores M; either may be NULL. */
 void ff_extras_covariance(const ff_layout *l, double factor, double *H, double *M);
 
 /* The information that priors give of coordinate k by itself, in the units of J^T J. */
@@ -425,8 +427,8 @@ void ff_result_warn(ff_fit_result *r, const char *fmt, ...) __attribute__((forma
  * coordinate, or NULL for the parameters themselves. */
 void ff_normal_assemble(const ff_layout *l, const ff_normal *n, const double *slope, double *H, double *g);
 
-/* Adds up the columns of one coordinate in what a final pass left for the errors (meat, own, runs): n->P is then l->P, and no pass may
- * be run into n again. FF_ERR_MEMORY. */
+/* Adds up the columns of one coordinate in what a final pass left for the errors (meat, own, runs): n->P is then l->P, and no pass
+ * may be run into n again. FF_ERR_MEMORY. */
 ff_status ff_normal_fold(const ff_layout *l, ff_normal *n);
 
 /* Cholesky factor of a symmetric positive semidefinite A [n][n] after scaling its diagonal to 1: A = D L L^T D, L [n][n] lower, D
@@ -443,12 +445,14 @@ typedef struct ff_clusters {
 /* Residuals that are nothing but rounding have no errors that could go together. */
 ff_status ff_clusters_choose(const struct ff_problem *p, const ff_normal *n, size_t n_samples, ff_clusters *out);
 
-/* Outer products of the score summed over runs of `run` samples (1, or ff_run_length 2^k), packed as ff_normal.meat. FF_ERR_MEMORY. */
+/* Outer products of the score summed over runs of `run` samples (1, or ff_run_length 2^k), packed as ff_normal.meat. FF_ERR_MEMORY.
+ */
 ff_status ff_clusters_meat(const struct ff_problem *p, const ff_normal *n, size_t n_samples, size_t run, double *meat);
 
-/* Clusters are as good as equal ones of a smaller number where some have more to say of a parameter than others (Carter, Schnepel and
- * Steigerwald 2017): number [P], for the degrees of freedom of its error. cluster [p->n] of each sample, NULL: n_clusters of equal
- * length in the order of the samples; inverse [P][P] of J^T J, 0 for parameters that are not in use, or arrow instead. FF_ERR_MEMORY. */
+/* Clusters are as good as equal ones of a smaller number where some have more to say of a parameter than others (Carter, Schnepel
+ * and Steigerwald 2017): number [P], for the degrees of freedom of its error. cluster [p->n] of each sample, NULL: n_clusters of
+ * equal length in the order of the samples; inverse [P][P] of J^T J, 0 for parameters that are not in use, or arrow instead.
+ * FF_ERR_MEMORY. */
 struct ff_arrow;
 ff_status ff_clusters_informative(const struct ff_problem *p, const ff_normal *n, size_t n_samples, const uint32_t *cluster,
                                   size_t n_clusters, const double *inverse, const struct ff_arrow *arrow, double *number);
@@ -464,12 +468,12 @@ double ff_clusters_effective(const ff_normal *n, const double *meat, size_t n_sh
 
 /* The two sides of what is known at an optimum, of the parameters (not coordinates) in use; [P][P], 0 elsewhere. */
 typedef struct ff_uncertainty {
-    double *inverse;     /* H^-1                                                                       */
-    double *cov;         /* covariance                                                                 */
-    int *determined;     /* [P]: 0 where the data say nothing                                          */
+    double *inverse; /* H^-1                                                                       */
+    double *cov;     /* covariance                                                                 */
+    int *determined; /* [P]: 0 where the data say nothing                                          */
     ff_clusters clusters;
-    double effective;    /* number of independent values                                               */
-    double *dof;         /* [P] degrees of freedom that the error of each is estimated from            */
+    double effective; /* number of independent values                                               */
+    double *dof;      /* [P] degrees of freedom that the error of each is estimated from            */
     double *storage;
 } ff_uncertainty;
 void ff_uncertainty_free(ff_uncertainty *u);
@@ -479,13 +483,14 @@ void ff_uncertainty_free(ff_uncertainty *u);
 double ff_clusters_share_seen(double parameters, double number);
 double ff_clusters_seen(const ff_layout *l, const ff_uncertainty *u, double number);
 
-/* Of the parameters whose `use` is not 0, from a pass over n_samples samples of p. The covariance is H^-1 M H^-1 with M over clusters (heteroscedasticity-consistent, HC1:
- * MacKinnon and White 1985); with weights by the data's standard deviations it is H^-1, its errors larger by what the clusters say.
- * FF_ERR_MEMORY. */
+/* Of the parameters whose `use` is not 0, from a pass over n_samples samples of p. The covariance is H^-1 M H^-1 with M over
+ * clusters (heteroscedasticity-consistent, HC1: MacKinnon and White 1985); with weights by the data's standard deviations it is
+ * H^-1, its errors larger by what the clusters say. FF_ERR_MEMORY. */
 ff_status ff_uncertainty_new(const ff_layout *l, const struct ff_problem *p, const ff_normal *n, const int *use, size_t n_samples,
                              ff_uncertainty *out);
 
-/* 95 % intervals of all parameters: by their standard errors, which r has, or one-sided on a bound (at_bound [P]). FF_ERR_MEMORY. */
+/* 95 % intervals of all parameters: by their standard errors, which r has, or one-sided on a bound (at_bound [P]). FF_ERR_MEMORY.
+ */
 ff_status ff_intervals_fill(const ff_layout *l, const struct ff_problem *p, const ff_normal *n, const int *at_bound,
                             const ff_uncertainty *u, ff_fit_result *r);
 /* Interval of v->value +- half_width, symmetric in the coordinate. */
@@ -494,9 +499,11 @@ void ff_interval_around(const ff_param *info, double half_width, ff_interval kin
 void ff_interval_from_bound(const ff_param *info, double slope, double inverse, double allowed, ff_fit_value *v);
 
 /* Rank and condition of the Jacobian of the parameters in use; warns of several that trade off. FF_ERR_MEMORY. */
-ff_status ff_condition_fill(const ff_layout *l, const struct ff_problem *p, const ff_normal *normal, const int *use, ff_fit_result *r);
+ff_status ff_condition_fill(const ff_layout *l, const struct ff_problem *p, const ff_normal *normal, const int *use,
+                            ff_fit_result *r);
 
-/* Eigenvalues [n], ascending, and eigenvectors (columns of V [n][n]) of a symmetric A [n][n], which is destroyed: Jacobi's rotations. */
+/* Eigenvalues [n], ascending, and eigenvectors (columns of V [n][n]) of a symmetric A [n][n], which is destroyed: Jacobi's
+ * rotations. */
 void ff_symmetric_eigen(double *A, size_t n, double *values, double *V);
 
 #endif

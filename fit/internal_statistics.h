@@ -11,7 +11,8 @@ double ff_normal_two_sided(double z);
 /* P(X > x) of chi^2 with `dof` > 0 degrees of freedom (DLMF 8.2: the regularised incomplete gamma function Q). */
 double ff_chi2_tail(double x, double dof);
 
-/* The t with P(|T| <= t) = p of Student's t with `dof` > 0 degrees of freedom, p in (0, 1); the normal quantile for dof = INFINITY. */
+/* The t with P(|T| <= t) = p of Student's t with `dof` > 0 degrees of freedom, p in (0, 1); the normal quantile for dof = INFINITY.
+ */
 double ff_student_quantile(double p, double dof);
 
 #endif

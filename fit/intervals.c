@@ -1,4 +1,5 @@
-/* What the Jacobian at the optimum says of each parameter: its 95 % interval, and how well the parameters can be told from each other. */
+/* What the Jacobian at the optimum says of each parameter: its 95 % interval, and how well the parameters can be told from each
+ * other. */
 #include "internal_fit.h"
 #include "internal_statistics.h"
 #include <math.h>
@@ -33,7 +34,8 @@ void ff_interval_from_bound(const ff_param *info, double slope, double inverse, 
 }
 
 /* Parameters on a bound: the objective rises from there by its slope and, all others following, its curvature. */
-static ff_status fill_one_sided(const ff_layout *l, const struct ff_problem *p, const ff_normal *n, const int *at_bound, ff_fit_result *r)
+static ff_status fill_one_sided(const ff_layout *l, const struct ff_problem *p, const ff_normal *n, const int *at_bound,
+                                ff_fit_result *r)
 {
     const size_t P = l->P;
     ff_uncertainty u;
@@ -50,7 +52,7 @@ static ff_status fill_one_sided(const ff_layout *l, const struct ff_problem *p, 
             const double t = ff_student_quantile(0.9, u.dof[k]);
             ff_fit_value *v = ff_result_value(l, r, k);
             ff_interval_from_bound(ff_layout_param(l, k, NULL)->info, g[k], u.determined[k] ? inverse : 0,
-                       0.5 * t * t * (u.determined[k] && inverse > 0 ? cov / inverse : INFINITY), v);
+                                   0.5 * t * t * (u.determined[k] && inverse > 0 ? cov / inverse : INFINITY), v);
         }
         ff_uncertainty_free(&u);
     }
@@ -67,7 +69,8 @@ ff_status ff_intervals_fill(const ff_layout *l, const struct ff_problem *p, cons
         ff_fit_value *v = ff_result_value(l, r, k);
         any |= at_bound[k];
         if (isnan(v->std_error)) continue;
-        ff_interval_around(ff_layout_param(l, k, NULL)->info, ff_student_quantile(0.95, u->dof[k]) * v->std_error, FF_INTERVAL_WALD, v);
+        ff_interval_around(ff_layout_param(l, k, NULL)->info, ff_student_quantile(0.95, u->dof[k]) * v->std_error, FF_INTERVAL_WALD,
+                           v);
     }
     return any ? fill_one_sided(l, p, n, at_bound, r) : FF_OK;
 }
@@ -102,10 +105,12 @@ static void name_flat_direction(const ff_layout *l, const struct ff_problem *p, 
                    1 / sqrt(fmax(value, 1e-30)));
 }
 
-ff_status ff_condition_fill(const ff_layout *l, const struct ff_problem *p, const ff_normal *normal, const int *use, ff_fit_result *r)
+ff_status ff_condition_fill(const ff_layout *l, const struct ff_problem *p, const ff_normal *normal, const int *use,
+                            ff_fit_result *r)
 {
     const size_t P = l->P;
-    double *work = malloc((3 * P * P + 2 * P + 1) * sizeof *work), *H = work, *A = H + P * P, *V = A + P * P, *g = V + P * P, *w = g + P;
+    double *work = malloc((3 * P * P + 2 * P + 1) * sizeof *work), *H = work, *A = H + P * P, *V = A + P * P, *g = V + P * P,
+           *w = g + P;
     size_t *index = malloc((P + 1) * sizeof *index), n = 0;
     if (!work || !index) {
         free(work);

@@ -109,13 +109,14 @@ ff_status ff_fit_options_check(const ff_fit_options *o, ff_error *err)
         return ff_error_set(err, FF_ERR_RANGE, NULL, 0, -1, "the largest angle must lie in (0, 90] degrees, found %g",
                             o->max_theta * (180 / 3.14159265358979323846));
     if (o->robust != FF_ROBUST_NONE && !(o->robust_scale >= 0 && isfinite(o->robust_scale)))
-        return ff_error_set(err, FF_ERR_RANGE, NULL, 0, -1, "the scale of a robust loss must be positive, or 0 to be estimated, found %g",
-                            o->robust_scale);
-    if (!(o->noise_floor < o->saturation) || !(o->saturation > 0) || !(o->noise_sigmas >= 0) || !isfinite(o->noise_sigmas))
         return ff_error_set(err, FF_ERR_RANGE, NULL, 0, -1,
-                            "values are known between the noise floor and the saturation, which must be above it and positive: found %g and "
-                            "%g, and %g standard deviations",
-                            o->noise_floor, o->saturation, o->noise_sigmas);
+                            "the scale of a robust loss must be positive, or 0 to be estimated, found %g", o->robust_scale);
+    if (!(o->noise_floor < o->saturation) || !(o->saturation > 0) || !(o->noise_sigmas >= 0) || !isfinite(o->noise_sigmas))
+        return ff_error_set(
+            err, FF_ERR_RANGE, NULL, 0, -1,
+            "values are known between the noise floor and the saturation, which must be above it and positive: found %g and "
+            "%g, and %g standard deviations",
+            o->noise_floor, o->saturation, o->noise_sigmas);
     if (o->threads < 0 || o->max_iterations < 0)
         return ff_error_set(err, FF_ERR_RANGE, NULL, 0, -1,
                             "the options for the number of threads and of iterations must not be negative");

@@ -197,7 +197,8 @@ static ff_status split_into_runs(ff_places *out)
 
 ff_status ff_places_new(const ff_problem *p, const ff_table *t, ff_places *out, ff_error *err)
 {
-    ff_places places = {.n = p->n, .group = malloc(p->n * sizeof *places.group), .direction = malloc(p->n * sizeof *places.direction)};
+    ff_places places = {
+        .n = p->n, .group = malloc(p->n * sizeof *places.group), .direction = malloc(p->n * sizeof *places.direction)};
     look l = {p, t, &places, malloc(p->n * sizeof *l.theta), malloc(p->n * sizeof *l.phi)};
     int failed = !places.group || !places.direction || !l.theta || !l.phi, done = 0;
     for (int k = 0; k < FF_PLACE_COUNT; k++) failed |= !(places.band[k] = malloc(p->n));

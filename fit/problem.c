@@ -341,11 +341,11 @@ static ff_status nothing_left(const ff_selection *s, const ff_fit_options *o, ff
 {
     char dropped[64] = "";
     if (s->dropped) snprintf(dropped, sizeof dropped, "%zu are negative", s->dropped);
-    return ff_error_set(
-        err, FF_ERR_DATA, NULL, 0, -1,
-        "no sample is left to fit: of %zu, %zu are not valid measurements, %zu lie at or below the horizon, %zu beyond %g degrees%s%s",
-        s->samples, s->invalid, s->below_horizon, s->grazing, o->max_theta * (180 / 3.14159265358979323846), s->dropped ? ", " : "",
-        dropped);
+    return ff_error_set(err, FF_ERR_DATA, NULL, 0, -1,
+                        "no sample is left to fit: of %zu, %zu are not valid measurements, %zu lie at or below the horizon, %zu "
+                        "beyond %g degrees%s%s",
+                        s->samples, s->invalid, s->below_horizon, s->grazing, o->max_theta * (180 / 3.14159265358979323846),
+                        s->dropped ? ", " : "", dropped);
 }
 
 /* Values that are further apart than 0.01, of n; sorted here. */
@@ -358,8 +358,8 @@ static size_t count_distinct(double *v, size_t n)
     return count;
 }
 
-/* Do the samples that share the very largest value lie at several half vectors and difference angles? A detector that saturates makes
- * such a plateau, a surface does not; data that are nearly all the same have none. */
+/* Do the samples that share the very largest value lie at several half vectors and difference angles? A detector that saturates
+ * makes such a plateau, a surface does not; data that are nearly all the same have none. */
 static int looks_saturated(const build *b)
 {
     enum { LOOKED_AT = 256, SEVERAL = 3 };

@@ -16,8 +16,8 @@ typedef struct end {
     double x0, step; /* coordinate of the optimum; first step, > 0                          */
     double unit;     /* rise of the objective that counts as 1: t^2 allowed is at root = t   */
     double t;
-    double x;        /* where it ends                                                       */
-    double lower;    /* least objective seen, relative to the optimum's; < 0: it was not one */
+    double x;     /* where it ends                                                       */
+    double lower; /* least objective seen, relative to the optimum's; < 0: it was not one */
     ff_status status;
 } end;
 

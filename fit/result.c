@@ -284,7 +284,8 @@ static void fill_warnings(const ff_layout *l, const struct ff_problem *p, ff_fit
             ff_result_warn(r, "%s is on %s %s bound, %g", label, is_given(param, v->at_bound) ? "the given" : "its",
                            v->at_bound < 0 ? "lower" : "upper", v->value);
         if (many && is_of_channel(l->m, param)) continue; /* they are named together */
-        if (!v->at_bound && r->correlation && isnan(v->std_error)) ff_result_warn(r, "%s is not determined by these data", label);
+        if (!v->at_bound && r->correlation && isnan(v->std_error))
+            ff_result_warn(r, "%s is not determined by these data; --profile says how far it may go", label);
     }
     if (many && r->correlation) ff_result_warn_undetermined(l, p, r);
     for (uint32_t k = 0; k < l->m->n_channel; k++) {
@@ -300,10 +301,11 @@ static void fill_warnings(const ff_layout *l, const struct ff_problem *p, ff_fit
     if (r->correlation && r->has_ellipse && !l->m->lobe[0].isotropic && l->mode != FF_ISOTROPIC_MODE && !r->ellipse.phi_determined)
         ff_result_warn(r, "the two roughness axes differ by less than their error: the orientation is undetermined");
     if (r->correlation && !r->correlation_settled)
-        ff_result_warn(r,
-                       "the residuals go together over more than %zu neighbouring samples, as far as can be seen: the true errors are "
-                       "larger than the standard errors",
-                       r->correlated_over);
+        ff_result_warn(
+            r,
+            "the residuals go together over more than %zu neighbouring samples, as far as can be seen: the true errors are "
+            "larger than the standard errors",
+            r->correlated_over);
     if (p->selection.at_top)
         ff_result_warn(
             r, "%zu samples at different places share the largest value, %g: is the detector saturated? --saturation %g says so",

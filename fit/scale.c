@@ -1,8 +1,9 @@
 /* The scale of a robust loss from the data: the spread of the residuals where the model has about this value.
  *
- * One scale for all values would be that of the many small ones, and a whole specular peak would count as outliers. So residuals are put
- * in order of the magnitude that the model gives them, cut into bins of equal number, and each bin has its own standard deviation, 1.4826
- * times the median of |r| (Hampel 1974); between the bins it is interpolated. The fit and the scale improve each other in turn. */
+ * One scale for all values would be that of the many small ones, and a whole specular peak would count as outliers. So residuals
+ * are put in order of the magnitude that the model gives them, cut into bins of equal number, and each bin has its own standard
+ * deviation, 1.4826 times the median of |r| (Hampel 1974); between the bins it is interpolated. The fit and the scale improve each
+ * other in turn. */
 #include "internal_loss.h"
 #include "internal_trust.h"
 #include <math.h>
@@ -151,8 +152,8 @@ static ff_status improve(struct ff_problem *p, const ff_fit_options *o, const ff
 }
 
 /* A fit from where `from` ended. */
-static ff_status refit(struct ff_problem *p, const ff_model *m, const ff_fit_options *o, const ff_fit_result *from, ff_fit_result *out,
-                       ff_error *err)
+static ff_status refit(struct ff_problem *p, const ff_model *m, const ff_fit_options *o, const ff_fit_result *from,
+                       ff_fit_result *out, ff_error *err)
 {
     const size_t size = from->n_channels * m->n_channel;
     ff_fit_options again = *o;

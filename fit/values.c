@@ -14,8 +14,8 @@ ff_status ff_point_new(const struct ff_problem *p, const ff_fit_options *o, cons
     const size_t size = fit->n_channels * fit->model.n_channel;
     ff_point point;
     if (fit->n_channels != p->n_channels)
-        return ff_error_set(err, FF_ERR_RANGE, NULL, 0, -1, "a fit of %zu channels does not belong to a problem of %zu", fit->n_channels,
-                            p->n_channels);
+        return ff_error_set(err, FF_ERR_RANGE, NULL, 0, -1, "a fit of %zu channels does not belong to a problem of %zu",
+                            fit->n_channels, p->n_channels);
     ff_model model = fit->model; /* has bounds and what is held; which are tied is said again */
     ff_ties ties;
     ff_status st = ff_constraints_apply(o->constraints, fit->shape, &model, &ties, err);
@@ -30,7 +30,8 @@ ff_status ff_point_new(const struct ff_problem *p, const ff_fit_options *o, cons
     }
     for (uint32_t k = 0; k < fit->model.n_shape; k++) point.shape[k] = fit->shape_value[k].value;
     for (size_t k = 0; k < size; k++) point.channel[k] = fit->channel_value[k].value;
-    for (size_t k = 0; k < point.l.P; k++) point.at_bound[k] = ff_result_value(&point.l, (ff_fit_result *)(uintptr_t)fit, k)->at_bound;
+    for (size_t k = 0; k < point.l.P; k++)
+        point.at_bound[k] = ff_result_value(&point.l, (ff_fit_result *)(uintptr_t)fit, k)->at_bound;
     *out = point;
     return FF_OK;
 }
@@ -38,7 +39,8 @@ ff_status ff_point_new(const struct ff_problem *p, const ff_fit_options *o, cons
 ff_status ff_point_data_alone(const ff_fit_options *o, const char *what, ff_error *err)
 {
     if (!o->constraints || (o->constraints->n_priors == 0 && !o->constraints->energy_conserving)) return FF_OK;
-    return ff_error_set(err, FF_ERR_UNSUPPORTED, NULL, 0, -1, "%s fits to the samples alone and knows no priors nor conserved energy", what);
+    return ff_error_set(err, FF_ERR_UNSUPPORTED, NULL, 0, -1,
+                        "%s fits to the samples alone and knows no priors nor conserved energy", what);
 }
 
 void ff_point_free(ff_point *point)
@@ -245,7 +247,8 @@ ff_status ff_trust_bands(ff_problem *p, const ff_places *places, const ff_fit_op
         for (int b = 0; b < FF_BANDS; b++) {
             band_sums s = {0};
             for (size_t c = 0; c < chunks; c++) add_to_band(&s, &work.chunk[c].band[k][b], work.chunk[c].band[k][b].n);
-            bands.band[k][b] = (ff_band){s.n, s.data > 0 ? s.signed_sum / s.data : NAN, s.data > 0 ? sqrt(s.square * s.weight) / s.data : NAN};
+            bands.band[k][b] =
+                (ff_band){s.n, s.data > 0 ? s.signed_sum / s.data : NAN, s.data > 0 ? sqrt(s.square * s.weight) / s.data : NAN};
         }
     free(work.chunk);
     ff_point_free(&point);
@@ -256,8 +259,8 @@ ff_status ff_trust_bands(ff_problem *p, const ff_places *places, const ff_fit_op
 
 /* ---- as a table ------------------------------------------------------------------------------ */
 
-ff_status ff_trust_residual_table(ff_problem *p, const ff_table *t, const ff_fit_options *o, const ff_fit_result *fit, ff_table *out,
-                                  ff_error *err)
+ff_status ff_trust_residual_table(ff_problem *p, const ff_table *t, const ff_fit_options *o, const ff_fit_result *fit,
+                                  ff_table *out, ff_error *err)
 {
     const size_t n = p->n, C = p->n_channels;
     ff_table made, view = *t; /* as many channels as the problem has, and the values alone */
@@ -317,7 +320,8 @@ ff_status ff_trust_outliers(ff_problem *p, const ff_places *places, const ff_fit
     for (size_t i = 0; i < p->n && !st; i++) {
         int any = 0;
         for (size_t c = 0; c < p->n_channels; c++) {
-            const double unit = p->unit ? (double)p->unit[c * p->n_blocks * FF_BLOCK + i] : given, ratio = residual[c * p->n + i] / unit;
+            const double unit = p->unit ? (double)p->unit[c * p->n_blocks * FF_BLOCK + i] : given,
+                         ratio = residual[c * p->n + i] / unit;
             if (!(fabs(ratio) > FF_OUTLIER)) continue;
             any = 1;
             found.values++;

@@ -1,8 +1,8 @@
 /* Two models on the same samples: what each sample says for one or the other, and how sure the sum of it is.
  *
- * Vuong's test (1989) takes the log likelihoods of the samples; in the form of Rivers and Vuong (2002) it takes what each sample adds to
- * the objective that was minimised, whatever that is, and a variance that knows of dependent samples. With residuals in standard
- * deviations the two are the same, otherwise they are to first order in the difference. */
+ * Vuong's test (1989) takes the log likelihoods of the samples; in the form of Rivers and Vuong (2002) it takes what each sample
+ * adds to the objective that was minimised, whatever that is, and a variance that knows of dependent samples. With residuals in
+ * standard deviations the two are the same, otherwise they are to first order in the difference. */
 #include "internal_statistics.h"
 #include "internal_trust.h"
 #include <math.h>
@@ -178,9 +178,9 @@ ff_status ff_trust_compare(ff_problem *p, const ff_places *places, const ff_fit_
 {
     const size_t D = places->n_directions;
     if (winner >= n || folds == 1 || folds > D)
-        return ff_error_set(err, FF_ERR_RANGE, NULL, 0, -1,
-                            "cross-validation by incident direction takes 2 to %zu parts, as many as there are directions, found %zu",
-                            D, folds);
+        return ff_error_set(
+            err, FF_ERR_RANGE, NULL, 0, -1,
+            "cross-validation by incident direction takes 2 to %zu parts, as many as there are directions, found %zu", D, folds);
     ff_status st = folds ? ff_point_data_alone(o, "cross-validation", err) : FF_OK;
     if (st) return st;
     double *memory = malloc((4 * p->n + 2 * D) * sizeof *memory); /* no more groups than samples */

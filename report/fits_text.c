@@ -405,7 +405,8 @@ static const char *validation_cell(const ff_versus *v, char *out)
     return out;
 }
 
-static void compare_row(ff_text_table *t, const ff_report_fits *r, const ff_fit_result *f, const ff_fit_result *best, double aic_best, several columns)
+static void compare_row(ff_text_table *t, const ff_report_fits *r, const ff_fit_result *f, const ff_fit_result *best,
+                        double aic_best, several columns)
 {
     char cell[FF_TEXT_CELL], n[FF_TEXT_NUMBER];
     ff_text_row(t);

@@ -50,8 +50,8 @@ static void put_cut_off(const ff_report_fits *r, size_t i, FILE *out)
             ff_text_number(ff_report_degrees(r->options->max_theta), 4, usual), c->used);
     for (size_t k = 0; k < c->n_columns; ++k)
         if (fabs(c->move[k]) > MOVES)
-            fprintf(out, "    %s is %s, %s%s of its errors\n", ff_report_column_name(p, f, k, name), ff_text_number(c->value[k], 5, a),
-                    c->move[k] > 0 ? "+" : "", ff_text_number(c->move[k], 2, b));
+            fprintf(out, "    %s is %s, %s%s of its errors\n", ff_report_column_name(p, f, k, name),
+                    ff_text_number(c->value[k], 5, a), c->move[k] > 0 ? "+" : "", ff_text_number(c->move[k], 2, b));
 }
 
 void ff_report_trust_of_fit(const ff_report_fits *r, size_t i, FILE *out)
@@ -91,10 +91,8 @@ static void put_sample(const ff_report_fits *r, uint32_t sample, FILE *out)
     if (!r->table->valid) return; /* the samples have been released */
     ff_table_directions(r->table, sample, 1, planes);
     fprintf(out, " (theta_i %s, phi_i %s, theta_o %s, phi_o %s)",
-            ff_text_number(ff_report_degrees(atan2(hypot(w[0], w[1]), w[2])), 4, a),
-            ff_text_number(azimuth(w), 4, b),
-            ff_text_number(ff_report_degrees(atan2(hypot(w[3], w[4]), w[5])), 4, c),
-            ff_text_number(azimuth(w + 3), 4, d));
+            ff_text_number(ff_report_degrees(atan2(hypot(w[0], w[1]), w[2])), 4, a), ff_text_number(azimuth(w), 4, b),
+            ff_text_number(ff_report_degrees(atan2(hypot(w[3], w[4]), w[5])), 4, c), ff_text_number(azimuth(w + 3), 4, d));
 }
 
 void ff_report_outliers_text(const ff_report_fits *r, size_t i, FILE *out)
@@ -106,7 +104,8 @@ void ff_report_outliers_text(const ff_report_fits *r, size_t i, FILE *out)
         fprintf(out, "  no outliers: no residual is beyond %g standard deviations\n", FF_OUTLIER);
         return;
     }
-    fprintf(out, "  %zu sample%s with a residual beyond %g standard deviations", o->samples, o->samples == 1 ? "" : "s", FF_OUTLIER);
+    fprintf(out, "  %zu sample%s with a residual beyond %g standard deviations", o->samples, o->samples == 1 ? "" : "s",
+            FF_OUTLIER);
     const char *separator = "; most at ";
     for (int k = 0; k < FF_PLACE_COUNT; ++k) {
         const size_t band = fullest(o->in_band[k]);

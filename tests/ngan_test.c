@@ -1,8 +1,8 @@
 /* The Cook-Torrance numbers of Ngan, Durand and Matusik 2005 for the MERL materials, found again in their convention.
  *
- *   theirs  rho_d / pi + rho_s / pi D F G / (n.l n.v),  D = exp(-tan^2 / m^2) / (m^2 cos^4),  F = F0 + (1 - F0)(1 - v.h)^5, G of
- * V-grooves; rho_d and rho_s per channel, F0 and m shared (Cook and Torrance 1981 with Schlick's F) here    kd / pi + ks D' F G /
- * (4 n.l n.v),  D' = D / pi:  kd = rho_d, ks = 4 rho_s, f0 = F0, alpha = m
+ *   theirs  rho_d / pi + rho_s / pi D F G / (n.l n.v), D = exp(-tan^2 / m^2) / (m^2 cos^4), F = F0 + (1 - F0)(1 - v.h)^5,
+ *           G of V-grooves; rho_d and rho_s per channel, F0 and m shared (Cook and Torrance 1981 with Schlick's F)
+ *   here    kd / pi + ks D' F G / (4 n.l n.v), D' = D / pi: kd = rho_d, ks = 4 rho_s, f0 = F0, alpha = m
  *
  * That is the preset ngan-2005 with ks freed. Measurements are made by the formula written out below, not by the models. */
 #include "fit_samples.h"

@@ -545,8 +545,8 @@ static void given_start(void)
     ff_table_free(&t);
 }
 
-/* Data of a simpler distribution, which a richer one becomes at the end of a parameter: a narrow Beckmann lobe is sgd at p = 0, far from
- * the wide and peaked one at p = 4 that fits the same samples second best. */
+/* Data of a simpler distribution, which a richer one becomes at the end of a parameter: a narrow Beckmann lobe is sgd at p = 0, far
+ * from the wide and peaked one at p = 4 that fits the same samples second best. */
 static void at_the_end_of_a_parameter(void)
 {
     fit_surface s = fit_surface_make("beckmann/smith-separable/sgd+lambert", 1, "alpha=0.0237 f0=0.067 f1=0.014 ks=0.12 kd=0.035");
@@ -557,7 +557,8 @@ static void at_the_end_of_a_parameter(void)
     ff_fit_result r;
     ff_error err = {0};
     o.weighting = FF_WEIGHT_SAMPLE;
-    FF_CHECK(!ff_model_parse("sgd/smith-separable/sgd+lambert", &model, &err) && !ff_model_free(&model, "ks", &err), "%s", err.message);
+    FF_CHECK(!ff_model_parse("sgd/smith-separable/sgd+lambert", &model, &err) && !ff_model_free(&model, "ks", &err), "%s",
+             err.message);
     const ff_status st = fit_table(&t, &model, &o, &r, NULL, &err);
     FF_CHECK(st == FF_OK, "%s", err.message);
     if (!st) {
@@ -569,9 +570,9 @@ static void at_the_end_of_a_parameter(void)
     ff_table_free(&t);
 }
 
-FF_TEST_MAIN(FF_TEST(at_the_end_of_a_parameter), FF_TEST(correlated_rgb), FF_TEST(isotropic_rough_and_smooth), FF_TEST(every_distribution_masking_and_loss),
-             FF_TEST(robust_losses_resist_outliers), FF_TEST(mean_slope), FF_TEST(merl_grid), FF_TEST(mean_and_single_channels),
-             FF_TEST(parameters_on_their_bounds), FF_TEST(metals_without_diffuse), FF_TEST(lambert_alone), FF_TEST(two_lobes),
-             FF_TEST(two_lobes_of_one_kind), FF_TEST(shapes_of_the_tail), FF_TEST(curved_terms), FF_TEST(freed_and_fixed),
-             FF_TEST(held_axes), FF_TEST(same_for_every_run_and_number_of_threads), FF_TEST(every_instruction_set),
-             FF_TEST(given_start))
+FF_TEST_MAIN(FF_TEST(at_the_end_of_a_parameter), FF_TEST(correlated_rgb), FF_TEST(isotropic_rough_and_smooth),
+             FF_TEST(every_distribution_masking_and_loss), FF_TEST(robust_losses_resist_outliers), FF_TEST(mean_slope),
+             FF_TEST(merl_grid), FF_TEST(mean_and_single_channels), FF_TEST(parameters_on_their_bounds),
+             FF_TEST(metals_without_diffuse), FF_TEST(lambert_alone), FF_TEST(two_lobes), FF_TEST(two_lobes_of_one_kind),
+             FF_TEST(shapes_of_the_tail), FF_TEST(curved_terms), FF_TEST(freed_and_fixed), FF_TEST(held_axes),
+             FF_TEST(same_for_every_run_and_number_of_threads), FF_TEST(every_instruction_set), FF_TEST(given_start))

@@ -1,16 +1,16 @@
-/** @file scan_samples.h  Measurements in scans: a detector that goes around for each of some incident directions, with noise that may go
- *  together along a scan. */
+/** @file scan_samples.h  Measurements in scans: a detector that goes around for each of some incident directions, with noise that
+ * may go together along a scan. */
 #ifndef SCAN_SAMPLES_H
 #define SCAN_SAMPLES_H
 #include "fit_samples.h"
 
 /** What is left 0: no noise, all independent. */
 typedef struct scan_sampling {
-    size_t n_theta, n_phi;    /**< incident directions: theta_i evenly up to 0.9 max_theta, phi_i evenly around              */
-    size_t n_exit;            /**< samples of a scan, along a spiral over the hemisphere up to max_theta                    */
-    double max_theta;         /**< degrees                                                                                  */
-    double noise;             /**< standard deviation relative to the value                                                 */
-    double reach;             /**< samples over which the noise of a scan falls to 1/e                                       */
+    size_t n_theta, n_phi; /**< incident directions: theta_i evenly up to 0.9 max_theta, phi_i evenly around              */
+    size_t n_exit;         /**< samples of a scan, along a spiral over the hemisphere up to max_theta                    */
+    double max_theta;      /**< degrees                                                                                  */
+    double noise;          /**< standard deviation relative to the value                                                 */
+    double reach;          /**< samples over which the noise of a scan falls to 1/e                                       */
     uint64_t seed;
 } scan_sampling;
 

@@ -1,5 +1,5 @@
-/* How far a fit can be trusted: intervals, neighbours whose errors go together, resampling, comparison of models, outliers, values that are
- * known from one side. */
+/* How far a fit can be trusted: intervals, neighbours whose errors go together, resampling, comparison of models, outliers, values
+ * that are known from one side. */
 #include "scan_samples.h"
 #include "ff_resample.h"
 #include "ff_trust.h"
@@ -64,8 +64,8 @@ static void quantiles(void)
 
 /* ---- neighbours ------------------------------------------------------------------------------ */
 
-/* Noise that falls to 1/e over L samples makes (1 - r) / (1 + r), r = exp(-1/L), of n samples independent, for a Jacobian that does not
- * change along the scan: that of kd under the plain loss. Independent noise leaves the count. */
+/* Noise that falls to 1/e over L samples makes (1 - r) / (1 + r), r = exp(-1/L), of n samples independent, for a Jacobian that does
+ * not change along the scan: that of kd under the plain loss. Independent noise leaves the count. */
 static void effective_number(void)
 {
     ff_fit_options o = fit_options();
@@ -82,7 +82,8 @@ static void effective_number(void)
             how.seed = (uint64_t)(100 * k + i);
             if (!scan("effective number", "lambert", "kd=0.5", how, &o, &m)) continue;
             mean += m.fit.effective_samples / (double)m.places.n / REPEATS;
-            if (k == 0) FF_CHECK(m.fit.effective_samples > 0.7 * (double)m.places.n, "of %zu: %g", m.places.n, m.fit.effective_samples);
+            if (k == 0)
+                FF_CHECK(m.fit.effective_samples > 0.7 * (double)m.places.n, "of %zu: %g", m.places.n, m.fit.effective_samples);
             forget(&m);
         }
         const double r = reach[k] > 0 ? exp(-1 / reach[k]) : 0, expected = (1 - r) / (1 + r);
@@ -104,9 +105,10 @@ static void misfit_of_scattered_samples(void)
         o.shape = FF_SHAPE_ISOTROPIC;
         FF_CHECK(!ff_model_parse(expressions[k], &model, NULL), "%s", expressions[k]);
         if (!measure("misfit", fit_measure(&s, &how), &model, &o, &m)) return;
-        printf("%s on scattered ggx data: %zu values count as %.0f, together over %zu\n", expressions[k], m.places.n, m.fit.effective_samples,
-               m.fit.correlated_over);
-        FF_CHECK(k == 0 ? m.fit.effective_samples > 0.7 * (double)m.places.n : m.fit.effective_samples < 0.7 * (double)m.places.n && m.fit.correlated_over > 8,
+        printf("%s on scattered ggx data: %zu values count as %.0f, together over %zu\n", expressions[k], m.places.n,
+               m.fit.effective_samples, m.fit.correlated_over);
+        FF_CHECK(k == 0 ? m.fit.effective_samples > 0.7 * (double)m.places.n
+                        : m.fit.effective_samples < 0.7 * (double)m.places.n && m.fit.correlated_over > 8,
                  "%s: %.0f of %zu", expressions[k], m.fit.effective_samples, m.places.n);
         forget(&m);
     }
@@ -123,15 +125,16 @@ static void places_of_samples(void)
         for (size_t i = 0; i < m.places.n; i++) {
             const size_t at = ff_problem_index(m.p)[i];
             FF_CHECK(m.places.direction[i] == at / 120, "sample %zu of direction %u", at, m.places.direction[i]);
-            FF_CHECK(m.places.band[FF_PLACE_THETA_I][i] == (unsigned char)(m.t.angle[0][at] / (10 * FIT_DEGREE)), "band of sample %zu", at);
+            FF_CHECK(m.places.band[FF_PLACE_THETA_I][i] == (unsigned char)(m.t.angle[0][at] / (10 * FIT_DEGREE)),
+                     "band of sample %zu", at);
         }
         forget(&m);
     }
     scan_sampling few = usual_scan;
     few.n_theta = 4, few.n_phi = 1;
     if (scan("few directions", "ggx+lambert", plain_surface, few, &o, &m)) {
-        FF_CHECK(m.places.kind == FF_GROUP_RUNS && m.places.n_directions == 4 && m.places.n_groups >= 40, "%zu groups, %zu directions",
-                 m.places.n_groups, m.places.n_directions);
+        FF_CHECK(m.places.kind == FF_GROUP_RUNS && m.places.n_directions == 4 && m.places.n_groups >= 40,
+                 "%zu groups, %zu directions", m.places.n_groups, m.places.n_directions);
         for (size_t i = 1; i < m.places.n; i++) /* no run goes from one direction into another */
             if (m.places.group[i] == m.places.group[i - 1])
                 FF_CHECK(m.places.direction[i] == m.places.direction[i - 1], "run %u", m.places.group[i]);
@@ -147,8 +150,8 @@ static void places_of_samples(void)
 
 /* ---- intervals ------------------------------------------------------------------------------- */
 
-/* Without a lobe the objective is a parabola in kd: the profile is the interval of the standard error. With F0 and kd at 0 the one-sided
- * interval starts at the bound and the profile agrees. */
+/* Without a lobe the objective is a parabola in kd: the profile is the interval of the standard error. With F0 and kd at 0 the
+ * one-sided interval starts at the bound and the profile agrees. */
 static void profiles(void)
 {
     const ff_fit_options o = fit_options();
@@ -168,8 +171,8 @@ static void profiles(void)
     if (scan("no diffuse part", "ggx+lambert", "alpha=0.25 f0=0.5 kd=0", usual_scan, &o, &m)) {
         const ff_fit_value *kd = &m.fit.channel_value[m.fit.model.n_channel - 1], before = *kd;
         if (kd->at_bound) {
-            FF_CHECK(kd->interval == FF_INTERVAL_ONE_SIDED && kd->low == 0 && kd->high > 0 && kd->high < 0.1, "%g to %g by %s", kd->low,
-                     kd->high, ff_interval_name((int)kd->interval));
+            FF_CHECK(kd->interval == FF_INTERVAL_ONE_SIDED && kd->low == 0 && kd->high > 0 && kd->high < 0.1, "%g to %g by %s",
+                     kd->low, kd->high, ff_interval_name((int)kd->interval));
             FF_CHECK(ff_trust_profile(m.p, &o, &m.fit, &err) == FF_OK, "%s", err.message);
             FF_CHECK(kd->low == 0, "the profile of kd begins at %g", kd->low);
             FF_CHECK_CLOSE(kd->high, before.high, 0.1, 0);
@@ -179,7 +182,8 @@ static void profiles(void)
     }
 }
 
-/* Near a profile's end the objective, with all others free, is where it should be: checked by a fit with the parameter held there. */
+/* Near a profile's end the objective, with all others free, is where it should be: checked by a fit with the parameter held there.
+ */
 static void ends_of_profiles(void)
 {
     const ff_fit_options o = fit_options();
@@ -218,8 +222,7 @@ static void not_determined(void)
     measured m;
     if (!measure("ks and f0", scan_measure(&s, &narrow), &s.model, &o, &m)) return;
     int named = 0;
-    for (size_t k = 0; k < m.fit.n_warnings; k++)
-        named |= strstr(m.fit.warning[k], "f0") && strstr(m.fit.warning[k], "ks");
+    for (size_t k = 0; k < m.fit.n_warnings; k++) named |= strstr(m.fit.warning[k], "f0") && strstr(m.fit.warning[k], "ks");
     FF_CHECK(named, "no warning of f0 and ks; condition %g", m.fit.condition);
     FF_CHECK(m.fit.condition > 30, "condition %g", m.fit.condition);
     FF_CHECK(ff_trust_profile(m.p, &o, &m.fit, &err) == FF_OK, "%s", err.message);
@@ -239,11 +242,13 @@ static void bootstraps(void)
     FF_CHECK(ff_trust_bootstrap(m.p, &m.places, &o, 10, 1, &m.fit, &b, &err) == FF_ERR_RANGE, "10 refits: %s", err.message);
     FF_CHECK(m.fit.shape_value[0].std_error == sandwich[0].std_error, "a refused bootstrap changed the fit");
     FF_CHECK(ff_trust_bootstrap(m.p, &m.places, &o, 400, 7, &m.fit, &b, &err) == FF_OK, "%s", err.message);
-    FF_CHECK(b.repeats == 400 && b.failed == 0 && b.n_groups == 32, "%zu refits, %zu failed, %zu groups", b.repeats, b.failed, b.n_groups);
+    FF_CHECK(b.repeats == 400 && b.failed == 0 && b.n_groups == 32, "%zu refits, %zu failed, %zu groups", b.repeats, b.failed,
+             b.n_groups);
     const ff_fit_value boot[2] = {m.fit.shape_value[0], m.fit.channel_value[0]};
     for (int k = 0; k < 2; k++) {
         printf("standard error %.6f, by 400 refits %.6f\n", sandwich[k].std_error, boot[k].std_error);
-        FF_CHECK(boot[k].interval == FF_INTERVAL_BOOTSTRAP && boot[k].low < boot[k].value && boot[k].high > boot[k].value, "interval %d", k);
+        FF_CHECK(boot[k].interval == FF_INTERVAL_BOOTSTRAP && boot[k].low < boot[k].value && boot[k].high > boot[k].value,
+                 "interval %d", k);
         /* 32 groups, of which some ten say much: a quarter of scatter, and errors that are taken for larger by up to sqrt(2) */
         const double ratio = boot[k].std_error / sandwich[k].std_error;
         FF_CHECK(ratio > 0.7 && ratio < 1.9, "%.3g times the error by the formula", ratio);
@@ -280,7 +285,8 @@ static void cut_offs(void)
             if (fmax(t.angle[0][i], fabs(t.angle[2][i])) > 70 * FIT_DEGREE) t.value[i] *= 0.6;
         if (!measure("cut-off", t, &s.model, &o, &m)) return;
         FF_CHECK(ff_trust_cut_off(m.p, &o, &m.fit, 70 * FIT_DEGREE, &c, &err) == FF_OK, "%s", err.message);
-        FF_CHECK(c.n_columns == m.fit.n_columns && c.used < m.places.n && c.used > m.places.n / 2, "%zu of %zu", c.used, m.places.n);
+        FF_CHECK(c.n_columns == m.fit.n_columns && c.used < m.places.n && c.used > m.places.n / 2, "%zu of %zu", c.used,
+                 m.places.n);
         for (size_t k = 0; k < c.n_columns; k++) most = fmax(most, fabs(c.move[k]));
         printf("%s: largest move %.1f errors\n", loses ? "light lost beyond 70 degrees" : "nothing lost", most);
         FF_CHECK(loses ? most > 10 : most < 2, "largest move %g", most);
@@ -290,7 +296,8 @@ static void cut_offs(void)
         lower.max_theta = 70 * FIT_DEGREE;
         FF_CHECK(!fit_table(&t, &s.model, &lower, &r, NULL, &err), "%s", err.message);
         /* one step where little moves: to a small part of an error */
-        FF_CHECK_CLOSE(c.value[m.fit.shape_value[0].column], r.shape_value[0].value, 1e-5, loses ? 0 : 0.1 * m.fit.shape_value[0].std_error);
+        FF_CHECK_CLOSE(c.value[m.fit.shape_value[0].column], r.shape_value[0].value, 1e-5,
+                       loses ? 0 : 0.1 * m.fit.shape_value[0].std_error);
         ff_fit_result_free(&r);
         ff_cut_off_free(&c);
         FF_CHECK(ff_trust_cut_off(m.p, &o, &m.fit, 0.01 * FIT_DEGREE, &c, &err) == FF_ERR_DATA, "a cut-off of 0.01 degrees");
@@ -305,7 +312,8 @@ enum { VERSUS = 3 };
 /* The data's own model, one that hardly differs, one that does. */
 static void comparisons(void)
 {
-    const char *const expressions[VERSUS] = {"ggx/smith-height-correlated+lambert", "ggx/smith-separable+lambert", "beckmann+lambert"};
+    const char *const expressions[VERSUS] = {"ggx/smith-height-correlated+lambert", "ggx/smith-separable+lambert",
+                                             "beckmann+lambert"};
     const fit_surface s = fit_surface_make(expressions[0], 1, "alpha=0.08 f0=0.5 kd=0.1");
     ff_model models[VERSUS];
     ff_fit_result fits[VERSUS];
@@ -322,18 +330,58 @@ static void comparisons(void)
     FF_CHECK(ff_trust_compare(p, &places, &o, fits, VERSUS, 0, 33, v, &err) == FF_ERR_RANGE, "more folds than directions");
     FF_CHECK(ff_trust_compare(p, &places, &o, fits, VERSUS, 0, 8, v, &err) == FF_OK, "%s", err.message);
     for (int k = 1; k < VERSUS; k++) {
-        printf("%s: objective +%.3g, AIC %+.1f, z %.2f, held out %.3g +- %.2g, %s\n", expressions[k], v[k].objective, v[k].aic, v[k].vuong_z,
-               v[k].validation, v[k].validation_error, v[k].told_apart ? "worse" : "not told apart");
+        printf("%s: objective +%.3g, AIC %+.1f, z %.2f, held out %.3g +- %.2g, %s\n", expressions[k], v[k].objective, v[k].aic,
+               v[k].vuong_z, v[k].validation, v[k].validation_error, v[k].told_apart ? "worse" : "not told apart");
         FF_CHECK_CLOSE(v[k].objective, fits[k].residual.objective - fits[0].residual.objective, 1e-12, 1e-15);
         FF_CHECK(v[k].told_apart == (k == 2), "%s", expressions[k]);
         FF_CHECK(v[k].has_validation && v[k].validation_error > 0, "held out");
     }
-    FF_CHECK(v[2].validation > 3 * v[2].validation_error, "beckmann on held-out directions: %g +- %g", v[2].validation, v[2].validation_error);
+    FF_CHECK(v[2].validation > 3 * v[2].validation_error, "beckmann on held-out directions: %g +- %g", v[2].validation,
+             v[2].validation_error);
     FF_CHECK_CLOSE(v[2].bic, v[2].aic, 1e-12, 1e-12); /* as many parameters */
     for (int k = 0; k < VERSUS; k++) ff_fit_result_free(&fits[k]);
     ff_places_free(&places);
     ff_problem_free(p);
     ff_table_free(&t);
+}
+
+/* Two models that are about as good: told apart in few of many measurements, whichever is ahead. One that is clearly worse: in
+ * most; the test is cautious where the difference lies in the few samples about the mirror direction. */
+static void size_of_the_test(void)
+{
+    enum { REPEATS = 100 };
+    const char *const expressions[VERSUS] = {"ggx/smith-height-correlated+lambert", "ggx/smith-separable+lambert",
+                                             "beckmann+lambert"};
+    const fit_surface s = fit_surface_make(expressions[0], 1, "alpha=0.1 f0=0.5 kd=0.1");
+    const ff_fit_options o = fit_options();
+    ff_model models[VERSUS];
+    int told[VERSUS] = {0};
+    for (int k = 0; k < VERSUS; k++) FF_CHECK(!ff_model_parse(expressions[k], &models[k], NULL), "%s", expressions[k]);
+    for (int i = 0; i < REPEATS; i++) {
+        scan_sampling how = usual_scan;
+        how.n_theta = 20, how.n_phi = 1, how.n_exit = 60, how.noise = 0.1, how.reach = i % 2 ? 4 : 0,
+        how.seed = (uint64_t)(900 + i);
+        ff_table t = scan_measure(&s, &how);
+        ff_problem *p = NULL;
+        ff_places places = {0};
+        ff_fit_result fits[VERSUS];
+        ff_versus v[VERSUS];
+        ff_status st = ff_problem_new(&t, models, VERSUS, &o, &p, NULL);
+        if (!st) st = ff_places_new(p, &t, &places, NULL);
+        for (int k = 0; k < VERSUS && !st; k++) st = ff_problem_fit(p, &models[k], &o, &fits[k], NULL);
+        if (!st) st = ff_trust_compare(p, &places, &o, fits, VERSUS, 0, 0, v, NULL);
+        FF_CHECK(st == FF_OK, "repeat %d: %s", i, ff_status_str(st));
+        if (st) return;
+        for (int k = 1; k < VERSUS; k++) told[k] += v[k].told_apart;
+        for (int k = 0; k < VERSUS; k++) ff_fit_result_free(&fits[k]);
+        ff_places_free(&places);
+        ff_problem_free(p);
+        ff_table_free(&t);
+    }
+    printf("told apart from the truth in %d measurements: %s %d, %s %d\n", REPEATS, expressions[1], told[1], expressions[2],
+           told[2]);
+    FF_CHECK(told[1] <= 12, "%s is told apart in %d of %d", expressions[1], told[1], REPEATS);
+    FF_CHECK(told[2] >= 70, "%s is told apart in %d of %d", expressions[2], told[2], REPEATS);
 }
 
 /* Held-out directions are held out: what cross-validation reports is what fits by hand to the rest give. */
@@ -434,8 +482,10 @@ static void bands_of_angles(void)
     printf("                                      by theta_d:");
     for (int k = 0; k < FF_BANDS; k++) printf(" %+.1f%%", 100 * b.band[FF_PLACE_THETA_D][k].mean);
     printf("\n");
-    FF_CHECK(b.band[FF_PLACE_THETA_D][1].mean < -0.1 && b.band[FF_PLACE_THETA_D][7].mean > 0.05, "V-cavities do not show by theta_d");
-    FF_CHECK(b.band[FF_PLACE_THETA_I][1].mean < -0.1 && b.band[FF_PLACE_THETA_I][8].mean > 0.05, "V-cavities do not show by theta_i");
+    FF_CHECK(b.band[FF_PLACE_THETA_D][1].mean < -0.1 && b.band[FF_PLACE_THETA_D][7].mean > 0.05,
+             "V-cavities do not show by theta_d");
+    FF_CHECK(b.band[FF_PLACE_THETA_I][1].mean < -0.1 && b.band[FF_PLACE_THETA_I][8].mean > 0.05,
+             "V-cavities do not show by theta_i");
     FF_CHECK(lobe_height(&m, NULL) > 1.05 * lobe_height(&m, &m.fit), "the lobe from grazing light has the height %g, the data's %g",
              lobe_height(&m, &m.fit), lobe_height(&m, NULL));
     forget(&m);
@@ -483,7 +533,8 @@ static void channels_that_differ(void)
             ff_table_free(&t);
         }
         FF_CHECK(!ff_trust_channels_differ(fits, 3, &d, &err), "%s", err.message);
-        printf("channels of %s roughness: chi^2 %.2f with %zu degrees of freedom, p %.3g\n", differ ? "different" : "one", d.chi2, d.dof, d.p);
+        printf("channels of %s roughness: chi^2 %.2f with %zu degrees of freedom, p %.3g\n", differ ? "different" : "one", d.chi2,
+               d.dof, d.p);
         FF_CHECK(d.dof == 2 * fits[0].n_columns - 4 || d.dof > 0, "%zu degrees of freedom", d.dof);
         FF_CHECK(differ ? d.p < 1e-6 : d.p > 1e-3, "p = %g", d.p);
         for (int c = 0; c < 3; c++) ff_fit_result_free(&fits[c]);
@@ -492,8 +543,8 @@ static void channels_that_differ(void)
 
 /* ---- outliers -------------------------------------------------------------------------------- */
 
-/* 2 % of the values are three times too large: a robust loss with an estimated scale finds them all and the parameters; least squares does
- * not. The specular peak, where residuals are largest, is not taken for outliers. */
+/* 2 % of the values are three times too large: a robust loss with an estimated scale finds them all and the parameters; least
+ * squares does not. The specular peak, where residuals are largest, is not taken for outliers. */
 static void outliers(void)
 {
     const fit_surface s = fit_surface_make("ggx+lambert", 1, plain_surface);
@@ -526,8 +577,10 @@ static void outliers(void)
             size_t inside = 0;
             FF_CHECK(!ff_trust_outliers(m.p, &m.places, &o, &m.fit, &out, &err), "%s", err.message);
             printf(", %zu outliers of %zu planted\n", out.samples, planted);
-            FF_CHECK(out.samples >= planted * 97 / 100 && out.samples <= planted + 3, "%zu found, %zu planted", out.samples, planted);
-            FF_CHECK(fabs(f0->value - 0.5) < (robust == FF_ROBUST_TUKEY ? 0.005 : 0.01) && fabs(alpha->value - 0.25) < 0.005, "misled");
+            FF_CHECK(out.samples >= planted * 97 / 100 && out.samples <= planted + 3, "%zu found, %zu planted", out.samples,
+                     planted);
+            FF_CHECK(fabs(f0->value - 0.5) < (robust == FF_ROBUST_TUKEY ? 0.005 : 0.01) && fabs(alpha->value - 0.25) < 0.005,
+                     "misled");
             FF_CHECK(robust != FF_ROBUST_TUKEY || off < 3.5, "off by %g errors", off);
             for (int b = 0; b < FF_BANDS; b++) inside += out.in_band[FF_PLACE_THETA_I][b];
             FF_CHECK(inside == out.samples && out.n_worst == FF_WORST, "%zu in bands, %zu worst", inside, out.n_worst);
@@ -567,13 +620,14 @@ static void check_recovers(const char *what, const fit_surface *s, const ff_tabl
     FF_CHECK(!fit_table(t, &s->model, o, &r, &sel, &err), "%s: %s", what, err.message);
     const double alpha = r.shape_value[0].value, f0 = r.channel_value[0].value;
     const double off = fmax(fabs(alpha / s->shape[0] - 1), fabs(f0 / s->channel[0] - 1));
-    printf("%s: alpha %.4f, f0 %.4f; %zu saturated, %zu below the noise, %zu at the top\n", what, alpha, f0, sel.saturated, sel.below_noise,
-           sel.at_top);
+    printf("%s: alpha %.4f, f0 %.4f; %zu saturated, %zu below the noise, %zu at the top\n", what, alpha, f0, sel.saturated,
+           sel.below_noise, sel.at_top);
     FF_CHECK(should ? off < 0.02 : off > 0.03, "%s: off by %.3f", what, off);
     ff_fit_result_free(&r);
 }
 
-/* A detector that stops at 2 /sr: with the saturation said, the parameters are found; without it the fit warns that something is cut. */
+/* A detector that stops at 2 /sr: with the saturation said, the parameters are found; without it the fit warns that something is
+ * cut. */
 static void saturation(void)
 {
     const fit_surface s = fit_surface_make("ggx+lambert", 1, "alpha=0.12 f0=0.5 kd=0.1");
@@ -654,4 +708,8 @@ static void wrong_options(void)
     ff_table_free(&t);
 }
 
-FF_TEST_MAIN(FF_TEST(quantiles), FF_TEST(effective_number), FF_TEST(misfit_of_scattered_samples), FF_TEST(places_of_samples), FF_TEST(profiles), FF_TEST(ends_of_profiles), FF_TEST(not_determined), FF_TEST(bootstraps), FF_TEST(cut_offs), FF_TEST(comparisons), FF_TEST(validation_by_hand), FF_TEST(bands_of_angles), FF_TEST(residual_tables), FF_TEST(channels_that_differ), FF_TEST(outliers), FF_TEST(given_scale), FF_TEST(saturation), FF_TEST(noise_floor), FF_TEST(negative_samples), FF_TEST(wrong_options))
+FF_TEST_MAIN(FF_TEST(quantiles), FF_TEST(effective_number), FF_TEST(misfit_of_scattered_samples), FF_TEST(places_of_samples),
+             FF_TEST(profiles), FF_TEST(ends_of_profiles), FF_TEST(not_determined), FF_TEST(bootstraps), FF_TEST(cut_offs),
+             FF_TEST(comparisons), FF_TEST(size_of_the_test), FF_TEST(validation_by_hand), FF_TEST(bands_of_angles),
+             FF_TEST(residual_tables), FF_TEST(channels_that_differ), FF_TEST(outliers), FF_TEST(given_scale), FF_TEST(saturation),
+             FF_TEST(noise_floor), FF_TEST(negative_samples), FF_TEST(wrong_options))

@@ -1,8 +1,9 @@
-/* intervals_test [REPEATS [DISTRIBUTION,...]]: 95 % intervals of simulated goniometer measurements. For every distribution (all without a
- * list) with its usual masking, Schlick's term and Lambert's: REPEATS measurements in scans over 40 incident directions, with noise of
- * 5 %. Noise that is independent: the intervals of a plain fit. Noise that goes together along each scan over 5 samples: those of the
- * bootstrap over incident directions, and beside them those of the plain fit, whose errors know of neighbours. The truth of every
- * parameter must lie in its interval in 93 to 97 % of a thousand repeats; of fewer, the band is as many standard deviations wide. */
+/* intervals_test [REPEATS [DISTRIBUTION,...]]: 95 % intervals of simulated goniometer measurements. For every distribution (all
+ * without a list) with its usual masking, Schlick's term and Lambert's: REPEATS measurements in scans over 40 incident directions,
+ * with noise of 5 %. Noise that is independent: the intervals of a plain fit. Noise that goes together along each scan over 5
+ * samples: those of the bootstrap over incident directions, and beside them those of the plain fit, whose errors know of
+ * neighbours. The truth of every parameter must lie in its interval in 93 to 97 % of a thousand repeats; of fewer, the band is as
+ * many standard deviations wide. */
 #include "internal_pool.h"
 #include "scan_samples.h"
 #include "ff_trust.h"
@@ -46,7 +47,8 @@ static void one_repeat(void *context, size_t repeat, int worker)
     ff_status st = ff_problem_new(&table, &t->s->model, 1, &o, &p, NULL);
     if (!st) st = ff_places_new(p, &table, &places, NULL);
     if (!st) st = ff_problem_fit(p, &t->s->model, &o, &fit, NULL);
-    for (size_t k = 0; k < MAX_PARAMETERS; k++) t->inside[repeat * MAX_PARAMETERS + k] = t->boot_inside[repeat * MAX_PARAMETERS + k] = -1;
+    for (size_t k = 0; k < MAX_PARAMETERS; k++)
+        t->inside[repeat * MAX_PARAMETERS + k] = t->boot_inside[repeat * MAX_PARAMETERS + k] = -1;
     for (int pass = 0; pass < (t->correlated ? 2 : 1) && !st; pass++) {
         if (pass) st = ff_trust_bootstrap(p, &places, &o, REFITS, repeat, &fit, &b, NULL);
         for (size_t k = 0; k < fit_parameter_count(&fit) && k < MAX_PARAMETERS && !st; k++) {
@@ -76,15 +78,18 @@ static void judge(const char *what, const char *name, const int *inside, int rep
     printf("  %s %.1f", name, 100 * share);
     if (!must) return;
     FF_CHECK(n >= 0.99 * repeats, "%s: %s has an interval in %d of %d fits", what, name, n, repeats);
-    FF_CHECK(share >= 0.95 - half - 1e-9 && share <= fmin(0.95 + half, 1) + 1e-9, "%s: %s inside in %.1f %%, expected %.1f to %.1f", what,
-             name, 100 * share, 100 * (0.95 - half), 100 * fmin(0.95 + half, 1));
+    FF_CHECK(share >= 0.95 - half - 1e-9 && share <= fmin(0.95 + half, 1) + 1e-9, "%s: %s inside in %.1f %%, expected %.1f to %.1f",
+             what, name, 100 * share, 100 * (0.95 - half), 100 * fmin(0.95 + half, 1));
 }
 
 static void try_model(const char *expression, const char *words, int repeats, ff_pool *pool)
 {
     const fit_surface s = fit_surface_make(expression, 1, words);
     const size_t size = (size_t)repeats * MAX_PARAMETERS;
-    trial t = {.s = &s, .inside = malloc(size * sizeof(int)), .boot_inside = malloc(size * sizeof(int)), .z = calloc(size, sizeof(double))};
+    trial t = {.s = &s,
+               .inside = malloc(size * sizeof(int)),
+               .boot_inside = malloc(size * sizeof(int)),
+               .z = calloc(size, sizeof(double))};
     if (!t.inside || !t.boot_inside || !t.z) exit(1);
     for (t.correlated = 0; t.correlated < 2; t.correlated++) {
         ff_pool_run(pool, (size_t)repeats, one_repeat, &t);
@@ -128,7 +133,8 @@ int main(int argc, char **argv)
         ff_model m;
         snprintf(expression, sizeof expression, "%s+lambert", name);
         if (!is_asked_for(argc > 2 ? argv[2] : NULL, name) || ff_model_parse(expression, &m, NULL)) continue;
-        if (ff_model_param_find(&m, "alpha_x") >= 0 || ff_model_param_find(&m, "alpha") >= 0) snprintf(words, sizeof words, "alpha=0.3 f0=0.5 kd=0.1");
+        if (ff_model_param_find(&m, "alpha_x") >= 0 || ff_model_param_find(&m, "alpha") >= 0)
+            snprintf(words, sizeof words, "alpha=0.3 f0=0.5 kd=0.1");
         try_model(expression, words, repeats, pool);
     }
     ff_pool_free(pool);
