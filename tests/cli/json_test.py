@@ -89,6 +89,60 @@ def check_fits(d, path, n_fits, loss="cosine", robust=None, max_theta=80):
         check_fit(f)
 
 
+def check_interval(value, interval, source, what):
+    check((interval is None) == (source is None), "%s: interval %s from %s" % (what, interval, source))
+    if interval is not None:
+        check(len(interval) == 2 and interval[0] <= value <= interval[1], "%s: %s lies outside %s" % (what, value, interval))
+
+
+def check_trust(f, source="standard-error"):
+    """What a fit says of its trust: intervals about their values, rank, effective number of values."""
+    keys(f, "rank condition effective_samples correlated_over correlation_settled", "trust of " + f["model"])
+    check(f["rank"] >= 1 and f["effective_samples"] > 0 and f["correlated_over"] >= 1, "numbers of trust of " + f["model"])
+    sources = set()
+    for name, p in f["parameters"].items():
+        if not isinstance(p["value"], list):
+            check_interval(p["value"], p["interval"], p["interval_from"], name)
+            sources.add(p["interval_from"])
+            continue
+        for v, i, s in zip(p["value"], p["interval"], p["interval_from"]):
+            check_interval(v, i, s, name)
+            sources.add(s)
+    check(source in sources and sources <= {None, source, "one-sided"}, "intervals from %s" % sources)
+
+
+def check_bands(bands):
+    check(sorted(bands) == ["theta_d", "theta_h", "theta_i"], "bands %s" % list(bands))
+    for rows in bands.values():
+        check([(r["from"], r["to"]) for r in rows] == [(b, b + 10) for b in range(0, 90, 10)], "limits of bands")
+        check(all(number(r["mean"]) and r["rms"] >= abs(r["mean"]) - 1e-12 if r["n"] else r["mean"] is None for r in rows), "bands %s" % rows)
+
+
+def trust(path):
+    f = document("fit", path)["fits"][0]
+    check_trust(f)
+    check_bands(f["residual_bands"])
+    keys(f["cut_off"], "max_theta_deg used parameters", "cut-off")
+    check(f["cut_off"]["max_theta_deg"] == 70 and all(number(p["value"]) for p in f["cut_off"]["parameters"]), "cut-off")
+    f = document("fit", path, "--bootstrap", "40", "--cut-off", "0")["fits"][0]
+    check_trust(f, "bootstrap")
+    check("cut_off" not in f and f["bootstrap"]["repeats"] == 40 and f["bootstrap"]["failed"] == 0, "bootstrap %s" % f["bootstrap"])
+    check_trust(document("fit", path, "--profile")["fits"][0], "profile")
+    f = document("fit", path, "--robust", "cauchy")["fits"][0]
+    keys(f["outliers"], "beyond_std_deviations samples values theta_i theta_h theta_d worst", "outliers")
+    check(sum(f["outliers"]["theta_i"]) == f["outliers"]["samples"], "outliers %s" % f["outliers"])
+    d = document("compare", path, "--ndf", "beckmann,ggx", "--masking", "v-cavity,smith-height-correlated", "--cross-validate", "3")
+    best = d["ranking"][0]
+    check(d["groups"]["folds"] == 3 and d["groups"]["n"] > 0, "groups %s" % d["groups"])
+    for i, f in enumerate(d["fits"]):
+        v = f["versus_best"]
+        keys(v, "delta_objective delta_aic delta_bic vuong_z vuong_p cross_validation told_apart", "versus")
+        check_bands(f["residual_bands"])
+        check(v["delta_objective"] == 0 if i == best else v["delta_objective"] > 0 and number(v["cross_validation"]["std_error"]), "versus %s" % v)
+        check(i == best or v["told_apart"] == (abs(v["vuong_z"]) > 1.96 and v["cross_validation"]["difference"] * v["vuong_z"] > 0 and
+                                               abs(v["cross_validation"]["difference"]) > v["cross_validation"]["std_error"]), "verdict %s" % v)
+
+
 def check_choice(d, names):
     """Of --loss auto: a candidate for every loss, the chosen one among them with the parameters of the fit."""
     keys(d["loss"], "name robust max_theta_deg chosen_by pictures candidates", "loss")
@@ -110,6 +164,7 @@ def fits(directory):
     subprocess.run([PROGRAM, "simulate", "ggx+lambert", "--set", "alpha_x=0.2,alpha_y=0.45,r_xy=0.4,f0=0.9:0.6:0.3,kd=0.1", "--grid",
                     "goniometer:10", "--noise", "0.02", "-o", path], check=True)
     check_fits(document("fit", path), path, 1)
+    trust(path)
     check_fits(document("fit", path, "--model", "beckmann"), path, 1)
     check_fits(document("fit", path, "--loss", "log", "--robust", "huber:0.1", "--max-theta", "75"), path, 1, "log",
                {"name": "huber", "scale": 0.1}, 75)
