@@ -163,7 +163,7 @@ enum { FEWEST_COUNTED = 6 }; /* a smaller count is itself not known from so few 
 /* (sum of the variances)^2 / sum of the clusters' squares, both without the scatter of what they are estimated from: of squares q_j
  * of normal variables E (sum q)^2 = (sum v)^2 + 2 sum v^2 and E sum q^2 = 3 sum v^2. all: sum q and sum q^2; squares: of the
  * clusters, sum of (sum q)^2 - 2/3 sum q^2. */
-static double effective_count(const double all[2], double squares, double n)
+double ff_clusters_count(const double all[2], double squares, double n)
 {
     const double count = squares > 0 ? (all[0] * all[0] - 2.0 / 3 * all[1]) / squares : n;
     return fmax(fmin(fmax(count, FEWEST_COUNTED), n), 2);
@@ -196,7 +196,7 @@ ff_status ff_clusters_informative(const struct ff_problem *p, const ff_normal *n
                 all[1] += q[1];
                 squares += q[0] * q[0] - 2.0 / 3 * q[1];
             }
-            number[k] = effective_count(all, squares, (double)n_clusters);
+            number[k] = ff_clusters_count(all, squares, (double)n_clusters);
         }
     }
     free(sums);

@@ -127,7 +127,8 @@ void ff_cut_off_free(ff_cut_off *c);
 /** What a fit differs from the winner by, positive where the winner is better.
  *
  *  vuong_z is the difference of the objective, with the penalty of AIC, over its standard deviation: Vuong 1989 in the form of Rivers and
- *  Vuong 2002; the variance is that over clusters of neighbours or, from 10 on, over groups, whichever is larger. */
+ *  Vuong 2002. The variance is that over clusters of neighbours or, from 10 on, over groups, whichever leaves more doubt; p is by
+ *  Student's t, whose degrees of freedom are the clusters that count less one. */
 typedef struct ff_versus {
     double objective; /**< difference                                                              */
     double aic, bic;  /**< differences, with the effective number of values of the winner           */
@@ -135,7 +136,7 @@ typedef struct ff_versus {
     double vuong_p; /**< two-sided                                                               */
     int has_validation;
     double validation, validation_error; /**< held-out objective: difference, its standard error over incident directions */
-    /** 0: the data cannot tell the two apart: |vuong_z| below its 95 % point, or held-out samples that do not say the same by more
+    /** 0: the data cannot tell the two apart: vuong_p of 0.05 or more, or held-out samples that do not say the same by more
      *  than their standard error. */
     int told_apart;
 } ff_versus;

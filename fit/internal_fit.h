@@ -478,6 +478,10 @@ typedef struct ff_uncertainty {
 } ff_uncertainty;
 void ff_uncertainty_free(ff_uncertainty *u);
 
+/* Number of equal clusters that n of unequal variance are as good as, from squares q of normal variables: all = {sum q, sum q^2},
+ * squares = sum over clusters of (sum q)^2 - 2/3 sum q^2. */
+double ff_clusters_count(const double all[2], double squares, double n);
+
 /* Share of the variance that is seen when the error of a parameter is estimated from a number of clusters, by a fit of so many
  * parameters to a channel. */
 double ff_clusters_share_seen(double parameters, double number);

@@ -11,6 +11,9 @@ double ff_normal_two_sided(double z);
 /* P(X > x) of chi^2 with `dof` > 0 degrees of freedom (DLMF 8.2: the regularised incomplete gamma function Q). */
 double ff_chi2_tail(double x, double dof);
 
+/* P(|T| > t) of Student's t with `dof` > 0 degrees of freedom, t >= 0; of the normal distribution for dof = INFINITY. */
+double ff_student_two_sided(double t, double dof);
+
 /* The t with P(|T| <= t) = p of Student's t with `dof` > 0 degrees of freedom, p in (0, 1); the normal quantile for dof = INFINITY.
  */
 double ff_student_quantile(double p, double dof);

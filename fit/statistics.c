@@ -78,10 +78,10 @@ static double incomplete_beta(double a, double b, double x, double y)
     return x < (a + 1) / (a + b + 2) ? front * beta_fraction(a, b, x) / a : 1 - front * beta_fraction(b, a, y) / b;
 }
 
-/* P(|T| > t) */
-static double student_two_sided(double t, double dof)
+double ff_student_two_sided(double t, double dof)
 {
     const double sum = dof + t * t;
+    if (!(dof < 1e7)) return ff_normal_two_sided(t); /* the difference is below 1e-7 then */
     return incomplete_beta(0.5 * dof, 0.5, dof / sum, t * t / sum);
 }
 
@@ -89,11 +89,10 @@ double ff_student_quantile(double p, double dof)
 {
     const double tail = 1 - p;
     double lo = 0, hi = 1;
-    const int normal = !(dof < 1e7); /* the difference is below 1e-7 then */
-    while (hi < 1e15 && (normal ? ff_normal_two_sided(hi) : student_two_sided(hi, dof)) > tail) lo = hi, hi *= 2;
+    while (hi < 1e15 && ff_student_two_sided(hi, dof) > tail) lo = hi, hi *= 2;
     for (int k = 0; k < 100 && hi - lo > 4 * DBL_EPSILON * hi; k++) {
         const double mid = 0.5 * (lo + hi);
-        if ((normal ? ff_normal_two_sided(mid) : student_two_sided(mid, dof)) > tail)
+        if (ff_student_two_sided(mid, dof) > tail)
             lo = mid;
         else
             hi = mid;

@@ -84,29 +84,37 @@ static ff_status cross_validate(ff_problem *p, const ff_places *places, const ff
 
 /* ---- the test of the difference -------------------------------------------------------------- */
 
-/* Variance of the sum of n terms from the sums of clusters. */
-static double variance_of_sum(const double *sums, size_t n)
+/* A variance, and the number of equal clusters that it is as good as. */
+typedef struct spread {
+    double variance, number;
+} spread;
+
+/* Of the sum of n terms from the sums of clusters. */
+static spread spread_of_sum(const double *sums, size_t n)
 {
-    double mean = 0, square = 0;
+    double mean = 0, all[2] = {0};
     for (size_t k = 0; k < n; k++) mean += sums[k] / (double)n;
-    for (size_t k = 0; k < n; k++) square += (sums[k] - mean) * (sums[k] - mean);
-    return n > 1 ? square * (double)n / (double)(n - 1) : INFINITY;
+    for (size_t k = 0; k < n; k++) {
+        const double square = (sums[k] - mean) * (sums[k] - mean);
+        all[0] += square;
+        all[1] += square * square;
+    }
+    return (spread){n > 1 ? all[0] * (double)n / (double)(n - 1) : INFINITY, ff_clusters_count(all, all[1] / 3, (double)n)};
 }
 
-static double variance_over_runs(const double *m, size_t n, size_t run, double *sums)
+static spread spread_over_runs(const double *m, size_t n, size_t run, double *sums)
 {
     const size_t clusters = (n + run - 1) / run;
     memset(sums, 0, clusters * sizeof *sums);
     for (size_t i = 0; i < n; i++) sums[i / run] += m[i];
-    return variance_of_sum(sums, clusters);
+    return spread_of_sum(sums, clusters);
 }
 
-static double variance_over_groups(const double *m, const ff_places *places, double *sums)
+static spread spread_over_groups(const double *m, const ff_places *places, double *sums)
 {
-    if (places->n_groups < GROUPS_FOR_VARIANCE) return 0;
     memset(sums, 0, places->n_groups * sizeof *sums);
     for (size_t i = 0; i < places->n; i++) sums[places->group[i]] += m[i];
-    return variance_of_sum(sums, places->n_groups);
+    return spread_of_sum(sums, places->n_groups);
 }
 
 /* ---- the whole ------------------------------------------------------------------------------- */
@@ -125,7 +133,7 @@ static void compare_validation(const arrays *a, size_t n, ff_versus *v)
         v->validation += d[k];
     }
     v->has_validation = 1;
-    v->validation_error = sqrt(variance_of_sum(d, n));
+    v->validation_error = sqrt(spread_of_sum(d, n).variance);
     v->told_apart &= v->validation * v->vuong_z > 0 && fabs(v->validation) > v->validation_error;
 }
 
@@ -142,16 +150,24 @@ static void compare_one(const struct ff_problem *p, const ff_places *places, con
         sum += a->difference[i];
     }
     const size_t run_w = w->correlated_over ? w->correlated_over : 1, run_o = o->correlated_over ? o->correlated_over : 1;
-    const double runs = variance_over_runs(a->difference, p->n, run_w > run_o ? run_w : run_o, a->sums);
-    const double groups = variance_over_groups(a->difference, places, a->sums);
+    const size_t run = run_w > run_o ? run_w : run_o;
+    const int groups = places->n_groups >= GROUPS_FOR_VARIANCE;
+    const spread s[2] = {spread_over_runs(a->difference, p->n, run, a->sums),
+                         groups ? spread_over_groups(a->difference, places, a->sums) : (spread){0}};
     v->objective = qo - qw;
     v->aic = share * ratio + 2 * extra;
     v->bic = share * ratio + extra * log(fmax(effective, 1));
     /* the penalty of AIC in units of the objective, of samples that are not independent */
-    const double scatter = sqrt(fmax(runs, groups)), penalised = sum + extra * variance / share;
-    v->vuong_z = scatter > 1e-9 * fabs(sum) ? penalised / scatter : 0;
-    v->vuong_p = ff_normal_two_sided(fabs(v->vuong_z));
-    v->told_apart = fabs(v->vuong_z) > FF_NORMAL_975;
+    const double penalised = sum + extra * variance / share;
+    v->vuong_p = 0;
+    for (int k = 0; k <= groups; k++) { /* by the clusters that leave more doubt */
+        const double scatter = sqrt(s[k].variance), z = scatter > 1e-9 * fabs(sum) ? penalised / scatter : 0,
+                     doubt = ff_student_two_sided(fabs(z), s[k].number - 1);
+        if (doubt < v->vuong_p) continue;
+        v->vuong_z = z;
+        v->vuong_p = doubt;
+    }
+    v->told_apart = v->vuong_p < 0.05;
 }
 
 static ff_status compare_all(ff_problem *p, const ff_places *places, const ff_fit_options *o, const ff_fit_result *fits, size_t n,

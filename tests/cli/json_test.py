@@ -139,7 +139,7 @@ def trust(path):
         keys(v, "delta_objective delta_aic delta_bic vuong_z vuong_p cross_validation told_apart", "versus")
         check_bands(f["residual_bands"])
         check(v["delta_objective"] == 0 if i == best else v["delta_objective"] > 0 and number(v["cross_validation"]["std_error"]), "versus %s" % v)
-        check(i == best or v["told_apart"] == (abs(v["vuong_z"]) > 1.96 and v["cross_validation"]["difference"] * v["vuong_z"] > 0 and
+        check(i == best or v["told_apart"] == (v["vuong_p"] < 0.05 and v["cross_validation"]["difference"] * v["vuong_z"] > 0 and
                                                abs(v["cross_validation"]["difference"]) > v["cross_validation"]["std_error"]), "verdict %s" % v)
 
 
