@@ -42,7 +42,7 @@ static void refit(void *context, size_t repeat, int worker)
     double *weight = b->weight + (size_t)worker * G, sum = 0, shape[FF_MAX_SHAPE], *channel = malloc((size + 1) * sizeof *channel);
     int *at_bound = malloc((l->P + 1) * sizeof *at_bound);
     ff_solution solution;
-    ff_status st = channel && at_bound ? FF_OK : FF_ERR_MEMORY;
+    ff_status st = channel && at_bound ? ff_fit_cancelled(b->o) ? FF_ERR_CANCELLED : FF_OK : FF_ERR_MEMORY;
     if (!st) {
         for (size_t g = 0; g < G; g++) sum += weight[g] = -log(uniform_at(b->seed, repeat, g));
         for (size_t g = 0; g < G; g++) weight[g] *= (double)G / sum;
@@ -189,7 +189,7 @@ ff_status ff_trust_bootstrap(ff_problem *p, const ff_places *places, const ff_fi
         n = pack(&b, repeats, P);
     }
     if (st) {
-        ff_error_set(err, st, NULL, 0, -1, "the bootstrap ended early: %s", ff_status_str(st));
+        (void)ff_trust_ended(st, "the bootstrap", err);
     } else if (n < FEWEST_REPEATS) {
         st = ff_error_set(err, FF_ERR_DATA, NULL, 0, -1, "only %zu of %zu refits of the bootstrap converged", n, repeats);
     } else {

@@ -92,7 +92,7 @@ static void profile_end(void *context, size_t item, int worker)
     const size_t size = l->n_channels * l->m->n_channel;
     double shape[FF_MAX_SHAPE], *channel = malloc((size + 1) * sizeof *channel);
     (void)worker;
-    e->status = channel ? FF_OK : FF_ERR_MEMORY;
+    e->status = channel ? ff_fit_cancelled(f->o) ? FF_ERR_CANCELLED : FF_OK : FF_ERR_MEMORY;
     if (!e->status) {
         memcpy(shape, f->point->shape, sizeof shape);
         memcpy(channel, f->point->channel, size * sizeof *channel);
@@ -169,7 +169,7 @@ ff_status ff_trust_profile(ff_problem *p, const ff_fit_options *o, ff_fit_result
     if (!st)
         take_ends(&f, n, fit);
     else
-        ff_error_set(err, st, NULL, 0, -1, "the profile ended early: %s", ff_status_str(st));
+        (void)ff_trust_ended(st, "the profile", err);
     ff_uncertainty_free(&u);
     ff_normal_free(&normal);
     free(use);

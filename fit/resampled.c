@@ -33,3 +33,9 @@ void ff_resampled_weigh(const ff_resampled *r, int worker, const ff_places *plac
     float *to = r->multiplier + (size_t)worker * r->problem->n_blocks * FF_BLOCK;
     for (size_t i = 0; i < places->n; i++) to[i] = (float)sqrt(weight[places->group[i]]);
 }
+
+ff_status ff_trust_ended(ff_status st, const char *what, ff_error *err)
+{
+    if (st == FF_ERR_CANCELLED) return ff_error_set(err, st, NULL, 0, -1, "cancelled");
+    return ff_error_set(err, st, NULL, 0, -1, "%s ended early: %s", what, ff_status_str(st));
+}

@@ -46,7 +46,7 @@ static void fit_fold(void *context, size_t fold, int worker)
     double shape[FF_MAX_SHAPE], *channel = malloc((size + 1) * sizeof *channel);
     int *at_bound = malloc((l->P + 1) * sizeof *at_bound);
     ff_solution solution;
-    ff_status st = channel && at_bound ? FF_OK : FF_ERR_MEMORY;
+    ff_status st = channel && at_bound ? ff_fit_cancelled(f->o) ? FF_ERR_CANCELLED : FF_OK : FF_ERR_MEMORY;
     if (!st) {
         float *multiplier = f->resampled->multiplier + (size_t)worker * p->n_blocks * FF_BLOCK;
         for (size_t i = 0; i < p->n; i++) multiplier[i] = f->places->direction[i] % f->n != fold;
@@ -75,7 +75,7 @@ static ff_status cross_validate(ff_problem *p, const ff_places *places, const ff
         ff_pool_run(p->pool, n, fit_fold, &f);
         for (size_t k = 0; k < n && !st; k++) st = f.status[k];
     }
-    if (st) ff_error_set(err, st, NULL, 0, -1, "the cross-validation ended early: %s", ff_status_str(st));
+    if (st) (void)ff_trust_ended(st, "the cross-validation", err);
     ff_resampled_free(&resampled);
     free(f.status);
     ff_point_free(&point);

@@ -37,6 +37,7 @@ with tempfile.TemporaryDirectory() as directory:
     furnace = "furnace student-t --set alpha_x=0.05,alpha_y=1.5,r_xy=0.9 --json c.json --mu " + ",".join(["0.035"] * 1000)
     interrupted(directory, "compare", "compare a.binary --threads 1 --json a.json".split(), 1.2)
     interrupted(directory, "fit", fit.split(), 1.2)
+    interrupted(directory, "bootstrap", "fit a.binary --bootstrap 1000000 --json d.json".split(), 1.2)
     interrupted(directory, "furnace", furnace.split(), 0.5)
 print("%d failures" % failures)
 sys.exit(1 if failures else 0)
