@@ -59,7 +59,7 @@ static void refit(void *context, size_t repeat, int worker)
     free(at_bound);
 }
 
-/* Mean and standard deviation of coordinate k over n refits, and the products of two. */
+/* The covariance of coordinates a and b over n refits of P coordinates each. */
 static double covariance(const double *x, size_t n, size_t P, size_t a, size_t b)
 {
     double mean_a = 0, mean_b = 0, sum = 0;

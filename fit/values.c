@@ -69,11 +69,6 @@ ff_status ff_point_pass(const ff_point *point, const struct ff_problem *p, const
     return FF_OK;
 }
 
-double ff_point_coordinate(const ff_point *point, ff_fit_result *fit, size_t k)
-{
-    return ff_coordinate(ff_layout_param(&point->l, k, NULL)->info, ff_result_value(&point->l, fit, k)->value);
-}
-
 /* ---- values ---------------------------------------------------------------------------------- */
 
 double ff_half_rho(ff_robust robust, double b, double residual, double unit)
