@@ -106,21 +106,20 @@ static ff_status hand_down(const struct ff_problem *p, struct ff_problem *to)
     return FF_OK;
 }
 
-/* The units of all values by the curve; returns their median relative change, 1 at the first time. */
+/* The units of all values by the curve; change: the mean of their |log ratio|, 1 at the first time. */
 static ff_status set_units(struct ff_problem *p, const double *model, const curve *c, double *change)
 {
     const size_t stride = p->n_blocks * FF_BLOCK;
     float *unit = malloc(p->n_channels * stride * sizeof *unit);
-    double sum = 0, old = 0;
+    double sum = 0;
     if (!unit) return FF_ERR_MEMORY;
     for (size_t k = 0; k < p->n_channels; k++)
         for (size_t i = 0; i < stride; i++) {
             const double u = i < p->n ? scale_at(c, magnitude_of(p, model, k, i)) : 1;
             unit[k * stride + i] = (float)u;
-            if (i < p->n && p->unit) old += log((double)p->unit[k * stride + i]);
-            if (i < p->n) sum += log((double)(float)u);
+            if (i < p->n && p->unit) sum += fabs(log((double)(float)u / (double)p->unit[k * stride + i]));
         }
-    *change = p->unit ? fabs(sum - old) / (double)(p->n * p->n_channels) : 1;
+    *change = p->unit ? sum / (double)(p->n * p->n_channels) : 1;
     free((float *)(uintptr_t)p->unit);
     p->unit = unit;
     ff_status st = hand_down(p, p->thin);
