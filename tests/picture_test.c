@@ -503,6 +503,7 @@ static void paint(void)
     char path[512];
     ff_table t;
     ff_error err = {0};
+    /* not part of the project: without the measured file beside it there is no paint to fit */
     if (!ff_test_shared("data/astm/C14_NavyBlue.astm", path, sizeof path)) FF_SKIP("%s is not there", path);
     FF_CHECK(ff_table_read(path, NULL, &t, &err) == FF_OK, "%s", err.message);
     const ff_fit_options o = fit_options();
