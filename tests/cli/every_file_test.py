@@ -11,8 +11,10 @@ import sys
 
 # Not measurements: descriptions, licences, published parameters, weights of networks.
 NO_DATA = {"README.md", "README.txt", "rgl_reference_values.txt", "LICENSE", "LICENSE.ua-loft", "MERL_sha256_from_lfs_pointers.txt",
-           "nbrdf_weights.npz", "valid_mask.bits"}
-NO_FOLDERS = {"tables"}
+           "nbrdf_weights.npz", "valid_mask.bits", "material_brdf_schema.json"}
+NO_FOLDERS = {"tables", "svbrdf"}
+# Of formats without a reader: refused, with the formats that there are.
+NO_READER = {"asphalt_lidar_brdf.xompt", "one_wavelength.brdf", "plane_symmetric.anisotropicbsdf"}
 # Refused without these flags; words of the explanation.
 NEEDS = {"golden_paper_partial.txt": (["--scale", "1e-3"], ["uA", "--scale"])}
 # Words that the notes or warnings of info must have.
@@ -42,6 +44,10 @@ def check(program, path, failures):
         if status not in (2, 3) or not all(w in said for w in words):
             failures.append(f"{name}: without {flags} exit status {status}: {said}")
     status, out, said = run(program, "info", path, *flags)
+    if name in NO_READER:
+        if status != 3 or "no format recognises it" not in said or "expected one of merl" not in said:
+            failures.append(f"{name}: a format without a reader: exit status {status}: {said}")
+        return
     if status != 0:
         failures.append(f"{name}: info: exit status {status}: {said}")
         return
