@@ -3,7 +3,7 @@
 #define _GNU_SOURCE /* clock_gettime */
 #include "ff_profile.h"
 #include "ff_simulate.h"
-#include "internal_fit.h"
+#include "fit/internal_fit.h"
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>

@@ -1,7 +1,7 @@
 /* facetfit convert --from A --to B name=value: roughness of one convention in terms of another. */
 #include "internal_cli.h"
 #include "ff_convert.h"
-#include "internal_number.h"
+#include "base/internal_number.h"
 #include <math.h>
 #include <string.h>
 

@@ -1,7 +1,7 @@
 /* facetfit eval EXPR [FILE]: values of a model for directions in CSV. */
 #include "internal_cli.h"
-#include "internal_input.h"
-#include "internal_number.h"
+#include "base/internal_input.h"
+#include "base/internal_number.h"
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>

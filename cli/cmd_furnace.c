@@ -1,7 +1,7 @@
 /* facetfit furnace EXPR: directional albedo, or the weak white furnace integral. */
 #include "internal_cli.h"
 #include "ff_albedo.h"
-#include "internal_number.h"
+#include "base/internal_number.h"
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>

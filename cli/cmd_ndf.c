@@ -2,7 +2,7 @@
 #include "ff_ndf.h"
 #include "ff_profile_file.h"
 #include "internal_cli.h"
-#include "internal_text.h"
+#include "report/internal_text.h"
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>

@@ -1,7 +1,7 @@
 /* What the command line says of parameters besides the data: bounds, priors, ties, the conservation of energy. */
 #define _GNU_SOURCE
 #include "internal_cli.h"
-#include "internal_number.h"
+#include "base/internal_number.h"
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>

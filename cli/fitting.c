@@ -1,7 +1,7 @@
 /* What `fit` and `compare` share: options from flags, the data, problems, progress. */
 #define _GNU_SOURCE
 #include "internal_cli.h"
-#include "internal_number.h"
+#include "base/internal_number.h"
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>

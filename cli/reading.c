@@ -1,7 +1,7 @@
 /* Measured data as the flags want them. */
 #include "internal_cli.h"
 #include "ff_spectral.h"
-#include "internal_number.h"
+#include "base/internal_number.h"
 #include <math.h>
 #include <string.h>
 

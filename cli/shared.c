@@ -2,7 +2,7 @@
 #define _GNU_SOURCE
 #include "internal_cli.h"
 #include "ff_profile_file.h"
-#include "internal_number.h"
+#include "base/internal_number.h"
 #include <math.h>
 #include <signal.h>
 #include <stdarg.h>

@@ -1,6 +1,6 @@
 /* What --bootstrap, --profile, --cross-validate, --residuals and --cut-off ask of finished fits. */
 #include "internal_cli.h"
-#include "internal_number.h"
+#include "base/internal_number.h"
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>

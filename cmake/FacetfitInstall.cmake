@@ -1,14 +1,9 @@
-# What others link: the umbrella target facetfit::facetfit, a CMake package and a pkg-config file, all relocatable.
+# What others link: the target facetfit::facetfit, a CMake package and a pkg-config file, all relocatable.
 include(CMakePackageConfigHelpers)
-get_property(rooms GLOBAL PROPERTY FACETFIT_ROOMS)
-
-add_library(facetfit_all INTERFACE)
-add_library(facetfit::facetfit ALIAS facetfit_all)
-foreach(room ${rooms})
-  target_link_libraries(facetfit_all INTERFACE facetfit_${room})
-endforeach()
-set_target_properties(facetfit_all PROPERTIES EXPORT_NAME facetfit)
-install(TARGETS facetfit_all EXPORT facetfit-targets)
+get_property(headers GLOBAL PROPERTY FACETFIT_PUBLIC_HEADERS)
+install(FILES ${headers} DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/facetfit)
+install(TARGETS facetfit EXPORT facetfit-targets
+        ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR} LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR})
 
 set(package_dir ${CMAKE_INSTALL_LIBDIR}/cmake/facetfit)
 configure_package_config_file(${CMAKE_CURRENT_LIST_DIR}/facetfit-config.cmake.in ${PROJECT_BINARY_DIR}/facetfit-config.cmake
@@ -17,11 +12,11 @@ write_basic_package_version_file(${PROJECT_BINARY_DIR}/facetfit-config-version.c
 install(FILES ${PROJECT_BINARY_DIR}/facetfit-config.cmake ${PROJECT_BINARY_DIR}/facetfit-config-version.cmake DESTINATION ${package_dir})
 install(EXPORT facetfit-targets NAMESPACE facetfit:: DESTINATION ${package_dir})
 
-# pkg-config: highest room first, so that one pass of the linker resolves everything.
-set(FACETFIT_PC_LIBS "")
-foreach(room ${rooms})
-  string(PREPEND FACETFIT_PC_LIBS "-lfacetfit_${room} ")
-endforeach()
+# pkg-config: a static archive names what it needs itself.
+set(FACETFIT_PC_PRIVATE "")
+if(NOT BUILD_SHARED_LIBS)
+  set(FACETFIT_PC_PRIVATE " -lceres -lglog -lOpenEXRCore -lexpat -lstdc++ -lm -pthread")
+endif()
 file(RELATIVE_PATH FACETFIT_PC_PREFIX /prefix/${CMAKE_INSTALL_LIBDIR}/pkgconfig /prefix)
 configure_file(${CMAKE_CURRENT_LIST_DIR}/facetfit.pc.in ${PROJECT_BINARY_DIR}/facetfit.pc @ONLY)
 install(FILES ${PROJECT_BINARY_DIR}/facetfit.pc DESTINATION ${CMAKE_INSTALL_LIBDIR}/pkgconfig)

@@ -1,6 +1,6 @@
 /* A fit from beginning to end: search, approach over fewer samples, all samples, errors. */
 #define _GNU_SOURCE /* clock_gettime */
-#include "internal_arrow.h"
+#include "fit/errors/internal_arrow.h"
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>

@@ -2,8 +2,8 @@
 #ifndef FF_INTERNAL_FIT_H
 #define FF_INTERNAL_FIT_H
 #include "ff_fit.h"
-#include "internal_kernel.h"
-#include "internal_pool.h"
+#include "models/kernels/internal_kernel.h"
+#include "base/internal_pool.h"
 #include <math.h>
 
 /* ---- samples --------------------------------------------------------------------------------- */

@@ -23,8 +23,8 @@
  * distribution, and one point stands for all.
  *
  * a(mu) is interpolated in mu^(1/3), which takes apart what happens at mu of the order of alpha and of alpha^2. */
-#include "internal_gauss.h"
-#include "internal_kernel.h"
+#include "base/internal_gauss.h"
+#include "models/kernels/internal_kernel.h"
 #include <math.h>
 #include <string.h>
 

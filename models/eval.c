@@ -1,5 +1,5 @@
 /* Evaluation of a composed model over any number of direction pairs, block by block. */
-#include "internal_kernel.h"
+#include "models/kernels/internal_kernel.h"
 #include <math.h>
 #include <string.h>
 

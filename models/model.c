@@ -1,6 +1,6 @@
 /* Composition of terms into a model: the expression language, parameter names and boxes, claims. */
 #define _GNU_SOURCE /* strtod_l, newlocale */
-#include "internal_kernel.h"
+#include "models/kernels/internal_kernel.h"
 #include <locale.h>
 #include <math.h>
 #include <stdio.h>

@@ -1,5 +1,5 @@
 /* A model made ready for its samples: everything that its parameters decide once for all blocks. */
-#include "internal_kernel.h"
+#include "models/kernels/internal_kernel.h"
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>

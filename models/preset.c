@@ -1,5 +1,5 @@
 /* Models by the names that people know: expressions with parameters held at the values their sources have. */
-#include "internal_kernel.h"
+#include "models/kernels/internal_kernel.h"
 #include <string.h>
 
 static const ff_preset presets[] = {

@@ -1,24 +1,24 @@
 /* The registry as people see it: every term of models.def by kind, index and name. */
 #define FF_ISA_SUFFIX scalar
-#include "internal_terms.h"
+#include "models/terms/internal_terms.h"
 #include <string.h>
 
 /* The descriptors' texts are the same for every instruction set; those of the baseline are shown. */
 static const ff_term *const ndf_terms[] = {
 #define FF_NDF_ENTRY(id) &FF_ISA_NAME(ff_ndf_##id).term,
-#include "models.def"
+#include "models/terms/models.def"
 };
 static const ff_term *const masking_terms[] = {
 #define FF_MASKING_ENTRY(id) &FF_ISA_NAME(ff_masking_##id).term,
-#include "models.def"
+#include "models/terms/models.def"
 };
 static const ff_term *const fresnel_terms[] = {
 #define FF_FRESNEL_ENTRY(id) &FF_ISA_NAME(ff_fresnel_##id).term,
-#include "models.def"
+#include "models/terms/models.def"
 };
 static const ff_term *const diffuse_terms[] = {
 #define FF_DIFFUSE_ENTRY(id) &FF_ISA_NAME(ff_diffuse_##id).term,
-#include "models.def"
+#include "models/terms/models.def"
 };
 
 static const struct {

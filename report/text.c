@@ -1,6 +1,6 @@
 #define _GNU_SOURCE
 #include "internal_text.h"
-#include "internal_number.h"
+#include "base/internal_number.h"
 #include <math.h>
 #include <stdarg.h>
 #include <stdlib.h>

@@ -1,6 +1,6 @@
 /* Pairs of directions of the simulated instruments, in degrees with six decimals: what a file holds is what is evaluated. */
 #include "ff_simulate.h"
-#include "internal_number.h"
+#include "base/internal_number.h"
 #include "internal_sampling.h"
 #include <math.h>
 #include <string.h>

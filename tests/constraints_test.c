@@ -2,8 +2,8 @@
  * answer. */
 #include "model_samples.h"
 #include "ff_albedo.h"
-#include "internal_albedo.h"
-#include "internal_fit.h"
+#include "models/tools/internal_albedo.h"
+#include "fit/internal_fit.h"
 
 /* ---- one fit --------------------------------------------------------------------------------- */
 

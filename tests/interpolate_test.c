@@ -6,8 +6,8 @@
 #include "ff_survey.h"
 #include "ff_test.h"
 #include "fit_samples.h"
-#include "internal_neighbours.h"
-#include "internal_table.h"
+#include "data_formats/interpolation/internal_neighbours.h"
+#include "data_formats/table/internal_table.h"
 
 static const double pi = 3.14159265358979323846;
 

@@ -2,7 +2,7 @@
  * loss functions: what is expected is written as arithmetic on the cosines, the data and the one value that the model has
  * everywhere. */
 #include "fit_samples.h"
-#include "internal_fit.h"
+#include "fit/internal_fit.h"
 
 static const double pi = 3.14159265358979323846;
 

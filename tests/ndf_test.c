@@ -2,7 +2,7 @@
  * measurements with and without noise, and what is said of data that do not determine one. */
 #include "fit_samples.h"
 #include "ff_ndf.h"
-#include "internal_ndf.h"
+#include "fit/ndf/internal_ndf.h"
 
 static const double pi = 3.14159265358979323846;
 

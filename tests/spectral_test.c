@@ -1,7 +1,7 @@
 /* Many channels: eliminating their parameters leads to the optimum of the dense path, with its standard errors and correlations,
  * and what is reported says so in a bounded number of words. */
 #include "fit_samples.h"
-#include "internal_arrow.h"
+#include "fit/errors/internal_arrow.h"
 
 /* One set of data and how it is fitted. */
 typedef struct experiment {

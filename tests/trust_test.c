@@ -3,7 +3,7 @@
 #include "scan_samples.h"
 #include "ff_resample.h"
 #include "ff_trust.h"
-#include "internal_statistics.h"
+#include "base/internal_statistics.h"
 
 /* ---- a measurement with its problem and one fit ---------------------------------------------- */
 

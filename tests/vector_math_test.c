@@ -1,7 +1,7 @@
 /* The elementary functions of the kernels against long double over the domain and to the accuracy that their comments state;
  * compiled as they are and, where the processor can, with fused products, as the kernels have them. */
 #include "ff_test.h"
-#include "internal_vector_math.h"
+#include "base/internal_vector_math.h"
 #include <stdint.h>
 
 #if defined(__x86_64__) && defined(__GNUC__)

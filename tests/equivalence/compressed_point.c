@@ -1,5 +1,5 @@
 #include "compressed_point.h"
-#include "internal_fit.h"
+#include "fit/internal_fit.h"
 
 ff_status compressed_point(const ff_problem *p, const ff_model *m, const ff_fit_options *o, size_t n_channels, const double *shape,
                            const double *channel, double *cost, double *gradient, double *gram)

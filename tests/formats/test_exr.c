@@ -1,7 +1,7 @@
 /* Tables in OpenEXR images: round trips, an image that another program could have written (made here through OpenEXRCore from the
  * text of docs/exr.md), the UTIA layout, every message, damaged files. */
 #include "check.h"
-#include "internal_table.h"
+#include "data_formats/table/internal_table.h"
 #include <openexr.h>
 #include <sys/resource.h>
 #include <time.h>

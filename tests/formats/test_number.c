@@ -1,6 +1,6 @@
 /* Numbers: reading is correctly rounded (the C library is the second source), writing reads back as the same bits and is short. */
 #include "check.h"
-#include "internal_number.h"
+#include "base/internal_number.h"
 
 static void compare(const char *text)
 {

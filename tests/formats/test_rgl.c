@@ -1,7 +1,7 @@
 /* RGL files: made here and read, evaluated against a second implementation by plain integration, written, and spoilt; real files
  * against the output of the database's own loader. `test_formats_rgl --corpus DIR` writes the files of tests/fuzz/corpus/rgl. */
 #include "check.h"
-#include "internal_rgl.h"
+#include "data_formats/formats/rgl/internal_rgl.h"
 
 static const double pi = 3.14159265358979323846;
 

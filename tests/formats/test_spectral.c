@@ -1,7 +1,7 @@
 /* Many wavelengths become few channels. */
 #include "check.h"
 #include "ff_spectral.h"
-#include "internal_cie1931.h"
+#include "data_formats/analysis/internal_cie1931.h"
 
 /* XYZ of linear sRGB, as IEC 61966-2-1 prints it. */
 static const double xyz_of_rgb[3][3] = {{0.4124, 0.3576, 0.1805}, {0.2126, 0.7152, 0.0722}, {0.0193, 0.1192, 0.9505}};

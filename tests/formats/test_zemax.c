@@ -1,6 +1,6 @@
 /* BSDF data interchange files, made here, and the measured ones where they are at hand. */
 #include "check_text.h"
-#include "internal_table.h"
+#include "data_formats/table/internal_table.h"
 
 static const double pi = 3.14159265358979323846, degree = 3.14159265358979323846 / 180;
 

@@ -4,7 +4,7 @@
  * samples: those of the bootstrap over incident directions, and beside them those of the plain fit, whose errors know of
  * neighbours. The truth of every parameter must lie in its interval in 93 to 97 % of a thousand repeats; of fewer, the band is as
  * many standard deviations wide. */
-#include "internal_pool.h"
+#include "base/internal_pool.h"
 #include "scan_samples.h"
 #include "ff_trust.h"
 

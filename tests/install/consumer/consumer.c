@@ -1,8 +1,8 @@
 /* Evaluates a model, fits it to its own values and must get its parameters back: a program in C that has nothing but the
  * installed headers and libraries. */
-#include <ff_fit.h>
-#include <ff_model.h>
-#include <ff_table.h>
+#include <facetfit/ff_fit.h>
+#include <facetfit/ff_model.h>
+#include <facetfit/ff_table.h>
 #include <math.h>
 #include <stdio.h>
 

@@ -1,0 +1,188 @@
+/* Interpolation between the samples of a table: which method, and what all share. ff_interpolate.h describes them. */
+#include "ff_model.h"
+#include "internal_interpolate.h"
+#include "data_formats/table/internal_table.h"
+#include <math.h>
+#include <stdlib.h>
+
+static const double degrees = 180 / 3.14159265358979323846;
+
+/* ---- samples ---------------------------------------------------------------------------------- */
+
+void ff_each_usable(const ff_table *t, ff_visitor *visit, void *context)
+{
+    enum { BLOCK = 512 };
+    double plane[6][BLOCK], *const planes[6] = {plane[0], plane[1], plane[2], plane[3], plane[4], plane[5]};
+    for (size_t first = 0; first < t->n; first += BLOCK) {
+        const size_t count = t->n - first < BLOCK ? t->n - first : BLOCK;
+        ff_table_directions(t, first, count, planes);
+        for (size_t k = 0; k < count; k++) {
+            const double wi[3] = {plane[0][k], plane[1][k], plane[2][k]}, wo[3] = {plane[3][k], plane[4][k], plane[5][k]};
+            if (t->valid[first + k] && wi[2] > FF_COS_MIN && wo[2] > FF_COS_MIN) visit(context, first + k, wi, wo);
+        }
+    }
+}
+
+/* The sides of the plane of incidence that have samples. */
+typedef struct sides {
+    int left, right;
+} sides;
+
+static void look_aside(void *context, size_t i, const double wi[3], const double wo[3])
+{
+    sides *s = context;
+    const double across = wi[0] * wo[1] - wi[1] * wo[0];
+    (void)i;
+    s->left |= across > 1e-6;
+    s->right |= across < -1e-6;
+}
+
+static int is_one_sided(const ff_table *t)
+{
+    sides s = {0, 0};
+    if (!t->isotropic) return 0;
+    ff_each_usable(t, look_aside, &s);
+    return s.left != s.right;
+}
+
+/* ---- all methods ----------------------------------------------------------------------------- */
+
+/* The first method that fits the table. */
+static ff_status choose(ff_interpolant *p, int scattered, ff_error *err)
+{
+    if (p->t->n > UINT32_MAX / FF_SCATTERED_COPIES)
+        return ff_error_set(err, FF_ERR_UNSUPPORTED, NULL, 0, -1, "found %zu samples, expected at most %u to interpolate between",
+                            p->t->n, UINT32_MAX / FF_SCATTERED_COPIES);
+    int found = scattered ? 0 : ff_product_find(p);
+    p->method = FF_PRODUCT;
+    p->mirrored = found == 0 && is_one_sided(p->t);
+    if (found == 0) {
+        p->method = FF_SLICES;
+        found = ff_slices_find(p);
+    }
+    if (found == 0) {
+        p->method = FF_SCATTERED;
+        found = ff_scattered_find(p);
+    }
+    if (found == 0)
+        return ff_error_set(err, FF_ERR_DATA, NULL, 0, -1,
+                            "found no measured sample above the horizon, expected at least one to interpolate from");
+    return found > 0 ? FF_OK : ff_error_set(err, FF_ERR_MEMORY, NULL, 0, -1, "no memory to interpolate");
+}
+
+ff_status ff_interpolant_new(const ff_table *t, int scattered, ff_interpolant **out, ff_error *err)
+{
+    ff_interpolant *p = calloc(1, sizeof *p);
+    if (!p) return ff_error_set(err, FF_ERR_MEMORY, NULL, 0, -1, "no memory to interpolate");
+    p->t = t;
+    const ff_status s = choose(p, scattered, err);
+    if (s == FF_OK)
+        *out = p;
+    else
+        ff_interpolant_free(p);
+    return s;
+}
+
+void ff_interpolant_free(ff_interpolant *p)
+{
+    if (!p) return;
+    for (int k = 0; k < 4; k++) free(p->axis[k].node);
+    for (size_t j = 0; j < p->n_slices; j++) ff_neighbours_free(p->slice[j].tree);
+    free(p->slice);
+    ff_neighbours_free(p->tree);
+    free(p);
+}
+
+int ff_interpolant_regresses(const ff_interpolant *p)
+{
+    return p->method != FF_PRODUCT;
+}
+
+const char *ff_interpolant_method(const ff_interpolant *p)
+{
+    return p->method == FF_PRODUCT  ? "linear along the axes of the grid"
+           : p->method == FF_SLICES ? "local regression over half vectors at each incidence, linear between incidences"
+                                    : "local regression over the nearest samples";
+}
+
+static ff_found value_at(const ff_interpolant *p, const double wi[3], const double wo[3], uint32_t without, double *value,
+                         size_t stride)
+{
+    if (!(wi[2] > FF_COS_MIN) || !(wo[2] > FF_COS_MIN)) {
+        for (size_t c = 0; c < p->t->n_channels; c++) value[c * stride] = 0;
+        return FF_FOUND_BELOW;
+    }
+    return p->method == FF_PRODUCT  ? ff_product_at(p, wi, wo, value, stride)
+           : p->method == FF_SLICES ? ff_slices_at(p, wi, wo, without, value, stride)
+                                    : ff_scattered_at(p, wi, wo, without, value, stride);
+}
+
+ff_found ff_interpolant_without(const ff_interpolant *p, size_t i, double *value)
+{
+    double w[6], *const planes[6] = {w, w + 1, w + 2, w + 3, w + 4, w + 5};
+    ff_table_directions(p->t, i, 1, planes);
+    return value_at(p, w, w + 3, (uint32_t)i, value, 1);
+}
+
+/* The range of theta_i in the data. */
+typedef struct theta_range {
+    double lo, hi;
+} theta_range;
+
+static void widen(void *context, size_t i, const double wi[3], const double wo[3])
+{
+    theta_range *r = context;
+    const double theta = degrees * atan2(hypot(wi[0], wi[1]), wi[2]);
+    (void)i, (void)wo;
+    r->lo = fmin(r->lo, theta);
+    r->hi = fmax(r->hi, theta);
+}
+
+size_t ff_interpolant_incidences(const ff_interpolant *p, size_t most, double *theta_i, double *phi_i)
+{
+    static const double round_ones[] = {5, 15, 30, 45, 60, 75};
+    theta_range r = {INFINITY, -INFINITY};
+    size_t n = 0;
+    if (p->method == FF_SLICES) return ff_slices_incidences(p, most, theta_i, phi_i);
+    if (p->method == FF_PRODUCT && p->kind == FF_AXES_SPECULAR) {
+        for (; n < most && n < p->axis[1].n; n++) {
+            theta_i[n] = degrees * p->axis[1].node[n];
+            phi_i[n] = -90 - degrees * p->axis[0].node[0];
+        }
+        return n;
+    }
+    ff_each_usable(p->t, widen, &r);
+    for (size_t k = 0; k < sizeof round_ones / sizeof round_ones[0] && n < most; k++)
+        if (round_ones[k] >= r.lo && round_ones[k] <= r.hi) {
+            theta_i[n] = round_ones[k];
+            phi_i[n++] = 0;
+        }
+    return n;
+}
+
+static void eval(const ff_interpolant *p, const double *const w[6], size_t n, int reciprocal, double *value, unsigned char *found)
+{
+    for (size_t i = 0; i < n; i++) {
+        const double wi[3] = {w[0][i], w[1][i], w[2][i]}, wo[3] = {w[3][i], w[4][i], w[5][i]};
+        ff_found how = value_at(p, wi, wo, UINT32_MAX, value + i, n);
+        if (reciprocal && how == FF_FOUND_BEYOND) {
+            how = value_at(p, wo, wi, UINT32_MAX, value + i, n);
+            if (how == FF_FOUND_BEYOND)
+                value_at(p, wi, wo, UINT32_MAX, value + i, n);
+            else
+                how = FF_FOUND_RECIPROCAL;
+        }
+        if (found) found[i] = (unsigned char)how;
+    }
+}
+
+void ff_interpolant_eval(const ff_interpolant *p, const double *const w[6], size_t n, double *value, unsigned char *found)
+{
+    eval(p, w, n, 0, value, found);
+}
+
+void ff_interpolant_eval_reciprocal(const ff_interpolant *p, const double *const w[6], size_t n, double *value,
+                                    unsigned char *found)
+{
+    eval(p, w, n, 1, value, found);
+}

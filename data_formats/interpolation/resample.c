@@ -1,0 +1,287 @@
+/* Tables on other directions. */
+#include "ff_resample.h"
+#include "ff_interpolate.h"
+#include "ff_model.h"
+#include "base/internal_order.h"
+#include "base/internal_pool.h"
+#include "data_formats/table/internal_table.h"
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum { BLOCK = 512 };
+
+void ff_resample_options_init(ff_resample_options *o)
+{
+    *o = (ff_resample_options){.size = sizeof *o};
+}
+
+/* ---- copies ---------------------------------------------------------------------------------- */
+
+static int copy_plane(double **to, const double *from, size_t n)
+{
+    if (!from) return 1;
+    if (!*to) *to = malloc(n * sizeof **to);
+    if (*to) memcpy(*to, from, n * sizeof **to);
+    return *to != NULL;
+}
+
+ff_status ff_table_copy(const ff_table *t, ff_table *out, ff_error *err)
+{
+    ff_table c;
+    ff_status s = ff_table_new(t->n, t->n_channels, t->grid, t->sigma != NULL, t->weight != NULL, &c, err);
+    if (s != FF_OK) return s;
+    int copied = copy_plane(&c.value, t->value, t->n * t->n_channels) && copy_plane(&c.sigma, t->sigma, t->n * t->n_channels) &&
+                 copy_plane(&c.weight, t->weight, t->n);
+    for (int k = 0; k < 4; k++)
+        copied = copied && copy_plane(&c.angle[k], t->angle[k], t->n) && copy_plane(&c.axes.node[k], t->axes.node[k], t->axes.n[k]);
+    if (!copied) {
+        ff_table_free(&c);
+        return ff_error_set(err, FF_ERR_MEMORY, NULL, 0, -1, "no memory for a copy of %zu samples", t->n);
+    }
+    memcpy(c.valid, t->valid, t->n);
+    memcpy(c.channels, t->channels, t->n_channels * sizeof *t->channels);
+    c.axes.kind = t->axes.kind;
+    memcpy(c.axes.n, t->axes.n, sizeof c.axes.n);
+    c.radians_per_unit = t->radians_per_unit;
+    c.isotropic = t->isotropic;
+    c.quantity = t->quantity;
+    c.n_invalid = t->n_invalid;
+    c.n_negative = t->n_negative;
+    memcpy(c.format, t->format, sizeof c.format);
+    memcpy(c.note, t->note, sizeof c.note);
+    if (t->kept && t->kept_share) {
+        c.kept = t->kept_share(t->kept);
+        c.kept_free = t->kept_free;
+        c.kept_share = t->kept_share;
+        if (!c.kept) {
+            ff_table_free(&c);
+            return ff_error_set(err, FF_ERR_MEMORY, NULL, 0, -1, "no memory for a copy of %zu samples", t->n);
+        }
+    }
+    *out = c;
+    return FF_OK;
+}
+
+/* ---- the same directions? -------------------------------------------------------------------- */
+
+/* 1 when both tables have the same pairs of directions in the same order, to rounding. */
+static int same_directions(const ff_table *a, const ff_table *b)
+{
+    double x[6][BLOCK], y[6][BLOCK];
+    double *const px[6] = {x[0], x[1], x[2], x[3], x[4], x[5]}, *const py[6] = {y[0], y[1], y[2], y[3], y[4], y[5]};
+    if (a->n != b->n) return 0;
+    if (a->grid && a->grid == b->grid) return 1;
+    for (size_t first = 0; first < a->n; first += BLOCK) {
+        const size_t n = a->n - first < BLOCK ? a->n - first : BLOCK;
+        ff_table_directions(a, first, n, px);
+        ff_table_directions(b, first, n, py);
+        for (int k = 0; k < 6; k++)
+            for (size_t i = 0; i < n; i++)
+                if (!(fabs(x[k][i] - y[k][i]) < 1e-12)) return 0;
+    }
+    return 1;
+}
+
+/* ---- what the format cannot hold ------------------------------------------------------------- */
+
+static size_t count_invalid(const ff_table *t)
+{
+    size_t n = 0;
+    for (size_t i = 0; i < t->n; i++) n += t->valid[i] == 0;
+    return n;
+}
+
+static void raise_negative(ff_table *t, ff_resample_report *r)
+{
+    for (size_t c = 0; c < t->n_channels; c++)
+        for (size_t i = 0; i < t->n; i++) {
+            double *v = &t->value[c * t->n + i];
+            if (!t->valid[i] || *v >= 0) continue;
+            *v = 0;
+            r->raised++;
+        }
+    if (r->raised) ff_table_note(t, "%zu negative values became 0: the format holds none", r->raised);
+}
+
+static void drop(ff_table *t, const ff_format *to, ff_resample_report *r)
+{
+    const unsigned holds = to->holds;
+    if (t->sigma && !(holds & FF_HOLDS_SIGMA)) {
+        free(t->sigma);
+        t->sigma = NULL;
+        ff_table_note(t, "standard deviations are dropped: the format '%s' has none", to->name);
+    }
+    if (t->weight && !to->layout && !(holds & FF_HOLDS_WEIGHTS)) /* with a layout they follow from the directions */
+        ff_table_note(t, "weights of the samples are dropped: the format '%s' has none", to->name);
+    if (!(holds & FF_HOLDS_NEGATIVE)) raise_negative(t, r);
+    if (r->as_it_is && !(holds & FF_HOLDS_INVALID) && count_invalid(t))
+        ff_table_note(t, "%zu samples that were not measured are left out", count_invalid(t));
+    int named = 0;
+    for (size_t c = 0; c < t->n_channels; c++) named |= isfinite(t->channels[c].wavelength_nm);
+    if (named && !(holds & FF_HOLDS_NAMES))
+        ff_table_note(t, "names and wavelengths of the channels are dropped: the format '%s' has none", to->name);
+    if (!(holds & FF_HOLDS_DOUBLE) && to->precision) ff_table_note(t, "values are rounded: %s", to->precision);
+}
+
+/* ---- interpolation --------------------------------------------------------------------------- */
+
+/* What the threads share, and what each has of its own. */
+typedef struct filling {
+    const ff_table *t;
+    const ff_interpolant *p;
+    ff_table *out;
+    int keep_beyond;
+    const volatile int *cancel;
+    double *value;                       /* [threads][n_channels][BLOCK] */
+    size_t (*found)[FF_FOUND_BELOW + 1]; /* [threads] counts            */
+} filling;
+
+static void fill_block(void *context, size_t block, int worker)
+{
+    const filling *f = context;
+    const size_t channels = f->t->n_channels, first = block * BLOCK, n = f->out->n - first < BLOCK ? f->out->n - first : BLOCK;
+    double plane[6][BLOCK], *const planes[6] = {plane[0], plane[1], plane[2], plane[3], plane[4], plane[5]};
+    double *value = f->value + (size_t)worker * channels * BLOCK;
+    unsigned char found[BLOCK];
+    ff_table *out = f->out;
+    if (f->cancel && *f->cancel) return;
+    ff_table_directions(out, first, n, planes);
+    ff_interpolant_eval_reciprocal(f->p, (const double *const *)planes, n, value, found);
+    for (size_t i = 0; i < n; i++) {
+        f->found[worker][found[i]]++;
+        if (found[i] == FF_FOUND_BELOW || (found[i] == FF_FOUND_BEYOND && !f->keep_beyond)) out->valid[first + i] = 0;
+        for (size_t c = 0; c < out->n_channels && out->valid[first + i]; c++)
+            out->value[c * out->n + first + i] = value[(channels == 1 ? 0 : c) * n + i] / out->channels[c].scale;
+    }
+}
+
+static ff_status fill(const ff_table *t, const ff_interpolant *p, const ff_format *to, const ff_resample_options *o, ff_table *out,
+                      ff_resample_report *r, ff_error *err)
+{
+    ff_pool *pool = ff_pool_new(o->threads ? o->threads : ff_threads_default());
+    filling f = {.t = t, .p = p, .out = out, .keep_beyond = o->beyond || !(to->holds & FF_HOLDS_INVALID), .cancel = o->cancel};
+    const size_t threads = pool ? (size_t)ff_pool_threads(pool) : 0;
+    f.value = malloc((threads + 1) * t->n_channels * BLOCK * sizeof *f.value);
+    f.found = calloc(threads + 1, sizeof *f.found);
+    ff_status s = FF_OK;
+    if (pool && f.value && f.found) {
+        ff_pool_run(pool, (out->n + BLOCK - 1) / BLOCK, fill_block, &f);
+        size_t *const counter[] = {&r->at_sample, &r->between, &r->reciprocal, &r->beyond, &r->below_horizon};
+        for (size_t w = 0; w < threads; w++)
+            for (int k = 0; k <= FF_FOUND_BELOW; k++) *counter[k] += f.found[w][k];
+        if (o->cancel && *o->cancel) s = ff_error_set(err, FF_ERR_CANCELLED, NULL, 0, -1, "cancelled");
+    } else {
+        s = ff_error_set(err, FF_ERR_MEMORY, NULL, 0, -1, "no memory for %zu channels", t->n_channels);
+    }
+    ff_pool_free(pool);
+    free(f.value);
+    free(f.found);
+    return s;
+}
+
+/* What others say of a sample against what was measured, for samples spread over the table. */
+static ff_status predict(const ff_table *t, const ff_interpolant *p, ff_found (*from)(const ff_interpolant *, size_t, double *),
+                         ff_prediction *out, ff_error *err)
+{
+    enum { MOST = 4000 };
+    const size_t step = t->n / MOST + 1;
+    double *error = malloc(MOST * sizeof *error), *value = malloc(t->n_channels * sizeof *value);
+    *out = (ff_prediction){0, NAN, NAN, NAN};
+    if (!error || !value) {
+        free(error);
+        free(value);
+        return ff_error_set(err, FF_ERR_MEMORY, NULL, 0, -1, "no memory for %zu channels", t->n_channels);
+    }
+    for (size_t i = 0; i < t->n && ff_interpolant_regresses(p); i += step) {
+        double predicted = 0, measured = 0;
+        if (!t->valid[i] || from(p, i, value) != FF_FOUND_BETWEEN) continue;
+        for (size_t c = 0; c < t->n_channels; c++) {
+            predicted += value[c];
+            measured += t->channels[c].scale * t->value[c * t->n + i];
+        }
+        if (predicted > 0 && measured > 0) error[out->n++] = fabs(log(predicted / measured));
+    }
+    qsort(error, out->n, sizeof *error, ff_ascending);
+    if (out->n) *out = (ff_prediction){out->n, error[out->n / 2], error[out->n * 95 / 100], error[out->n - 1]};
+    free(error);
+    free(value);
+    return FF_OK;
+}
+
+static ff_status interpolate(const ff_table *t, const ff_format *to, const ff_resample_options *o, ff_table *out,
+                             ff_resample_report *r, ff_error *err)
+{
+    ff_interpolant *p;
+    ff_status s = ff_interpolant_new(t, 0, &p, err);
+    if (s != FF_OK) return s;
+    snprintf(r->method, sizeof r->method, "%s", ff_interpolant_method(p));
+    s = fill(t, p, to, o, out, r, err);
+    if (s == FF_OK) s = predict(t, p, ff_interpolant_without, &r->near, err);
+    if (s == FF_OK) s = predict(t, p, ff_interpolant_without_incidence, &r->across, err);
+    ff_interpolant_free(p);
+    if (t->sigma) ff_table_note(out, "standard deviations are dropped: interpolated values have none");
+    if (t->weight && !out->weight && !out->grid)
+        ff_table_note(out, "weights of the samples are dropped: the new directions have none");
+    return s;
+}
+
+/* What t holds, in a layout that has its directions already; where there is no layout, a copy of t. */
+static ff_status take_as_it_is(const ff_table *t, ff_table *made, ff_error *err)
+{
+    if (made->n == 0) {
+        const ff_status s = ff_table_copy(t, made, err);
+        if (s == FF_OK) made->note[0] = '\0';
+        return s;
+    }
+    if (!copy_plane(&made->sigma, t->sigma, t->n * t->n_channels))
+        return ff_error_set(err, FF_ERR_MEMORY, NULL, 0, -1, "no memory for a copy of %zu samples", t->n);
+    memcpy(made->value, t->value, t->n * t->n_channels * sizeof *t->value);
+    memcpy(made->valid, t->valid, t->n);
+    memcpy(made->channels, t->channels, t->n_channels * sizeof *t->channels);
+    if (made->weight && t->weight) memcpy(made->weight, t->weight, t->n * sizeof *t->weight);
+    made->quantity = t->quantity;
+    return FF_OK;
+}
+
+ff_status ff_resample(const ff_table *t, const ff_format *to, const ff_resample_options *o, ff_table *out,
+                      ff_resample_report *report, ff_error *err)
+{
+    ff_resample_report r = {.as_it_is = 1, .near = {0, NAN, NAN, NAN}, .across = {0, NAN, NAN, NAN}};
+    ff_table made = {0};
+    if (!to->write) return ff_error_set(err, FF_ERR_UNSUPPORTED, NULL, 0, -1, "the format '%s' can only be read", to->name);
+    if (!to->layout && o->grid)
+        return ff_error_set(err, FF_ERR_UNSUPPORTED, NULL, 0, -1,
+                            "the format '%s' takes the directions as they are, found the grid '%s'", to->name, o->grid);
+    /* what came from such a file goes back to it as it is */
+    const int back = t->kept && t->kept_share && strcmp(t->format, to->name) == 0 && !o->grid;
+    ff_status s = to->layout && !back ? to->layout(t, o->grid, &made, err) : FF_OK;
+    if (s != FF_OK) return s;
+    if (made.n > 0 && !(made.n_channels == t->n_channels && same_directions(t, &made))) {
+        r.as_it_is = 0;
+        s = interpolate(t, to, o, &made, &r, err);
+    } else {
+        r.at_sample = t->n;
+        s = take_as_it_is(t, &made, err);
+    }
+    if (s == FF_OK) {
+        drop(&made, to, &r);
+        s = ff_table_count(&made, NULL, err);
+        if (s != FF_OK)
+            ff_error_set(
+                err, s, NULL, 0, -1,
+                "none of the %zu samples that the format '%s' needs lies within the data; extrapolated, they would take the "
+                "nearest values",
+                made.n, to->name);
+    }
+    if (s != FF_OK) {
+        ff_table_free(&made);
+        return s;
+    }
+    r.n = made.n;
+    r.invalid = made.n_invalid;
+    *out = made;
+    *report = r;
+    return FF_OK;
+}

@@ -1,0 +1,164 @@
+/* Files of a tabulated distribution. */
+#define _GNU_SOURCE
+#include "ff_profile_file.h"
+#include "ff_output.h"
+#include "base/internal_input.h"
+#include "base/internal_number.h"
+#include "internal_table.h"
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+static const double degree = 3.14159265358979323846 / 180;
+static const char *const column[2][2] = {[FF_PROFILE_D] = {"theta_deg", "D"}, [FF_PROFILE_P] = {"q2", "p"}};
+
+/* ---- reading --------------------------------------------------------------------------------- */
+
+typedef struct reader {
+    ff_lines lines;
+    ff_error *err;
+    const char *path;
+    ff_profile_kind kind;
+    size_t n, capacity;
+    double *x, *y;
+    long *line; /* [n] where each point stands */
+} reader;
+
+/* The next line that is neither blank nor a comment; *text is NULL at the end. */
+static ff_status next_line(reader *r, char **text, size_t *length)
+{
+    for (;;) {
+        const ff_status s = ff_lines_next(&r->lines, text, length, r->err);
+        if (s || !*text) return s;
+        const char *start = *text + strspn(*text, " \t");
+        if (*start && *start != '#') return FF_OK;
+    }
+}
+
+static ff_status read_header(reader *r)
+{
+    char *text, list[FF_NAMES_LIST];
+    size_t length;
+    ff_names names = {0};
+    ff_status s = next_line(r, &text, &length);
+    if (s) return s;
+    if (!text)
+        return ff_error_set(r->err, FF_ERR_READ, r->path, r->lines.line, -1,
+                            "found the end of the file, expected a header line theta_deg,D or q2,p");
+    s = ff_names_read(text, length, r->path, r->lines.line, &names, r->err);
+    if (s) return s;
+    int known = 0;
+    for (int kind = 0; kind < 2; kind++)
+        if (names.n == 2 && strcmp(names.name[0], column[kind][0]) == 0 && strcmp(names.name[1], column[kind][1]) == 0) {
+            r->kind = (ff_profile_kind)kind;
+            known = 1;
+        }
+    if (!known)
+        s = ff_error_set(r->err, FF_ERR_FORMAT, r->path, r->lines.line, -1, "found the columns %s, expected theta_deg,D or q2,p",
+                         ff_names_list(&names, list));
+    ff_names_free(&names);
+    return s;
+}
+
+/* Room for one more point. */
+static ff_status grow(reader *r)
+{
+    if (r->n < r->capacity) return FF_OK;
+    const size_t capacity = r->capacity ? 2 * r->capacity : 256;
+    double *x = realloc(r->x, capacity * sizeof *x);
+    if (x) r->x = x;
+    double *y = realloc(r->y, capacity * sizeof *y);
+    if (y) r->y = y;
+    long *line = realloc(r->line, capacity * sizeof *line);
+    if (line) r->line = line;
+    if (!x || !y || !line)
+        return ff_error_set(r->err, FF_ERR_MEMORY, r->path, r->lines.line, -1, "no memory for %zu points", capacity);
+    r->capacity = capacity;
+    return FF_OK;
+}
+
+static ff_status read_rows(reader *r)
+{
+    static const size_t slot[2] = {0, 1};
+    static const unsigned char may_be_empty[2] = {0, 0};
+    char names[2][16], *const name[2] = {names[0], names[1]};
+    for (int k = 0; k < 2; k++) memcpy(names[k], column[r->kind][k], strlen(column[r->kind][k]) + 1);
+    const ff_columns columns = {2, name, slot, may_be_empty};
+    for (;;) {
+        char *text;
+        size_t length;
+        double row[2];
+        ff_status s = next_line(r, &text, &length);
+        if (s || !text) return s;
+        s = ff_row_read(text, length, &columns, row, r->path, r->lines.line, r->err);
+        if (!s) s = grow(r);
+        if (s) return s;
+        r->x[r->n] = r->kind == FF_PROFILE_D ? row[0] * degree : row[0];
+        r->y[r->n] = row[1];
+        r->line[r->n++] = r->lines.line;
+    }
+}
+
+/* The table; what it refuses is said with the line of the point. */
+static ff_status make(const reader *r, ff_profile_table *out)
+{
+    ff_error why = {0};
+    size_t bad = r->n;
+    const ff_status s = ff_profile_make(r->kind, r->n, r->x, r->y, out, &bad, &why);
+    if (s == FF_OK) return s;
+    const long line = bad < r->n ? r->line[bad] : 0;
+    return ff_error_set(r->err, s, r->path, line, -1, "%s", why.message);
+}
+
+ff_status ff_profile_read(const char *path, ff_profile_table *out, ff_error *err)
+{
+    reader r = {.err = err, .path = path};
+    ff_status s = ff_lines_open(path, &r.lines, err);
+    if (s) return s;
+    s = read_header(&r);
+    if (!s) s = read_rows(&r);
+    if (!s) s = make(&r, out);
+    ff_lines_close(&r.lines);
+    free(r.x);
+    free(r.y);
+    free(r.line);
+    return s;
+}
+
+/* ---- writing --------------------------------------------------------------------------------- */
+
+static void write_comment(const char *comment, FILE *file)
+{
+    while (comment && *comment) {
+        const size_t length = strcspn(comment, "\n");
+        fprintf(file, "# %.*s\n", (int)length, comment);
+        comment += length + (comment[length] == '\n');
+    }
+}
+
+static void write_number(double v, FILE *file)
+{
+    char number[FF_NUMBER_TEXT];
+    fwrite(number, 1, ff_number_write(v, number), file);
+}
+
+ff_status ff_profile_write(const char *path, ff_profile_kind kind, size_t n, const double *x, const double *y, const char *comment,
+                           ff_error *err)
+{
+    for (size_t i = 0; i < n; i++)
+        if (!isfinite(x[i]) || !isfinite(y[i]))
+            return ff_error_set(err, FF_ERR_DATA, path, 0, -1, "point %zu: found %s = %g, %s = %g, expected finite numbers", i,
+                                column[kind][0], x[i], column[kind][1], y[i]);
+    ff_output out;
+    const ff_status s = ff_output_open(path, &out, err);
+    if (s) return s;
+    write_comment(comment, out.file);
+    fprintf(out.file, "%s,%s\n", column[kind][0], column[kind][1]);
+    for (size_t i = 0; i < n; i++) { /* degrees to 1e-12, so that round ones stay round */
+        write_number(kind == FF_PROFILE_D ? round(x[i] / degree * 1e12) / 1e12 : x[i], out.file);
+        putc(',', out.file);
+        write_number(y[i], out.file);
+        putc('\n', out.file);
+    }
+    return ff_output_commit(&out, err);
+}

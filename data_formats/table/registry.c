@@ -1,0 +1,204 @@
+/* The formats: list, detection by content, reading and writing by name. */
+#define _GNU_SOURCE
+#include "base/internal_input.h"
+#include "internal_table.h"
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <strings.h>
+#include <unistd.h>
+
+enum { HEAD_BYTES = 1 << 14 };
+
+#define FF_FORMAT(name) extern const ff_format ff_format_##name;
+#include "data_formats/formats.def"
+#undef FF_FORMAT
+
+#define FF_FORMAT(name) &ff_format_##name,
+static const ff_format *const formats[] = {
+#include "data_formats/formats.def"
+};
+#undef FF_FORMAT
+
+size_t ff_format_count(void)
+{
+    return sizeof formats / sizeof formats[0];
+}
+
+const ff_format *ff_format_at(size_t i)
+{
+    return i < ff_format_count() ? formats[i] : NULL;
+}
+
+const ff_format *ff_format_find(const char *name)
+{
+    for (size_t i = 0; i < ff_format_count(); i++)
+        if (strcmp(formats[i]->name, name) == 0) return formats[i];
+    return NULL;
+}
+
+enum { LIST = 256 };
+/* "merl, astm, csv", all or those that can be written. */
+static const char *list_names(int writable, char out[LIST])
+{
+    size_t used = 0;
+    out[0] = '\0';
+    for (size_t i = 0; i < ff_format_count() && used < LIST; i++)
+        if (!writable || formats[i]->write)
+            used += (size_t)snprintf(out + used, LIST - used, "%s%s", used ? ", " : "", formats[i]->name);
+    return out;
+}
+
+static const ff_format *most_confident(const unsigned char *head, size_t n, int64_t size)
+{
+    const ff_format *best = NULL;
+    int confidence = 0;
+    for (size_t i = 0; i < ff_format_count(); i++) {
+        int p = formats[i]->probe(head, n, size);
+        if (p > confidence) {
+            confidence = p;
+            best = formats[i];
+        }
+    }
+    return best;
+}
+
+static ff_status not_recognised(const char *path, const unsigned char *head, size_t n, ff_error *err)
+{
+    char names[LIST], text[FF_QUOTE], hex[3 * 8 + 1] = "";
+    size_t shown = n < 24 ? n : 24;
+    for (size_t i = 0; i < n && i < 8; i++) snprintf(hex + 3 * i, 4, "%02x ", head[i]);
+    return ff_error_set(err, FF_ERR_FORMAT, path, 0, 0, "no format recognises it: found bytes %s(%s), expected one of %s", hex,
+                        ff_quote((const char *)head, shown, text), list_names(0, names));
+}
+
+static ff_status detect_in(int fd, const char *path, int64_t size, const ff_format **out, ff_error *err)
+{
+    unsigned char head[HEAD_BYTES];
+    size_t n = 0;
+    ff_status status = ff_input_read(fd, path, 0, head, sizeof head, &n, err);
+    if (status != FF_OK) return status;
+    if (n == 0) return ff_error_set(err, FF_ERR_READ, path, 0, 0, "found an empty file, expected a measurement");
+    const size_t mark = ff_byte_order_mark(head, n);
+    const ff_format *best = most_confident(head + mark, n - mark, size);
+    if (!best) return not_recognised(path, head, n, err);
+    *out = best;
+    return FF_OK;
+}
+
+ff_status ff_format_detect(const char *path, const ff_format **out, ff_error *err)
+{
+    int fd;
+    int64_t size;
+    ff_status status = ff_input_open(path, &fd, &size, err);
+    if (status != FF_OK) return status;
+    if (size < 0) /* looking at the content of a pipe would use it up */
+        status = ff_error_set(
+            err, FF_ERR_UNSUPPORTED, path, 0, -1,
+            "found a pipe or device, whose format cannot be found by looking at it; expected a file or the name of its format");
+    else
+        status = detect_in(fd, path, size, out, err);
+    close(fd);
+    return status;
+}
+
+static int has_extension(const char *path, const char *extension, size_t length)
+{
+    size_t n = strlen(path);
+    return n > length && strncasecmp(path + n - length, extension, length) == 0;
+}
+
+/* The longest extension decides: "x.zemax.bsdf" is not what "x.bsdf" is. */
+const ff_format *ff_format_for_writing(const char *path)
+{
+    const ff_format *best = NULL;
+    size_t longest = 0;
+    for (size_t i = 0; i < ff_format_count(); i++) {
+        const char *e = formats[i]->extensions;
+        while (formats[i]->write && *e) {
+            size_t length = strcspn(e, " ");
+            if (length > longest && has_extension(path, e, length)) {
+                best = formats[i];
+                longest = length;
+            }
+            e += length;
+            e += strspn(e, " ");
+        }
+    }
+    return best;
+}
+
+static ff_status find_named(const char *path, const char *name, const ff_format **out, ff_error *err)
+{
+    char names[LIST];
+    const ff_format *f = ff_format_find(name);
+    if (!f)
+        return ff_error_set(err, FF_ERR_UNKNOWN, path, 0, -1, "found format '%s', expected one of %s", name, list_names(0, names));
+    *out = f;
+    return FF_OK;
+}
+
+void ff_read_options_init(ff_read_options *o)
+{
+    *o = (ff_read_options){.size = sizeof *o, .quantity = -1, .scale = NAN};
+}
+
+static ff_status check_options(const char *path, const ff_format *f, const ff_read_options *o, ff_error *err)
+{
+    const struct {
+        const char *name;
+        int given;
+        unsigned bit;
+    } all[] = {{"columns", o->columns != NULL, FF_READS_COLUMNS},
+               {"grid", o->grid != NULL, FF_READS_GRID},
+               {"part", o->part != NULL, FF_READS_PART},
+               {"quantity", o->quantity >= 0, FF_READS_QUANTITY}};
+    for (size_t k = 0; k < sizeof all / sizeof all[0]; k++)
+        if (all[k].given && !(f->reads & all[k].bit))
+            return ff_error_set(err, FF_ERR_UNSUPPORTED, path, 0, -1, "the format '%s' takes no option '%s'", f->name, all[k].name);
+    if (!isnan(o->scale) && !(o->scale > 0 && isfinite(o->scale)))
+        return ff_error_set(err, FF_ERR_RANGE, path, 0, -1, "found a scale of %g, expected a finite number > 0", o->scale);
+    return FF_OK;
+}
+
+ff_status ff_table_read_with(const char *path, const ff_read_options *options, ff_table *out, ff_error *err)
+{
+    const ff_format *f = NULL;
+    ff_read_options o;
+    ff_read_options_init(&o);
+    if (options) o = *options;
+    if (o.columns && !o.format) o.format = "csv"; /* whatever it looks like, the person says how to read it */
+    ff_status status = o.format ? find_named(path, o.format, &f, err) : ff_format_detect(path, &f, err);
+    if (status == FF_OK) status = check_options(path, f, &o, err);
+    if (status == FF_OK) status = f->read(path, &o, out, err);
+    if (status != FF_OK || isnan(o.scale)) return status;
+    for (size_t c = 0; c < out->n_channels; c++) out->channels[c].scale *= o.scale;
+    ff_table_note(out, "all values are multiplied by %g, as asked", o.scale);
+    return FF_OK;
+}
+
+ff_status ff_table_read(const char *path, const char *format, ff_table *out, ff_error *err)
+{
+    ff_read_options o;
+    ff_read_options_init(&o);
+    o.format = format;
+    return ff_table_read_with(path, &o, out, err);
+}
+
+ff_status ff_table_write(const char *path, const char *format, const ff_table *t, ff_error *err)
+{
+    char names[LIST];
+    const ff_format *f = NULL;
+    if (format) {
+        ff_status status = find_named(path, format, &f, err);
+        if (status != FF_OK) return status;
+        if (!f->write)
+            return ff_error_set(err, FF_ERR_UNSUPPORTED, path, 0, -1, "format '%s' can only be read, expected one of %s", format,
+                                list_names(1, names));
+    } else if (!(f = ff_format_for_writing(path))) {
+        return ff_error_set(err, FF_ERR_UNKNOWN, path, 0, -1,
+                            "the name tells no format, expected a usual extension or one of the formats %s", list_names(1, names));
+    }
+    return f->write(path, t, err);
+}

@@ -1,0 +1,115 @@
+/* One pass over a range of blocks that sums what the uncertainty of many channels is made of: internal_arrow.h has the formulas.
+ * Compiled once per instruction set. The scores of a block are kept, since the influences on the channels need those on the
+ * shape, and these all channels. */
+#include "fit/errors/internal_arrow.h"
+#include "internal_block.h"
+
+typedef struct __attribute__((aligned(64))) block_scratch {
+    ff_block model;
+    double f[FF_BLOCK], r[FF_BLOCK], j[FF_BLOCK], x[FF_BLOCK];
+    double column[FF_MAX_COLUMNS][FF_BLOCK];
+    double on_shape[FF_MAX_SHAPE][FF_BLOCK], on_channel[FF_MAX_CHANNEL_PARAMS][FF_BLOCK];
+} block_scratch;
+
+/* out += factor * v */
+static void add_scaled(double factor, const double *restrict v, double *restrict out)
+{
+    for (int i = 0; i < FF_BLOCK; i++) out[i] += factor * v[i];
+}
+
+/* lanes[i mod 8] += a[i] b[i] */
+static void add_product(const double *restrict a, const double *restrict b, double *restrict lanes)
+{
+    v8 sum = *(const v8 *)lanes;
+    for (int i = 0; i < FF_BLOCK; i += 8) sum += *(const v8 *)(a + i) * *(const v8 *)(b + i);
+    *(v8 *)lanes = sum;
+}
+
+/* Adds channel c to the shape's scores [S] and keeps its own [K]; squares [P][8]. */
+static void channel_scores(const ff_arrow *a, size_t c, block_scratch *s, double (*restrict shape)[FF_BLOCK],
+                           double (*restrict own)[FF_BLOCK], double *squares)
+{
+    for (size_t k = 0; k < a->S + a->K; k++) {
+        const size_t of = k < a->S ? k : k + c * a->K;
+        const double *restrict column = s->column[k], scale = a->scale[of];
+        double *restrict score = s->j; /* no more needed */
+        for (int i = 0; i < FF_BLOCK; i++) score[i] = scale * column[i] * s->r[i];
+        add_product(score, score, squares + of * 8);
+        if (k < a->S)
+            add_scaled(1, score, shape[k]);
+        else
+            memcpy(own[k - a->S], score, sizeof *own);
+    }
+}
+
+/* Sums of the scores [P] over runs of the block: runs [FF_BLOCK / length][P]. */
+static void sum_runs(size_t P, size_t length, double (*restrict score)[FF_BLOCK], double *restrict runs)
+{
+    for (size_t k = 0; k < P; k++)
+        for (size_t run = 0; run < FF_BLOCK / length; run++) {
+            double sum = 0;
+            for (size_t i = run * length; i < (run + 1) * length; i++) sum += score[k][i];
+            runs[run * P + k] = sum;
+        }
+}
+
+/* The influences of the block's samples, and their products. */
+static void influences(const ff_arrow *a, double (*restrict score)[FF_BLOCK], block_scratch *s, const ff_influence_sums *sums)
+{
+    const size_t S = a->S, K = a->K;
+    double(*left)[FF_BLOCK] = s->column; /* of the shape's scores by what the channels take up */
+    for (size_t k = 0; k < S; k++) {
+        add_product(score[k], score[k], sums->whole + k * 8);
+        memcpy(left[k], score[k], sizeof *left);
+        for (size_t q = 0; q < a->C * K; q++) add_scaled(-a->follow[q * S + k], score[S + q], left[k]);
+    }
+    for (size_t k = 0; k < S; k++) {
+        memset(s->on_shape[k], 0, sizeof s->on_shape[k]);
+        for (size_t q = 0; q < S; q++) add_scaled(a->inverse[k * S + q], left[q], s->on_shape[k]);
+    }
+    for (size_t k = 0; k < S; k++)
+        for (size_t q = 0; q <= k; q++) add_product(s->on_shape[k], s->on_shape[q], sums->shape + ff_tri(k, q) * 8);
+    for (size_t c = 0; c < a->C; c++) {
+        double(*own)[FF_BLOCK] = score + S + c * K, *lanes = sums->channel + c * ff_influence_channel(a) * 8;
+        for (size_t k = 0; k < K; k++) {
+            memset(s->on_channel[k], 0, sizeof s->on_channel[k]);
+            for (size_t q = 0; q < K; q++) add_scaled(a->own[(c * K + k) * K + q], own[q], s->on_channel[k]);
+            for (size_t q = 0; q < S; q++) add_scaled(-a->follow[(c * K + k) * S + q], s->on_shape[q], s->on_channel[k]);
+        }
+        for (size_t k = 0; k < K; k++) {
+            for (size_t q = 0; q < S; q++) add_product(s->on_channel[k], s->on_shape[q], lanes + (k * S + q) * 8);
+            for (size_t q = 0; q <= k; q++) add_product(s->on_channel[k], s->on_channel[q], lanes + (K * S + ff_tri(k, q)) * 8);
+        }
+    }
+}
+
+void FF_ISA_NAME(ff_influence_chunk)(const ff_pass *pass, const ff_arrow *arrow, size_t first, size_t n_blocks,
+                                     const ff_influence_sums *sums);
+void FF_ISA_NAME(ff_influence_chunk)(const ff_pass *pass, const ff_arrow *arrow, size_t first, size_t n_blocks,
+                                     const ff_influence_sums *sums)
+{
+    const struct ff_problem *p = pass->p;
+    const ff_prepared *prepared = &pass->prepared;
+    double(*score)[FF_BLOCK] = (double(*)[FF_BLOCK])sums->score, robust[8] __attribute__((aligned(64))) = {0};
+    block_scratch s;
+    for (size_t block = first; block < first + n_blocks; block++) {
+        ff_geometry g;
+        for (int k = 0; k < FF_G_COUNT; k++) g.plane[k] = p->geometry[k] < 0 ? NULL : ff_problem_plane(p, block, p->geometry[k]);
+        cosines(&g, s.x);
+        prepared->kernels->block_shape(prepared, &g, FF_BLOCK, &s.model);
+        if (arrow) memset(score, 0, arrow->S * sizeof *score);
+        for (size_t c = 0; c < p->n_channels; c++) {
+            prepared->kernels->block_value(prepared, &g, FF_BLOCK, c, &s.model, s.f);
+            statistics(s.f, ff_problem_plane(p, block, p->value + (int)c), s.x, ff_problem_plane(p, block, p->sample_weight),
+                       sums->stat);
+            if (!arrow) continue;
+            residuals(pass, block, c, s.x, s.f, s.r, s.j, robust);
+            prepared->kernels->block_columns(prepared, FF_BLOCK, c, s.j, &s.model, s.column);
+            channel_scores(arrow, c, &s, score, score + arrow->S + c * arrow->K, sums->own);
+        }
+        if (!arrow) continue;
+        influences(arrow, score, &s, sums);
+        const size_t length = ff_run_length(p);
+        sum_runs(arrow->P, length, score, sums->runs + block * (FF_BLOCK / length) * arrow->P);
+    }
+}

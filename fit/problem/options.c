@@ -1,0 +1,136 @@
+/* Options of a fit: names as on the command line, defaults, ranges. */
+#include "ff_fit.h"
+#include "fit/internal_fit.h"
+#include <math.h>
+#include <string.h>
+
+static const char *const losses[FF_LOSS_COUNT] = {"cosine", "log", "cube-root", "relative", "plain"};
+static const char *const robusts[FF_ROBUST_COUNT] = {"none", "huber", "cauchy", "tukey"};
+static const char *const weightings[FF_WEIGHT_COUNT] = {"auto", "solid-angle", "sample", "sigma"};
+static const char *const shapes[FF_SHAPE_COUNT] = {"auto", "isotropic", "axis", "correlated"};
+static const char *const modes[FF_CHANNELS_COUNT] = {"rgb", "mean", "each"};
+static const char *const intervals[FF_INTERVAL_COUNT] = {"none", "standard-error", "one-sided", "profile", "bootstrap"};
+static const char *const outcomes[] = {"converged", "stalled", "limit", "cancelled"};
+
+static const char *name_of(const char *const *names, int count, int i)
+{
+    return i >= 0 && i < count ? names[i] : NULL;
+}
+
+static int find_in(const char *const *names, int count, const char *name)
+{
+    for (int i = 0; i < count; i++)
+        if (strcmp(names[i], name) == 0) return i;
+    return -1;
+}
+
+const char *ff_loss_name(int loss)
+{
+    return name_of(losses, FF_LOSS_COUNT, loss);
+}
+
+const char *ff_robust_name(int robust)
+{
+    return name_of(robusts, FF_ROBUST_COUNT, robust);
+}
+
+const char *ff_weighting_name(int weighting)
+{
+    return name_of(weightings, FF_WEIGHT_COUNT, weighting);
+}
+
+const char *ff_shape_name(int shape)
+{
+    return name_of(shapes, FF_SHAPE_COUNT, shape);
+}
+
+const char *ff_channel_mode_name(int mode)
+{
+    return name_of(modes, FF_CHANNELS_COUNT, mode);
+}
+
+const char *ff_interval_name(int interval)
+{
+    return name_of(intervals, FF_INTERVAL_COUNT, interval);
+}
+
+const char *ff_outcome_name(int outcome)
+{
+    return name_of(outcomes, 4, outcome);
+}
+
+int ff_loss_find(const char *name)
+{
+    return find_in(losses, FF_LOSS_COUNT, name);
+}
+
+int ff_robust_find(const char *name)
+{
+    return find_in(robusts, FF_ROBUST_COUNT, name);
+}
+
+int ff_weighting_find(const char *name)
+{
+    return find_in(weightings, FF_WEIGHT_COUNT, name);
+}
+
+int ff_shape_find(const char *name)
+{
+    return find_in(shapes, FF_SHAPE_COUNT, name);
+}
+
+int ff_channel_mode_find(const char *name)
+{
+    return find_in(modes, FF_CHANNELS_COUNT, name);
+}
+
+void ff_fit_options_init(ff_fit_options *o)
+{
+    memset(o, 0, sizeof *o);
+    o->size = sizeof *o;
+    o->saturation = INFINITY;
+    o->noise_floor = -INFINITY;
+    o->max_theta = 80 * (3.14159265358979323846 / 180);
+    o->only_channel = -1;
+    o->max_iterations = 100;
+    o->std_errors = 1;
+    o->dense_channels = FF_DENSE_CHANNELS;
+}
+
+ff_status ff_fit_options_check(const ff_fit_options *o, ff_error *err)
+{
+    if (o->size != sizeof *o)
+        return ff_error_set(err, FF_ERR_RANGE, NULL, 0, -1, "the options were not initialised by ff_fit_options_init");
+    if (!ff_loss_name((int)o->loss) || !ff_robust_name((int)o->robust) || !ff_weighting_name((int)o->weighting) ||
+        !ff_shape_name((int)o->shape) || !ff_channel_mode_name((int)o->channels))
+        return ff_error_set(err, FF_ERR_RANGE, NULL, 0, -1,
+                            "an option names no known loss, robust loss, weighting, shape or mode of channels");
+    if (!(o->max_theta > 0 && o->max_theta <= 1.5707963267948968))
+        return ff_error_set(err, FF_ERR_RANGE, NULL, 0, -1, "the largest angle must lie in (0, 90] degrees, found %g",
+                            o->max_theta * (180 / 3.14159265358979323846));
+    if (o->robust != FF_ROBUST_NONE && !(o->robust_scale >= 0 && isfinite(o->robust_scale)))
+        return ff_error_set(err, FF_ERR_RANGE, NULL, 0, -1,
+                            "the scale of a robust loss must be positive, or 0 to be estimated, found %g", o->robust_scale);
+    if (!(o->noise_floor < o->saturation) || !(o->saturation > 0) || !(o->noise_sigmas >= 0) || !isfinite(o->noise_sigmas))
+        return ff_error_set(
+            err, FF_ERR_RANGE, NULL, 0, -1,
+            "values are known between the noise floor and the saturation, which must be above it and positive: found %g and "
+            "%g, and %g standard deviations",
+            o->noise_floor, o->saturation, o->noise_sigmas);
+    if (o->threads < 0 || o->max_iterations < 0)
+        return ff_error_set(err, FF_ERR_RANGE, NULL, 0, -1,
+                            "the options for the number of threads and of iterations must not be negative");
+    return FF_OK;
+}
+
+/* Holland and Welsch 1977, table 2 */
+double ff_robust_tuning(ff_robust robust)
+{
+    static const double tuning[FF_ROBUST_COUNT] = {1, 1.345, 2.385, 4.685};
+    return tuning[robust];
+}
+
+int ff_fit_cancelled(const ff_fit_options *o)
+{
+    return o->cancel && __atomic_load_n(o->cancel, __ATOMIC_RELAXED);
+}

@@ -1,0 +1,219 @@
+/* Where the fit of a model starts that is not linear in its channel parameters: at the optimum of one that is. Schlick's Fresnel
+ * term stands for the others, Lambert's for what is coupled or curved, and lobes that share a Fresnel term are set apart. */
+#include "fit/internal_fit.h"
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
+
+/* Is the base affine in its channel parameters, whatever the lobes do? */
+static int is_simple(const ff_diffuse *base)
+{
+    int simple = !(base->couples & ~(uint32_t)FF_COUPLE_ALPHA);
+    for (uint32_t k = 0; k < base->term.n_params; k++)
+        if ((base->term.params[k].flags & FF_PARAM_PER_CHANNEL) && !(base->term.params[k].flags & FF_PARAM_LINEAR)) simple = 0;
+    return simple;
+}
+
+/* Has the base a scale of its own that Lambert's kd can stand for? */
+static int has_scale(const ff_diffuse *base)
+{
+    for (uint32_t k = 0; k < base->term.n_params; k++)
+        if (base->term.params[k].flags & FF_PARAM_PER_CHANNEL) return 1;
+    return 0;
+}
+
+static void expression_of(const ff_model *m, char *out, size_t size)
+{
+    size_t used = 0;
+    int lambert = 0;
+    for (uint32_t l = 0; l < m->n_lobes; l++) {
+        const ff_lobe *lobe = &m->lobe[l];
+        const int keeps = lobe->fresnel != FF_FRESNEL_SHARED && !ff_fresnel_at(lobe->fresnel)->like_schlick;
+        used +=
+            (size_t)snprintf(out + used, size - used, "%s%s/%s/%s", l ? "+" : "", ff_ndf_at(lobe->ndf)->term.name,
+                             ff_masking_at(lobe->masking)->term.name, keeps ? ff_fresnel_at(lobe->fresnel)->term.name : "schlick");
+    }
+    for (uint32_t b = 0; b < m->n_bases; b++) {
+        const ff_diffuse *base = ff_diffuse_at(m->base[b].diffuse);
+        const int simple = is_simple(base), stands = !simple && has_scale(base) && !lambert;
+        lambert |= stands || strcmp(base->term.name, "lambert") == 0;
+        if (simple || stands)
+            used += (size_t)snprintf(out + used, size - used, "%s%s", used ? "+" : "", simple ? base->term.name : "lambert");
+    }
+}
+
+/* Index of the parameter of the same name, or of alpha_x for an isotropic lobe's alpha; FF_PARAM_NONE. */
+static int find_like(const ff_model *m, const char *name)
+{
+    char axis[FF_PARAM_NAME + 2];
+    const int k = ff_model_param_find(m, name);
+    if (k != FF_PARAM_NONE) return k;
+    snprintf(axis, sizeof axis, "%s_x", name);
+    return ff_model_param_find(m, axis);
+}
+
+/* Shape parameters that are tied are so in the stand-in; channel parameters, which may be others there, are not: ff_standin_start
+ * brings them together. */
+static void tie_shape(const ff_layout *l, ff_layout *standin)
+{
+    ff_ties ties = {.n = 0};
+    for (uint32_t k = 0; k < FF_MAX_SHAPE; k++) ties.shape[k] = k;
+    for (uint32_t k = 0; k < FF_MAX_CHANNEL_PARAMS; k++) ties.channel[k] = k;
+    for (uint32_t k = 0; k < l->free.n_shape; k++) {
+        if (l->shape_follows[k] < 0) continue;
+        const int i = find_like(standin->m, l->m->shape[l->free.shape[k]].name),
+                  to = find_like(standin->m, l->m->shape[l->free.shape[l->shape_follows[k]]].name);
+        if (i >= 0 && to >= 0) ties.shape[i] = (uint32_t)to;
+    }
+    ff_layout_tie(standin, &ties);
+}
+
+ff_status ff_standin_make(const ff_layout *l, ff_standin *out)
+{
+    const ff_model *m = l->m;
+    if (l->linear) {
+        out->model = *m;
+        out->layout = *l;
+        out->layout.m = &out->model;
+        return FF_OK;
+    }
+    char text[FF_MODEL_NAME];
+    expression_of(m, text, sizeof text);
+    const ff_status s = ff_model_parse(text, &out->model, NULL);
+    if (s) return FF_ERR_INTERNAL;
+    for (uint32_t k = 0; k < m->n_lobes; k++) out->model.lobe[k].table = m->lobe[k].table;
+    for (uint32_t k = 0; k < m->n_shape; k++) { /* what is held stays held */
+        const int i = find_like(&out->model, m->shape[k].name);
+        if (i < 0) continue;
+        out->model.shape[i].init = m->shape[k].init;
+        out->model.shape[i].flags = m->shape[k].flags;
+        out->model.shape[i].lo = m->shape[k].lo;
+        out->model.shape[i].hi = m->shape[k].hi;
+    }
+    for (uint32_t k = 0; k < m->n_channel; k++) {
+        const int i = ff_model_param_find(&out->model, m->channel[k].name);
+        if (i == FF_PARAM_NONE || i >= 0) continue;
+        out->model.channel[-1 - i].lo = m->channel[k].lo;
+        out->model.channel[-1 - i].hi = m->channel[k].hi;
+        if (!(m->channel[k].flags & FF_PARAM_HELD)) continue;
+        out->model.channel[-1 - i].init = m->channel[k].init;
+        out->model.channel[-1 - i].flags = m->channel[k].flags;
+    }
+    const int mean_slope = l->mode == FF_TILTED_MODE;
+    ff_shape shape = FF_SHAPE_ISOTROPIC;
+    for (uint32_t k = 0; k < l->free.n_shape; k++) {
+        const char *name = m->shape[l->free.shape[k]].info->name;
+        if (strcmp(name, "r_xy") == 0) shape = FF_SHAPE_CORRELATED;
+        if (strcmp(name, "alpha_y") == 0 && shape == FF_SHAPE_ISOTROPIC) shape = FF_SHAPE_AXIS;
+    }
+    if (ff_layout_init(&out->model, l->n_channels, shape, mean_slope, &out->layout, NULL)) return FF_ERR_INTERNAL;
+    tie_shape(l, &out->layout);
+    out->layout.extras = l->extras; /* they weigh nothing yet; which lobes they name counts */
+    if (l->arrow) ff_layout_many(&out->layout, 0);
+    return FF_OK;
+}
+
+static double clamp(const ff_param *info, double v)
+{
+    return fmin(fmax(v, info->lo), info->hi);
+}
+
+/* Where a scale is free, nothing says how much of a lobe is Fresnel's and how much the scale's: F0 to be tried. */
+static const double f0_tried[] = {0.2, 0.03, 0.5, 0.9};
+
+uint32_t ff_standin_variants(const ff_layout *l)
+{
+    for (uint32_t k = 0; k < l->free.n_channel && !l->linear; k++) {
+        const ff_model_param *p = &l->m->channel[l->free.channel[k]];
+        if (p->lobe >= l->m->n_lobes) continue;
+        const ff_lobe *lobe = &l->m->lobe[p->lobe];
+        const int is_scale = l->free.channel[k] + 1 == lobe->channel0 + lobe->n_channel;
+        if (is_scale && ff_fresnel_at(lobe->fresnel)->like_schlick) return sizeof f0_tried / sizeof *f0_tried;
+    }
+    return 1;
+}
+
+/* Channel parameters of the lobes' Fresnel terms for one channel. */
+static void start_fresnel(const ff_layout *l, const ff_standin *s, uint32_t variant, const double *from, double *channel)
+{
+    const ff_model *m = l->m;
+    for (uint32_t k = 0; k < m->n_lobes; k++) {
+        const ff_lobe *lobe = &m->lobe[k], *stand = &s->model.lobe[k];
+        if (lobe->fresnel == FF_FRESNEL_SHARED) continue;
+        const ff_fresnel *term = ff_fresnel_at(lobe->fresnel);
+        double *out = channel + lobe->channel0, f0 = from[stand->channel0];
+        for (uint32_t other = 1; k == 0 && other < m->n_lobes; other++) /* it will be shared out by the weights */
+            if (m->lobe[other].fresnel == FF_FRESNEL_SHARED) f0 += from[s->model.lobe[other].channel0];
+        const ff_model_param *scale = &m->channel[lobe->channel0 + lobe->n_channel - 1];
+        if (!term->like_schlick) {
+            for (uint32_t i = 0; i < term->term.n_params; i++) out[i] = from[stand->channel0 + i];
+            if (term->term.n_params) out[0] = clamp(&term->term.params[0], f0);
+            continue;
+        }
+        double params[FF_FRESNEL_PARAMS];
+        const double share = scale->flags & FF_PARAM_HELD ? f0 : f0_tried[variant]; /* a free scale takes the rest */
+        term->like_schlick(fmin(fmax(share, 1e-3), 0.999), params);
+        for (uint32_t i = 0; i < term->term.n_params; i++)
+            if (!(m->channel[lobe->channel0 + i].flags & FF_PARAM_HELD)) out[i] = clamp(&term->term.params[i], params[i]);
+        if (!(scale->flags & FF_PARAM_HELD)) out[term->term.n_params] = clamp(scale->info, fmax(f0 / share, 1e-4));
+    }
+}
+
+/* Those of the bases: by name, else Lambert's kd for the first of them. */
+static void start_bases(const ff_layout *l, const ff_standin *s, const double *from, double *channel)
+{
+    for (uint32_t b = 0; b < l->m->n_bases; b++) {
+        const ff_base *base = &l->m->base[b];
+        for (uint32_t k = 0; k < base->n_channel; k++) {
+            const ff_model_param *p = &l->m->channel[base->channel0 + k];
+            int i = ff_model_param_find(&s->model, p->name);
+            if (i == FF_PARAM_NONE && k == 0) i = ff_model_param_find(&s->model, "kd");
+            if (i == FF_PARAM_NONE || i >= 0 || (p->flags & FF_PARAM_HELD)) continue;
+            channel[base->channel0 + k] = clamp(p->info, from[-1 - i]);
+        }
+    }
+}
+
+void ff_standin_start(const ff_layout *l, const ff_standin *s, uint32_t variant, const double *from_shape,
+                      const double *from_channel, double *shape, double *channel)
+{
+    const ff_model *m = l->m;
+    ff_layout_defaults(l, shape, channel);
+    for (uint32_t k = 0; k < m->n_shape; k++) {
+        const int i = find_like(&s->model, m->shape[k].name);
+        if (i >= 0) shape[k] = from_shape[i];
+    }
+    double sum[FF_MAX_LOBES] = {0};
+    for (size_t c = 0; c < l->n_channels; c++) {
+        const double *from = from_channel + c * s->model.n_channel;
+        for (uint32_t k = 0; k < m->n_lobes; k++) sum[k] += from[s->model.lobe[k].channel0];
+        if (l->linear) {
+            memcpy(channel + c * m->n_channel, from, m->n_channel * sizeof *channel);
+            continue;
+        }
+        start_fresnel(l, s, variant, from, channel + c * m->n_channel);
+        start_bases(l, s, from, channel + c * m->n_channel);
+    }
+    double up_to = m->n_lobes ? sum[0] : 0;
+    for (uint32_t k = 1; k < m->n_lobes; k++) { /* weight: the share among the lobes up to this one */
+        const ff_lobe *lobe = &m->lobe[k];
+        if (lobe->fresnel != FF_FRESNEL_SHARED) continue;
+        up_to += sum[k];
+        const uint32_t at = lobe->shape0 + lobe->n_shape - 1;
+        if (!(m->shape[at].flags & FF_PARAM_HELD)) shape[at] = up_to > 0 ? fmin(fmax(sum[k] / up_to, 0.01), 0.99) : 0.5;
+    }
+    ff_layout_project(l, shape, channel);
+}
+
+int ff_standin_end_of_valley(const ff_layout *l, uint32_t lobe, size_t c, int high, double *channel)
+{
+    const ff_model *m = l->m;
+    const ff_lobe *at = &m->lobe[lobe];
+    if (at->fresnel == FF_FRESNEL_SHARED || strcmp(ff_fresnel_at(at->fresnel)->term.name, "conductor") != 0) return 0;
+    if ((m->channel[at->channel0].flags | m->channel[at->channel0 + 1].flags) & FF_PARAM_HELD) return 0;
+    double *n = channel + c * m->n_channel + at->channel0, *k = n + 1;
+    const double f0 = ((*n - 1) * (*n - 1) + *k * *k) / ((*n + 1) * (*n + 1) + *k * *k), r = sqrt(fmin(f0, 0.999));
+    *n = clamp(m->channel[at->channel0].info, high ? (1 + r) / (1 - r) : (1 - r) / (1 + r));
+    *k = 0;
+    return 1;
+}

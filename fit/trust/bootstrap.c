@@ -1,0 +1,210 @@
+/* Refits with random weights of whole incident directions: errors that go together inside one are resampled together. */
+#include "base/internal_order.h"
+#include "base/internal_statistics.h"
+#include "internal_trust.h"
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum { FEWEST_REPEATS = 20, FEWEST_GROUPS = 5, MOST_ITERATIONS = 50 };
+#define REFIT_TOLERANCE 1e-6 /* of the objective: of a refit's distance from its optimum, some 1e-3 standard errors */
+
+typedef struct bootstrap {
+    const ff_point *point;
+    const ff_places *places;
+    const ff_fit_options *o;
+    const ff_resampled *resampled;
+    uint64_t seed;
+    double *weight; /* [threads][n_groups]    */
+    double *x;      /* [repeats][P], of those that converged */
+    unsigned char *converged;
+    ff_status *status; /* [repeats] */
+} bootstrap;
+
+/* SplitMix64 (Steele, Lea and Flood 2014) of a counter; in (0, 1). */
+static double uniform_at(uint64_t seed, uint64_t repeat, uint64_t draw)
+{
+    uint64_t z =
+        (seed * UINT64_C(0xd1342543de82ef95) + repeat) * UINT64_C(0xaf251af3b0f025b5) + (draw + 1) * UINT64_C(0x9e3779b97f4a7c15);
+    for (int k = 0; k < 2; k++) {
+        z = (z ^ (z >> 30)) * UINT64_C(0xbf58476d1ce4e5b9);
+        z = (z ^ (z >> 27)) * UINT64_C(0x94d049bb133111eb);
+        z ^= z >> 31;
+    }
+    return ((double)(z >> 12) + 0.5) / 4503599627370496.0;
+}
+
+static void refit(void *context, size_t repeat, int worker)
+{
+    const bootstrap *b = context;
+    const ff_layout *l = &b->point->l;
+    const size_t G = b->places->n_groups, size = l->n_channels * l->m->n_channel;
+    double *weight = b->weight + (size_t)worker * G, sum = 0, shape[FF_MAX_SHAPE], *channel = malloc((size + 1) * sizeof *channel);
+    int *at_bound = malloc((l->P + 1) * sizeof *at_bound);
+    ff_solution solution;
+    ff_status st = channel && at_bound ? ff_fit_cancelled(b->o) ? FF_ERR_CANCELLED : FF_OK : FF_ERR_MEMORY;
+    if (!st) {
+        for (size_t g = 0; g < G; g++) sum += weight[g] = -log(uniform_at(b->seed, repeat, g));
+        for (size_t g = 0; g < G; g++) weight[g] *= (double)G / sum;
+        ff_resampled_weigh(b->resampled, worker, b->places, weight);
+        memcpy(shape, b->point->shape, sizeof shape);
+        memcpy(channel, b->point->channel, size * sizeof *channel);
+        st = ff_solve(l, &b->resampled->problem[worker], b->o, 0, 0, REFIT_TOLERANCE, MOST_ITERATIONS, shape, channel, at_bound,
+                      &solution, NULL);
+    }
+    b->status[repeat] = st;
+    b->converged[repeat] = !st && solution.outcome == FF_CONVERGED;
+    if (b->converged[repeat]) ff_layout_pack(l, shape, channel, b->x + repeat * l->P);
+    free(channel);
+    free(at_bound);
+}
+
+/* The covariance of coordinates a and b over n refits of P coordinates each. */
+static double covariance(const double *x, size_t n, size_t P, size_t a, size_t b)
+{
+    double mean_a = 0, mean_b = 0, sum = 0;
+    for (size_t i = 0; i < n; i++) {
+        mean_a += x[i * P + a] / (double)n;
+        mean_b += x[i * P + b] / (double)n;
+    }
+    for (size_t i = 0; i < n; i++) sum += (x[i * P + a] - mean_a) * (x[i * P + b] - mean_b);
+    return sum / (double)(n - 1);
+}
+
+/* The 95 % quantile of the distance from the bound. */
+static ff_status one_sided(const double *x, size_t n, size_t P, size_t k, const ff_param *info, ff_fit_value *v)
+{
+    double *sorted = malloc(n * sizeof *sorted);
+    if (!sorted) return FF_ERR_MEMORY;
+    for (size_t i = 0; i < n; i++) sorted[i] = x[i * P + k];
+    qsort(sorted, n, sizeof *sorted, ff_ascending);
+    const size_t at = (size_t)ceil(0.95 * (double)n) - 1;
+    const double end = ff_coordinate_value(info, v->at_bound < 0 ? sorted[at] : sorted[n - 1 - at]);
+    v->interval = FF_INTERVAL_BOOTSTRAP;
+    v->low = fmin(v->value, end);
+    v->high = fmax(v->value, end);
+    free(sorted);
+    return FF_OK;
+}
+
+/* For every parameter [P]. */
+typedef struct groups_that_count {
+    double *number, *seen; /* see ff_clusters_informative and ff_clusters_seen */
+} groups_that_count;
+
+/* x [n][P]: the refits that converged. */
+static ff_status take_errors(const ff_point *point, const double *x, size_t n, size_t G, const groups_that_count *count,
+                             ff_fit_result *fit)
+{
+    const ff_layout *l = &point->l;
+    const size_t P = l->P;
+    ff_status st = FF_OK;
+    for (size_t a = 0; a < P && !st; a++) {
+        ff_fit_value *v = ff_result_value(l, fit, a);
+        const ff_param *info = ff_layout_param(l, a, NULL)->info;
+        if (v->at_bound) {
+            st = one_sided(x, n, P, a, info, v);
+            continue;
+        }
+        /* weights of G groups have the variance (G - 1) / (G + 1) instead of 1 */
+        const double factor = sqrt((double)(G + 1) / (double)(G - 1) * (1 - 1 / (double)G) / count->seen[a]);
+        const double t = ff_student_quantile(0.95, count->number[a] - 1),
+                     error = factor * sqrt(covariance(x, n, P, a, a)) * ff_coordinate_slope(info, v->value);
+        if (!isnan(v->std_error)) v->std_error = error;
+        ff_interval_around(info, t * error, FF_INTERVAL_BOOTSTRAP, v);
+        for (size_t b = 0; b < P; b++) {
+            const int i = v->column, j = ff_result_value(l, fit, b)->column;
+            if (!fit->correlation || i < 0 || j < 0 || a == b) continue;
+            const double scale = sqrt(covariance(x, n, P, a, a) * covariance(x, n, P, b, b));
+            fit->correlation[(size_t)i * fit->n_columns + (size_t)j] = scale > 0 ? covariance(x, n, P, a, b) / scale : 0;
+        }
+    }
+    ff_result_copy_tied(l, fit);
+    return st;
+}
+
+static ff_status count_groups(const ff_point *point, const struct ff_problem *p, const ff_fit_options *o, const ff_places *places,
+                              const groups_that_count *count)
+{
+    const size_t P = point->l.P;
+    ff_normal normal = {0};
+    ff_uncertainty u = {0};
+    int *use = malloc((P + 1) * sizeof *use);
+    ff_status st = use ? ff_point_pass(point, p, o, &normal) : FF_ERR_MEMORY;
+    for (size_t k = 0; k < P && !st; k++) use[k] = point->at_bound[k] == 0;
+    if (!st) st = ff_uncertainty_new(&point->l, p, &normal, use, p->n, &u);
+    if (!st) st = ff_clusters_informative(p, &normal, p->n, places->group, places->n_groups, u.inverse, NULL, count->number);
+    for (size_t k = 0; k < P && !st; k++) count->seen[k] = ff_clusters_seen(&point->l, &u, count->number[k]);
+    ff_uncertainty_free(&u);
+    ff_normal_free(&normal);
+    free(use);
+    return st;
+}
+
+static ff_status check(const ff_places *places, size_t repeats, ff_error *err)
+{
+    if (repeats < FEWEST_REPEATS)
+        return ff_error_set(err, FF_ERR_RANGE, NULL, 0, -1, "a bootstrap needs at least %d refits, found %zu", (int)FEWEST_REPEATS,
+                            repeats);
+    if (places->n_groups < FEWEST_GROUPS)
+        return ff_error_set(err, FF_ERR_DATA, NULL, 0, -1, "%zu %s are too few to resample: at least %d", places->n_groups,
+                            ff_grouping_name((int)places->kind), (int)FEWEST_GROUPS);
+    return FF_OK;
+}
+
+/* Refits that converged to the front of x; how many. */
+static size_t pack(bootstrap *b, size_t repeats, size_t P)
+{
+    size_t n = 0;
+    for (size_t i = 0; i < repeats; i++) {
+        if (!b->converged[i]) continue;
+        memmove(b->x + n * P, b->x + i * P, P * sizeof *b->x);
+        n++;
+    }
+    return n;
+}
+
+ff_status ff_trust_bootstrap(ff_problem *p, const ff_places *places, const ff_fit_options *o, size_t repeats, uint64_t seed,
+                             ff_fit_result *fit, ff_bootstrap *out, ff_error *err)
+{
+    ff_point point;
+    ff_resampled resampled = {0};
+    ff_status st = check(places, repeats, err);
+    if (!st) st = ff_point_data_alone(o, "the bootstrap", err);
+    if (!st) st = ff_point_new(p, o, fit, &point, err);
+    if (st) return st;
+    const size_t P = point.l.P, threads = (size_t)ff_pool_threads(p->pool);
+    bootstrap b = {.point = &point, .places = places, .o = o, .resampled = &resampled, .seed = seed};
+    b.weight = malloc(threads * places->n_groups * sizeof *b.weight);
+    b.x = malloc((repeats * P + 1) * sizeof *b.x);
+    b.converged = calloc(repeats, 1);
+    b.status = calloc(repeats, sizeof *b.status);
+    const groups_that_count count = {malloc((P + 1) * sizeof(double)), malloc((P + 1) * sizeof(double))};
+    st = b.weight && b.x && b.converged && b.status && count.number && count.seen ? ff_resampled_new(p, &resampled) : FF_ERR_MEMORY;
+    size_t n = 0;
+    if (!st) {
+        ff_pool_run(p->pool, repeats, refit, &b);
+        for (size_t i = 0; i < repeats && !st; i++)
+            if (b.status[i] == FF_ERR_CANCELLED || b.status[i] == FF_ERR_MEMORY) st = b.status[i];
+        n = pack(&b, repeats, P);
+    }
+    if (st) {
+        (void)ff_trust_ended(st, "the bootstrap", err);
+    } else if (n < FEWEST_REPEATS) {
+        st = ff_error_set(err, FF_ERR_DATA, NULL, 0, -1, "only %zu of %zu refits of the bootstrap converged", n, repeats);
+    } else {
+        st = count_groups(&point, p, o, places, &count);
+        if (!st) st = take_errors(&point, b.x, n, places->n_groups, &count, fit);
+        if (st) ff_error_set(err, st, NULL, 0, -1, "out of memory");
+    }
+    if (!st) *out = (ff_bootstrap){repeats, repeats - n, places->n_groups, places->kind};
+    ff_resampled_free(&resampled);
+    free(b.weight);
+    free(b.x);
+    free(b.converged);
+    free(b.status);
+    free(count.number);
+    free(count.seen);
+    ff_point_free(&point);
+    return st;
+}

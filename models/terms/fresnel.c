@@ -1,0 +1,278 @@
+/* Fresnel terms F(c), c = wi.h in (0, 1], of unpolarised light: Schlick's and two terms linear in their parameters like it, and
+ * the exact equations for a dielectric and a conductor.
+ *
+ *   schlick      F0 + (1 - F0) m^5,  m = 1 - c
+ *   schlick-f82  schlick(c) - b(c) (schlick(cb) - F82),  b(c) = c m^6 / (cb (1 - cb)^6),  cb = 1/7
+ *   sgd          F0 - F1 c + (1 - F0) m^5
+ *   dielectric, conductor
+ *                (|rs|^2 + |rp|^2) / 2,  rs = (c - w) / (c + w),  rp = (N c - w) / (N c + w),  w = sqrt(N - s^2),
+ *                N = (eta + i k)^2,  s^2 = 1 - c^2
+ *
+ * At c = 1 every one of them is exact: m = 0 and w = eta + i k. */
+#include "internal_terms.h"
+#include "internal_optics.h"
+#include "base/internal_vector_math.h"
+
+#define FF_ARGS const double *params, const ff_geometry *g, size_t n, double *restrict f, double *const *d
+
+/* ---- linear in their parameters -------------------------------------------------------------- */
+
+static void schlick(FF_ARGS)
+{
+    const double f0 = params[0], *restrict c = g->plane[FF_G_C];
+    for (size_t i = 0; i < n; i++) {
+        const double m5 = ff_fifth(1 - c[i]);
+        f[i] = m5 + (1 - m5) * f0;
+    }
+    if (!d) return;
+    double *restrict df0 = d[0];
+    for (size_t i = 0; i < n; i++) df0[i] = 1 - ff_fifth(1 - c[i]);
+}
+
+static void schlick_f82(FF_ARGS)
+{
+    const double cb = 1.0 / 7, mb5 = ff_fifth(1 - cb), inv_dip = 1 / (cb * (1 - cb) * mb5);
+    const double f0 = params[0], f82 = params[1], miss = mb5 + (1 - mb5) * f0 - f82, *restrict c = g->plane[FF_G_C];
+    for (size_t i = 0; i < n; i++) {
+        const double m = 1 - c[i], m5 = ff_fifth(m), b = c[i] * m * m5 * inv_dip;
+        f[i] = m5 + (1 - m5) * f0 - b * miss;
+    }
+    if (!d) return;
+    double *restrict df0 = d[0], *restrict df82 = d[1];
+    for (size_t i = 0; i < n; i++) {
+        const double m = 1 - c[i], m5 = ff_fifth(m), b = c[i] * m * m5 * inv_dip;
+        df0[i] = 1 - m5 - b * (1 - mb5);
+        df82[i] = b;
+    }
+}
+
+static void sgd(FF_ARGS)
+{
+    const double f0 = params[0], f1 = params[1], *restrict c = g->plane[FF_G_C];
+    for (size_t i = 0; i < n; i++) {
+        const double m5 = ff_fifth(1 - c[i]);
+        f[i] = m5 + (1 - m5) * f0 - f1 * c[i];
+    }
+    if (!d) return;
+    double *restrict df0 = d[0], *restrict df1 = d[1];
+    for (size_t i = 0; i < n; i++) {
+        df0[i] = 1 - ff_fifth(1 - c[i]);
+        df1[i] = -c[i];
+    }
+}
+
+/* ---- the exact equations --------------------------------------------------------------------- */
+
+/* Keeps reciprocals finite where eta = 1 meets c = 0, and eta < 1 with k = 0 the angle of total reflection. */
+#define FF_TINY 1e-60
+
+static inline double floored(double x)
+{
+    return x > FF_TINY ? x : FF_TINY;
+}
+
+/* With N and w real; N - s^2 = (eta - 1)(eta + 1) + c^2. Derivatives: d w = eta / w, d (N c) = 2 eta c. */
+static void dielectric(FF_ARGS)
+{
+    const double eta = params[0], N = eta * eta, excess = (eta - 1) * (eta + 1), *restrict c = g->plane[FF_G_C];
+    for (size_t i = 0; i < n; i++) {
+        const double w2 = floored(excess + c[i] * c[i]), w = w2 * ff_rsqrt(w2), q = N * c[i];
+        const double rs = (c[i] - w) * ff_recip(c[i] + w), rp = (q - w) * ff_recip(q + w);
+        f[i] = 0.5 * (rs * rs + rp * rp);
+    }
+    if (!d) return;
+    double *restrict deta = d[0];
+    for (size_t i = 0; i < n; i++) {
+        const double w2 = floored(excess + c[i] * c[i]), inv_w = ff_rsqrt(w2), w = w2 * inv_w, q = N * c[i];
+        const double is = ff_recip(c[i] + w), ip = ff_recip(q + w), rs = (c[i] - w) * is, rp = (q - w) * ip;
+        deta[i] = 2 * eta * c[i] * inv_w * (rp * (2 * w2 - N) * ip * ip - rs * is * is);
+    }
+}
+
+typedef struct complex_number {
+    double re, im;
+} complex_number;
+
+static inline complex_number times(complex_number a, complex_number b)
+{
+    return (complex_number){a.re * b.re - a.im * b.im, a.re * b.im + a.im * b.re};
+}
+
+static inline complex_number conjugate(complex_number a)
+{
+    return (complex_number){a.re, -a.im};
+}
+
+static inline double norm(complex_number a)
+{
+    return a.re * a.re + a.im * a.im;
+}
+
+/* Principal square root of x + i y, y >= 0: the larger part by a sum of equal signs, the other from the product of both, y / 2. */
+static inline complex_number root(double x, double y)
+{
+    const double length2 = floored(x * x + y * y), larger2 = 0.5 * (length2 * ff_rsqrt(length2) + fabs(x));
+    const double inv = ff_rsqrt(larger2), larger = larger2 * inv, smaller = 0.5 * y * inv;
+    return x < 0 ? (complex_number){smaller, larger} : (complex_number){larger, smaller};
+}
+
+/* conj(r) r' for r = (q - w) / (q + w), where r' = numerator / (q + w)^2. */
+static inline complex_number slope(complex_number q, complex_number w, complex_number numerator)
+{
+    const complex_number difference = {q.re - w.re, q.im - w.im}, sum = {q.re + w.re, q.im + w.im};
+    const double inv = ff_recip(floored(norm(sum)));
+    const complex_number product = times(times(conjugate(difference), conjugate(sum)), numerator);
+    return (complex_number){product.re * inv * inv, product.im * inv * inv};
+}
+
+static inline double reflected(complex_number q, complex_number w)
+{
+    const complex_number difference = {q.re - w.re, q.im - w.im}, sum = {q.re + w.re, q.im + w.im};
+    return norm(difference) * ff_recip(floored(norm(sum)));
+}
+
+/* F is the squared modulus of functions that are analytic in eta + i k: with r' their derivative by it, d|r|^2/d eta = 2 Re(conj(r)
+ * r') and d|r|^2/d k = -2 Im(conj(r) r'); and w' = (eta + i k) / w. */
+static void conductor(FF_ARGS)
+{
+    const double eta = params[0], k = params[1], *restrict c = g->plane[FF_G_C];
+    const complex_number index = {eta, k}, N = {(eta - k) * (eta + k), 2 * eta * k};
+    const double excess = (eta - 1) * (eta + 1) - k * k;
+    for (size_t i = 0; i < n; i++) {
+        const complex_number w = root(excess + c[i] * c[i], N.im), qs = {c[i], 0}, qp = {N.re * c[i], N.im * c[i]};
+        f[i] = 0.5 * (reflected(qs, w) + reflected(qp, w));
+    }
+    if (!d) return;
+    double *restrict deta = d[0], *restrict dk = d[1];
+    for (size_t i = 0; i < n; i++) {
+        const complex_number w = root(excess + c[i] * c[i], N.im), qs = {c[i], 0}, qp = {N.re * c[i], N.im * c[i]};
+        const complex_number w2 = {excess + c[i] * c[i], N.im}, inner = {2 * w2.re - N.re, 2 * w2.im - N.im};
+        const double twice = 2 * c[i] * ff_recip(floored(norm(w)));
+        const complex_number ratio = times(index, conjugate(w)), step = {twice * ratio.re, twice * ratio.im}; /* 2 c index / w */
+        const complex_number ds = slope(qs, w, step), dp = slope(qp, w, times(step, inner));
+        deta[i] = dp.re - ds.re;
+        dk[i] = ds.im - dp.im;
+    }
+}
+
+/* ---- where a fit starts ---------------------------------------------------------------------- */
+
+static double clamped(double x, double lo, double hi)
+{
+    return x < lo ? lo : x > hi ? hi : x;
+}
+
+/* The boxes: real media at one end, the published fits of tables of measured materials (eta up to 100) at the other. */
+#define FF_DIELECTRIC_MAX 100
+#define FF_CONDUCTOR_MIN  0.01
+#define FF_CONDUCTOR_MAX  100
+
+/* F0 = ((eta - 1) / (eta + 1))^2 */
+static void dielectric_like(double f0, double *params)
+{
+    const double r = sqrt(clamped(f0, 0, 0.999));
+    params[0] = clamped((1 + r) / (1 - r), 1, FF_DIELECTRIC_MAX);
+}
+
+/* Among the (eta, k) with this F0, from the lowest eta to the dielectric (Gulbrandsen 2014), one whose curve follows Schlick's: for
+ * F0 in [0.02, 0.98] their cosine-weighted mean distance is at most 0.015. k > 0, for F has no slope by k at 0. */
+static void conductor_like(double f0, double *params)
+{
+    const double r = clamped(f0, 1e-4, 0.999), root_r = sqrt(r), lowest = (1 - r) / (1 + r), highest = (1 + root_r) / (1 - root_r);
+    const double dielectric_share = (1 - r) * (1 - r) * sqrt(1 - r);
+    const double eta = clamped(lowest + dielectric_share * (highest - lowest), FF_CONDUCTOR_MIN, FF_CONDUCTOR_MAX);
+    params[0] = eta;
+    params[1] = clamped(sqrt((r * (eta + 1) * (eta + 1) - (eta - 1) * (eta - 1)) / (1 - r)), 0, FF_CONDUCTOR_MAX);
+}
+
+/* ---- descriptors ----------------------------------------------------------------------------- */
+
+static void none(FF_ARGS)
+{
+    (void)params, (void)g, (void)d;
+    for (size_t i = 0; i < n; i++) f[i] = 1;
+}
+
+#define FF_LINEAR (FF_PARAM_PER_CHANNEL | FF_PARAM_LINEAR)
+
+static const ff_param schlick_params[] = {{"f0", "1", "reflectance at normal incidence, F0", 0, 1, 0.5, FF_LINEAR, 0}};
+
+const ff_fresnel FF_ISA_NAME(ff_fresnel_schlick) = {.term = {.name = "schlick",
+                                                             .title = "F0 + (1 - F0)(1 - cos)^5",
+                                                             .source = "Schlick 1994",
+                                                             .note = "",
+                                                             .claims = FF_RECIPROCAL | FF_PASSIVE,
+                                                             .n_params = 1,
+                                                             .params = schlick_params},
+                                                    .planes = 1u << FF_G_C,
+                                                    .eval = schlick};
+
+static const ff_param schlick_f82_params[] = {{"f0", "1", "reflectance at normal incidence, F0", 0, 1, 0.5, FF_LINEAR, 0},
+                                              {"f82", "1", "reflectance at cos = 1/7 (82 degrees), F82", 0, 1, 0.7, FF_LINEAR, 0}};
+
+const ff_fresnel FF_ISA_NAME(ff_fresnel_schlick_f82) = {
+    .term = {.name = "schlick-f82",
+             .title = "schlick with the dip or tint of metals near grazing incidence",
+             .source = "Hoffman 2019; Kutz et al. 2021 (Adobe Standard Material)",
+             .note = "F stays in [0, 1] for F82 from 0.511 times Schlick's own value there, 0.463 + 0.537 F0, up to that value; "
+                     "outside it goes to "
+                     "-0.127 and 1.127 at most",
+             .claims = FF_RECIPROCAL,
+             .n_params = 2,
+             .params = schlick_f82_params},
+    .planes = 1u << FF_G_C,
+    .eval = schlick_f82};
+
+static const ff_param dielectric_params[] = {{"eta", "1", "index of refraction over that of the medium outside, eta", 1,
+                                              FF_DIELECTRIC_MAX, 1.5, FF_PARAM_PER_CHANNEL | FF_PARAM_LOG, -0.9}};
+
+const ff_fresnel FF_ISA_NAME(ff_fresnel_dielectric) = {.term = {.name = "dielectric",
+                                                                .title = "exact, unpolarised, without absorption",
+                                                                .source = "Fresnel's equations; Cook and Torrance 1982",
+                                                                .note = "eta = 1 reflects nothing",
+                                                                .claims = FF_RECIPROCAL | FF_PASSIVE,
+                                                                .n_params = 1,
+                                                                .params = dielectric_params},
+                                                       .planes = 1u << FF_G_C,
+                                                       .eval = dielectric,
+                                                       .like_schlick = dielectric_like};
+
+static const ff_param conductor_params[] = {
+    {"eta", "1", "real part of the index of refraction, eta", FF_CONDUCTOR_MIN, FF_CONDUCTOR_MAX, 1,
+     FF_PARAM_PER_CHANNEL | FF_PARAM_LOG, 0},
+    {"k", "1", "extinction coefficient, k", 0, FF_CONDUCTOR_MAX, 3, FF_PARAM_PER_CHANNEL | FF_PARAM_LOG, 0.1}};
+
+const ff_fresnel FF_ISA_NAME(ff_fresnel_conductor) = {
+    .term = {.name = "conductor",
+             .title = "exact, unpolarised, with absorption",
+             .source = "Fresnel's equations with the index eta + i k; Cook and Torrance 1982",
+             .note =
+                 "k = 0 is a dielectric, with total reflection where eta < 1; data far from grazing incidence determine F0, not "
+                 "eta and k apart",
+             .claims = FF_RECIPROCAL | FF_PASSIVE,
+             .n_params = 2,
+             .params = conductor_params},
+    .planes = 1u << FF_G_C,
+    .eval = conductor,
+    .like_schlick = conductor_like};
+
+static const ff_param sgd_params[] = {{"f0", "1", "F0 of the source; at normal incidence F = F0 - F1", 0, 10, 0.5, FF_LINEAR, 0},
+                                      {"f1", "1", "slope by the cosine, F1", -2, 10, 0, FF_LINEAR, 0}};
+
+const ff_fresnel FF_ISA_NAME(ff_fresnel_sgd) = {
+    .term = {.name = "sgd",
+             .title = "F0 - F1 cos + (1 - F0)(1 - cos)^5",
+             .source = "Bagher et al. 2012",
+             .note = "made to follow measurements, not to stay in [0, 1]: above 1 for F0 > 1, negative near the normal for F1 > F0",
+             .claims = FF_RECIPROCAL,
+             .n_params = 2,
+             .params = sgd_params},
+    .planes = 1u << FF_G_C,
+    .eval = sgd};
+
+const ff_fresnel FF_ISA_NAME(ff_fresnel_none) = {.term = {.name = "none",
+                                                          .title = "F = 1: a perfect mirror in every facet",
+                                                          .source = "",
+                                                          .note = "the lobe then has no free scale",
+                                                          .claims = FF_RECIPROCAL | FF_PASSIVE},
+                                                 .eval = none};

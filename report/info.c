@@ -1,0 +1,435 @@
+/* What is in a file. */
+#include "base/internal_order.h"
+#include "internal_report.h"
+#include "internal_text.h"
+#include "ff_survey.h"
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+typedef struct channel_summary {
+    double min, median, max;
+} channel_summary;
+
+typedef struct table_summary {
+    ff_survey survey;
+    channel_summary *channel; /* [n_channels] */
+} table_summary;
+
+/* Finite values of the valid samples of channel c, sorted in `value` [n]; their count. */
+static size_t sorted_values(const ff_table *t, size_t c, double *value)
+{
+    size_t n = 0;
+    ff_table_values(t, c, 0, t->n, value);
+    for (size_t i = 0; i < t->n; ++i)
+        if (t->valid[i] && isfinite(value[i])) value[n++] = value[i];
+    qsort(value, n, sizeof *value, ff_ascending);
+    return n;
+}
+
+static void summary_free(table_summary *s)
+{
+    ff_survey_free(&s->survey);
+    free(s->channel);
+}
+
+static ff_status summarise(const ff_table *t, table_summary *s)
+{
+    ff_status status = ff_survey_new(t, &s->survey, NULL);
+    if (status != FF_OK) return status;
+    double *value = malloc((t->n ? t->n : 1) * sizeof *value);
+    s->channel = malloc(t->n_channels * sizeof *s->channel);
+    if (!value || !s->channel) {
+        free(value);
+        summary_free(s);
+        return FF_ERR_MEMORY;
+    }
+    for (size_t c = 0; c < t->n_channels; ++c) {
+        const size_t n = sorted_values(t, c, value);
+        s->channel[c] = n ? (channel_summary){value[0], (value[(n - 1) / 2] + value[n / 2]) / 2, value[n - 1]}
+                          : (channel_summary){NAN, NAN, NAN};
+    }
+    free(value);
+    return FF_OK;
+}
+
+static const char *quantity_meaning(ff_quantity q)
+{
+    return q == FF_BRDF       ? "BRDF, 1/sr, without the cosine"
+           : q == FF_BRDF_COS ? "BRDF times cos(theta_o); converted to BRDF on reading"
+                              : "reflectance factor (pi times the BRDF); converted to BRDF on reading";
+}
+
+static void put_range(FILE *out, const char *what, const double range[2])
+{
+    char a[FF_TEXT_NUMBER], b[FF_TEXT_NUMBER];
+    fprintf(out, "%s %s to %s degrees\n", what, ff_text_number(range[0], 6, a), ff_text_number(range[1], 6, b));
+}
+
+static const char *axes_name(ff_axes_kind kind)
+{
+    return kind == FF_AXES_HALF_DIFFERENCE ? "theta_h x phi_h x theta_d x phi_d"
+           : kind == FF_AXES_INCIDENT_EXIT ? "theta_i x phi_i x theta_o x phi_o"
+           : kind == FF_AXES_SPECULAR      ? "rotation x incidence x azimuth x angle from the mirror direction"
+                                           : "";
+}
+
+static void put_structure(const ff_table *t, FILE *out)
+{
+    const size_t *n = t->axes.n;
+    if (t->grid) fprintf(out, "grid       %s\n", t->grid->name);
+    if (t->axes.kind) fprintf(out, "grid       %zu x %zu x %zu x %zu, %s\n", n[0], n[1], n[2], n[3], axes_name(t->axes.kind));
+    if (!t->grid && !t->axes.kind) fprintf(out, "grid       none: a list of pairs of directions\n");
+}
+
+/* ---- coverage and symmetry ------------------------------------------------------------------- */
+
+static char azimuth_sign(unsigned n)
+{
+    return n == 0 ? ' ' : n < 3 ? '.' : n < 6 ? ':' : n < 10 ? 'o' : n < FF_SURVEY_AZIMUTHS ? 'O' : '#';
+}
+
+static void put_coverage(const ff_survey *s, FILE *out)
+{
+    fprintf(out, "\nazimuths met, by theta_i (down) and theta_o (across): . few of |phi_o - phi_i|, : o O more, # all\n"
+                 "         0     15    30    45    60    75    90\n");
+    for (int i = 0; i < FF_SURVEY_ROWS; ++i) {
+        fprintf(out, "  %2d-%2d  |", 10 * i, 10 * i + 10);
+        for (int o = 0; o < FF_SURVEY_COLUMNS; ++o) {
+            const char sign = azimuth_sign(s->azimuths[i][o]);
+            fprintf(out, "%c%c", sign, sign);
+        }
+        fprintf(out, "|\n");
+    }
+    fprintf(out, "half vectors within 1, 2, 5, 10 degrees of the normal: %zu, %zu, %zu, %zu samples\n", s->near_mirror[0],
+            s->near_mirror[1], s->near_mirror[2], s->near_mirror[3]);
+}
+
+/* A deviation of logarithms as a percentage. */
+static const char *percent(double deviation, char out[FF_TEXT_NUMBER])
+{
+    const double x = 100 * expm1(deviation);
+    return x < 100 ? ff_text_number(x, 2, out) : ff_text_fixed(x, 0, out);
+}
+
+static void put_symmetry(const char *name, const char *what, const ff_symmetry *s, FILE *out)
+{
+    char a[FF_TEXT_NUMBER], b[FF_TEXT_NUMBER];
+    if (s->given) {
+        fprintf(out, "%s given by the parametrisation\n", name);
+    } else if (s->pairs == 0) {
+        fprintf(out, "%s not to be told: no pairs of samples to compare\n", name);
+    } else {
+        fprintf(out, "%s %s differ by %s %% (median of %zu pairs", name, what, percent(s->deviation, a), s->pairs);
+        if (isfinite(s->interpolation)) fprintf(out, "; interpolation alone: %s %%", percent(s->interpolation, b));
+        fprintf(out, ")\n");
+    }
+}
+
+static void put_cosine(const ff_survey *s, FILE *out)
+{
+    char a[FF_TEXT_NUMBER], b[FF_TEXT_NUMBER];
+    const int cosine = ff_survey_cosine(s);
+    if (cosine > 0)
+        fprintf(
+            out,
+            "warning: is a cosine counted in the values? Taken as f cos(theta_o) they differ from reciprocity by %s %%, as they "
+            "are by %s %%; --quantity brdf-cos\n",
+            percent(s->with_cosine, a), percent(s->reciprocity.deviation, b));
+    if (cosine < 0)
+        fprintf(
+            out,
+            "warning: was a cosine divided out that was not there? Multiplied by it the values differ from reciprocity by %s %%, "
+            "as they are by %s %%; --quantity brdf\n",
+            percent(s->without_cosine, a), percent(s->reciprocity.deviation, b));
+}
+
+static ff_status put_reflectances(const ff_table *t, const ff_survey *s, FILE *out)
+{
+    enum { COLUMNS = 6 };
+    ff_text_table rows = {.right = {1, 1, 1, 1, 1, 1, 1, 1}};
+    char n[FF_TEXT_NUMBER], m[FF_TEXT_NUMBER];
+    const size_t shown = t->n_channels < COLUMNS ? t->n_channels : COLUMNS;
+    double largest = 0, at = 0;
+    if (s->n_reflectances == 0) return FF_OK;
+    fprintf(out, "\nreflectance into the covered part of the hemisphere (%s)\n", s->method);
+    ff_text_row(&rows);
+    ff_text_cell(&rows, "theta_i");
+    ff_text_cell(&rows, "covered");
+    for (size_t c = 0; c < shown; ++c)
+        ff_text_cell(&rows, "%s", t->channels[c * (t->n_channels - 1) / (shown > 1 ? shown - 1 : 1)].name);
+    for (size_t k = 0; k < s->n_reflectances; ++k) {
+        ff_text_row(&rows);
+        ff_text_cell(&rows, "%s", ff_text_number(s->reflectance[k].theta_i, 4, n));
+        ff_text_cell(&rows, "%.0f %%", 100 * s->reflectance[k].covered);
+        for (size_t c = 0; c < t->n_channels; ++c)
+            if (s->albedo[k * t->n_channels + c] > largest) {
+                largest = s->albedo[k * t->n_channels + c];
+                at = s->reflectance[k].theta_i;
+            }
+        for (size_t c = 0; c < shown; ++c)
+            ff_text_cell(
+                &rows, "%s",
+                ff_text_number(s->albedo[k * t->n_channels + c * (t->n_channels - 1) / (shown > 1 ? shown - 1 : 1)], 3, n));
+    }
+    const ff_status status = ff_text_print(&rows, out, "  ");
+    if (status == FF_OK && largest > 1)
+        fprintf(
+            out,
+            "warning: the reflectance of %s at %s degrees is above 1: a peak between too few samples, another unit than 1/sr, or a "
+            "cosine or a factor pi counted\n",
+            ff_text_number(largest, 4, n), ff_text_number(at, 4, m));
+    return status;
+}
+
+/* ---- channels -------------------------------------------------------------------------------- */
+
+static ff_status put_channels(const ff_table *t, const table_summary *s, FILE *out)
+{
+    ff_text_table rows = {.right = {0, 1, 1, 1, 1}};
+    char n[FF_TEXT_NUMBER];
+    ff_text_row(&rows);
+    ff_text_cell(&rows, "channel");
+    ff_text_cell(&rows, "wavelength/nm");
+    ff_text_cell(&rows, "min/(1/sr)");
+    ff_text_cell(&rows, "median");
+    ff_text_cell(&rows, "max");
+    for (size_t c = 0; c < t->n_channels; ++c) {
+        ff_text_row(&rows);
+        ff_text_cell(&rows, "%s", t->channels[c].name);
+        ff_text_cell(&rows, "%s",
+                     isfinite(t->channels[c].wavelength_nm) ? ff_text_number(t->channels[c].wavelength_nm, 6, n) : "-");
+        ff_text_cell(&rows, "%s", ff_text_number(s->channel[c].min, 5, n));
+        ff_text_cell(&rows, "%s", ff_text_number(s->channel[c].median, 5, n));
+        ff_text_cell(&rows, "%s", ff_text_number(s->channel[c].max, 5, n));
+    }
+    return ff_text_print(&rows, out, "  ");
+}
+
+static void put_notes(const char *note, FILE *out)
+{
+    while (*note) {
+        const size_t n = strcspn(note, "\n");
+        if (n > 0) fprintf(out, "note: %.*s\n", (int)n, note);
+        note += n + (note[n] == '\n');
+    }
+}
+
+ff_status ff_report_table_text(const char *path, const ff_table *t, FILE *out)
+{
+    table_summary s;
+    ff_status status = summarise(t, &s);
+    if (status != FF_OK) return status;
+    fprintf(out, "%s: %s\n", path, t->format);
+    fprintf(out, "samples    %zu", t->n);
+    if (t->n_invalid > 0) fprintf(out, ", %zu marked invalid", t->n_invalid);
+    if (s.survey.below_horizon > 0) fprintf(out, ", %zu below the horizon", s.survey.below_horizon);
+    if (t->n_negative > 0) fprintf(out, ", %zu with a negative value", t->n_negative);
+    fprintf(out, "\nquantity   %s\n", quantity_meaning(t->quantity));
+    fprintf(out, "azimuth    %s\n", t->isotropic ? "isotropic parametrisation: only azimuth differences" : "both azimuths");
+    put_structure(t, out);
+    put_range(out, "theta_i   ", s.survey.theta_i);
+    put_range(out, "theta_o   ", s.survey.theta_o);
+    fprintf(out, "weights    %s\n",
+            ff_table_has_weights(t) ? "solid angle"
+            : t->sigma              ? "sigma"
+                                    : "none: every sample counts the same");
+    if (t->sigma) fprintf(out, "sigma      every value has a standard deviation\n");
+    fputc('\n', out);
+    status = put_channels(t, &s, out);
+    put_coverage(&s.survey, out);
+    if (status == FF_OK) status = put_reflectances(t, &s.survey, out);
+    fputc('\n', out);
+    if (s.survey.every > 1) fprintf(out, "from one sample in %zu:\n", s.survey.every);
+    put_symmetry("isotropy  ", "values turned about the normal", &s.survey.isotropy, out);
+    put_symmetry("reciprocity", "values with light and detector exchanged", &s.survey.reciprocity, out);
+    put_cosine(&s.survey, out);
+    if (t->note[0]) fputc('\n', out);
+    put_notes(t->note, out);
+    summary_free(&s);
+    return status;
+}
+
+static void range_json(ff_json *j, const char *key, const double range[2])
+{
+    ff_json_array(j, key, FF_JSON_LINE);
+    ff_json_number(j, NULL, range[0]);
+    ff_json_number(j, NULL, range[1]);
+    ff_json_close(j);
+}
+
+static void symmetry_json(ff_json *j, const char *key, const ff_symmetry *s)
+{
+    ff_json_object(j, key, FF_JSON_LINE);
+    ff_json_bool(j, "by_parametrisation", s->given);
+    ff_json_integer(j, "pairs", (int64_t)s->pairs);
+    ff_json_number(j, "deviation", expm1(s->deviation));
+    ff_json_number(j, "interpolation", expm1(s->interpolation));
+    ff_json_close(j);
+}
+
+static void structure_json(ff_json *j, const ff_table *t)
+{
+    ff_json_string(j, "parametrisation", t->grid ? t->grid->name : t->axes.kind ? axes_name(t->axes.kind) : "scattered");
+    ff_json_array(j, "axes", FF_JSON_LINE);
+    for (int k = 0; k < 4 && t->axes.kind; ++k) ff_json_integer(j, NULL, (int64_t)t->axes.n[k]);
+    ff_json_close(j);
+}
+
+static void survey_json(ff_json *j, const ff_table *t, const ff_survey *s)
+{
+    ff_json_array(j, "near_mirror", FF_JSON_LINE);
+    for (int k = 0; k < 4; ++k) ff_json_integer(j, NULL, (int64_t)s->near_mirror[k]);
+    ff_json_close(j);
+    ff_json_array(j, "azimuths_met", FF_JSON_BLOCK);
+    for (int i = 0; i < FF_SURVEY_ROWS; ++i) {
+        ff_json_array(j, NULL, FF_JSON_LINE);
+        for (int o = 0; o < FF_SURVEY_COLUMNS; ++o) ff_json_integer(j, NULL, s->azimuths[i][o]);
+        ff_json_close(j);
+    }
+    ff_json_close(j);
+    ff_json_integer(j, "surveyed_every", (int64_t)s->every);
+    symmetry_json(j, "isotropy", &s->isotropy);
+    symmetry_json(j, "reciprocity", &s->reciprocity);
+    ff_json_number(j, "reciprocity_if_cosine_counted", expm1(s->with_cosine));
+    ff_json_number(j, "reciprocity_if_cosine_missing", expm1(s->without_cosine));
+    ff_json_integer(j, "cosine_hint", ff_survey_cosine(s));
+    ff_json_array(j, "reflectance", FF_JSON_BLOCK);
+    for (size_t k = 0; k < s->n_reflectances; ++k) {
+        ff_json_object(j, NULL, FF_JSON_LINE);
+        ff_json_number(j, "theta_i_deg", s->reflectance[k].theta_i);
+        ff_json_number(j, "phi_i_deg", s->reflectance[k].phi_i);
+        ff_json_number(j, "covered", s->reflectance[k].covered);
+        ff_json_array(j, "value", FF_JSON_LINE);
+        for (size_t c = 0; c < t->n_channels; ++c) ff_json_number(j, NULL, s->albedo[k * t->n_channels + c]);
+        ff_json_close(j);
+        ff_json_close(j);
+    }
+    ff_json_close(j);
+}
+
+static void notes_json(ff_json *j, const char *note)
+{
+    ff_json_array(j, "notes", FF_JSON_BLOCK);
+    while (*note) {
+        char line[sizeof((ff_table *)NULL)->note];
+        const size_t n = strcspn(note, "\n");
+        snprintf(line, sizeof line, "%.*s", (int)n, note);
+        if (n > 0) ff_json_string(j, NULL, line);
+        note += n + (note[n] == '\n');
+    }
+    ff_json_close(j);
+}
+
+ff_status ff_report_table_json(const ff_report_head *head, const char *path, const ff_table *t, FILE *out)
+{
+    table_summary s;
+    ff_json j;
+    const ff_status status = summarise(t, &s);
+    if (status != FF_OK) return status;
+    ff_json_begin(&j, out);
+    ff_json_object(&j, NULL, FF_JSON_BLOCK);
+    ff_report_head_json(&j, "facetfit.info/1", head);
+    ff_json_string(&j, "path", path);
+    ff_json_string(&j, "format", t->format);
+    ff_json_integer(&j, "samples", (int64_t)t->n);
+    ff_json_integer(&j, "invalid", (int64_t)t->n_invalid);
+    ff_json_integer(&j, "below_horizon", (int64_t)s.survey.below_horizon);
+    ff_json_integer(&j, "negative", (int64_t)t->n_negative);
+    ff_json_string(&j, "quantity", ff_quantity_name((int)t->quantity));
+    ff_json_bool(&j, "isotropic", t->isotropic);
+    structure_json(&j, t);
+    range_json(&j, "theta_i_deg", s.survey.theta_i);
+    range_json(&j, "theta_o_deg", s.survey.theta_o);
+    ff_json_bool(&j, "solid_angle_weights", ff_table_has_weights(t));
+    ff_json_bool(&j, "sigma", t->sigma != NULL);
+    ff_json_array(&j, "channels", FF_JSON_BLOCK);
+    for (size_t c = 0; c < t->n_channels; ++c) {
+        ff_json_object(&j, NULL, FF_JSON_LINE);
+        ff_json_string(&j, "name", t->channels[c].name);
+        ff_json_number(&j, "wavelength_nm", t->channels[c].wavelength_nm);
+        ff_json_number(&j, "min", s.channel[c].min);
+        ff_json_number(&j, "median", s.channel[c].median);
+        ff_json_number(&j, "max", s.channel[c].max);
+        ff_json_close(&j);
+    }
+    ff_json_close(&j);
+    survey_json(&j, t, &s.survey);
+    notes_json(&j, t->note);
+    ff_json_close(&j);
+    ff_json_end(&j);
+    summary_free(&s);
+    return FF_OK;
+}
+
+/* ---- conversions ----------------------------------------------------------------------------- */
+
+static void put_prediction(const char *how, const ff_prediction *p, FILE *out)
+{
+    char a[FF_TEXT_NUMBER], b[FF_TEXT_NUMBER], c[FF_TEXT_NUMBER];
+    if (p->n == 0) return;
+    fprintf(out, "its error     %s: %s %% in the median, %s %% at 95 %%, %s %% at most\n", how, percent(p->median, a),
+            percent(p->most, b), percent(p->largest, c));
+}
+
+static void prediction_json(ff_json *j, const char *key, const ff_prediction *p)
+{
+    ff_json_object(j, key, FF_JSON_LINE);
+    ff_json_integer(j, "samples", (int64_t)p->n);
+    ff_json_number(j, "median", expm1(p->median));
+    ff_json_number(j, "percentile_95", expm1(p->most));
+    ff_json_number(j, "largest", expm1(p->largest));
+    ff_json_close(j);
+}
+
+ff_status ff_report_resample_text(const char *in, const char *out_path, const ff_format *to, const ff_table *t,
+                                  const ff_table *made, const ff_resample_report *r, FILE *out)
+{
+    fprintf(out, "%s: %s, %zu samples -> %s: %s, %zu samples\n", in, t->format, t->n, out_path, to->name, made->n);
+    if (r->as_it_is) {
+        fprintf(out, "directions    as they were, nothing interpolated\n");
+    } else {
+        fprintf(out, "interpolation %s\n", r->method);
+        fprintf(out, "at a sample   %zu\ninterpolated  %zu\n", r->at_sample, r->between);
+        if (r->reciprocal)
+            fprintf(out, "exchanged     %zu, where only light and detector exchanged were measured\n", r->reciprocal);
+        if (r->beyond)
+            fprintf(out, "extrapolated  %zu beyond the data%s\n", r->beyond,
+                    r->invalid > r->below_horizon ? ", marked as not measured" : ", with the nearest value");
+        if (r->below_horizon) fprintf(out, "below horizon %zu, marked as not measured\n", r->below_horizon);
+        put_prediction("each sample predicted from the others", &r->near, out);
+        put_prediction("from the incidences on both sides, twice as far apart", &r->across, out);
+    }
+    put_notes(made->note, out);
+    return FF_OK;
+}
+
+ff_status ff_report_resample_json(const ff_report_head *head, const char *in, const char *out_path, const ff_format *to,
+                                  const ff_table *t, const ff_table *made, const ff_resample_report *r, FILE *out)
+{
+    ff_json j;
+    ff_json_begin(&j, out);
+    ff_json_object(&j, NULL, FF_JSON_BLOCK);
+    ff_report_head_json(&j, "facetfit.resample/1", head);
+    ff_json_string(&j, "from", in);
+    ff_json_string(&j, "from_format", t->format);
+    ff_json_integer(&j, "from_samples", (int64_t)t->n);
+    ff_json_string(&j, "to", out_path);
+    ff_json_string(&j, "to_format", to->name);
+    ff_json_integer(&j, "samples", (int64_t)r->n);
+    ff_json_bool(&j, "interpolated", !r->as_it_is);
+    ff_json_string(&j, "method", r->method);
+    ff_json_integer(&j, "at_sample", (int64_t)r->at_sample);
+    ff_json_integer(&j, "between", (int64_t)r->between);
+    ff_json_integer(&j, "reciprocal", (int64_t)r->reciprocal);
+    ff_json_integer(&j, "beyond", (int64_t)r->beyond);
+    ff_json_integer(&j, "below_horizon", (int64_t)r->below_horizon);
+    prediction_json(&j, "error_at_incidence", &r->near);
+    prediction_json(&j, "error_between_incidences", &r->across);
+    ff_json_integer(&j, "invalid", (int64_t)r->invalid);
+    ff_json_integer(&j, "negative_raised", (int64_t)r->raised);
+    notes_json(&j, made->note);
+    ff_json_close(&j);
+    ff_json_end(&j);
+    return FF_OK;
+}
