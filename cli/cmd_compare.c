@@ -172,9 +172,7 @@ static ff_status share_scale(cli_fitting *f, const ff_model *model, size_t n_mod
         for (size_t m = 0; m < n_models; ++m)
             if (model[m].lobe[0].ndf == ff_term_find(FF_NDF, flexible[k])) by = &model[m];
     for (size_t p = 0; p < f->n_problems; ++p) {
-        ff_fit_options o = f->options;
-        if (o.channels == FF_CHANNELS_EACH) o.channels = FF_CHANNELS_RGB, o.only_channel = (int)p;
-        const ff_status status = ff_problem_estimate_scale(f->problem[p], by, &o, err);
+        const ff_status status = cli_fitting_scale(f, p, by, err);
         if (status != FF_OK) return status;
     }
     return FF_OK;

@@ -163,14 +163,28 @@ static void begin_progress(const cli_fitting *f, const char *label, char *words,
     fflush(stderr);
 }
 
-ff_status cli_fitting_run(cli_fitting *f, size_t problem, const ff_model *m, const char *label, ff_fit_result *out, ff_error *err)
+/* The options of one problem: each alone has one channel. */
+static ff_fit_options options_of(const cli_fitting *f, size_t problem)
 {
-    char words[FF_MODEL_NAME + 64];
     ff_fit_options o = f->options;
     if (o.channels == FF_CHANNELS_EACH) {
         o.channels = FF_CHANNELS_RGB;
         o.only_channel = (int)problem;
     }
+    return o;
+}
+
+ff_status cli_fitting_scale(cli_fitting *f, size_t problem, const ff_model *m, ff_error *err)
+{
+    const ff_fit_options o = options_of(f, problem);
+    if (o.robust == FF_ROBUST_NONE || o.robust_scale > 0) return FF_OK;
+    return ff_problem_estimate_scale(f->problem[problem], m, &o, err);
+}
+
+ff_status cli_fitting_run(cli_fitting *f, size_t problem, const ff_model *m, const char *label, ff_fit_result *out, ff_error *err)
+{
+    char words[FF_MODEL_NAME + 64];
+    ff_fit_options o = options_of(f, problem);
     begin_progress(f, label, words, &o);
     ff_status status = ff_problem_fit(f->problem[problem], m, &o, out, err);
     if (f->progress) fputs("\r\033[K", stderr);

@@ -261,6 +261,8 @@ typedef struct cli_fitting {
  * them. Exit status; close only after EXIT_DONE. */
 int  cli_fitting_open(const cli_args *args, const ff_model *models, size_t n_models, int keep_samples, cli_fitting *out);
 void cli_fitting_close(cli_fitting *f);
+/* Where the scale of a robust loss is to be estimated: by m, for all fits to this problem. */
+ff_status cli_fitting_scale(cli_fitting *f, size_t problem, const ff_model *m, ff_error *err);
 /* One fit with its progress; `label` names it there. */
 ff_status cli_fitting_run(cli_fitting *f, size_t problem, const ff_model *m, const char *label, ff_fit_result *out, ff_error *err);
 /* --loss auto: every loss, and the choice among them, which the options have afterwards. The problem is `out`'s. */

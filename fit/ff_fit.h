@@ -263,7 +263,7 @@ ff_status ff_problem_estimate_scale(ff_problem *p, const ff_model *m, const ff_f
 /** Fits m to the samples of p. FF_ERR_UNKNOWN and others as ff_constraints_check. Options must be those p was made with, as far as
  * they concern the selection. FF_ERR_DATA (fewer residuals than parameters), FF_ERR_RANGE, FF_ERR_UNSUPPORTED (a shape the model
  * cannot take), FF_ERR_CANCELLED, FF_ERR_MEMORY. *out is written only on FF_OK; release it with ff_fit_result_free. */
-ff_status ff_problem_fit(ff_problem *p, const ff_model *m, const ff_fit_options *o, ff_fit_result *out, ff_error *err);
+ff_status ff_problem_fit(const ff_problem *p, const ff_model *m, const ff_fit_options *o, ff_fit_result *out, ff_error *err);
 void ff_fit_result_free(ff_fit_result *r);
 
 #ifdef __cplusplus

@@ -2,8 +2,9 @@
  * answer. */
 #include "model_samples.h"
 #include "ff_albedo.h"
+#include "fit/start/internal_start.h"
 #include "models/tools/internal_albedo.h"
-#include "fit/internal_fit.h"
+#include "pass_of.h"
 
 /* ---- one fit --------------------------------------------------------------------------------- */
 
@@ -361,7 +362,7 @@ static void folded_least_squares(void)
         ff_layout_tie(&whole, &ties);
         const ff_layout l = ff_layout_of_channels(&whole);
         ff_normal n;
-        FF_CHECK(ff_normal_new(&l, &n) == FF_OK && l.tied && l.P == (trial % 2 ? 6 : 7), "%zu coordinates", l.P);
+        FF_CHECK(ff_layout_normal(&l, &n) == FF_OK && l.tied && l.P == (trial % 2 ? 6 : 7), "%zu coordinates", l.P);
         for (size_t i = 0; i < 3; i++) { /* gram of four random columns */
             double column[4][6];
             for (int k = 0; k < 4; k++)
@@ -403,9 +404,9 @@ static void check_fold(const ff_layout *l, const ff_problem *p, const ff_fit_opt
     ff_normal n, folded;
     ff_pass pass;
     FF_CHECK(l->n_columns == COLUMNS && l->P == P, "%zu columns, %zu coordinates", l->n_columns, l->P);
-    FF_CHECK(ff_normal_new(l, &n) == FF_OK && ff_normal_new(l, &folded) == FF_OK, "memory");
+    FF_CHECK(ff_layout_normal(l, &n) == FF_OK && ff_layout_normal(l, &folded) == FF_OK, "memory");
     for (int k = 0; k < 2; k++) {
-        FF_CHECK(ff_layout_pass(l, p, o, shape, channel, &pass) == FF_OK, "pass");
+        FF_CHECK(pass_of(l, p, o, shape, channel, &pass) == FF_OK, "pass");
         pass.final = pass.errors = 1;
         FF_CHECK(ff_pass_run(&pass, 0, k ? &folded : &n) == FF_OK, "pass");
         ff_pass_free(&pass);
@@ -453,7 +454,7 @@ static void coordinates_of_tied_parameters(void)
     FF_CHECK(ff_constraints_apply(&c, FF_SHAPE_CORRELATED, &m, &ties, NULL) == FF_OK, "ties");
     FF_CHECK(ff_layout_init(&m, 3, FF_SHAPE_CORRELATED, 0, &l, NULL) == FF_OK, "layout");
     ff_layout_tie(&l, &ties);
-    FF_CHECK(l.n_columns == 6 + 3 * 3 && l.P == 4 + 1 + 3 && ff_normal_new(&l, &n) == FF_OK, "%zu coordinates of %zu columns", l.P,
+    FF_CHECK(l.n_columns == 6 + 3 * 3 && l.P == 4 + 1 + 3 && ff_layout_normal(&l, &n) == FF_OK, "%zu coordinates of %zu columns", l.P,
              l.n_columns);
     enum { P = 8 };
     double shape[FF_MAX_SHAPE], channel[FIT_CHANNELS * FF_MAX_CHANNEL_PARAMS], x[P], back[P], slope[P], g[P], H[P * P];
@@ -489,7 +490,7 @@ static void coordinates_of_tied_parameters(void)
             memcpy(at, x, sizeof at);
             at[k] += 1e-4 * (side - 1);
             ff_layout_unpack(&l, at, shape, channel);
-            FF_CHECK(ff_layout_pass(&l, p, &o, shape, channel, &pass) == FF_OK && ff_pass_run(&pass, 0, &n) == FF_OK, "pass");
+            FF_CHECK(pass_of(&l, p, &o, shape, channel, &pass) == FF_OK && ff_pass_run(&pass, 0, &n) == FF_OK, "pass");
             cost[side] = n.cost2;
             if (k == 0 && side == 1) {
                 ff_layout_slope(&l, shape, channel, slope);

@@ -2,6 +2,7 @@
  * of the objective and its normal equations for every loss, robust loss and weighting. The checkers are themselves shown wrong
  * derivatives. */
 #include "model_samples.h"
+#include "pass_of.h"
 
 #define TOLERANCE 1e-8 /* of the natural scale of a derivative */
 /* A difference whose own estimated error is above this says nothing about the analytic value. */
@@ -390,7 +391,7 @@ static void objective_make(const setting *g, size_t n_channels, size_t n, ff_los
     FF_CHECK(ff_problem_new(&b->t, &b->s.model, 1, &b->o, &b->p, &err) == FF_OK, "%s: %s", b->label, err.message);
     FF_CHECK(ff_layout_init(&b->s.model, n_channels, g->shape, g->mean_slope, &b->l, &err) == FF_OK, "%s: %s", b->label,
              err.message);
-    FF_CHECK(ff_normal_new(&b->l, &b->normal) == FF_OK, "%s", b->label);
+    FF_CHECK(ff_layout_normal(&b->l, &b->normal) == FF_OK, "%s", b->label);
     if (!b->p || b->l.P > MAX_COORDINATES) exit(1);
     b->weight = doubles(n);
     double sum = 0;
@@ -424,7 +425,7 @@ static void pass_at(objective *b, const double *x, int final)
 {
     const fit_surface s = surface_at(b, x);
     ff_pass pass;
-    ff_status st = ff_layout_pass(&b->l, b->p, &b->o, s.shape, s.channel, &pass);
+    ff_status st = pass_of(&b->l, b->p, &b->o, s.shape, s.channel, &pass);
     if (st) exit(1);
     pass.final = final;
     st = ff_pass_run(&pass, 0, &b->normal);

@@ -2,7 +2,7 @@
  * loss functions: what is expected is written as arithmetic on the cosines, the data and the one value that the model has
  * everywhere. */
 #include "fit_samples.h"
-#include "fit/internal_fit.h"
+#include "pass_of.h"
 
 static const double pi = 3.14159265358979323846;
 
@@ -68,8 +68,8 @@ static double objective(const ff_table *t, const ff_fit_options *o, double f, do
     double kd = pi * f, gram[1] = {0}, by_kd[1] = {NAN};
     ff_status st = ff_problem_new(t, &s.model, 1, o, &p, &err);
     if (!st) st = ff_layout_init(&s.model, 1, FF_SHAPE_ISOTROPIC, 0, &layout, &err);
-    if (!st) st = ff_normal_new(&layout, &normal);
-    if (!st) st = ff_layout_pass(&layout, p, o, s.shape, &kd, &pass);
+    if (!st) st = ff_layout_normal(&layout, &normal);
+    if (!st) st = pass_of(&layout, p, o, s.shape, &kd, &pass);
     if (!st) {
         st = ff_pass_run(&pass, 0, &normal);
         ff_pass_free(&pass);

@@ -16,60 +16,23 @@ void ff_influence_chunk_avx512(const ff_pass *pass, const ff_arrow *arrow, size_
                                const ff_influence_sums *sums);
 #endif
 
-/* X [n][m] = A^-1 B from the factor of A = D L L^T D; a zero in L or D gives 0. */
-static void solve_factored(const double *L, const double *D, size_t n, const double *B, size_t m, double *X)
-{
-    for (size_t j = 0; j < m; j++) {
-        for (size_t i = 0; i < n; i++) {
-            double v = D[i] > 0 ? B[i * m + j] / D[i] : 0;
-            for (size_t k = 0; k < i; k++) v -= L[i * n + k] * X[k * m + j];
-            X[i * m + j] = L[i * n + i] > 0 ? v / L[i * n + i] : 0;
-        }
-        for (size_t i = n; i-- > 0;) {
-            double v = X[i * m + j];
-            for (size_t k = i + 1; k < n; k++) v -= L[k * n + i] * X[k * m + j];
-            X[i * m + j] = L[i * n + i] > 0 ? v / L[i * n + i] : 0;
-        }
-        for (size_t i = 0; i < n; i++) X[i * m + j] = D[i] > 0 ? X[i * m + j] / D[i] : 0;
-    }
-}
-
-void ff_solve_symmetric(const double *A, size_t n, const double *B, size_t m, double *X)
-{
-    double L[FF_MAX_SHAPE * FF_MAX_SHAPE], D[FF_MAX_SHAPE];
-    ff_scaled_cholesky(A, n, 1e-14, L, D);
-    solve_factored(L, D, n, B, m, X);
-}
-
 /* ---- inverses of the blocks ------------------------------------------------------------------ */
 
+/* One piece of memory: the arrow, its numbers, its flags. */
 static ff_arrow *arrow_new(const ff_layout *l)
 {
     const size_t S = l->free.n_shape, K = l->free.n_channel, C = l->n_channels;
-    ff_arrow *a = calloc(1, sizeof *a);
+    const size_t sizes[] = {l->P, S * S, C * K * K, C * K * S, S * S, C * K * S, C * K * K, l->P};
+    size_t total = 0;
+    for (size_t i = 0; i < sizeof sizes / sizeof *sizes; i++) total += sizes[i];
+    ff_arrow *a = calloc(1, sizeof *a + total * sizeof(double) + l->P * sizeof(int));
     if (!a) return NULL;
     a->S = S, a->K = K, a->C = C, a->P = l->P;
-    const size_t sizes[] = {l->P, S * S, C * K * K, C * K * S, S * S, C * K * S, C * K * K, l->P};
-    double **const parts[] = {&a->scale, &a->inverse, &a->own, &a->follow, &a->shape, &a->cross, &a->block, &a->dof};
-    size_t total = 1;
-    for (size_t i = 0; i < sizeof sizes / sizeof *sizes; i++) total += sizes[i];
-    double *next = calloc(total, sizeof *next);
-    a->scale = next;
-    a->determined = calloc(l->P + 1, sizeof *a->determined);
-    if (!next || !a->determined) {
-        ff_arrow_free(a);
-        return NULL;
-    }
+    double **const parts[] = {&a->scale, &a->inverse, &a->own, &a->follow, &a->shape, &a->cross, &a->block, &a->dof},
+                   *next = (double *)(a + 1);
     for (size_t i = 0; i < sizeof sizes / sizeof *sizes; next += sizes[i++]) *parts[i] = next;
+    a->determined = (int *)next;
     return a;
-}
-
-void ff_arrow_free(ff_arrow *a)
-{
-    if (!a) return;
-    free(a->scale);
-    free(a->determined);
-    free(a);
 }
 
 /* A ridge of this size keeps inverses finite; a parameter whose variance it sets is not determined. As in covariance.c. */
@@ -89,7 +52,7 @@ static void invert(const double *A, size_t n, const size_t *index, size_t k, dou
     ff_scaled_cholesky(sub, k, 0, L, D);
     for (size_t i = 0; i < k; i++)
         if (!(L[i * k + i] > 0)) L[i * k + i] = sqrt(FF_RIDGE);
-    solve_factored(L, D, k, unit, k, X);
+    ff_factored_solve(L, D, k, unit, k, X);
     memset(inverse, 0, n * n * sizeof *inverse);
     for (size_t i = 0; i < k; i++)
         for (size_t j = 0; j < k; j++) inverse[index[i] * n + index[j]] = 0.5 * (X[i * k + j] + X[j * k + i]);
@@ -246,26 +209,6 @@ static ff_status influence_pass(const ff_pass *pass, const ff_arrow *arrow, doub
 
 /* ---- influences of clusters ------------------------------------------------------------------ */
 
-void ff_arrow_apply(const ff_arrow *a, const double *score, double *influence)
-{
-    const size_t S = a->S, K = a->K;
-    double left[FF_MAX_SHAPE];
-    for (size_t k = 0; k < S; k++) {
-        left[k] = score[k];
-        for (size_t q = 0; q < a->C * K; q++) left[k] -= a->follow[q * S + k] * score[S + q];
-    }
-    for (size_t k = 0; k < S; k++) {
-        influence[k] = 0;
-        for (size_t q = 0; q < S; q++) influence[k] += a->inverse[k * S + q] * left[q];
-    }
-    for (size_t k = 0; k < a->C * K; k++) {
-        double v = 0;
-        for (size_t q = 0; q < K; q++) v += a->own[k * K + q] * score[S + k / K * K + q];
-        for (size_t q = 0; q < S; q++) v -= a->follow[k * S + q] * influence[q];
-        influence[S + k] = v;
-    }
-}
-
 /* Adds factor times the products of an influence [P] to sums [products]. */
 static void add_products(const ff_arrow *a, const double *influence, double factor, double *sums)
 {
@@ -404,19 +347,18 @@ static ff_arrow *prepare(const ff_layout *l, const ff_normal *n, const int *at_b
         return a;
     }
     free(use);
-    ff_arrow_free(a);
+    free(a);
     return NULL;
 }
 
-static ff_status plain_pass(const ff_layout *l, const struct ff_problem *p, const ff_fit_options *o, const double *shape,
-                            const double *channel, ff_solution *solution)
+static ff_status plain_pass(const ff_plan *plan, ff_point *at)
 {
     ff_pass pass;
-    ff_status st = ff_normal_new(l, &solution->normal);
-    if (!st) st = ff_layout_pass(l, p, o, shape, channel, &pass);
+    ff_status st = ff_layout_normal(&plan->l, &at->normal);
+    if (!st) st = ff_plan_pass(plan, at->shape, at->channel, &pass);
     if (st) return st;
-    solution->passes++;
-    st = ff_pass_run(&pass, 1, &solution->normal);
+    at->passes++;
+    st = ff_pass_run(&pass, 1, &at->normal);
     ff_pass_free(&pass);
     return st;
 }
@@ -431,22 +373,22 @@ static ff_status make_room_for_scores(const struct ff_problem *p, ff_normal *n)
     return n->runs ? FF_OK : FF_ERR_MEMORY;
 }
 
-ff_status ff_arrow_finish(const ff_layout *l, const struct ff_problem *p, const ff_fit_options *o, const double *shape,
-                          const double *channel, const int *at_bound, ff_solution *solution)
+ff_status ff_arrow_finish(const ff_plan *plan, ff_point *at)
 {
-    ff_normal *n = &solution->normal;
-    ff_status st = n->gram ? FF_OK : plain_pass(l, p, o, shape, channel, solution);
+    const struct ff_problem *p = plan->p;
+    ff_normal *n = &at->normal;
+    ff_status st = n->gram ? FF_OK : plain_pass(plan, at);
     if (st) return st;
-    if (o->std_errors) {
-        solution->arrow = prepare(l, n, at_bound, p->n * l->n_channels, p->selection.weighting != FF_WEIGHT_SIGMA);
-        if (!solution->arrow || make_room_for_scores(p, n)) return FF_ERR_MEMORY;
+    if (plan->errors) {
+        at->arrow = prepare(&plan->l, n, at->at_bound, p->n * p->n_channels, p->selection.weighting != FF_WEIGHT_SIGMA);
+        if (!at->arrow || make_room_for_scores(p, n)) return FF_ERR_MEMORY;
     }
-    ff_arrow *a = solution->arrow;
+    ff_arrow *a = at->arrow;
     double *sums = malloc(all_sums(a) * sizeof *sums);
     ff_pass pass;
-    st = sums ? ff_layout_pass(l, p, o, shape, channel, &pass) : FF_ERR_MEMORY;
+    st = sums ? ff_plan_pass(plan, at->shape, at->channel, &pass) : FF_ERR_MEMORY;
     if (!st) {
-        solution->passes++;
+        at->passes++;
         st = influence_pass(&pass, a, n->runs, sums);
         ff_pass_free(&pass);
     }
@@ -459,7 +401,7 @@ ff_status ff_arrow_finish(const ff_layout *l, const struct ff_problem *p, const 
         st = ff_clusters_choose(p, n, p->n, &a->clusters);
         if (!st) st = fill_covariances(a, p, n, sums + FF_STAT_COUNT);
     }
-    solution->has_final = !st;
+    at->has_final = !st;
     free(sums);
     return st;
 }
@@ -477,9 +419,11 @@ static double slope_of(const ff_arrow *a, const ff_normal *n, size_t k)
 }
 
 /* Parameters on a bound, from an arrow of all parameters. */
-static ff_status one_sided(const ff_layout *l, const struct ff_problem *p, const ff_normal *n, const int *at_bound,
-                           const ff_clusters *clusters, ff_fit_result *r)
+static ff_status one_sided(const ff_plan *plan, const ff_point *at, ff_fit_result *r)
 {
+    const ff_layout *l = &plan->l;
+    const struct ff_problem *p = plan->p;
+    const ff_normal *n = &at->normal;
     const size_t P = l->P;
     ff_arrow *a = prepare(l, n, NULL, p->n * l->n_channels, p->selection.weighting != FF_WEIGHT_SIGMA);
     double *inverse = malloc((P + 1) * sizeof *inverse), *none = a ? calloc(products(a) + 1, sizeof *none) : NULL;
@@ -489,12 +433,12 @@ static ff_status one_sided(const ff_layout *l, const struct ff_problem *p, const
             (k < a->S ? a->shape[k * a->S + k] : a->block[(k - a->S) * a->K + (k - a->S) % a->K]) * a->scale[k] * a->scale[k];
     if (!st) {
         const size_t shortest = ff_run_length(p);
-        a->clusters = *clusters;
+        a->clusters = at->arrow->clusters;
         if (a->clusters.run < shortest && p->selection.weighting != FF_WEIGHT_SIGMA) a->clusters.run = shortest;
         st = fill_covariances(a, p, n, none);
     }
     for (size_t k = 0; k < P && !st; k++) {
-        if (!at_bound[k]) continue;
+        if (!at->at_bound[k]) continue;
         const double t = ff_student_quantile(0.9, a->dof[k]),
                      cov = k < a->S ? a->shape[k * a->S + k] : a->block[(k - a->S) * a->K + (k - a->S) % a->K];
         const int known = a->determined[k] && inverse[k] > 0;
@@ -503,42 +447,42 @@ static ff_status one_sided(const ff_layout *l, const struct ff_problem *p, const
     }
     free(none);
     free(inverse);
-    ff_arrow_free(a);
+    free(a);
     return st;
 }
 
-ff_status ff_arrow_intervals(const ff_layout *l, const struct ff_problem *p, const ff_normal *n, const int *at_bound,
-                             const ff_arrow *a, ff_fit_result *r)
+ff_status ff_arrow_intervals(const ff_plan *plan, const ff_point *at, ff_fit_result *r)
 {
+    const ff_layout *l = &plan->l;
     int any = 0;
     for (size_t k = 0; k < l->P; k++) {
         ff_fit_value *v = ff_result_value(l, r, k);
-        any |= at_bound[k];
+        any |= at->at_bound[k];
         if (isnan(v->std_error)) continue;
-        ff_interval_around(ff_layout_param(l, k, NULL)->info, ff_student_quantile(0.95, a->dof[k]) * v->std_error, FF_INTERVAL_WALD,
-                           v);
+        ff_interval_around(ff_layout_param(l, k, NULL)->info, ff_student_quantile(0.95, at->arrow->dof[k]) * v->std_error,
+                           FF_INTERVAL_WALD, v);
     }
-    return any ? one_sided(l, p, n, at_bound, &a->clusters, r) : FF_OK;
+    return any ? one_sided(plan, at, r) : FF_OK;
 }
 
 /* out = H x, scaled, of the parameters in use. */
-static void multiply_by_h(const ff_arrow *a, const ff_normal *n, const int *use, const double *x, double *out)
+static void multiply_by_h(const ff_arrow *a, const ff_normal *n, const int *at_bound, const double *x, double *out)
 {
     memset(out, 0, a->P * sizeof *out);
     for (size_t c = 0; c < a->C; c++)
         for (size_t i = 0; i < n->m1 - 1; i++)
             for (size_t j = 0; j < n->m1 - 1; j++) {
                 const size_t to = i < a->S ? i : i + c * a->K, from = j < a->S ? j : j + c * a->K;
-                if (use[to] && use[from]) out[to] += entry(a, n, c, i, j) * x[from];
+                if (!at_bound[to] && !at_bound[from]) out[to] += entry(a, n, c, i, j) * x[from];
             }
 }
 
 /* Largest eigenvalue of H, or of its inverse, by the power method from a vector without symmetry; work [2 P]. */
-static double largest_eigenvalue(const ff_arrow *a, const ff_normal *n, const int *use, int inverse, double *work)
+static double largest_eigenvalue(const ff_arrow *a, const ff_normal *n, const int *at_bound, int inverse, double *work)
 {
     enum { MOST = 3000 };
     double *x = work, *y = work + a->P, value = 0;
-    for (size_t k = 0; k < a->P; k++) x[k] = use[k] ? 1 + 0.5 * sin(1 + 2.4 * (double)k) : 0;
+    for (size_t k = 0; k < a->P; k++) x[k] = !at_bound[k] ? 1 + 0.5 * sin(1 + 2.4 * (double)k) : 0;
     for (int step = 0; step < MOST; step++) {
         double norm = 0, before = value;
         for (size_t k = 0; k < a->P; k++) norm += x[k] * x[k];
@@ -548,7 +492,7 @@ static double largest_eigenvalue(const ff_arrow *a, const ff_normal *n, const in
         if (inverse)
             ff_arrow_apply(a, x, y);
         else
-            multiply_by_h(a, n, use, x, y);
+            multiply_by_h(a, n, at_bound, x, y);
         value = 0;
         for (size_t k = 0; k < a->P; k++) value += x[k] * y[k];
         memcpy(x, y, a->P * sizeof *x);
@@ -557,13 +501,15 @@ static double largest_eigenvalue(const ff_arrow *a, const ff_normal *n, const in
     return value;
 }
 
-ff_status ff_arrow_condition(const ff_normal *n, const ff_arrow *a, const int *use, ff_fit_result *r)
+ff_status ff_arrow_condition(const ff_plan *plan, const ff_point *at, ff_fit_result *r)
 {
-    double *work = malloc((2 * a->P + 1) * sizeof *work);
+    const ff_arrow *a = at->arrow;
+    double *work = malloc((2 * plan->l.P + 1) * sizeof *work);
     size_t lost = 0;
     if (!work) return FF_ERR_MEMORY;
-    for (size_t k = 0; k < a->P; k++) lost += use[k] && !(a->determined[k]);
-    const double most = largest_eigenvalue(a, n, use, 0, work), least = largest_eigenvalue(a, n, use, 1, work);
+    for (size_t k = 0; k < a->P; k++) lost += at->at_bound[k] == 0 && !a->determined[k];
+    const double most = largest_eigenvalue(a, &at->normal, at->at_bound, 0, work),
+                 least = largest_eigenvalue(a, &at->normal, at->at_bound, 1, work);
     r->rank = a->used - lost;
     r->condition = a->used == 0 ? 1 : least < 1e12 ? sqrt(most * least) : INFINITY;
     free(work);

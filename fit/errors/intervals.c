@@ -1,7 +1,7 @@
 /* What the Jacobian at the optimum says of each parameter: its 95 % interval, and how well the parameters can be told from each
  * other. */
-#include "fit/internal_fit.h"
 #include "base/internal_statistics.h"
+#include "internal_errors.h"
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -34,45 +34,38 @@ void ff_interval_from_bound(const ff_param *info, double slope, double inverse, 
 }
 
 /* Parameters on a bound: the objective rises from there by its slope and, all others following, its curvature. */
-static ff_status fill_one_sided(const ff_layout *l, const struct ff_problem *p, const ff_normal *n, const int *at_bound,
-                                ff_fit_result *r)
+static ff_status fill_one_sided(const ff_plan *plan, const ff_point *at, ff_fit_result *r)
 {
+    const ff_layout *l = &plan->l;
     const size_t P = l->P;
-    ff_uncertainty u;
-    int *use = malloc((P + 1) * sizeof *use);
+    ff_uncertainty u = {0};
     double *H = malloc((P * P + P + 1) * sizeof *H), *g = H + P * P;
-    ff_status st = use && H ? FF_OK : FF_ERR_MEMORY;
-    for (size_t k = 0; k < P && !st; k++) use[k] = 1;
-    if (!st) st = ff_uncertainty_new(l, p, n, use, p->n, &u);
-    if (!st) {
-        ff_normal_assemble(l, n, NULL, H, g);
-        for (size_t k = 0; k < P; k++) {
-            const double inverse = u.inverse[k * P + k], cov = u.cov[k * P + k];
-            if (!at_bound[k]) continue;
-            const double t = ff_student_quantile(0.9, u.dof[k]);
-            ff_fit_value *v = ff_result_value(l, r, k);
-            ff_interval_from_bound(ff_layout_param(l, k, NULL)->info, g[k], u.determined[k] ? inverse : 0,
-                                   0.5 * t * t * (u.determined[k] && inverse > 0 ? cov / inverse : INFINITY), v);
-        }
-        ff_uncertainty_free(&u);
+    const ff_status st = H ? ff_uncertainty_of_all(plan, at, &u) : FF_ERR_MEMORY;
+    if (!st) ff_normal_assemble(l, &at->normal, NULL, H, g);
+    for (size_t k = 0; k < P && !st; k++) {
+        const double inverse = u.inverse[k * P + k], cov = u.cov[k * P + k];
+        if (!at->at_bound[k]) continue;
+        const double t = ff_student_quantile(0.9, u.dof[k]);
+        ff_interval_from_bound(ff_layout_param(l, k, NULL)->info, g[k], u.determined[k] ? inverse : 0,
+                               0.5 * t * t * (u.determined[k] && inverse > 0 ? cov / inverse : INFINITY), ff_result_value(l, r, k));
     }
-    free(use);
+    ff_uncertainty_free(&u);
     free(H);
     return st;
 }
 
-ff_status ff_intervals_fill(const ff_layout *l, const struct ff_problem *p, const ff_normal *n, const int *at_bound,
-                            const ff_uncertainty *u, ff_fit_result *r)
+ff_status ff_intervals_fill(const ff_plan *plan, const ff_point *at, const ff_uncertainty *u, ff_fit_result *r)
 {
+    const ff_layout *l = &plan->l;
     int any = 0;
     for (size_t k = 0; k < l->P; k++) {
         ff_fit_value *v = ff_result_value(l, r, k);
-        any |= at_bound[k];
+        any |= at->at_bound[k];
         if (isnan(v->std_error)) continue;
         ff_interval_around(ff_layout_param(l, k, NULL)->info, ff_student_quantile(0.95, u->dof[k]) * v->std_error, FF_INTERVAL_WALD,
                            v);
     }
-    return any ? fill_one_sided(l, p, n, at_bound, r) : FF_OK;
+    return any ? fill_one_sided(plan, at, r) : FF_OK;
 }
 
 /* ---- what can be told apart ------------------------------------------------------------------ */
@@ -105,9 +98,9 @@ static void name_flat_direction(const ff_layout *l, const struct ff_problem *p, 
                    1 / sqrt(fmax(value, 1e-30)));
 }
 
-ff_status ff_condition_fill(const ff_layout *l, const struct ff_problem *p, const ff_normal *normal, const int *use,
-                            ff_fit_result *r)
+ff_status ff_condition_fill(const ff_plan *plan, const ff_point *at, ff_fit_result *r)
 {
+    const ff_layout *l = &plan->l;
     const size_t P = l->P;
     double *work = malloc((3 * P * P + 2 * P + 1) * sizeof *work), *H = work, *A = H + P * P, *V = A + P * P, *g = V + P * P,
            *w = g + P;
@@ -117,20 +110,20 @@ ff_status ff_condition_fill(const ff_layout *l, const struct ff_problem *p, cons
         free(index);
         return FF_ERR_MEMORY;
     }
-    ff_normal_assemble(l, normal, NULL, H, g);
+    ff_normal_assemble(l, &at->normal, NULL, H, g);
     for (size_t k = 0; k < P; k++)
-        if (use[k]) index[n++] = k;
+        if (at->at_bound[k] == 0) index[n++] = k;
     for (size_t i = 0; i < n; i++)
         for (size_t j = 0; j < n; j++) {
             const double scale = sqrt(H[index[i] * P + index[i]]) * sqrt(H[index[j] * P + index[j]]);
             A[i * n + j] = scale > 0 ? H[index[i] * P + index[j]] / scale : 0;
         }
-    ff_symmetric_eigen(A, n, w, V);
+    const ff_status st = ff_symmetric_eigen(A, n, w, V);
     r->rank = 0;
-    for (size_t i = 0; i < n; i++) r->rank += w[i] > FF_NOTHING;
-    r->condition = n == 0 ? 1 : w[0] > FF_NOTHING ? sqrt(w[n - 1] / w[0]) : INFINITY;
-    if (n > 1 && w[0] < FF_FLAT) name_flat_direction(l, p, index, V, n, w[0], r);
+    for (size_t i = 0; i < n && !st; i++) r->rank += w[i] > FF_NOTHING;
+    r->condition = n == 0 ? 1 : !st && w[0] > FF_NOTHING ? sqrt(w[n - 1] / w[0]) : INFINITY;
+    if (!st && n > 1 && w[0] < FF_FLAT) name_flat_direction(l, plan->p, index, V, n, w[0], r);
     free(work);
     free(index);
-    return FF_OK;
+    return st;
 }

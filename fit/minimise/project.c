@@ -18,21 +18,19 @@
  * against its bound is held there, and let go when the gradient pulls it inside; a step of the solver that leaves the box ends on
  * its wall, which saves the line searches that bounds would cost. Converged is the same as in solve.c: the Newton decrement, here
  * the sum of what the channels gain by themselves and what the shape gains with the channels following. */
-#include "fit/errors/internal_arrow.h"
 #include "fit/pass/internal_loss.h"
-#include "internal_solve.h"
+#include "internal_minimise.h"
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
 typedef struct solver {
-    const ff_layout *l;
-    const struct ff_problem *p;
-    const ff_fit_options *o;
-    int parallel, passes, iterations;
+    const ff_plan *plan;
+    const ff_layout *l; /* the plan's                                                     */
+    const ff_effort *effort;
+    ff_point *at; /* its parameters are those of the last pass                      */
+    int passes, iterations;
     size_t S, K, tri; /* coordinates of the shape, of a channel; doubles of a channel's gram */
-    double shape[FF_MAX_SHAPE];
-    double *channel; /* [n_channels][n_channel]                                         */
     double *lower, *upper, *slope;
     /* The last pass: where it was made [P], and what it left. have_last: it has not failed. */
     double *x;
@@ -47,7 +45,6 @@ typedef struct solver {
     double explained; /* of the moving shape with the channels following                */
     double work[2 * FF_MAX_SHAPE * FF_MAX_SHAPE + FF_MAX_SHAPE];
     size_t moving[FF_MAX_SHAPE], n_moving;
-    double tolerance;
     double damping;   /* of the channels' steps; 0 where exact                          */
     double moved;     /* length of the last step, relative to that of the point         */
     int exact;        /* 1: the objective of the channels with the shape at rest is quadratic, or below its quadratic model */
@@ -61,12 +58,12 @@ static ff_status pass_here(solver *s)
 {
     const ff_layout *l = s->l;
     ff_pass pass;
-    if (ff_fit_cancelled(s->o)) return FF_ERR_CANCELLED;
-    ff_layout_unpack(l, s->x, s->shape, s->channel);
-    ff_status st = ff_layout_pass(l, s->p, s->o, s->shape, s->channel, &pass);
+    if (ff_plan_cancelled(s->plan)) return FF_ERR_CANCELLED;
+    ff_layout_unpack(l, s->x, s->at->shape, s->at->channel);
+    ff_status st = ff_plan_pass(s->plan, s->at->shape, s->at->channel, &pass);
     if (st) return st;
     s->passes++;
-    st = ff_pass_run(&pass, s->parallel, &s->normal);
+    st = ff_pass_run(&pass, s->effort->parallel, &s->normal);
     ff_pass_free(&pass);
     s->have_last = !st;
     return st;
@@ -129,7 +126,7 @@ static double stepped(const solver *s, size_t k, double step)
 static void scale_grams(solver *s)
 {
     const size_t S = s->S, K = s->K;
-    ff_layout_slope(s->l, s->shape, s->channel, s->slope);
+    ff_layout_slope(s->l, s->at->shape, s->at->channel, s->slope);
     for (size_t c = 0; c < s->l->n_channels; c++) {
         const double *from = s->at_base.gram + c * s->tri;
         double *to = s->gram + c * s->tri;
@@ -267,14 +264,19 @@ static ff_status evaluate(void *context, const double *x, double *residual, doub
     return FF_OK;
 }
 
+static void tell(const solver *s, int iteration, double cost)
+{
+    if (s->plan->progress && s->effort->parallel) s->plan->progress(s->plan->progress_context, iteration, cost);
+}
+
 static int iterated(void *context, int iteration, double cost)
 {
     solver *s = context;
-    if (s->o->progress && s->parallel) s->o->progress(s->o->progress_context, s->iterations + iteration, cost);
-    if (ff_fit_cancelled(s->o)) return -1;
+    tell(s, s->iterations + iteration, cost);
+    if (ff_plan_cancelled(s->plan)) return -1;
     if (s->at_wall) return 1;
     const int here = fabs(0.5 * s->at_base.cost2 - cost) <= 1e-12 * cost;
-    return here && s->explained + s->gain <= s->tolerance * s->at_base.cost2;
+    return here && s->explained + s->gain <= s->effort->tolerance * s->at_base.cost2;
 }
 
 /* ---- moves ----------------------------------------------------------------------------------- */
@@ -294,8 +296,8 @@ static ff_status run_solver(solver *s, int max_iterations, ff_outcome *outcome, 
                                       .iterated = iterated,
                                       .context = s,
                                       .max_iterations = max_iterations,
-                                      .function_tolerance = s->tolerance,
-                                      .parameter_tolerance = sqrt(s->tolerance) * 1e-2};
+                                      .function_tolerance = s->effort->tolerance,
+                                      .parameter_tolerance = sqrt(s->effort->tolerance) * 1e-2};
     ff_ceres_summary summary;
     s->status = FF_OK;
     const ff_status st = ff_ceres_solve(&problem, x, &summary, err);
@@ -311,7 +313,7 @@ static ff_status settle_channels(solver *s, int max_iterations, ff_outcome *outc
 {
     double t[FF_MAX_SHAPE];
     memcpy(t, s->base, s->S * sizeof *t);
-    for (int step = 0; s->gain > s->tolerance * s->at_base.cost2; step++) {
+    for (int step = 0; s->gain > s->effort->tolerance * s->at_base.cost2; step++) {
         const double before = s->at_base.cost2;
         if (step >= max_iterations || s->damping > 1e12) {
             *outcome = step >= max_iterations ? FF_LIMIT : FF_STALLED;
@@ -321,10 +323,10 @@ static ff_status settle_channels(solver *s, int max_iterations, ff_outcome *outc
         if (st && st != FF_ERR_INTERNAL) return st; /* a sum that is not finite is a step too far */
         s->iterations++;
         const int lower = !st && s->normal.cost2 < before;
-        const int over = s->exact || s->moved <= 1e-2 * sqrt(s->tolerance); /* what is left is rounding */
+        const int over = s->exact || s->moved <= 1e-2 * sqrt(s->effort->tolerance); /* what is left is rounding */
         if (lower) make_base(s);
-        if (s->o->progress && s->parallel) s->o->progress(s->o->progress_context, s->iterations, 0.5 * s->at_base.cost2);
-        if (lower ? s->at_base.cost2 >= before * (1 - s->tolerance) : over) break;
+        tell(s, s->iterations, 0.5 * s->at_base.cost2);
+        if (lower ? s->at_base.cost2 >= before * (1 - s->effort->tolerance) : over) break;
     }
     return FF_OK;
 }
@@ -383,78 +385,78 @@ static void solver_free(solver *s)
     ff_normal_free(&s->normal);
     ff_normal_free(&s->at_base);
     free(s->x);
-    free(s->channel);
     free(s);
 }
 
-static solver *solver_new(const ff_layout *l, const struct ff_problem *p, const ff_fit_options *o, int parallel)
+static solver *solver_new(const ff_plan *plan, const ff_effort *effort, ff_point *at)
 {
+    const ff_layout *l = &plan->l;
     const size_t P = l->P, C = l->n_channels;
     solver *s = calloc(1, sizeof *s);
     if (!s) return NULL;
-    s->l = l, s->p = p, s->o = o, s->parallel = parallel;
+    s->plan = plan, s->l = l, s->effort = effort, s->at = at;
     s->S = l->free.n_shape, s->K = l->free.n_channel;
     const size_t m1 = s->S + s->K + 1;
     s->tri = m1 * (m1 + 1) / 2;
-    s->exact = l->linear && !l->scaled && (p->surrogate || !ff_loss_is_curved(p->loss));
+    s->exact = l->linear && !l->scaled && (plan->p->surrogate || !ff_loss_is_curved(plan->p->loss));
     s->x = calloc(5 * P + C * s->tri + 1, sizeof *s->x);
-    s->channel = calloc(C * l->m->n_channel + 1, sizeof *s->channel);
-    if (!s->x || !s->channel || ff_normal_new(l, &s->normal) || ff_normal_new(l, &s->at_base)) {
+    if (!s->x || ff_layout_normal(l, &s->normal) || ff_layout_normal(l, &s->at_base)) {
         solver_free(s);
         return NULL;
     }
     double **const vectors[] = {&s->lower, &s->upper, &s->slope, &s->base}, *next = s->x + P;
     for (size_t k = 0; k < sizeof vectors / sizeof *vectors; k++, next += P) *vectors[k] = next;
     s->gram = next;
-    ff_solve_bounds(l, s->lower, s->upper);
+    ff_layout_bounds(l, s->lower, s->upper);
+    ff_layout_pack(l, at->shape, at->channel, s->x);
+    for (size_t k = 0; k < P; k++) s->x[k] = fmin(fmax(s->x[k], s->lower[k]), s->upper[k]);
     return s;
 }
 
 /* From s->x to the optimum. */
-static ff_status minimise(solver *s, int max_iterations, ff_outcome *outcome, ff_error *err)
+static ff_status minimise(solver *s, ff_error *err)
 {
+    const int most = s->effort->max_iterations;
     int held[FF_MAX_SHAPE] = {0}, releases[FF_MAX_SHAPE] = {0}, more;
+    ff_outcome outcome = FF_CONVERGED;
     ff_status st = pass_here(s);
     if (st) return st;
     make_base(s);
     update_held(s, held, releases);
     do {
         const double before = s->at_base.cost2;
-        const int left = max_iterations - s->iterations;
-        st = solve_moving(s, held, left > 0 ? left : 0, outcome, err);
+        const int left = most - s->iterations;
+        st = solve_moving(s, held, left > 0 ? left : 0, &outcome, err);
         /* the solver also ends when its steps are small, which says nothing of the channels */
-        more = !st && s->explained + s->gain > s->tolerance * s->at_base.cost2 && s->at_base.cost2 < before * (1 - s->tolerance);
+        more = !st && s->explained + s->gain > s->effort->tolerance * s->at_base.cost2 &&
+               s->at_base.cost2 < before * (1 - s->effort->tolerance);
         if (!st) more |= update_held(s, held, releases);
-    } while (!st && *outcome == FF_CONVERGED && s->iterations < max_iterations && more);
+    } while (!st && outcome == FF_CONVERGED && s->iterations < most && more);
+    s->at->outcome = outcome;
     return st;
 }
 
-ff_status ff_solve_projected(const ff_layout *l, const struct ff_problem *p, const ff_fit_options *o, int parallel, int keep,
-                             double tolerance, int max_iterations, double *shape, double *channel, int *at_bound, ff_solution *out,
-                             ff_error *err)
+/* What the point is told of its new place. */
+static void arrive(solver *s)
 {
-    solver *s = solver_new(l, p, o, parallel);
+    ff_point *at = s->at;
+    ff_layout_unpack(s->l, s->base, at->shape, at->channel);
+    for (size_t k = 0; k < s->l->P; k++) at->at_bound[k] = bound_of(s, k);
+    at->iterations += s->iterations;
+    at->passes += s->passes;
+    at->cost2 = s->at_base.cost2;
+    if (!s->effort->speculate) return;
+    at->normal = s->at_base; /* the sums that the uncertainty starts from */
+    s->at_base = (ff_normal){0};
+}
+
+ff_status ff_solve_projected(const ff_plan *plan, const ff_effort *effort, ff_point *at, ff_error *err)
+{
+    solver *s = solver_new(plan, effort, at);
     if (!s) return ff_error_set(err, FF_ERR_MEMORY, NULL, 0, -1, "out of memory");
-    ff_outcome outcome = FF_CONVERGED;
-    s->tolerance = tolerance;
-    memcpy(s->shape, shape, l->m->n_shape * sizeof *shape);
-    memcpy(s->channel, channel, l->n_channels * l->m->n_channel * sizeof *channel);
-    ff_layout_pack(l, shape, channel, s->x);
-    for (size_t k = 0; k < l->P; k++) s->x[k] = fmin(fmax(s->x[k], s->lower[k]), s->upper[k]);
-    const ff_status st = minimise(s, max_iterations, &outcome, err);
-    if (st == FF_ERR_CANCELLED)
-        ff_error_set(err, st, NULL, 0, -1, "cancelled");
-    else if (st)
-        ff_error_set(err, st, NULL, 0, -1, "a pass over the samples failed: %s", ff_status_str(st));
-    if (!st) {
-        ff_layout_unpack(l, s->base, shape, channel);
-        for (size_t k = 0; k < l->P; k++) at_bound[k] = bound_of(s, k);
-        *out = (ff_solution){.outcome = outcome, .iterations = s->iterations, .passes = s->passes, .cost2 = s->at_base.cost2};
-        if (keep) { /* the sums that the uncertainty starts from */
-            out->normal = s->at_base;
-            s->at_base = (ff_normal){0};
-        }
-    }
+    const ff_status st = minimise(s, err);
+    (void)ff_solve_failed(st, err);
+    if (!st) arrive(s);
     solver_free(s);
     return st;
 }

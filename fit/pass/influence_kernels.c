@@ -1,8 +1,8 @@
 /* One pass over a range of blocks that sums what the uncertainty of many channels is made of: internal_arrow.h has the formulas.
  * Compiled once per instruction set. The scores of a block are kept, since the influences on the channels need those on the
  * shape, and these all channels. */
-#include "fit/errors/internal_arrow.h"
 #include "internal_block.h"
+#include "internal_influence.h"
 
 typedef struct __attribute__((aligned(64))) block_scratch {
     ff_block model;

@@ -2,7 +2,7 @@
  * instruction set. */
 #ifndef FF_INTERNAL_BLOCK_H
 #define FF_INTERNAL_BLOCK_H
-#include "fit/internal_fit.h"
+#include "internal_pass.h"
 #include "internal_loss.h"
 #include "base/internal_vector_math.h"
 

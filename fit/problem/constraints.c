@@ -1,5 +1,5 @@
 /* What the caller knows of the parameters, by name, in terms of a model: bounds, and which parameters are equal. */
-#include "fit/internal_fit.h"
+#include "internal_problem.h"
 #include <math.h>
 #include <string.h>
 

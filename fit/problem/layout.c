@@ -1,5 +1,5 @@
 /* Which parameters are free, and the coordinates they are searched in. */
-#include "fit/internal_fit.h"
+#include "internal_problem.h"
 #include <math.h>
 #include <string.h>
 
@@ -240,19 +240,16 @@ void ff_layout_defaults(const ff_layout *l, double *shape, double *channel)
     if (l->tied) ff_layout_project(l, shape, channel);
 }
 
-ff_status ff_layout_pass(const ff_layout *l, const struct ff_problem *p, const ff_fit_options *o, const double *shape,
-                         const double *channel, ff_pass *pass)
+ff_status ff_layout_normal(const ff_layout *l, ff_normal *out)
 {
-    pass->p = p;
-    pass->robust = p->surrogate ? FF_ROBUST_NONE : o->robust;
-    pass->robust_scale = o->robust_scale > 0 ? o->robust_scale : ff_robust_tuning(o->robust);
-    pass->final = 0;
-    pass->errors = o->std_errors;
-    return ff_prepare(l->m, ff_kernels_get(p->isa), l->mode, l->n_channels, shape, channel, &l->free, p->tan2_lo, p->tan2_hi,
-                      &pass->prepared);
+    return ff_normal_new(l->free.n_shape, l->free.n_channel, l->n_channels, l->arrow, out);
 }
 
-void ff_pass_free(ff_pass *pass)
+void ff_layout_bounds(const ff_layout *l, double *lower, double *upper)
 {
-    ff_prepared_free(&pass->prepared);
+    for (size_t k = 0; k < l->P; k++) {
+        const ff_model_param *p = ff_layout_param(l, k, NULL);
+        lower[k] = ff_coordinate(p->info, p->lo);
+        upper[k] = ff_coordinate(p->info, p->hi);
+    }
 }

@@ -1,6 +1,6 @@
 /* Options of a fit: names as on the command line, defaults, ranges. */
 #include "ff_fit.h"
-#include "fit/internal_fit.h"
+#include "internal_problem.h"
 #include <math.h>
 #include <string.h>
 

@@ -1,6 +1,6 @@
 /* From a table to blocks of planes: which samples are used, their weights and targets, and the geometry that no parameter changes.
  */
-#include "fit/internal_fit.h"
+#include "internal_problem.h"
 #include "fit/pass/internal_loss.h"
 #include "base/internal_order.h"
 #include <math.h>

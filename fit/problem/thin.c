@@ -1,6 +1,6 @@
 /* Fewer samples that stand for all: for the search of a start and for the way to the optimum. */
 #define _GNU_SOURCE /* madvise */
-#include "fit/internal_fit.h"
+#include "internal_problem.h"
 #include "fit/pass/internal_loss.h"
 #include <stdlib.h>
 #include <string.h>

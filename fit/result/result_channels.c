@@ -76,9 +76,10 @@ static void channel_errors(const ff_layout *l, const ff_arrow *a, size_t c, ff_f
     }
 }
 
-ff_status ff_result_channel_errors(const ff_layout *l, const struct ff_problem *p, const ff_normal *n, const int *at_bound,
-                                   const ff_arrow *a, ff_fit_result *r)
+ff_status ff_result_channel_errors(const ff_plan *plan, const ff_point *at, ff_fit_result *r)
 {
+    const ff_layout *l = &plan->l;
+    const ff_arrow *a = at->arrow;
     shape_errors(l, a, r);
     r->correlation = calloc(r->n_columns * r->n_columns + 1, sizeof *r->correlation);
     r->channel_correlation =
@@ -89,11 +90,8 @@ ff_status ff_result_channel_errors(const ff_layout *l, const struct ff_problem *
     r->effective_samples = a->effective;
     r->correlated_over = a->clusters.run;
     r->correlation_settled = a->clusters.settled;
-    int *use = malloc((l->P + 1) * sizeof *use);
-    for (size_t k = 0; k < l->P && use; k++) use[k] = at_bound[k] == 0;
-    ff_status st = use ? ff_arrow_intervals(l, p, n, at_bound, a, r) : FF_ERR_MEMORY;
-    if (!st) st = ff_arrow_condition(n, a, use, r);
-    free(use);
+    ff_status st = ff_arrow_intervals(plan, at, r);
+    if (!st) st = ff_arrow_condition(plan, at, r);
     ff_result_copy_tied(l, r);
     return st;
 }

@@ -1,5 +1,5 @@
 /* The order of lobes of one kind. */
-#include "fit/internal_fit.h"
+#include "internal_problem.h"
 #include <math.h>
 #include <string.h>
 
@@ -122,25 +122,25 @@ static int is_symmetric(const ff_layout *l, uint32_t a, uint32_t b)
            shared_alike(l, x->channel0, y->channel0, n_channel);
 }
 
-int ff_layout_exchangeable(const ff_layout *l, uint32_t a, uint32_t b)
+int ff_plan_exchangeable(const ff_plan *plan, uint32_t a, uint32_t b)
 {
-    return same_kind(l->m, a, b) && !ff_extras_tell_apart(l, a, b) && is_symmetric(l, a, b);
+    return same_kind(plan->l.m, a, b) && !ff_penalties_tell_apart(plan, a, b) && is_symmetric(&plan->l, a, b);
 }
 
 /* Would the parameters be nearer to their priors with the lobes exchanged? */
-static int nearer_priors(const ff_layout *l, uint32_t a, uint32_t b, double *shape, double *channel)
+static int nearer_priors(const ff_plan *plan, uint32_t a, uint32_t b, double *shape, double *channel)
 {
-    const double before = ff_extras_mismatch(l, shape, channel);
-    exchange(l->m, a, b, l->n_channels, shape, channel);
-    const double after = ff_extras_mismatch(l, shape, channel);
-    exchange(l->m, a, b, l->n_channels, shape, channel);
+    const double before = ff_penalties_mismatch(plan, shape, channel);
+    exchange(plan->l.m, a, b, plan->l.n_channels, shape, channel);
+    const double after = ff_penalties_mismatch(plan, shape, channel);
+    exchange(plan->l.m, a, b, plan->l.n_channels, shape, channel);
     return after < before;
 }
 
 /* ---- the order ------------------------------------------------------------------------------- */
 
-/* Exchanges lobes of one kind; l NULL: whatever was said of their parameters. Where priors say which is which, they decide. */
-static int order(const ff_model *m, const ff_layout *l, size_t n_channels, double *shape, double *channel)
+/* Exchanges lobes of one kind; plan NULL: whatever was said of their parameters. Where priors say which is which, they decide. */
+static int order(const ff_model *m, const ff_plan *plan, size_t n_channels, double *shape, double *channel)
 {
     double weight[FF_MAX_LOBES];
     int moved = 0;
@@ -148,10 +148,10 @@ static int order(const ff_model *m, const ff_layout *l, size_t n_channels, doubl
     for (uint32_t pass = 1; pass < m->n_lobes; pass++)
         for (uint32_t a = 0; a < m->n_lobes; a++)
             for (uint32_t b = a + 1; b < m->n_lobes; b++) {
-                const int named = l && ff_extras_tell_apart(l, a, b);
-                if (!same_kind(m, a, b) || (l && !is_symmetric(l, a, b))) continue;
+                const int named = plan && ff_penalties_tell_apart(plan, a, b);
+                if (!same_kind(m, a, b) || (plan && !is_symmetric(&plan->l, a, b))) continue;
                 if (!named && order_key(m, a, shape) <= order_key(m, b, shape)) continue;
-                if (named && (ff_model_group(m, a) == ff_model_group(m, b) || !nearer_priors(l, a, b, shape, channel))) continue;
+                if (named && (ff_model_group(m, a) == ff_model_group(m, b) || !nearer_priors(plan, a, b, shape, channel))) continue;
                 exchange(m, a, b, n_channels, shape, channel);
                 if (ff_model_group(m, a) == ff_model_group(m, b)) swap(&weight[a], &weight[b], 1);
                 moved = 1;
@@ -165,7 +165,7 @@ int ff_lobes_order(const ff_model *m, size_t n_channels, double *shape, double *
     return order(m, NULL, n_channels, shape, channel);
 }
 
-int ff_layout_order(const ff_layout *l, double *shape, double *channel)
+int ff_plan_order(const ff_plan *plan, double *shape, double *channel)
 {
-    return order(l->m, l, l->n_channels, shape, channel);
+    return order(plan->l.m, plan, plan->l.n_channels, shape, channel);
 }

@@ -2,7 +2,7 @@
  * coordinate added up, and unknowns that all channels share. Those and the others are solved for in turn: for given shared ones the
  * channels fall apart into small bounded problems, for given own ones the shared are one more. The sum is convex and its bounds are
  * a box, so that the turns lead to the minimum. */
-#include "fit/internal_fit.h"
+#include "internal_start.h"
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>

@@ -1,6 +1,5 @@
 /* Where samples lie: the groups that are resampled together, and bands of angles. */
-#include "ff_trust.h"
-#include "fit/internal_fit.h"
+#include "internal_trust.h"
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>

@@ -1,5 +1,5 @@
 /* The same samples with other weights: copies of a problem that share everything but the multipliers. */
-#include "fit/trust/internal_trust.h"
+#include "internal_trust.h"
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -32,10 +32,4 @@ void ff_resampled_weigh(const ff_resampled *r, int worker, const ff_places *plac
 {
     float *to = r->multiplier + (size_t)worker * r->problem->n_blocks * FF_BLOCK;
     for (size_t i = 0; i < places->n; i++) to[i] = (float)sqrt(weight[places->group[i]]);
-}
-
-ff_status ff_trust_ended(ff_status st, const char *what, ff_error *err)
-{
-    if (st == FF_ERR_CANCELLED) return ff_error_set(err, st, NULL, 0, -1, "cancelled");
-    return ff_error_set(err, st, NULL, 0, -1, "%s ended early: %s", what, ff_status_str(st));
 }

@@ -5,7 +5,7 @@
  * deviation, 1.4826 times the median of |r| (Hampel 1974); between the bins it is interpolated. The fit and the scale improve each
  * other in turn. */
 #include "fit/pass/internal_loss.h"
-#include "internal_trust.h"
+#include "internal_stages.h"
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -137,11 +137,29 @@ static void forget_units(struct ff_problem *p)
     }
 }
 
+/* Model and residual of every value where the fit has ended. */
+static ff_status values_at(const struct ff_problem *p, const ff_fit_options *o, const ff_fit_result *fit, double *model,
+                           double *residual, ff_error *err)
+{
+    ff_fit_options plain = *o; /* the residuals are those before any robust loss */
+    ff_plan plan;
+    ff_point at;
+    plain.robust = FF_ROBUST_NONE;
+    ff_status st = ff_plan_of_result(p, &plain, fit, &plan, err);
+    if (st) return st;
+    st = ff_point_of_result(&plan, fit, &at);
+    if (!st) {
+        st = ff_point_evaluate(&plan, &at, 1, model, residual, NULL);
+        ff_point_free(&at);
+    }
+    return st ? ff_error_set(err, st, NULL, 0, -1, "out of memory") : FF_OK;
+}
+
 /* One round: the scale about the fit, which the fit then follows. */
 static ff_status improve(struct ff_problem *p, const ff_fit_options *o, const ff_fit_result *fit, double *model, double *residual,
                          value *values, size_t most, double *change, ff_error *err)
 {
-    ff_status st = ff_trust_evaluate(p, o, fit, model, residual, NULL, err);
+    ff_status st = values_at(p, o, fit, model, residual, err);
     if (st) return st;
     const size_t n = gather_values(p, model, residual, most, values);
     if (n == 0) return ff_error_set(err, FF_ERR_DATA, NULL, 0, -1, "no value is left to estimate the scale of the residuals from");
@@ -162,7 +180,7 @@ static ff_status refit(struct ff_problem *p, const ff_model *m, const ff_fit_opt
     for (size_t k = 0; k < size; k++) channel[k] = from->channel_value[k].value;
     again.start_shape = shape;
     again.start_channel = channel;
-    const ff_status st = ff_problem_fit(p, m, &again, out, err);
+    const ff_status st = ff_fit_run(p, m, &again, out, err);
     free(channel);
     return st;
 }
@@ -178,7 +196,7 @@ ff_status ff_problem_estimate_scale(ff_problem *p, const ff_model *m, const ff_f
     robust.robust = FF_ROBUST_HUBER; /* convex: it has no minimum of its own to be caught in */
     robust.robust_scale = 0;
     forget_units(p);
-    ff_status st = ff_problem_fit(p, m, &plain, &fit, err);
+    ff_status st = ff_fit_run(p, m, &plain, &fit, err);
     if (st) return st;
     double *model = malloc(2 * all * sizeof *model), *residual = model + all, change = 1;
     value *values = malloc((MOST_VALUES + 1) * sizeof *values);
@@ -195,5 +213,39 @@ ff_status ff_problem_estimate_scale(ff_problem *p, const ff_model *m, const ff_f
     free(model);
     free(values);
     if (st) forget_units(p);
+    return st;
+}
+
+/* ---- a fit ----------------------------------------------------------------------------------- */
+
+/* A problem and its smaller ones with units of their own: everything else is shared. */
+typedef struct scaled {
+    struct ff_problem all, thin, thin_linear, middle;
+} scaled;
+
+static void share(const struct ff_problem *p, scaled *s)
+{
+    s->all = *p;
+    s->thin = *p->thin;
+    s->all.thin = s->all.thin_linear = &s->thin;
+    if (p->thin_linear != p->thin) {
+        s->thin_linear = *p->thin_linear;
+        s->all.thin_linear = &s->thin_linear;
+    }
+    if (!p->middle) return;
+    s->middle = *p->middle;
+    s->all.middle = &s->middle;
+}
+
+ff_status ff_problem_fit(const ff_problem *p, const ff_model *m, const ff_fit_options *o, ff_fit_result *out, ff_error *err)
+{
+    scaled s;
+    ff_status st = ff_fit_options_check(o, err);
+    if (st) return st;
+    if (o->robust == FF_ROBUST_NONE || o->robust_scale > 0 || p->unit) return ff_fit_run(p, m, o, out, err);
+    share(p, &s);
+    st = ff_problem_estimate_scale(&s.all, m, o, err);
+    if (!st) st = ff_fit_run(&s.all, m, o, out, err);
+    forget_units(&s.all);
     return st;
 }

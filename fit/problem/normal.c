@@ -1,0 +1,80 @@
+/* The normal equations of a pass in coordinates: columns of one coordinate added up. */
+#include "internal_problem.h"
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+void ff_normal_assemble(const ff_layout *l, const ff_normal *n, const double *slope, double *H, double *g)
+{
+    const size_t P = l->P, m = n->m1 - 1, tri = n->m1 * (n->m1 + 1) / 2;
+    memset(H, 0, P * P * sizeof *H);
+    memset(g, 0, P * sizeof *g);
+    for (size_t c = 0; c < n->n_channels; c++) {
+        const double *gram = n->gram + c * tri;
+        for (size_t a = 0; a < m; a++) {
+            const size_t i = ff_layout_coordinate(l, c, a);
+            g[i] += gram[ff_tri(m, a)];
+            for (size_t b = 0; b < m; b++) H[i * P + ff_layout_coordinate(l, c, b)] += gram[ff_tri(a, b)];
+        }
+    }
+    if (!slope) return;
+    for (size_t i = 0; i < P; i++) {
+        g[i] *= slope[i];
+        for (size_t j = 0; j < P; j++) H[i * P + j] *= slope[i] * slope[j];
+    }
+}
+
+/* Coordinate of column i of all channels' columns. */
+static size_t coordinate_of(const ff_layout *l, size_t i)
+{
+    const size_t shape = l->free.n_shape, own = l->free.n_channel;
+    return i < shape ? l->shape_at[i] : ff_layout_coordinate(l, (i - shape) / own, shape + (i - shape) % own);
+}
+
+/* Squares of the score of single values add up over channels; of columns that meet in one value their sum is not known, -1 says so.
+ */
+static double fold_own(const ff_layout *l, size_t i, double before, double square)
+{
+    const size_t at = coordinate_of(l, i), shape = l->free.n_shape;
+    for (size_t k = 0; k < shape + l->free.n_channel; k++) {
+        const size_t c = i < shape ? 0 : (i - shape) / l->free.n_channel,
+                     column = i < shape ? i : shape + (i - shape) % l->free.n_channel;
+        if (k != column && ff_layout_coordinate(l, c, k) == at) return -1;
+    }
+    return before < 0 ? before : before + square;
+}
+
+ff_status ff_normal_fold(const ff_layout *l, ff_normal *n)
+{
+    const size_t P = l->P, from = n->P;
+    if (from == P) return FF_OK;
+    double *meat = calloc(P * (P + 1) / 2 + 1, sizeof *meat), *own = calloc(P + 1, sizeof *own),
+           *sums = malloc((P + 1) * sizeof *sums);
+    const ff_status st = meat && own && sums ? FF_OK : FF_ERR_MEMORY;
+    for (size_t i = 0; i < from && !st; i++) {
+        const size_t a = coordinate_of(l, i);
+        for (size_t j = 0; j < from; j++) {
+            const size_t b = coordinate_of(l, j);
+            if (a >= b) meat[ff_tri(a, b)] += n->meat[ff_tri(i, j)];
+        }
+        own[a] = fold_own(l, i, own[a], n->own[i]);
+    }
+    for (size_t k = 0; k < P && !st; k++) own[k] = fmax(own[k], 0);
+    for (size_t r = 0; n->runs && r < n->n_runs && !st; r++) { /* shorter rows: in place */
+        memset(sums, 0, P * sizeof *sums);
+        for (size_t i = 0; i < from; i++) sums[coordinate_of(l, i)] += n->runs[r * from + i];
+        memcpy(n->runs + r * P, sums, P * sizeof *sums);
+    }
+    free(sums);
+    if (st) {
+        free(meat);
+        free(own);
+        return st;
+    }
+    free(n->meat);
+    free(n->own);
+    n->meat = meat;
+    n->own = own;
+    n->P = P;
+    return FF_OK;
+}

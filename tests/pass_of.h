@@ -1,0 +1,12 @@
+/* A pass over a layout by itself, as the tests of its numbers make one. */
+#ifndef FF_PASS_OF_H
+#define FF_PASS_OF_H
+#include "fit/problem/internal_problem.h"
+
+static inline ff_status pass_of(const ff_layout *l, const ff_problem *p, const ff_fit_options *o, const double *shape,
+                                const double *channel, ff_pass *pass)
+{
+    const ff_plan plan = ff_plan_with(l, p, o);
+    return ff_plan_pass(&plan, shape, channel, pass);
+}
+#endif
