@@ -17,7 +17,7 @@ static double seconds(void)
 
 static ff_status last_pass(const ff_plan *plan, ff_point *at, ff_error *err)
 {
-    const ff_status st = ff_errors_pass(plan, at);
+    const ff_status st = ff_errors(plan, at);
     return st ? ff_error_set(err, st, NULL, 0, -1, "the last pass failed: %s", ff_status_str(st)) : FF_OK;
 }
 

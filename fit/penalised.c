@@ -14,18 +14,19 @@
 /* ---- priors ---------------------------------------------------------------------------------- */
 
 /* Weights by what the data alone say. */
-static void weigh_priors(ff_penalties *e, const ff_plan *plan, const ff_point *at, const ff_uncertainty *u, double cost2)
+static void weigh_priors(ff_penalties *e, const ff_plan *plan, const ff_point *at, double cost2)
 {
     const struct ff_problem *p = plan->p;
     const int sigma = p->selection.weighting == FF_WEIGHT_SIGMA;
     const double n = (double)(p->n * p->n_channels), P = (double)plan->l.P, mean = n > P ? cost2 / (n - P) : cost2 / n;
     for (size_t i = 0; i < e->n_priors; i++) {
         ff_prior_term *t = &e->prior[i];
-        const size_t k = t->coordinate, kk = k * (plan->l.P + 1);
-        const int known = at->at_bound[k] == 0 && u->determined[k] && u->cov[kk] > 0 && u->inverse[kk] > 0;
-        t->noise = known ? u->cov[kk] / u->inverse[kk] : sigma ? 1 : mean;
+        const ff_information *u = at->information;
+        const size_t k = t->coordinate;
+        const int known = u->determined[k] && u->variance[k] > 0 && u->inverse[k] > 0;
+        t->noise = known ? u->variance[k] / u->inverse[k] : sigma ? 1 : mean;
         t->weight = t->noise / (t->sd * t->sd);
-        if (known) t->error = sqrt(u->cov[kk]);
+        if (known) t->error = sqrt(u->variance[k]);
     }
 }
 
@@ -212,7 +213,7 @@ static ff_status violation(ff_energy *e, const ff_plan *plan, const ff_point *at
     return s;
 }
 
-/* Gradients of all albedos at the views, by parameters: rows [n C][P], values [n C]. */
+/* Gradients of all albedos at the views, by parameters: rows [n C][n_shared + n_own], values [n C]. */
 static ff_status gradients(const ff_energy *e, const ff_plan *plan, const ff_point *at, double *rows, double *values)
 {
     const ff_layout *l = &plan->l;
@@ -222,28 +223,38 @@ static ff_status gradients(const ff_energy *e, const ff_plan *plan, const ff_poi
     const ff_status s = ff_penalties_albedos(plan, 1, at->shape, at->channel, &l->free, e->n, (const double(*)[3])e->wo, a);
     for (size_t i = 0; i < e->n * e->C && !s; i++) {
         values[i] = a[i * size];
-        ff_penalties_gradient(l, i % e->C, a + i * size + 1, NULL, rows + i * l->P);
+        ff_penalties_gradient(l, i % e->C, a + i * size + 1, NULL, rows + i * (l->n_shared + l->n_own));
     }
     free(a);
     return s;
 }
 
-/* What it costs the data to lower the first view's largest albedo by 1, in cost2 and for small steps: 1 / (gradient H^-1 gradient).
- */
-static ff_status measure_scale(ff_energy *e, const ff_plan *plan, const ff_point *at, const double *inverse, double cost2)
+/* gradient H^-1 gradient of the row of a channel. */
+static ff_status ease_of(const ff_plan *plan, const ff_information *info, size_t c, const double *row, double *out)
 {
-    const size_t P = plan->l.P, n = e->n * e->C;
-    double *rows = malloc((n * (P + 1) + 1) * sizeof *rows), *values = rows + n * P;
-    const ff_status s = rows ? gradients(e, plan, at, rows, values) : FF_ERR_MEMORY;
-    if (!s) {
-        size_t worst = 0;
-        double ease = 0;
-        for (size_t i = 0; i < n; i++)
-            if (values[i] > values[worst]) worst = i;
-        for (size_t i = 0; i < P; i++)
-            for (size_t j = 0; j < P; j++) ease += rows[worst * P + i] * inverse[i * P + j] * rows[worst * P + j];
-        e->scale = ease > 0 && isfinite(1 / ease) ? 1 / ease : fmax(cost2, 1e-30);
-    }
+    const ff_layout *l = &plan->l;
+    double *gradient = calloc(2 * l->P + 1, sizeof *gradient), *moved = gradient + l->P;
+    if (!gradient) return FF_ERR_MEMORY;
+    for (size_t i = 0; i < l->n_shared + l->n_own; i++) gradient[i < l->n_shared ? i : i + c * l->n_own] = row[i];
+    const ff_status s = ff_information_solve(info, gradient, moved);
+    *out = 0;
+    for (size_t k = 0; k < l->P && !s; k++) *out += gradient[k] * moved[k];
+    free(gradient);
+    return s;
+}
+
+/* What it costs the data to lower the largest albedo at the views by 1, in cost2 and for small steps: 1 / (gradient H^-1 gradient).
+ */
+static ff_status measure_scale(ff_energy *e, const ff_plan *plan, const ff_information *info, const ff_point *at, double cost2)
+{
+    const size_t m = plan->l.n_shared + plan->l.n_own, n = e->n * e->C;
+    double *rows = malloc((n * (m + 1) + 1) * sizeof *rows), *values = rows + n * m, ease = 0;
+    ff_status s = rows ? gradients(e, plan, at, rows, values) : FF_ERR_MEMORY;
+    size_t worst = 0;
+    for (size_t i = 0; i < n && !s; i++)
+        if (values[i] > values[worst]) worst = i;
+    if (!s) s = ease_of(plan, info, worst % e->C, rows + worst * m, &ease);
+    if (!s) e->scale = ease > 0 && isfinite(1 / ease) ? 1 / ease : fmax(cost2, 1e-30);
     free(rows);
     return s;
 }
@@ -251,13 +262,17 @@ static ff_status measure_scale(ff_energy *e, const ff_plan *plan, const ff_point
 /* Keeps the gradients of what binds. */
 static ff_status keep_rows(ff_energy *e, const ff_plan *plan, const ff_point *at)
 {
-    const size_t P = plan->l.P, n = e->n * e->C;
+    const size_t m = plan->l.n_shared + plan->l.n_own, n = e->n * e->C;
     double *values = malloc((n + 1) * sizeof *values);
-    e->row = malloc((n * P + 1) * sizeof *e->row);
-    const ff_status s = values && e->row ? gradients(e, plan, at, e->row, values) : FF_ERR_MEMORY;
+    e->row = malloc((n * m + 1) * sizeof *e->row);
+    e->row_channel = malloc((n + 1) * sizeof *e->row_channel);
+    const ff_status s = values && e->row && e->row_channel ? gradients(e, plan, at, e->row, values) : FF_ERR_MEMORY;
     e->n_rows = 0;
-    for (size_t i = 0; i < n && !s; i++)
-        if (values[i] - 1 + e->shift[i] > 0) memmove(e->row + e->n_rows++ * P, e->row + i * P, P * sizeof *e->row);
+    for (size_t i = 0; i < n && !s; i++) {
+        if (!(values[i] - 1 + e->shift[i] > 0)) continue;
+        e->row_channel[e->n_rows] = i % e->C;
+        memmove(e->row + e->n_rows++ * m, e->row + i * m, m * sizeof *e->row);
+    }
     free(values);
     return s;
 }
@@ -278,7 +293,7 @@ static void stiffen(ff_energy *e)
     for (size_t i = 0; i < e->n * e->C; i++) e->shift[i] /= 10;
 }
 
-static ff_status conserve_energy(ff_energy *e, const ff_plan *plan, const double *inverse, double cost2, ff_point *at,
+static ff_status conserve_energy(ff_energy *e, const ff_plan *plan, const ff_information *info, double cost2, ff_point *at,
                                  ff_error *err)
 {
     enum { ROUNDS = 30, PEAKS = 6 };
@@ -302,7 +317,7 @@ static ff_status conserve_energy(ff_energy *e, const ff_plan *plan, const double
             if (peaks[i].albedo > 1 + 0.2 * FF_ALBEDO_LEFT) added += add_view(e, &peaks[i]);
         if (e->weight == 0) {
             e->binds = 1;
-            s = measure_scale(e, plan, at, inverse, cost2);
+            s = measure_scale(e, plan, info, at, cost2);
             e->weight = 10 * e->scale;
         } else if (!added && worst > 0.5 * last)
             stiffen(e);
@@ -314,26 +329,34 @@ static ff_status conserve_energy(ff_energy *e, const ff_plan *plan, const double
     return s;
 }
 
+/* info: by the data alone, whose objective was cost2 / 2. */
+static ff_status solve_penalised(ff_penalties *e, const ff_plan *plan, const ff_information *info, double cost2, ff_point *at,
+                                 ff_error *err)
+{
+    ff_status s = FF_OK;
+    if (e->n_priors) {
+        s = try_prior_means(e, plan, at);
+        if (!s) s = solve_again(plan, 0, at, err);
+    }
+    if (!s && e->energy.wanted) s = conserve_energy(&e->energy, plan, info, cost2, at, err);
+    if (!s && e->energy.left > 2 * FF_ALBEDO_LEFT && at->outcome == FF_CONVERGED) at->outcome = FF_STALLED;
+    for (size_t i = 0; i < e->n_priors && !s; i++)
+        e->prior[i].value = ff_layout_value(&plan->l, e->prior[i].coordinate, at->shape, at->channel);
+    return s ? s : ff_errors(plan, at);
+}
+
 ff_status ff_penalised_solve(ff_plan *plan, ff_point *at, ff_error *err)
 {
     ff_penalties *e = plan->own_penalties;
     const double cost2 = at->normal.cost2;
-    ff_uncertainty u = {0};
     if (!e) return FF_OK;
-    ff_status s = ff_uncertainty_at(plan, at, &u);
-    for (size_t i = 0; i < e->n_priors && !s; i++)
+    for (size_t i = 0; i < e->n_priors; i++)
         e->prior[i].alone = ff_layout_value(&plan->l, e->prior[i].coordinate, at->shape, at->channel);
-    if (!s && e->n_priors) {
-        weigh_priors(e, plan, at, &u, cost2);
-        s = try_prior_means(e, plan, at);
-        if (!s) s = solve_again(plan, 0, at, err);
-    }
-    if (!s && e->energy.wanted) s = conserve_energy(&e->energy, plan, u.inverse, cost2, at, err);
-    if (!s && e->energy.left > 2 * FF_ALBEDO_LEFT && at->outcome == FF_CONVERGED) at->outcome = FF_STALLED;
-    for (size_t i = 0; i < e->n_priors && !s; i++)
-        e->prior[i].value = ff_layout_value(&plan->l, e->prior[i].coordinate, at->shape, at->channel);
-    ff_uncertainty_free(&u);
-    if (!s) s = ff_errors_pass(plan, at);
+    weigh_priors(e, plan, at, cost2);
+    ff_information *info = at->information; /* kept while the point moves on */
+    at->information = NULL;
+    const ff_status s = solve_penalised(e, plan, info, cost2, at, err);
+    free(info);
     if (s == FF_ERR_CANCELLED) return ff_error_set(err, s, NULL, 0, -1, "cancelled");
     return s ? ff_error_set(err, s, NULL, 0, -1, "the fit with what is known besides the data failed: %s", ff_status_str(s)) : s;
 }

@@ -376,7 +376,7 @@ static void folded_least_squares(void)
         for (size_t i = 0; i < 3; i++)
             for (uint32_t k = 0; k < l.free.n_channel; k++) at[i * m.n_channel + l.free.channel[k]] = 0.25;
         const double sum = ff_tied_least_squares(&l, &n, at, out);
-        ff_normal_assemble(&l, &n, NULL, H, g);
+        assemble(&l, &n, NULL, H, g);
         double trace = 0, constant = 0, value = 0;
         for (size_t k = 0; k < l.P; k++) trace += H[k * l.P + k], x[k] = 0.25;
         for (size_t i = 0; i < 3; i++) constant += n.gram[i * 10 + 9];
@@ -494,7 +494,7 @@ static void coordinates_of_tied_parameters(void)
             cost[side] = n.cost2;
             if (k == 0 && side == 1) {
                 ff_layout_slope(&l, shape, channel, slope);
-                ff_normal_assemble(&l, &n, slope, H, g);
+                assemble(&l, &n, slope, H, g);
             }
             ff_pass_free(&pass);
             if (side < 2) continue;

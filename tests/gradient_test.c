@@ -546,7 +546,7 @@ static void check_gradient(objective *b, double spoil, size_t which, tally *t)
     pass_at(b, x, 0);
     check_cost(b, x);
     slopes(b, x, slope);
-    ff_normal_assemble(&b->l, &b->normal, slope, H, g);
+    assemble(&b->l, &b->normal, slope, H, g);
     for (size_t k = 0; k < P; k++) scale[k] = sqrt(H[k * P + k] * b->normal.cost2);
     if (spoil != 0) g[which] += spoil * scale[which];
     for (size_t k = 0; k < P; k++) {
@@ -692,7 +692,7 @@ static double normal_deviation(const objective *b, const double *x)
     double *J = doubles(P * N), *r = doubles(N), *score = doubles(P * n), norm2 = 0;
     numeric_jacobian(b, x, J, r);
     slopes(b, x, slope);
-    ff_normal_assemble(&b->l, &b->normal, slope, H, g);
+    assemble(&b->l, &b->normal, slope, H, g);
     for (size_t i = 0; i < N; i++) norm2 += r[i] * r[i];
     for (size_t k = 0; k < P; k++)
         for (size_t i = 0; i < N; i++) score[k * n + i % n] += J[k * N + i] * r[i];

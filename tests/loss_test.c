@@ -73,7 +73,7 @@ static double objective(const ff_table *t, const ff_fit_options *o, double f, do
     if (!st) {
         st = ff_pass_run(&pass, 0, &normal);
         ff_pass_free(&pass);
-        ff_normal_assemble(&layout, &normal, NULL, gram, by_kd);
+        assemble(&layout, &normal, NULL, gram, by_kd);
     }
     FF_CHECK(st == FF_OK, "%s", err.message);
     const double value = normal.cost2 / 2;

@@ -37,24 +37,29 @@ void ff_interval_from_bound(const ff_param *info, double slope, double inverse, 
 static ff_status fill_one_sided(const ff_plan *plan, const ff_point *at, ff_fit_result *r)
 {
     const ff_layout *l = &plan->l;
-    const size_t P = l->P;
-    ff_uncertainty u = {0};
-    double *H = malloc((P * P + P + 1) * sizeof *H), *g = H + P * P;
-    const ff_status st = H ? ff_uncertainty_of_all(plan, at, &u) : FF_ERR_MEMORY;
-    if (!st) ff_normal_assemble(l, &at->normal, NULL, H, g);
-    for (size_t k = 0; k < P && !st; k++) {
-        const double inverse = u.inverse[k * P + k], cov = u.cov[k * P + k];
-        if (!at->at_bound[k]) continue;
-        const double t = ff_student_quantile(0.9, u.dof[k]);
-        ff_interval_from_bound(ff_layout_param(l, k, NULL)->info, g[k], u.determined[k] ? inverse : 0,
-                               0.5 * t * t * (u.determined[k] && inverse > 0 ? cov / inverse : INFINITY), ff_result_value(l, r, k));
+    ff_information *info = NULL;
+    ff_gram g;
+    double *slope = malloc((l->P + 1) * sizeof *slope);
+    ff_status st = slope ? ff_information_of_all(plan, at, &info) : FF_ERR_MEMORY;
+    if (!st) st = ff_gram_new(l, &g);
+    if (!st) {
+        ff_gram_fill(l, &at->normal, NULL, &g);
+        ff_gram_gradient(&g, slope);
+        ff_gram_free(&g);
     }
-    ff_uncertainty_free(&u);
-    free(H);
+    for (size_t k = 0; k < l->P && !st; k++) {
+        if (!at->at_bound[k]) continue;
+        const double t = ff_student_quantile(0.9, info->dof[k]), inverse = info->inverse[k];
+        const int known = info->determined[k] && inverse > 0;
+        ff_interval_from_bound(ff_layout_param(l, k, NULL)->info, slope[k], known ? inverse : 0,
+                               0.5 * t * t * (known ? info->variance[k] / inverse : INFINITY), ff_result_value(l, r, k));
+    }
+    free(info);
+    free(slope);
     return st;
 }
 
-ff_status ff_intervals_fill(const ff_plan *plan, const ff_point *at, const ff_uncertainty *u, ff_fit_result *r)
+ff_status ff_intervals_fill(const ff_plan *plan, const ff_point *at, ff_fit_result *r)
 {
     const ff_layout *l = &plan->l;
     int any = 0;
@@ -62,8 +67,8 @@ ff_status ff_intervals_fill(const ff_plan *plan, const ff_point *at, const ff_un
         ff_fit_value *v = ff_result_value(l, r, k);
         any |= at->at_bound[k];
         if (isnan(v->std_error)) continue;
-        ff_interval_around(ff_layout_param(l, k, NULL)->info, ff_student_quantile(0.95, u->dof[k]) * v->std_error, FF_INTERVAL_WALD,
-                           v);
+        ff_interval_around(ff_layout_param(l, k, NULL)->info, ff_student_quantile(0.95, at->information->dof[k]) * v->std_error,
+                           FF_INTERVAL_WALD, v);
     }
     return any ? fill_one_sided(plan, at, r) : FF_OK;
 }
@@ -77,14 +82,13 @@ ff_status ff_intervals_fill(const ff_plan *plan, const ff_point *at, const ff_un
 /* Share that a parameter has in it at least to be named. */
 #define FF_SHARE 0.25
 
-static void name_flat_direction(const ff_layout *l, const struct ff_problem *p, const size_t *index, const double *V, size_t n,
-                                double value, ff_fit_result *r)
+static void name_flat_direction(const ff_plan *plan, const double *share, double value, ff_fit_result *r)
 {
     char names[150] = "", label[80];
     int count = 0;
-    for (size_t i = 0; i < n; i++) {
-        if (fabs(V[i * n]) < FF_SHARE) continue;
-        ff_result_label(l, p, index[i], label, sizeof label);
+    for (size_t k = 0; k < plan->l.P; k++) {
+        if (fabs(share[k]) < FF_SHARE) continue;
+        ff_result_label(&plan->l, plan->p, k, label, sizeof label);
         const size_t used = strlen(names);
         snprintf(names + used, sizeof names - used, "%s%s", count ? ", " : "", label);
         count++;
@@ -100,30 +104,10 @@ static void name_flat_direction(const ff_layout *l, const struct ff_problem *p, 
 
 ff_status ff_condition_fill(const ff_plan *plan, const ff_point *at, ff_fit_result *r)
 {
-    const ff_layout *l = &plan->l;
-    const size_t P = l->P;
-    double *work = malloc((3 * P * P + 2 * P + 1) * sizeof *work), *H = work, *A = H + P * P, *V = A + P * P, *g = V + P * P,
-           *w = g + P;
-    size_t *index = malloc((P + 1) * sizeof *index), n = 0;
-    if (!work || !index) {
-        free(work);
-        free(index);
-        return FF_ERR_MEMORY;
-    }
-    ff_normal_assemble(l, &at->normal, NULL, H, g);
-    for (size_t k = 0; k < P; k++)
-        if (at->at_bound[k] == 0) index[n++] = k;
-    for (size_t i = 0; i < n; i++)
-        for (size_t j = 0; j < n; j++) {
-            const double scale = sqrt(H[index[i] * P + index[i]]) * sqrt(H[index[j] * P + index[j]]);
-            A[i * n + j] = scale > 0 ? H[index[i] * P + index[j]] / scale : 0;
-        }
-    const ff_status st = ff_symmetric_eigen(A, n, w, V);
-    r->rank = 0;
-    for (size_t i = 0; i < n && !st; i++) r->rank += w[i] > FF_NOTHING;
-    r->condition = n == 0 ? 1 : !st && w[0] > FF_NOTHING ? sqrt(w[n - 1] / w[0]) : INFINITY;
-    if (!st && n > 1 && w[0] < FF_FLAT) name_flat_direction(l, plan->p, index, V, n, w[0], r);
-    free(work);
-    free(index);
+    double *share = malloc((plan->l.P + 1) * sizeof *share), curvature = 1;
+    ff_status st = share ? ff_information_condition(plan, at, &r->rank, &r->condition) : FF_ERR_MEMORY;
+    if (!st && r->condition > 1 / sqrt(FF_FLAT)) st = ff_information_flattest(plan, at, &curvature, share);
+    if (!st && curvature < FF_FLAT) name_flat_direction(plan, share, curvature, r);
+    free(share);
     return st;
 }

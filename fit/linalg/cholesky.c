@@ -47,3 +47,22 @@ void ff_solve_symmetric(const double *A, size_t n, const double *B, size_t m, do
     ff_scaled_cholesky(A, n, 1e-14, L, D);
     ff_factored_solve(L, D, n, B, m, X);
 }
+
+void ff_ridge_inverse(const double *A, size_t n, const size_t *index, size_t k, double ridge, double *inverse, double *work)
+{
+    double *sub = work, *unit = sub + k * k, *X = unit + k * k, *L = X + k * k, *D = L + k * k;
+    for (size_t i = 0; i < k; i++) {
+        for (size_t j = 0; j < k; j++) {
+            sub[i * k + j] = A[index[i] * n + index[j]];
+            unit[i * k + j] = i == j;
+        }
+        sub[i * k + i] = fmax(sub[i * k + i], ridge);
+    }
+    ff_scaled_cholesky(sub, k, 0, L, D);
+    for (size_t i = 0; i < k; i++)
+        if (!(L[i * k + i] > 0)) L[i * k + i] = sqrt(ridge);
+    ff_factored_solve(L, D, k, unit, k, X);
+    memset(inverse, 0, n * n * sizeof *inverse);
+    for (size_t i = 0; i < k; i++)
+        for (size_t j = 0; j < k; j++) inverse[index[i] * n + index[j]] = 0.5 * (X[i * k + j] + X[j * k + i]);
+}

@@ -18,6 +18,7 @@ typedef struct solver {
     size_t *moving, n_moving;
     int *held, *releases; /* [P]: 1 on a bound that it presses against; how often it was let go  */
     ff_normal normal;     /* of the last pass                                                    */
+    ff_gram gram;         /* and in coordinates                                                  */
     double cost2;         /* twice the objective there                                           */
     double *last;         /* [P] where it was made                                               */
     double *H, *g;        /* [P][P], [P] in coordinates, of the last pass                        */
@@ -55,10 +56,11 @@ static ff_status pass_here(solver *s)
     ff_pass_free(&pass);
     if (st) return st;
     ff_layout_slope(l, s->at->shape, s->at->channel, s->slope);
-    ff_normal_assemble(l, &s->normal, s->slope, s->H, s->g);
-    s->cost2 = s->normal.cost2;
-    st = ff_penalties_add(s->plan, s->effort->parallel, s->at->shape, s->at->channel, s->slope, &s->cost2, s->H, s->g);
+    ff_gram_fill(l, &s->normal, s->slope, &s->gram);
+    st = ff_penalties_add(s->plan, s->effort->parallel, s->at->shape, s->at->channel, s->slope, &s->gram);
     if (st) return st;
+    ff_gram_dense(&s->gram, s->H, s->g);
+    s->cost2 = s->gram.cost2;
     memcpy(s->last, s->x, l->P * sizeof *s->x);
     s->have_last = 1;
     s->gain[1] = s->gain[0];
@@ -199,6 +201,7 @@ static ff_status solve_moving(solver *s, int max_iterations, ff_outcome *outcome
 static void solver_free(solver *s)
 {
     ff_normal_free(&s->normal);
+    ff_gram_free(&s->gram);
     free(s->x);
     free(s->moving);
     free(s->held);
@@ -211,7 +214,7 @@ static ff_status solver_new(const ff_plan *plan, const ff_effort *effort, ff_poi
     s->x = calloc(7 * P + 3 * P * P + 1, sizeof *s->x);
     s->moving = calloc(P + 1, sizeof *s->moving);
     s->held = calloc(2 * P + 1, sizeof *s->held);
-    if (!s->x || !s->moving || !s->held || ff_layout_normal(s->l, &s->normal)) {
+    if (!s->x || !s->moving || !s->held || ff_layout_normal(s->l, &s->normal) || ff_gram_new(s->l, &s->gram)) {
         solver_free(s);
         return FF_ERR_MEMORY;
     }

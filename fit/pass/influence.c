@@ -4,7 +4,7 @@
 void ff_arrow_apply(const ff_arrow *a, const double *score, double *influence)
 {
     const size_t S = a->S, K = a->K;
-    double left[FF_MAX_SHAPE];
+    double left[FF_MAX_SHARED];
     for (size_t k = 0; k < S; k++) {
         left[k] = score[k];
         for (size_t q = 0; q < a->C * K; q++) left[k] -= a->follow[q * S + k] * score[S + q];

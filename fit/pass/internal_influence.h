@@ -1,4 +1,4 @@
-/* The pass over influences: errors/internal_arrow.h has the formulas of an arrow. */
+/* The pass over influences: errors/arrowhead.c has the formulas of an arrow. */
 #ifndef FF_INTERNAL_INFLUENCE_H
 #define FF_INTERNAL_INFLUENCE_H
 #include "internal_pass.h"
@@ -10,25 +10,15 @@ typedef struct ff_clusters {
     int settled; /* 0: the errors reach further than the longest runs of which there are enough     */
 } ff_clusters;
 
-/* Everything of the parameters, not of coordinates. The first four are scaled: those of the H whose diagonal is 1, with the ridge
- * of ff_covariance; 0 where a parameter is not used. */
+/* What a pass needs of an information that is kept as an arrow, scaled so that the diagonal of H is 1. P = S + C K parameters. */
 typedef struct ff_arrow {
-    size_t S, K, C, P; /* parameters of the shape, of a channel, channels, all                    */
-    double *scale;     /* [P] 1 / the root of H's diagonal                                        */
-    double *inverse;   /* [S][S] T^-1                                                             */
-    double *own;       /* [C][K][K] D_c^-1                                                        */
-    double *follow;    /* [C][K][S] K_c                                                           */
-    double *shape;     /* [S][S] covariances, once they are known; of the shape,                  */
-    double *cross;     /* [C][K][S] of a channel with the shape,                                  */
-    double *block;     /* [C][K][K] and within a channel                                          */
-    int *determined;   /* [P] 0: not used, or the data say nothing                                */
-    double *dof;       /* [P] degrees of freedom that the error of each is estimated from         */
-    ff_clusters clusters;
-    double effective; /* number of independent values                                             */
-    size_t used;
-    double of_channel; /* parameters in use that a channel has to do with: the shape's and its own, a mean over channels */
+    size_t S, K, C, P;   /* parameters that all channels share, the shape; of a channel; channels; all */
+    const double *scale; /* [P] 1 / the root of H's diagonal                                        */
+    double *inverse;     /* [S][S] T^-1; 0 where a parameter is not in use                          */
+    double *own;         /* [C][K][K] D_c^-1                                                        */
+    double *follow;      /* [C][K][S] K_c                                                           */
+    size_t n_columns, place[FF_MAX_COLUMNS]; /* of a channel's columns: the parameter of the shape, or S + that of the channel */
 } ff_arrow;
-
 
 /* Influence H^-1 s of the score s [P], both scaled. */
 void ff_arrow_apply(const ff_arrow *a, const double *score, double *influence);

@@ -78,7 +78,8 @@ double ff_robust_tuning(ff_robust robust);
 
 /* ---- one pass -------------------------------------------------------------------------------- */
 
-enum { FF_MAX_COLUMNS = FF_MAX_SHAPE + FF_MAX_CHANNEL_PARAMS + 1 };
+/* Columns of a channel with the residual; coordinates that all channels may share. */
+enum { FF_MAX_COLUMNS = FF_MAX_SHAPE + FF_MAX_CHANNEL_PARAMS + 1, FF_MAX_SHARED = FF_MAX_SHAPE + FF_MAX_CHANNEL_PARAMS };
 
 /* What one pass evaluates. Columns of a channel: the free shape parameters, the channel's free ones, and the residual. */
 typedef struct ff_pass {
@@ -108,7 +109,7 @@ typedef struct ff_normal {
     double cost2; /* sum of rho(r^2): twice the objective                                    */
     double *gram; /* [n_channels][m1 (m1+1) / 2], lower triangle by rows: J^T J, J^T r, r^T r */
     double *meat; /* [P (P+1) / 2]: sum over samples of score score^T; only of a final pass. Of an arrow [P]: its diagonal */
-    int diagonal; /* 1: meat is [P], its diagonal alone: of an arrow, whose score is scaled by ff_arrow.scale */
+    int diagonal; /* 1: meat is [P], its diagonal alone: of an arrow, whose score is scaled */
     double *own;  /* [P]: sum over samples and channels of the squared score of one value     */
     size_t n_runs;
     double *runs; /* [n_runs][P]: sums of the score over runs of consecutive samples; NULL unless of a final pass */

@@ -33,7 +33,8 @@ typedef struct ff_energy {
     double alone_cost2;
     double left; /* violation at the end                                                  */
     size_t n_rows;
-    double *row; /* [n_rows][P] gradients of what binds, by parameters of the coordinates   */
+    double *row; /* [n_rows][n_shared + n_own] gradients of what binds, by parameters          */
+    size_t *row_channel; /* [n_rows]                                                            */
 } ff_energy;
 
 struct ff_penalties {
@@ -51,8 +52,8 @@ void ff_view_at(double mu, double phi, double wo[3]);
 ff_status ff_penalties_albedos(const ff_plan *plan, int parallel, const double *shape, const double *channel, const ff_wanted *wanted,
                                size_t n, const double (*wo)[3], double *out);
 
-/* Gradient [P] of an albedo of channel c by coordinates, or by their parameters for slope NULL, from its columns. */
-void ff_penalties_gradient(const ff_layout *l, size_t c, const double *column, const double *slope, double *gradient);
+/* Gradient row [n_shared + n_own] of an albedo of channel c by coordinates, or by their parameters for slope NULL, from its columns. */
+void ff_penalties_gradient(const ff_layout *l, size_t c, const double *column, const double *slope, double *row);
 
 /* The parameter of a coordinate. */
 double ff_layout_value(const ff_layout *l, size_t coordinate, const double *shape, const double *channel);

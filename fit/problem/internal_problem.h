@@ -48,7 +48,7 @@ typedef struct ff_layout {
     int channel_shared[FF_MAX_CHANNEL_PARAMS];  /* 1: the former                                                     */
     int shape_follows[FF_MAX_SHAPE];            /* the free parameter of its kind that it is equal to, -1 = none     */
     int channel_follows[FF_MAX_CHANNEL_PARAMS]; /* in its channel                                                    */
-    int arrow;     /* 1: many channels, nothing of size P^2 is made; see errors/internal_arrow.h                     */
+    int arrow;     /* 1: many channels: nothing of size P^2 is made                                                  */
     size_t pinned; /* coordinate that ff_solve leaves where it is; FF_NOT_PINNED */
 } ff_layout;
 
@@ -66,10 +66,10 @@ ff_status ff_layout_init(const ff_model *m, size_t n_channels, ff_shape shape, i
 /* Numbers the coordinates after shape_follows, channel_follows or channel_shared of free parameters were set. */
 void ff_layout_number(ff_layout *l);
 
-/* Is it one of so many channels that nothing of the size of all their parameters squared should be made? Ties join channels. */
+/* Is it one of so many channels that nothing of the size of all their parameters squared should be made? */
 static inline int ff_layout_is_arrow(const ff_layout *l, size_t dense)
 {
-    return l->n_channels > dense && l->free.n_channel > 0 && !l->tied;
+    return l->n_channels > dense && l->n_own > 0;
 }
 
 /* The layout of the channel parameters alone: no shape columns. */
@@ -131,9 +131,33 @@ void ff_layout_bounds(const ff_layout *l, double *lower, double *upper);
 /* Room for a pass over the columns of l. FF_ERR_MEMORY. */
 ff_status ff_layout_normal(const ff_layout *l, ff_normal *out);
 
-/* Full J^T J [P][P] and J^T r [P] from the channels' grams, columns of one coordinate added up. slope [P]: d parameter / d
- * coordinate, or NULL for the parameters themselves. */
-void ff_normal_assemble(const ff_layout *l, const ff_normal *n, const double *slope, double *H, double *g);
+/* J^T J, J^T r and r^T r of every channel in coordinates, penalties on top: an arrow, since a parameter of one channel meets what all
+ * share and its own channel, no other one. A channel has its shared coordinates first, [S], then its own, [K], then the residual. */
+typedef struct ff_gram {
+    size_t S, K, C, tri; /* shared, own, channels; doubles of a channel's packed triangle */
+    double cost2;        /* twice the objective                                           */
+    double *local;       /* [C][tri]                                                      */
+} ff_gram;
+
+/* FF_ERR_MEMORY; release with ff_gram_free. */
+ff_status ff_gram_new(const ff_layout *l, ff_gram *out);
+void ff_gram_free(ff_gram *g);
+
+/* The coordinate that is number i of channel c. */
+static inline size_t ff_gram_coordinate(const ff_gram *g, size_t c, size_t i)
+{
+    return i < g->S ? i : i + c * g->K;
+}
+
+/* From the sums of a pass; slope [P]: d parameter / d coordinate, or NULL for the parameters themselves. */
+void ff_gram_fill(const ff_layout *l, const ff_normal *n, const double *slope, ff_gram *out);
+
+/* As a whole: H = J^T J [P][P], gradient = J^T r [P]; and that alone. */
+void ff_gram_dense(const ff_gram *g, double *H, double *gradient);
+void ff_gram_gradient(const ff_gram *g, double *gradient);
+
+/* One more datum of channel c: weight residual^2 with the derivatives row [S + K]. */
+void ff_gram_add_row(ff_gram *g, size_t c, double weight, double residual, const double *row);
 
 /* Adds up the columns of one coordinate in what a final pass left for the errors (meat, own, runs): n->P is then l->P, and no pass
  * may be run into n again. FF_ERR_MEMORY. */
@@ -209,7 +233,7 @@ typedef struct ff_point {
     double cost2;     /* twice the objective                                        */
     ff_normal normal; /* of a final pass here, where one was made (has_final)        */
     int has_final;
-    struct ff_arrow *arrow; /* of many channels: their covariance, whose normal holds the sums of a plain pass and the statistics */
+    struct ff_information *information; /* where errors are wanted: what the sums say of the parameters; one piece of memory */
 } ff_point;
 
 /* At the defaults. FF_ERR_MEMORY. Release with ff_point_free, which also frees what later stages left in it. */
@@ -253,14 +277,16 @@ int ff_penalties_tell_apart(const ff_plan *plan, uint32_t a, uint32_t b);
 /* Sum of squares of the distances to the priors, in their standard deviations. */
 double ff_penalties_mismatch(const ff_plan *plan, const double *shape, const double *channel);
 
-/* Adds the terms of plan at these parameters to twice the objective and to J^T J, J^T r in coordinates; slope as ff_normal_assemble.
- * parallel as ff_pass_run. Without terms it does nothing. FF_ERR_MEMORY. */
+/* Adds the terms of plan at these parameters to the normal equations in coordinates; slope as ff_gram_fill. parallel as ff_pass_run.
+ * Without terms it does nothing. FF_ERR_MEMORY. */
 ff_status ff_penalties_add(const ff_plan *plan, int parallel, const double *shape, const double *channel, const double *slope,
-                           double *cost2, double *H, double *g);
+                           ff_gram *g);
 
-/* What the terms say of the parameters: added to the information H [P][P] and, times factor, to the packed outer products of the
- * scores M; either may be NULL. */
-void ff_penalties_covariance(const ff_plan *plan, double factor, double *H, double *M);
+/* Adds what the terms say of the parameters to the information. */
+void ff_penalties_inform(const ff_plan *plan, ff_gram *g);
+
+/* What priors add to the outer product of the score of coordinate k. */
+double ff_penalties_noise(const ff_plan *plan, size_t k);
 
 /* The information that priors give of coordinate k by itself, in the units of J^T J. */
 double ff_penalties_weight(const ff_plan *plan, size_t k);

@@ -1,28 +1,8 @@
-/* The normal equations of a pass in coordinates: columns of one coordinate added up. */
+/* What a final pass has left for the errors, in coordinates: columns of one coordinate added up. */
 #include "internal_problem.h"
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
-
-void ff_normal_assemble(const ff_layout *l, const ff_normal *n, const double *slope, double *H, double *g)
-{
-    const size_t P = l->P, m = n->m1 - 1, tri = n->m1 * (n->m1 + 1) / 2;
-    memset(H, 0, P * P * sizeof *H);
-    memset(g, 0, P * sizeof *g);
-    for (size_t c = 0; c < n->n_channels; c++) {
-        const double *gram = n->gram + c * tri;
-        for (size_t a = 0; a < m; a++) {
-            const size_t i = ff_layout_coordinate(l, c, a);
-            g[i] += gram[ff_tri(m, a)];
-            for (size_t b = 0; b < m; b++) H[i * P + ff_layout_coordinate(l, c, b)] += gram[ff_tri(a, b)];
-        }
-    }
-    if (!slope) return;
-    for (size_t i = 0; i < P; i++) {
-        g[i] *= slope[i];
-        for (size_t j = 0; j < P; j++) H[i * P + j] *= slope[i] * slope[j];
-    }
-}
 
 /* Coordinate of column i of all channels' columns. */
 static size_t coordinate_of(const ff_layout *l, size_t i)

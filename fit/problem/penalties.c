@@ -93,6 +93,7 @@ void ff_penalties_free(ff_penalties *e)
     free(e->named);
     free(e->energy.shift);
     free(e->energy.row);
+    free(e->energy.row_channel);
     free(e);
 }
 
@@ -160,13 +161,11 @@ ff_status ff_penalties_albedos(const ff_plan *plan, int parallel, const double *
     return FF_OK;
 }
 
-void ff_penalties_gradient(const ff_layout *l, size_t c, const double *column, const double *slope, double *gradient)
+void ff_penalties_gradient(const ff_layout *l, size_t c, const double *column, const double *slope, double *row)
 {
-    memset(gradient, 0, l->P * sizeof *gradient);
-    for (size_t k = 0; k < (size_t)l->free.n_shape + l->free.n_channel; k++) {
-        const size_t i = ff_layout_coordinate(l, c, k);
-        gradient[i] += column[k] * (slope ? slope[i] : 1);
-    }
+    memset(row, 0, (l->n_shared + l->n_own) * sizeof *row);
+    for (size_t k = 0; k < (size_t)l->free.n_shape + l->free.n_channel; k++)
+        row[ff_layout_coordinate(l, 0, k)] += column[k] * (slope ? slope[ff_layout_coordinate(l, c, k)] : 1);
 }
 
 /* ---- terms ----------------------------------------------------------------------------------- */
@@ -191,37 +190,35 @@ double ff_penalties_mismatch(const ff_plan *plan, const double *shape, const dou
     return sum;
 }
 
-static void add_row(size_t P, double weight, double residual, const double *gradient, double *cost2, double *H, double *g)
-{
-    *cost2 += weight * residual * residual;
-    for (size_t i = 0; i < P; i++) {
-        if (gradient[i] == 0) continue;
-        g[i] += weight * residual * gradient[i];
-        for (size_t j = 0; j < P; j++) H[i * P + j] += weight * gradient[i] * gradient[j];
-    }
-}
-
 static ff_status add_energy(const ff_energy *e, const ff_plan *plan, int parallel, const double *shape, const double *channel,
-                            const double *slope, double *cost2, double *H, double *g)
+                            const double *slope, ff_gram *g)
 {
     const ff_layout *l = &plan->l;
     const size_t size = 1 + l->free.n_shape + l->free.n_channel;
-    double *a = malloc((e->n * e->C * size + l->P) * sizeof *a);
+    double *a = malloc((e->n * e->C * size + 1) * sizeof *a), row[FF_MAX_COLUMNS];
     if (!a) return FF_ERR_MEMORY;
-    double *gradient = a + e->n * e->C * size;
     const ff_status s = ff_penalties_albedos(plan, parallel, shape, channel, &l->free, e->n, e->wo, a);
     for (size_t i = 0; i < e->n * e->C && !s; i++) {
         const double over = a[i * size] - 1 + e->shift[i];
         if (over <= 0) continue;
-        ff_penalties_gradient(l, i % e->C, a + i * size + 1, slope, gradient);
-        add_row(l->P, e->weight, over, gradient, cost2, H, g);
+        ff_penalties_gradient(l, i % e->C, a + i * size + 1, slope, row);
+        ff_gram_add_row(g, i % e->C, e->weight, over, row);
     }
     free(a);
     return s;
 }
 
+/* A datum of one coordinate, d = the derivative of its parameter. What all channels share counts with the first. */
+static void add_prior_row(const ff_prior_term *t, double weight, double off, double d, ff_gram *g)
+{
+    const size_t k = t->coordinate, c = k < g->S ? 0 : (k - g->S) / g->K;
+    double row[FF_MAX_COLUMNS] = {0};
+    row[k - c * g->K] = d;
+    ff_gram_add_row(g, c, weight, off, row);
+}
+
 ff_status ff_penalties_add(const ff_plan *plan, int parallel, const double *shape, const double *channel, const double *slope,
-                           double *cost2, double *H, double *g)
+                           ff_gram *g)
 {
     const ff_penalties *e = plan->penalties;
     const ff_layout *l = &plan->l;
@@ -229,28 +226,27 @@ ff_status ff_penalties_add(const ff_plan *plan, int parallel, const double *shap
     for (size_t i = 0; i < e->n_priors; i++) {
         const ff_prior_term *t = &e->prior[i];
         if (t->weight == 0) continue;
-        const double off = ff_layout_value(l, t->coordinate, shape, channel) - t->mean, d = slope[t->coordinate];
-        *cost2 += t->weight * off * off;
-        g[t->coordinate] += t->weight * off * d;
-        H[t->coordinate * l->P + t->coordinate] += t->weight * d * d;
+        add_prior_row(t, t->weight, ff_layout_value(l, t->coordinate, shape, channel) - t->mean, slope[t->coordinate], g);
     }
-    return e->energy.weight > 0 ? add_energy(&e->energy, plan, parallel, shape, channel, slope, cost2, H, g) : FF_OK;
+    return e->energy.weight > 0 ? add_energy(&e->energy, plan, parallel, shape, channel, slope, g) : FF_OK;
 }
 
-void ff_penalties_covariance(const ff_plan *plan, double factor, double *H, double *M)
+void ff_penalties_inform(const ff_plan *plan, ff_gram *g)
 {
     const ff_penalties *e = plan->penalties;
-    const size_t P = plan->l.P;
     if (!e) return;
-    for (size_t i = 0; i < e->n_priors; i++) {
-        const size_t at = e->prior[i].coordinate;
-        if (H) H[at * P + at] += e->prior[i].weight;
-        if (M) M[ff_tri(at, at)] += factor * e->prior[i].weight * e->prior[i].noise;
-    }
-    for (size_t r = 0; r < e->energy.n_rows && H; r++) /* so stiff that nothing moves across the constraint */
-        for (size_t i = 0; i < P; i++)
-            for (size_t j = 0; j < P; j++)
-                H[i * P + j] += FF_STIFF * e->energy.scale * e->energy.row[r * P + i] * e->energy.row[r * P + j];
+    for (size_t i = 0; i < e->n_priors; i++) add_prior_row(&e->prior[i], e->prior[i].weight, 0, 1, g);
+    for (size_t r = 0; r < e->energy.n_rows; r++) /* so stiff that nothing moves across the constraint */
+        ff_gram_add_row(g, e->energy.row_channel[r], FF_STIFF * e->energy.scale, 0, e->energy.row + r * (g->S + g->K));
+}
+
+double ff_penalties_noise(const ff_plan *plan, size_t k)
+{
+    const ff_penalties *e = plan->penalties;
+    double sum = 0;
+    for (size_t i = 0; e && i < e->n_priors; i++)
+        if (e->prior[i].coordinate == k) sum += e->prior[i].weight * e->prior[i].noise;
+    return sum;
 }
 
 double ff_penalties_weight(const ff_plan *plan, size_t k)

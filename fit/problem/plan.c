@@ -88,7 +88,7 @@ ff_status ff_plan_new(const struct ff_problem *p, const ff_model *m, const ff_fi
         return ff_error_set(err, FF_ERR_MEMORY, NULL, 0, -1, "out of memory");
     out->penalties = out->own_penalties;
     out->errors |= out->penalties != NULL; /* the weight of a prior needs the errors of the data */
-    out->l.arrow = ff_layout_is_arrow(&out->l, o->dense_channels) && !out->penalties;
+    out->l.arrow = ff_layout_is_arrow(&out->l, o->dense_channels);
     return FF_OK;
 }
 

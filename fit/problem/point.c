@@ -25,8 +25,8 @@ ff_status ff_point_new(const ff_plan *plan, ff_point *out)
 void ff_point_forget(ff_point *at)
 {
     ff_normal_free(&at->normal);
-    free(at->arrow); /* one piece of memory */
-    at->arrow = NULL;
+    free(at->information);
+    at->information = NULL;
     at->has_final = 0;
 }
 

@@ -37,45 +37,8 @@ static void fill_values(const ff_layout *l, const ff_point *at, ff_fit_result *r
     ff_result_copy_tied(l, r);
 }
 
-/* Standard errors, correlations and intervals of the parameters; cov [P][P] out. */
-static ff_status fill_errors(const ff_plan *plan, const ff_point *at, double *cov, ff_fit_result *r)
-{
-    const ff_layout *l = &plan->l;
-    const size_t P = l->P;
-    ff_uncertainty u = {0};
-    ff_status st = ff_uncertainty_at(plan, at, &u);
-    size_t n = 0;
-    for (size_t k = 0; k < P && !st; k++) {
-        ff_fit_value *v = ff_result_value(l, r, k);
-        if (!u.determined[k]) continue;
-        v->std_error = sqrt(fmax(u.cov[k * P + k], 0)); /* rounding may leave -1e-30 where the residuals vanish */
-        v->column = (int)n++;
-    }
-    if (!st) {
-        memcpy(cov, u.cov, P * P * sizeof *cov);
-        r->effective_samples = u.effective;
-        r->correlated_over = u.clusters.run;
-        r->correlation_settled = u.clusters.settled;
-        st = ff_intervals_fill(plan, at, &u, r);
-    }
-    if (!st) st = ff_condition_fill(plan, at, r);
-    r->n_columns = n;
-    r->correlation = st ? NULL : calloc(n * n + 1, sizeof *r->correlation);
-    if (!st && !r->correlation) st = FF_ERR_MEMORY;
-    for (size_t a = 0; a < P && !st; a++)
-        for (size_t b = 0; b < P; b++) {
-            const int i = ff_result_value(l, r, a)->column, j = ff_result_value(l, r, b)->column;
-            if (i < 0 || j < 0) continue;
-            const double scale = sqrt(cov[a * P + a] * cov[b * P + b]);
-            r->correlation[(size_t)i * n + (size_t)j] = a == b ? 1 : scale > 0 ? cov[a * P + b] / scale : 0;
-        }
-    ff_result_copy_tied(l, r);
-    ff_uncertainty_free(&u);
-    return st;
-}
-
 /* The ellipse of the first lobe's slopes; with covariances, also whether its direction means anything. */
-static void fill_ellipse(const ff_layout *l, const double *shape, const double *cov, size_t stride, ff_fit_result *r)
+static void fill_ellipse(const ff_layout *l, const double *shape, const ff_information *info, ff_fit_result *r)
 {
     const ff_model *m = l->m;
     if (m->n_lobes == 0 || ff_ndf_at(m->lobe[0].ndf)->alpha_own != 0) return;
@@ -91,7 +54,7 @@ static void fill_ellipse(const ff_layout *l, const double *shape, const double *
     if (o->phi < 0) o->phi += 3.14159265358979323846;
     o->phi_std_error = NAN;
     o->phi_determined = 0;
-    if (!cov || m->lobe[0].isotropic || l->mode == FF_ISOTROPIC_MODE || !(D > 0)) return;
+    if (!info || m->lobe[0].isotropic || l->mode == FF_ISOTROPIC_MODE || !(D > 0)) return;
     /* gradients of d and e by alpha_x, alpha_y, r_xy, in the order of the free parameters */
     const double by[3][2] = {{2 * s.ax, 2 * s.r * s.ay}, {-2 * s.ay, 2 * s.r * s.ax}, {0, 2 * s.ax * s.ay}};
     double var_D = 0, var_phi = 0;
@@ -101,8 +64,9 @@ static void fill_ellipse(const ff_layout *l, const double *shape, const double *
             if (i > 2 || j > 2) continue;
             const double gDa = (d * by[i][0] + e * by[i][1]) / D, gDb = (d * by[j][0] + e * by[j][1]) / D;
             const double gpa = 0.5 * (d * by[i][1] - e * by[i][0]) / (D * D), gpb = 0.5 * (d * by[j][1] - e * by[j][0]) / (D * D);
-            var_D += gDa * gDb * cov[l->shape_at[a] * stride + l->shape_at[b]];
-            var_phi += gpa * gpb * cov[l->shape_at[a] * stride + l->shape_at[b]];
+            const double cov = ff_information_covariance(info, l->shape_at[a], l->shape_at[b]);
+            var_D += gDa * gDb * cov;
+            var_phi += gpa * gpb * cov;
         }
     o->phi_determined = D > 2 * sqrt(fmax(var_D, 0));
     if (o->phi_determined) o->phi_std_error = sqrt(fmax(var_phi, 0));
@@ -275,22 +239,14 @@ static void fill_outcome(const ff_plan *plan, const ff_point *at, ff_fit_result 
 
 ff_status ff_result_fill(const ff_plan *plan, const ff_point *at, int errors, ff_fit_result *r)
 {
-    const ff_layout *l = &plan->l;
-    const ff_arrow *arrow = at->arrow;
-    double *cov = calloc(l->arrow ? 1 : l->P * l->P + 1, sizeof *cov);
-    ff_status st = cov ? FF_OK : FF_ERR_MEMORY;
-    if (!st) {
-        fill_outcome(plan, at, r);
-        fill_values(l, at, r);
-        fill_priors(plan, r);
-        if (errors) st = arrow ? ff_result_channel_errors(plan, at, r) : fill_errors(plan, at, cov, r);
-    }
-    if (!st) {
-        fill_ellipse(l, at->shape, !errors ? NULL : arrow ? arrow->shape : cov, arrow ? arrow->S : l->P, r);
-        fill_warnings(plan, r);
-    }
-    free(cov);
-    return st;
+    fill_outcome(plan, at, r);
+    fill_values(&plan->l, at, r);
+    fill_priors(plan, r);
+    const ff_status st = errors ? ff_result_errors(plan, at, r) : FF_OK;
+    if (st) return st;
+    fill_ellipse(&plan->l, at->shape, errors ? at->information : NULL, r);
+    fill_warnings(plan, r);
+    return FF_OK;
 }
 
 ff_status ff_result_new(const ff_plan *plan, ff_fit_result *out)

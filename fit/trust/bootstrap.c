@@ -92,7 +92,7 @@ static ff_status one_sided(const double *x, size_t n, size_t P, size_t k, const 
 
 /* For every parameter [P]. */
 typedef struct groups_that_count {
-    double *number, *seen; /* see ff_clusters_informative and ff_clusters_seen */
+    double *number, *seen; /* see ff_clusters_informative and ff_information_seen */
 } groups_that_count;
 
 /* x [n][P]: the refits that converged. */
@@ -128,13 +128,10 @@ static ff_status take_errors(const ff_layout *l, const double *x, size_t n, size
 static ff_status count_groups(ff_finished *f, const ff_places *places, const groups_that_count *count)
 {
     const ff_plan *plan = &f->plan;
-    const struct ff_problem *p = plan->p;
-    ff_uncertainty u = {0};
-    ff_status st = ff_point_pass(plan, &f->at);
-    if (!st) st = ff_uncertainty_at(plan, &f->at, &u);
-    if (!st) st = ff_clusters_informative(p, &f->at.normal, p->n, places->group, places->n_groups, u.inverse, NULL, count->number);
-    for (size_t k = 0; k < plan->l.P && !st; k++) count->seen[k] = ff_clusters_seen(plan, &u, count->number[k]);
-    ff_uncertainty_free(&u);
+    ff_status st = ff_errors(plan, &f->at);
+    if (!st)
+        st = ff_clusters_informative(plan->p, &f->at.normal, plan->p->n, places->group, places->n_groups, f->at.information, count->number);
+    for (size_t k = 0; k < plan->l.P && !st; k++) count->seen[k] = ff_information_seen(f->at.information, count->number[k]);
     return st;
 }
 

@@ -16,18 +16,27 @@ void ff_cut_off_free(ff_cut_off *c)
     memset(c, 0, sizeof *c);
 }
 
-/* Values [P] of one Gauss-Newton step from the point, of which normal and u are; 0 where it leaves the box. */
-static int step_from(const ff_layout *l, const ff_normal *normal, const ff_uncertainty *u, double *H, double *g, double *value)
+/* Values [P] of one Gauss-Newton step from the point, of which info is; *inside: 0 where it leaves the box. */
+static ff_status step_from(const ff_layout *l, const ff_normal *normal, const ff_information *info, double *value, int *inside)
 {
     const size_t P = l->P;
-    int inside = 1;
-    ff_normal_assemble(l, normal, NULL, H, g);
-    for (size_t k = 0; k < P; k++) {
-        const ff_model_param *p = ff_layout_param(l, k, NULL);
-        for (size_t j = 0; j < P; j++) value[k] -= u->inverse[k * P + j] * g[j];
-        inside &= value[k] >= p->lo && value[k] <= p->hi;
+    ff_gram g;
+    double *slope = malloc((2 * P + 1) * sizeof *slope), *step = slope + P;
+    ff_status st = slope ? ff_gram_new(l, &g) : FF_ERR_MEMORY;
+    if (!st) {
+        ff_gram_fill(l, normal, NULL, &g);
+        ff_gram_gradient(&g, slope);
+        ff_gram_free(&g);
+        st = ff_information_solve(info, slope, step);
     }
-    return inside;
+    *inside = 1;
+    for (size_t k = 0; k < P && !st; k++) {
+        const ff_model_param *p = ff_layout_param(l, k, NULL);
+        value[k] -= step[k];
+        *inside &= value[k] >= p->lo && value[k] <= p->hi;
+    }
+    free(slope);
+    return st;
 }
 
 /* What a pass over the part at the point says: the point's values, or with `step` those of one step from it, against those of the
@@ -37,26 +46,24 @@ static ff_status fill(const ff_plan *plan, ff_point *at, const ff_fit_result *fi
 {
     const ff_layout *l = &plan->l;
     const size_t P = l->P;
-    ff_uncertainty u = {0};
-    int *use = malloc((P + 1) * sizeof *use);
-    double *value = malloc((P * P + 2 * P + 1) * sizeof *value);
-    ff_status st = use && value ? ff_point_pass(plan, at) : FF_ERR_MEMORY;
-    for (size_t k = 0; k < P && !st; k++) use[k] = at->at_bound[k] == 0;
-    if (!st) st = ff_uncertainty_new(plan, &at->normal, use, out->used, &u);
+    ff_information *info = NULL;
+    double *value = malloc((P + 1) * sizeof *value);
+    ff_status st = value ? ff_point_pass(plan, at) : FF_ERR_MEMORY;
+    if (!st) st = ff_information_new(plan, &at->normal, at->at_bound, &info);
+    if (!st) st = ff_information_finish(info, plan, &at->normal, out->used, NULL);
     if (!st) ff_layout_pack(l, at->shape, at->channel, value);
     for (size_t k = 0; k < P && !st; k++) value[k] = ff_coordinate_value(ff_layout_param(l, k, NULL)->info, value[k]);
-    if (!st && step) *near = step_from(l, &at->normal, &u, value + P, value + P + P * P, value);
+    if (!st && step) st = step_from(l, &at->normal, info, value, near);
     for (size_t k = 0; k < P && !st; k++) {
         const ff_fit_value *v = ff_result_value(l, (ff_fit_result *)(uintptr_t)fit, k);
         if (v->column < 0) continue;
-        const double variance = u.cov[k * P + k];
+        const double variance = info->variance[k];
         const double moved = fabs(value[k] - v->value) > CUT_ROUNDING * fabs(v->value) ? value[k] - v->value : 0;
         out->value[v->column] = value[k];
-        out->move[v->column] = u.determined[k] && variance > 0 ? moved / sqrt(variance) : NAN;
+        out->move[v->column] = info->determined[k] && variance > 0 ? moved / sqrt(variance) : NAN;
         if (step) *near &= fabs(out->move[v->column]) < CUT_NEAR;
     }
-    ff_uncertainty_free(&u);
-    free(use);
+    free(info);
     free(value);
     return st;
 }

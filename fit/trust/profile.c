@@ -93,7 +93,7 @@ static void profile_end(void *context, size_t item, int worker)
 }
 
 /* Where to begin and what to look for: the steps of the Wald interval. */
-static size_t lay_out_ends(const profile *f, const ff_uncertainty *u, ff_fit_result *fit)
+static size_t lay_out_ends(const profile *f, const ff_information *u, ff_fit_result *fit)
 {
     const ff_layout *l = &f->fit->plan.l;
     const size_t P = l->P;
@@ -104,7 +104,7 @@ static size_t lay_out_ends(const profile *f, const ff_uncertainty *u, ff_fit_res
         const ff_model_param *param = ff_layout_param(l, k, NULL);
         const ff_param *info = param->info;
         const ff_fit_value *v = ff_result_value(l, fit, k);
-        const double inverse = u->inverse[k * P + k], cov = u->cov[k * P + k], x = ff_coordinate(info, v->value);
+        const double inverse = u->inverse[k], cov = u->variance[k], x = ff_coordinate(info, v->value);
         const int known = u->determined[k] && inverse > 0 && cov > 0;
         const double range = ff_coordinate(info, param->hi) - ff_coordinate(info, param->lo);
         for (int side = -1; side <= 1; side += 2) {
@@ -140,15 +140,15 @@ static void take_ends(const profile *f, size_t n, ff_fit_result *fit)
 ff_status ff_trust_profile(const ff_problem *p, const ff_fit_options *o, ff_fit_result *fit, ff_error *err)
 {
     ff_finished finished;
-    ff_uncertainty u = {0};
+    ff_information *info = NULL;
     ff_status st = ff_finished_open_data(p, o, fit, "the profile of the objective", &finished, err);
     if (st) return st;
     profile f = {&finished, fit->residual.objective, malloc((2 * finished.plan.l.P + 1) * sizeof *f.ends)};
     st = f.ends ? ff_point_pass(&finished.plan, &finished.at) : FF_ERR_MEMORY;
-    if (!st) st = ff_uncertainty_of_all(&finished.plan, &finished.at, &u);
+    if (!st) st = ff_information_of_all(&finished.plan, &finished.at, &info);
     size_t n = 0;
     if (!st) {
-        n = lay_out_ends(&f, &u, fit);
+        n = lay_out_ends(&f, info, fit);
         ff_pool_run(p->pool, n, profile_end, &f);
         for (size_t i = 0; i < n && !st; i++) st = f.ends[i].status;
     }
@@ -156,7 +156,7 @@ ff_status ff_trust_profile(const ff_problem *p, const ff_fit_options *o, ff_fit_
         take_ends(&f, n, fit);
     else
         (void)ff_trust_ended(st, "the profile", err);
-    ff_uncertainty_free(&u);
+    free(info);
     free(f.ends);
     ff_finished_close(&finished);
     return st;

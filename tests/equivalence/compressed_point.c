@@ -17,7 +17,7 @@ ff_status compressed_point(const ff_problem *p, const ff_model *m, const ff_fit_
     }
     if (!st) {
         *cost = 0.5 * normal.cost2;
-        ff_normal_assemble(&layout, &normal, NULL, gram, gradient);
+        assemble(&layout, &normal, NULL, gram, gradient);
     }
     ff_normal_free(&normal);
     return st;
