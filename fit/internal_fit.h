@@ -109,7 +109,7 @@ typedef struct ff_pass {
 } ff_pass;
 
 /* Sums of the residual statistics, over samples and channels, by sample weight. */
-enum { FF_STAT_WEIGHT = 0, FF_STAT_PLAIN, FF_STAT_COSINE, FF_STAT_LOG, FF_STAT_CUBE_ROOT, FF_STAT_MAX, FF_STAT_COUNT };
+enum { FF_STAT_WEIGHT = 0, FF_STAT_PLAIN, FF_STAT_MAX, FF_STAT_LOSS /* + loss */, FF_STAT_COUNT = FF_STAT_LOSS + FF_LOSS_COUNT };
 
 /* Samples of a run: residuals of neighbours go together, and sums over runs show how much. Many samples have long ones, so that
  * what is done with the sums stays short beside a pass. */

@@ -19,7 +19,7 @@
  * its wall, which saves the line searches that bounds would cost. Converged is the same as in solve.c: the Newton decrement, here
  * the sum of what the channels gain by themselves and what the shape gains with the channels following. */
 #include "fit/errors/internal_arrow.h"
-#include "fit/pass/internal_loss.h"
+#include "fit/losses/internal_loss.h"
 #include "internal_solve.h"
 #include <math.h>
 #include <stdlib.h>

@@ -1,5 +1,5 @@
 /* A finished fit looked at again: values at the samples, residuals by angle, values that stand out. */
-#include "fit/pass/internal_loss.h"
+#include "fit/losses/internal_loss.h"
 #include "internal_trust.h"
 #include "ff_resample.h"
 #include <math.h>
@@ -73,12 +73,7 @@ ff_status ff_point_pass(const ff_point *point, const struct ff_problem *p, const
 
 double ff_half_rho(ff_robust robust, double b, double residual, double unit)
 {
-    const double u = residual / unit, s = u * u, b2 = b * b, v = fmax(1 - s / b2, 0);
-    double rho = s;
-    if (robust == FF_ROBUST_HUBER) rho = s > b2 ? 2 * b * fabs(u) - b2 : s;
-    if (robust == FF_ROBUST_CAUCHY) rho = b2 * log1p(s / b2);
-    if (robust == FF_ROBUST_TUKEY) rho = b2 / 3 * (1 - v * v * v);
-    return 0.5 * rho * unit * unit;
+    return 0.5 * ff_robust_rho(robust, b, residual / unit) * unit * unit;
 }
 
 typedef struct evaluation {
@@ -86,11 +81,11 @@ typedef struct evaluation {
     double *model, *residual, *cost;
 } evaluation;
 
-/* w (g(f) - t), or 0 where the datum is known from one side only and the model is there. */
-static double residual_of(const struct ff_problem *p, size_t block, size_t c, size_t i, double f, double x)
+/* w (g - t), or 0 where the datum is known from one side only and the model is there. */
+static double residual_of(const struct ff_problem *p, size_t block, size_t c, size_t i, double g)
 {
     const double w = ff_problem_plane(p, block, p->weight + p->weight_stride * (int)c)[i],
-                 t = ff_problem_plane(p, block, p->target + (int)c)[i], r = w * (ff_loss_target(p->loss, f, x) - t);
+                 t = ff_problem_plane(p, block, p->target + (int)c)[i], r = w * (g - t);
     if (p->side < 0) return r;
     return ff_problem_plane(p, block, p->side + (int)c)[i] * r > 0 ? 0 : r;
 }
@@ -103,7 +98,7 @@ static void evaluate_block(void *context, size_t block, int worker)
     const size_t first = block * FF_BLOCK, n = p->n - first < FF_BLOCK ? p->n - first : FF_BLOCK;
     ff_block scratch;
     ff_geometry g;
-    double f[FF_BLOCK] __attribute__((aligned(64))), x[FF_BLOCK];
+    double f[FF_BLOCK] __attribute__((aligned(64))), x[FF_BLOCK], of_f[FF_BLOCK];
     (void)worker;
     for (int k = 0; k < FF_G_COUNT; k++) g.plane[k] = p->geometry[k] < 0 ? NULL : ff_problem_plane(p, block, p->geometry[k]);
     ff_problem_cosines(&g, x);
@@ -111,8 +106,9 @@ static void evaluate_block(void *context, size_t block, int worker)
     if (e->cost) memset(e->cost + first, 0, n * sizeof *e->cost);
     for (size_t c = 0; c < p->n_channels; c++) {
         prepared->kernels->block_value(prepared, &g, FF_BLOCK, c, &scratch, f);
+        ff_loss_targets(p->loss, n, f, x, of_f);
         for (size_t i = 0; i < n; i++) {
-            const double r = residual_of(p, block, c, i, f[i], x[i]);
+            const double r = residual_of(p, block, c, i, of_f[i]);
             const double unit = p->unit ? (double)p->unit[c * p->n_blocks * FF_BLOCK + first + i] : 1;
             if (e->model) e->model[c * p->n + first + i] = f[i];
             if (e->residual) e->residual[c * p->n + first + i] = r;
