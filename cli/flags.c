@@ -97,9 +97,9 @@ static const flag flags[FLAG_COUNT] = {
     [FLAG_ENERGY] = {"energy-conserving", 0, NULL, C_FITTING, "reflect no more than arrives, at any incidence and in any channel"},
     [FLAG_TABLE] = {"table", 0, "FILE", C_FITTING | C_SCENE, "profile of the distribution `tabulated`"},
     [FLAG_SHAPE] = {"shape", 0, "NAME", C_FITTING, "auto, isotropic, axis or correlated (auto)"},
-    [FLAG_LOSS] = {"loss", 0, "NAME", C_MEASURED, "cosine, log, cube-root, relative or plain (cosine)"},
+    [FLAG_LOSS] = {"loss", 0, "NAME", C_MEASURED, "what is compared (cosine):"},
     [FLAG_ROBUST] = {"robust", 0, "NAME[:SCALE]", C_FITTING,
-                     "huber, cauchy or tukey; SCALE in units of the weighted residual, else estimated; counts outliers (none)"},
+                     "SCALE in units of the weighted residual, else estimated; counts outliers (none):"},
     [FLAG_SATURATION] = {"saturation", 0, "X", C_FITTING, "values at or above X (1/sr) are only known to be at least X"},
     [FLAG_NEGATIVE] = {"negative", 0, "keep|drop", C_FITTING, "samples with a negative value: noise, or left out (keep)"},
     [FLAG_WEIGHT] = {"weight", 0, "NAME", C_MEASURED, "solid-angle, sigma or sample (auto: the first the file offers)"},
@@ -165,8 +165,6 @@ static const struct {
     {FLAG_SEED, C_FIT, "of the bootstrap (1)"},
     {FLAG_GRID, C_RESAMPLE, "directions of OUT, in the words of its format (as the format likes)"},
     {FLAG_GRID, C_READS, "where to sample a file that holds a function: merl, goniometer:STEP, ... (as it was measured)"},
-    {FLAG_LOSS, C_FIT,
-     "cosine, log, cube-root, relative, plain, or auto: the one whose pictures are nearest to the data's (cosine)"},
     {FLAG_TO, C_RESAMPLE, "format of OUT (by its extension)"},
     {FLAG_FORMAT, C_RESAMPLE, "of IN (by content)"},
 };
@@ -344,6 +342,20 @@ const char *cli_value(const cli_args *args, cli_flag_id id, const char *otherwis
 
 /* ---- help ------------------------------------------------------------------------------------ */
 
+static void put_choice(const char *name, const char *help, FILE *out)
+{
+    fprintf(out, "  %-28s   %-10s %s\n", "", name, help);
+}
+
+/* A line for every value of a flag whose values are in a registry. */
+static void put_choices(int id, unsigned command, FILE *out)
+{
+    for (int i = 0; id == FLAG_LOSS && i < FF_LOSS_COUNT; ++i) put_choice(ff_loss_name(i), ff_loss_at(i)->help, out);
+    if (id == FLAG_LOSS && command & C_FIT)
+        put_choice("auto", "the one whose pictures of a lit sphere are nearest to the data's", out);
+    for (int i = 0; id == FLAG_ROBUST && i < FF_ROBUST_COUNT; ++i) put_choice(ff_robust_name(i), ff_robust_at(i)->help, out);
+}
+
 void cli_help_command(const cli_command *command, FILE *out)
 {
     fprintf(out, "facetfit %s %s%s[flags]\n\n%s.\n%s\n", command->name, command->usage, *command->usage ? " " : "",
@@ -355,6 +367,7 @@ void cli_help_command(const cli_command *command, FILE *out)
         snprintf(left, sizeof left, "%s%c%s--%s%s%s", f->letter ? "-" : " ", f->letter ? f->letter : ' ', f->letter ? ", " : "  ",
                  f->name, f->argument ? " " : "", f->argument ? f->argument : "");
         fprintf(out, "  %-28s %s\n", left, help_of(i, bit_of(command)));
+        put_choices(i, bit_of(command), out);
     }
 }
 
