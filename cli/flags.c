@@ -342,18 +342,29 @@ const char *cli_value(const cli_args *args, cli_flag_id id, const char *otherwis
 
 /* ---- help ------------------------------------------------------------------------------------ */
 
-static void put_choice(const char *name, const char *help, FILE *out)
+typedef struct choice {
+    const char *name, *help;
+} choice;
+
+/* The values of a flag that come from a registry, into out; returns how many, 0 for other flags. */
+static int choices_of(int id, unsigned command, choice *out)
 {
-    fprintf(out, "  %-28s   %-10s %s\n", "", name, help);
+    int n = 0;
+    for (int i = 0; id == FLAG_LOSS && i < FF_LOSS_COUNT; ++i) out[n++] = (choice){ff_loss_name(i), ff_loss_at(i)->help};
+    for (int i = 0; id == FLAG_ROBUST && i < FF_ROBUST_COUNT; ++i) out[n++] = (choice){ff_robust_name(i), ff_robust_at(i)->help};
+    if (id == FLAG_LOSS && command & C_FIT)
+        out[n++] = (choice){"auto", "the one whose pictures of a lit sphere are nearest to the data's"};
+    return n;
 }
 
-/* A line for every value of a flag whose values are in a registry. */
+/* A line each. */
 static void put_choices(int id, unsigned command, FILE *out)
 {
-    for (int i = 0; id == FLAG_LOSS && i < FF_LOSS_COUNT; ++i) put_choice(ff_loss_name(i), ff_loss_at(i)->help, out);
-    if (id == FLAG_LOSS && command & C_FIT)
-        put_choice("auto", "the one whose pictures of a lit sphere are nearest to the data's", out);
-    for (int i = 0; id == FLAG_ROBUST && i < FF_ROBUST_COUNT; ++i) put_choice(ff_robust_name(i), ff_robust_at(i)->help, out);
+    choice choices[FF_LOSS_COUNT + FF_ROBUST_COUNT + 1];
+    const int n = choices_of(id, command, choices);
+    size_t width = 0;
+    for (int i = 0; i < n; ++i) width = strlen(choices[i].name) > width ? strlen(choices[i].name) : width;
+    for (int i = 0; i < n; ++i) fprintf(out, "%33s%-*s  %s\n", "", (int)width, choices[i].name, choices[i].help);
 }
 
 void cli_help_command(const cli_command *command, FILE *out)
