@@ -326,9 +326,7 @@ static void json_fits(ff_json *j, const ff_ndf_result *r)
         if (i == FF_NDF_STUDENT_T) ff_json_number(j, "gamma", fit->shape_value[ff_model_param_find(&fit->model, "gamma")].value);
         ff_json_number(j, "objective", fit->residual.objective);
         ff_json_number(j, "rmse", fit->residual.rmse);
-        ff_json_number(j, "cosine_rmse", fit->residual.cosine_rmse);
-        ff_json_number(j, "log_rmse", fit->residual.log_rmse);
-        ff_json_number(j, "cube_root_rmse", fit->residual.cube_root_rmse);
+        ff_report_rmses_json(j, &fit->residual);
         ff_json_number(j, "max_abs", fit->residual.max_abs);
         ff_json_close(j);
     }

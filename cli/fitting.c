@@ -11,16 +11,28 @@ static const double pi = 3.14159265358979323846;
 
 /* ---- options --------------------------------------------------------------------------------- */
 
+/* "huber, cauchy or tukey" */
+static void robust_names(char *out, size_t size)
+{
+    *out = '\0';
+    for (int i = FF_ROBUST_NONE + 1; i < FF_ROBUST_COUNT; ++i)
+        snprintf(out + strlen(out), size - strlen(out), "%s%s",
+                 !*out                     ? ""
+                 : i + 1 < FF_ROBUST_COUNT ? ", "
+                                           : " or ",
+                 ff_robust_name(i));
+}
+
 static int read_robust(const cli_args *args, ff_fit_options *o)
 {
     const char *text = cli_value(args, FLAG_ROBUST, NULL), *colon = text ? strchr(text, ':') : NULL;
-    char name[32];
+    char name[32], known[256];
     if (!text || !strcmp(text, "none")) return EXIT_DONE;
     snprintf(name, sizeof name, "%.*s", (int)strcspn(text, ":"), text);
     const int robust = ff_robust_find(name);
+    robust_names(known, sizeof known);
     if (robust < 0)
-        return cli_usage(args, "--robust %s: expected huber, cauchy or tukey, and a colon and a scale where it is to be given",
-                         text);
+        return cli_usage(args, "--robust %s: expected %s, and a colon and a scale where it is to be given", text, known);
     const char *end = colon ? ff_number_read(colon + 1, &o->robust_scale) : NULL;
     if (colon && (!end || *end || !(o->robust_scale > 0) || !isfinite(o->robust_scale)))
         return cli_usage(args, "--robust %s: expected NAME, or NAME:SCALE with a scale above 0, e.g. huber:0.1", text);

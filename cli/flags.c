@@ -175,8 +175,6 @@ static const struct {
     {FLAG_SEED, C_FIT, "of the bootstrap (1)"},
     {FLAG_GRID, C_RESAMPLE, "directions of OUT, in the words of its format (as the format likes)"},
     {FLAG_GRID, C_READS, "where to sample a file that holds a function: merl, goniometer:STEP, ... (as it was measured)"},
-    {FLAG_LOSS, C_FIT,
-     "cosine, log, cube-root, relative, plain, or auto: the one whose pictures are nearest to the data's (cosine)"},
     {FLAG_TO, C_RESAMPLE, "format of OUT (by its extension)"},
     {FLAG_FORMAT, C_RESAMPLE, "of IN (by content)"},
 };
@@ -359,6 +357,31 @@ const char *cli_value(const cli_args *args, cli_flag_id id, const char *otherwis
 
 /* ---- help ------------------------------------------------------------------------------------ */
 
+typedef struct choice {
+    const char *name, *help;
+} choice;
+
+/* The values of a flag that come from a registry, into out; returns how many, 0 for other flags. */
+static int choices_of(int id, unsigned command, choice *out)
+{
+    int n = 0;
+    for (int i = 0; id == FLAG_LOSS && i < FF_LOSS_COUNT; ++i) out[n++] = (choice){ff_loss_name(i), ff_loss_at(i)->help};
+    for (int i = 0; id == FLAG_ROBUST && i < FF_ROBUST_COUNT; ++i) out[n++] = (choice){ff_robust_name(i), ff_robust_at(i)->help};
+    if (id == FLAG_LOSS && command & C_FIT)
+        out[n++] = (choice){"auto", "the one whose pictures of a lit sphere are nearest to the data's"};
+    return n;
+}
+
+/* A line each. */
+static void put_choices(int id, unsigned command, FILE *out)
+{
+    choice choices[FF_LOSS_COUNT + FF_ROBUST_COUNT + 1];
+    const int n = choices_of(id, command, choices);
+    size_t width = 0;
+    for (int i = 0; i < n; ++i) width = strlen(choices[i].name) > width ? strlen(choices[i].name) : width;
+    for (int i = 0; i < n; ++i) fprintf(out, "%33s%-*s  %s\n", "", (int)width, choices[i].name, choices[i].help);
+}
+
 void cli_help_command(const cli_command *command, FILE *out)
 {
     fprintf(out, "facetfit %s %s%s[flags]\n\n%s.\n%s\n", command->name, command->usage, *command->usage ? " " : "",
@@ -370,6 +393,7 @@ void cli_help_command(const cli_command *command, FILE *out)
         snprintf(left, sizeof left, "%s%c%s--%s%s%s", f->letter ? "-" : " ", f->letter ? f->letter : ' ', f->letter ? ", " : "  ",
                  f->name, f->argument ? " " : "", f->argument ? f->argument : "");
         fprintf(out, "  %-28s %s\n", left, help_of(i, bit_of(command)));
+        put_choices(i, bit_of(command), out);
     }
 }
 

@@ -4,7 +4,7 @@
  * are put in order of the magnitude that the model gives them, cut into bins of equal number, and each bin has its own standard
  * deviation, 1.4826 times the median of |r| (Hampel 1974); between the bins it is interpolated. The fit and the scale improve each
  * other in turn. */
-#include "fit/pass/internal_loss.h"
+#include "fit/losses/internal_loss.h"
 #include "internal_stages.h"
 #include <math.h>
 #include <stdlib.h>
@@ -67,8 +67,10 @@ static double magnitude_of(const struct ff_problem *p, const double *model, size
 {
     const size_t block = i / FF_BLOCK, lane = i % FF_BLOCK;
     const double w = ff_problem_plane(p, block, p->weight + p->weight_stride * (int)c)[lane], f = model[c * p->n + i];
-    const double x = ff_loss_is_curved(p->loss) ? ff_problem_plane(p, block, p->geometry[FF_G_COS_I])[lane] : 1;
-    return fabs(w * ff_loss_target(p->loss, f, x));
+    const double *x = ff_loss_reads_cosine(p->loss) ? ff_problem_plane(p, block, p->geometry[FF_G_COS_I]) + lane : NULL;
+    double g;
+    ff_loss_targets(p->loss, 1, &f, x, &g);
+    return fabs(w * g);
 }
 
 /* Every k-th value, so that sorting stays quick. */

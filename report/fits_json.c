@@ -265,14 +265,24 @@ static void put_ellipse(ff_json *j, const ff_fit_result *f)
     ff_json_close(j);
 }
 
+void ff_report_rmses_json(ff_json *j, const ff_residual *r)
+{
+    for (int loss = 0; loss < FF_LOSS_COUNT; ++loss) {
+        char key[64];
+        if (!ff_loss_at(loss)->rmse_unit) continue;
+        snprintf(key, sizeof key, "%s_rmse", ff_loss_name(loss));
+        for (char *c = key; *c; ++c)
+            if (*c == '-') *c = '_';
+        ff_json_number(j, key, r->loss_rmse[loss]);
+    }
+}
+
 static void put_residual(ff_json *j, const ff_residual *r)
 {
     ff_json_object(j, "residual", FF_JSON_LINE);
     ff_json_number(j, "objective", r->objective);
     ff_json_number(j, "rmse", r->rmse);
-    ff_json_number(j, "cosine_rmse", r->cosine_rmse);
-    ff_json_number(j, "log_rmse", r->log_rmse);
-    ff_json_number(j, "cube_root_rmse", r->cube_root_rmse);
+    ff_report_rmses_json(j, r);
     ff_json_number(j, "max_abs", r->max_abs);
     ff_json_close(j);
 }

@@ -236,9 +236,12 @@ static ff_status put_residual(const ff_fit_result *f, FILE *out)
     head_row(&t, head, 3);
     residual_row(&t, "objective", ff_text_number(f->residual.objective, 5, n), "");
     residual_row(&t, "rmse", ff_text_number(f->residual.rmse, 5, n), "1/sr");
-    residual_row(&t, "cosine rmse", ff_text_number(f->residual.cosine_rmse, 5, n), "1/sr");
-    residual_row(&t, "log rmse", ff_text_number(f->residual.log_rmse, 5, n), "1");
-    residual_row(&t, "cube-root rmse", ff_text_number(f->residual.cube_root_rmse, 5, n), "sr^-1/3");
+    for (int loss = 0; loss < FF_LOSS_COUNT; ++loss) {
+        char name[FF_TEXT_CELL];
+        if (!ff_loss_at(loss)->rmse_unit) continue;
+        snprintf(name, sizeof name, "%s rmse", ff_loss_name(loss));
+        residual_row(&t, name, ff_text_number(f->residual.loss_rmse[loss], 5, n), ff_loss_at(loss)->rmse_unit);
+    }
     residual_row(&t, "largest", ff_text_number(f->residual.max_abs, 5, n), "1/sr");
     residual_row(&t, "AIC", ff_text_fixed(f->aic, 1, n), "");
     residual_row(&t, "BIC", ff_text_fixed(f->bic, 1, n), "");

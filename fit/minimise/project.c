@@ -18,7 +18,7 @@
  * against its bound is held there, and let go when the gradient pulls it inside; a step of the solver that leaves the box ends on
  * its wall, which saves the line searches that bounds would cost. Converged is the same as in solve.c: the Newton decrement, here
  * the sum of what the channels gain by themselves and what the shape gains with the channels following. */
-#include "fit/pass/internal_loss.h"
+#include "fit/losses/internal_loss.h"
 #include "internal_minimise.h"
 #include <math.h>
 #include <stdlib.h>

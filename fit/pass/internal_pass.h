@@ -73,9 +73,6 @@ static inline void ff_problem_cosines(const ff_geometry *g, double *x)
         x[i] = cosine ? cosine[i] : t2 ? 1 / sqrt(1 + t2[i]) : 1 / sqrt(1 + tx[i] * tx[i] + ty[i] * ty[i]);
 }
 
-/* The scale of a robust loss, in standard deviations of normal residuals, at which it loses 5 % of their information. */
-double ff_robust_tuning(ff_robust robust);
-
 /* ---- one pass -------------------------------------------------------------------------------- */
 
 /* Columns of a channel with the residual; coordinates that all channels may share. */
@@ -92,7 +89,7 @@ typedef struct ff_pass {
 } ff_pass;
 
 /* Sums of the residual statistics, over samples and channels, by sample weight. */
-enum { FF_STAT_WEIGHT = 0, FF_STAT_PLAIN, FF_STAT_COSINE, FF_STAT_LOG, FF_STAT_CUBE_ROOT, FF_STAT_MAX, FF_STAT_COUNT };
+enum { FF_STAT_WEIGHT = 0, FF_STAT_PLAIN, FF_STAT_MAX, FF_STAT_LOSS /* + loss */, FF_STAT_COUNT = FF_STAT_LOSS + FF_LOSS_COUNT };
 
 /* Samples of a run: residuals of neighbours go together, and sums over runs show how much. Many samples have long ones, so that
  * what is done with the sums stays short beside a pass. */

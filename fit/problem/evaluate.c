@@ -1,17 +1,12 @@
 /* The model at every sample of a point, the residual there, and what each sample adds to the objective. */
-#include "fit/pass/internal_loss.h"
+#include "fit/losses/internal_loss.h"
 #include "internal_problem.h"
 #include <math.h>
 #include <string.h>
 
 static double half_rho(ff_robust robust, double b, double residual, double unit)
 {
-    const double u = residual / unit, s = u * u, b2 = b * b, v = fmax(1 - s / b2, 0);
-    double rho = s;
-    if (robust == FF_ROBUST_HUBER) rho = s > b2 ? 2 * b * fabs(u) - b2 : s;
-    if (robust == FF_ROBUST_CAUCHY) rho = b2 * log1p(s / b2);
-    if (robust == FF_ROBUST_TUKEY) rho = b2 / 3 * (1 - v * v * v);
-    return 0.5 * rho * unit * unit;
+    return 0.5 * ff_robust_rho(robust, b, residual / unit) * unit * unit;
 }
 
 typedef struct evaluation {
@@ -19,11 +14,11 @@ typedef struct evaluation {
     double *model, *residual, *cost;
 } evaluation;
 
-/* w (g(f) - t), or 0 where the datum is known from one side only and the model is there. */
-static double residual_of(const struct ff_problem *p, size_t block, size_t c, size_t i, double f, double x)
+/* w (g - t), or 0 where the datum is known from one side only and the model is there. */
+static double residual_of(const struct ff_problem *p, size_t block, size_t c, size_t i, double g)
 {
     const double w = ff_problem_plane(p, block, p->weight + p->weight_stride * (int)c)[i],
-                 t = ff_problem_plane(p, block, p->target + (int)c)[i], r = w * (ff_loss_target(p->loss, f, x) - t);
+                 t = ff_problem_plane(p, block, p->target + (int)c)[i], r = w * (g - t);
     if (p->side < 0) return r;
     return ff_problem_plane(p, block, p->side + (int)c)[i] * r > 0 ? 0 : r;
 }
@@ -36,7 +31,7 @@ static void evaluate_block(void *context, size_t block, int worker)
     const size_t first = block * FF_BLOCK, n = p->n - first < FF_BLOCK ? p->n - first : FF_BLOCK;
     ff_block scratch;
     ff_geometry g;
-    double f[FF_BLOCK] __attribute__((aligned(64))), x[FF_BLOCK];
+    double f[FF_BLOCK] __attribute__((aligned(64))), x[FF_BLOCK], of_f[FF_BLOCK];
     (void)worker;
     for (int k = 0; k < FF_G_COUNT; k++) g.plane[k] = p->geometry[k] < 0 ? NULL : ff_problem_plane(p, block, p->geometry[k]);
     ff_problem_cosines(&g, x);
@@ -44,8 +39,9 @@ static void evaluate_block(void *context, size_t block, int worker)
     if (e->cost) memset(e->cost + first, 0, n * sizeof *e->cost);
     for (size_t c = 0; c < p->n_channels; c++) {
         prepared->kernels->block_value(prepared, &g, FF_BLOCK, c, &scratch, f);
+        ff_loss_targets(p->loss, n, f, x, of_f);
         for (size_t i = 0; i < n; i++) {
-            const double r = residual_of(p, block, c, i, f[i], x[i]);
+            const double r = residual_of(p, block, c, i, of_f[i]);
             const double unit = p->unit ? (double)p->unit[c * p->n_blocks * FF_BLOCK + first + i] : 1;
             if (e->model) e->model[c * p->n + first + i] = f[i];
             if (e->residual) e->residual[c * p->n + first + i] = r;

@@ -22,6 +22,9 @@ ff_status ff_order_by_place(const ff_table *t, ff_pool *pool, uint32_t *index, s
 /* FF_ERR_RANGE for an option that names nothing or lies outside its range, whatever the data. */
 ff_status ff_fit_options_check(const ff_fit_options *o, ff_error *err);
 
+/* The scale of a robust loss, in standard deviations of normal residuals, at which it loses 5 % of their information. */
+double ff_robust_tuning(ff_robust robust);
+
 /* Has the caller asked to stop? */
 int ff_fit_cancelled(const ff_fit_options *o);
 

@@ -75,12 +75,14 @@ static void fill_ellipse(const ff_layout *l, const double *shape, const ff_infor
 static void fill_residual(const ff_normal *n, ff_fit_result *r)
 {
     const double w = n->stat[FF_STAT_WEIGHT] > 0 ? n->stat[FF_STAT_WEIGHT] : 1;
-    r->residual = (ff_residual){.objective = 0.5 * n->cost2,
-                                .rmse = sqrt(n->stat[FF_STAT_PLAIN] / w),
-                                .cosine_rmse = sqrt(n->stat[FF_STAT_COSINE] / w),
-                                .log_rmse = sqrt(n->stat[FF_STAT_LOG] / w),
-                                .cube_root_rmse = sqrt(n->stat[FF_STAT_CUBE_ROOT] / w),
-                                .max_abs = n->stat[FF_STAT_MAX]};
+    r->residual =
+        (ff_residual){.objective = 0.5 * n->cost2, .rmse = sqrt(n->stat[FF_STAT_PLAIN] / w), .max_abs = n->stat[FF_STAT_MAX]};
+    double *of = r->residual.loss_rmse;
+    for (int loss = 0; loss < FF_LOSS_COUNT; loss++)
+        of[loss] = ff_loss_at(loss)->rmse_unit ? sqrt(n->stat[FF_STAT_LOSS + loss] / w) : NAN;
+    r->residual.cosine_rmse = of[FF_LOSS_COSINE];
+    r->residual.log_rmse = of[FF_LOSS_LOG];
+    r->residual.cube_root_rmse = of[FF_LOSS_CUBE_ROOT];
 }
 
 static void fill_criteria(const struct ff_problem *p, size_t n_free, ff_fit_result *r)

@@ -1,5 +1,5 @@
 /* A finished fit looked at again: values at the samples, residuals by angle, values that stand out. */
-#include "fit/pass/internal_loss.h"
+#include "fit/losses/internal_loss.h"
 #include "internal_trust.h"
 #include "ff_resample.h"
 #include <math.h>
