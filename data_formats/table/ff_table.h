@@ -83,6 +83,9 @@ typedef struct ff_table {
     void        *kept;           /**< what `format` needs to write the same file again; NULL for most                */
     void       (*kept_free)(void *kept);
     void      *(*kept_share)(void *kept); /**< for a copy of the table: a copy, or the same with one owner more; NULL = no memory */
+    /** The part of weight[sample] that its incidence has, where the other part makes the sum of f cos(theta_o) over an incidence its
+     *  reflectance; NULL: the weights are solid angles and no more. */
+    double     (*kept_incidence)(const void *kept, size_t sample);
 } ff_table;
 
 /** Releases what the table owns and zeroes it. A zeroed table and NULL are legal. */
