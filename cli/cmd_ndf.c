@@ -43,10 +43,8 @@ static int read_options(const cli_args *args, ff_ndf_options *o)
 {
     uint64_t nodes = 0;
     int status, monotone = (int)o->monotone;
-    const char *channels = cli_value(args, FLAG_CHANNELS, "rgb"), *output = cli_value(args, FLAG_OUTPUT, ""),
-               *json = cli_value(args, FLAG_JSON, "");
+    const char *channels = cli_value(args, FLAG_CHANNELS, "rgb");
     if (!strcmp(channels, "each")) return cli_usage(args, "--channels each: a retrieval makes one table; expected rgb or mean");
-    if (!strcmp(output, "-") && !strcmp(json, "-")) return cli_usage(args, "--output - and --json - both want standard output");
     if ((status = read_masking(args, &o->masking)) || (status = cli_number(args, FLAG_SMOOTH, 0, 1e12, &o->smooth)) ||
         (status = cli_integer(args, FLAG_NODES, FF_NDF_NODES_MAX, &nodes)) ||
         (status = cli_choice(args, FLAG_MONOTONE, ff_ndf_monotone_find, ff_ndf_monotone_name, FF_NDF_MONOTONE_COUNT, &monotone)))

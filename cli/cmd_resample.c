@@ -40,8 +40,6 @@ int cmd_resample(const cli_args *args)
     const ff_format *to = NULL;
     uint64_t threads = 0;
     int status = cli_format_for_writing(args, FLAG_TO, args->word[1], &to);
-    if (status == EXIT_DONE && !strcmp(args->word[1], "-") && !strcmp(cli_value(args, FLAG_JSON, ""), "-"))
-        status = cli_usage(args, "--json - and OUT - both want stdout");
     if (status == EXIT_DONE) status = cli_integer(args, FLAG_THREADS, 1024, &threads);
     if (status == EXIT_DONE) status = cli_read(args, args->word[0], 1, &in);
     if (status != EXIT_DONE) return status;

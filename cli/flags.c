@@ -28,48 +28,49 @@ static const cli_command commands[] = {
     {"fit", "FILE", "find the parameters of one model in measured data",
      "Prints parameters with standard errors, the roughness ellipse, residuals and warnings.\n"
      "Exit status 1 when the fit did not converge.\n",
-     1, 1, cmd_fit},
+     INPUT_FILE, NO_FILE, 1, 1, cmd_fit},
     {"compare", "FILE", "fit every distribution under every masking to the same samples",
      "Rows are ranked by the objective; the best is marked '*'. 'all' leaves out maskings that exist for the furnace test alone.\n"
      "Exit status 1 when the best fit did not converge.\n",
-     1, 1, cmd_compare},
+     INPUT_FILE, NO_FILE, 1, 1, cmd_compare},
     {"convert", "[--from NAME --to NAME NAME=VALUE ...]", "roughness of one convention in terms of another",
      "Prints 'name value' lines; without --by, every criterion as a third word. What is assumed goes to stderr.\n"
      "Angles are in degrees. Without --from, lists the conversions.\n",
-     0, 8, cmd_convert},
+     NO_FILE, NO_FILE, 0, 8, cmd_convert},
     {"eval", "EXPR [FILE]", "values of a model for pairs of directions",
      "Reads CSV with the columns theta_i,phi_i,theta_o,phi_o in degrees (others are ignored) from FILE or stdin ('-') and prints "
      "the\n"
      "same rows with f in 1/sr (f_r,f_g,f_b when parameters are given for three channels).\n",
-     1, 2, cmd_eval},
+     NO_FILE, INPUT_FILE, 1, 2, cmd_eval},
     {"simulate", "EXPR", "make a data set from a model",
      "Values are f (1 + noise g1) + noise-floor g2 with standard normal g1, g2. MERL files hold no negative values: there a value "
      "that\n"
      "noise pushes below 0 is stored as 0, and a message counts them.\n",
-     1, 1, cmd_simulate},
+     NO_FILE, NO_FILE, 1, 1, cmd_simulate},
     {"furnace", "EXPR", "directional albedo of a model, or its weak white furnace integral",
      "Prints 'mu,albedo' rows, mu the cosine of the view. With --weak, exit status 1 when a masking that claims an integral of 1\n"
      "misses it by more than 1e-6.\n",
-     1, 1, cmd_furnace},
+     NO_FILE, NO_FILE, 1, 1, cmd_furnace},
     {"sample", "EXPR", "directions of light drawn in proportion to a model",
      "Prints 'theta_i,phi_i,pdf,f,weight' rows for one view: angles in degrees, pdf and f in 1/sr, weight = f cos(theta_i) / pdf. "
      "A\n"
      "direction below the horizon is lost: its pdf, f and weight are 0. The mean of weight over all rows is the directional "
      "albedo.\n",
-     1, 1, cmd_sample},
-    {"info", "FILE", "what is in a file", "", 1, 1, cmd_info},
-    {"models", "", "distributions, maskings, Fresnel and diffuse terms with their parameters; presets", "", 0, 0, cmd_models},
-    {"formats", "", "file formats", "", 0, 0, cmd_formats},
+     NO_FILE, NO_FILE, 1, 1, cmd_sample},
+    {"info", "FILE", "what is in a file", "", INPUT_FILE, NO_FILE, 1, 1, cmd_info},
+    {"models", "", "distributions, maskings, Fresnel and diffuse terms with their parameters; presets", "", NO_FILE, NO_FILE, 0, 0,
+     cmd_models},
+    {"formats", "", "file formats", "", NO_FILE, NO_FILE, 0, 0, cmd_formats},
     {"ndf", "FILE", "the distribution of normals behind measured data, without a formula",
      "Prints measures of the roughness, F0 and kd, and the residual beside those of the parametric fits; -o writes the table that "
      "the\n"
      "distribution `tabulated` reads, '-o -' to stdout and nothing else. Exit status 1 when the retrieval did not converge.\n",
-     1, 1, cmd_ndf},
+     INPUT_FILE, NO_FILE, 1, 1, cmd_ndf},
     {"resample", "IN OUT", "convert measured data to another format",
      "The format of OUT is that of its extension, or --to. Where it needs other directions than IN has, values are interpolated; "
      "what\n"
      "was interpolated, taken by reciprocity, extrapolated or dropped is counted on stdout.\n",
-     2, 2, cmd_resample},
+     INPUT_FILE, OUTPUT_FILE, 2, 2, cmd_resample},
 };
 enum { COMMANDS = sizeof commands / sizeof commands[0] };
 
@@ -77,82 +78,91 @@ typedef struct flag {
     const char *name;
     char letter;          /* short form, 0 = none      */
     const char *argument; /* NULL for a switch         */
+    cli_file file;        /* what the value names      */
     unsigned commands;
     const char *help;
 } flag;
 
 /* Indexed by cli_flag_id. */
 static const flag flags[FLAG_COUNT] = {
-    [FLAG_MODEL] = {"model", 0, "EXPR", C_FIT, "sum of lobes NDF[/MASKING[/FRESNEL]] and a diffuse name (ggx+lambert)"},
-    [FLAG_NDF] = {"ndf", 0, "LIST|all", C_COMPARE, "distributions, separated by commas (all)"},
-    [FLAG_MASKING] = {"masking", 0, "LIST|all", C_COMPARE | C_NDF, "masking functions (all); of ndf one (smith-height-correlated)"},
-    [FLAG_FRESNEL] = {"fresnel", 0, "LIST|all", C_COMPARE, "Fresnel terms (schlick)"},
-    [FLAG_DIFFUSE] = {"diffuse", 0, "LIST|all|none", C_COMPARE, "diffuse terms (lambert)"},
-    [FLAG_SET] = {"set", 0, "P=V,...", C_SCENE, "parameters; v1:v2:v3 gives one value per channel; alpha=v sets both axes"},
-    [FLAG_FREE] = {"free", 0, "P,...", C_FITTING, "also fit parameters that are held at a value otherwise (ks, ginneken)"},
-    [FLAG_FIX] = {"fix", 0, "P=V,...", C_FITTING, "hold parameters at a value"},
-    [FLAG_BOUND] = {"bound", 0, "P=LO:HI,...", C_FITTING, "keep parameters between bounds"},
-    [FLAG_PRIOR] = {"prior", 0, "P=M+-S,...", C_FITTING, "parameters known before: mean and standard deviation, f0=0.04+-0.01"},
-    [FLAG_TIE] = {"tie", 0, "P=Q,...|P", C_FITTING, "make parameters equal, lobe2.f0=f0; one name: one value for all channels"},
-    [FLAG_ENERGY] = {"energy-conserving", 0, NULL, C_FITTING, "reflect no more than arrives, at any incidence and in any channel"},
-    [FLAG_TABLE] = {"table", 0, "FILE", C_FITTING | C_SCENE, "profile of the distribution `tabulated`"},
-    [FLAG_SHAPE] = {"shape", 0, "NAME", C_FITTING, "auto, isotropic, axis or correlated (auto)"},
-    [FLAG_LOSS] = {"loss", 0, "NAME", C_MEASURED, "cosine, log, cube-root, relative or plain (cosine)"},
-    [FLAG_ROBUST] = {"robust", 0, "NAME[:SCALE]", C_FITTING,
+    [FLAG_MODEL] = {"model", 0, "EXPR", NO_FILE, C_FIT, "sum of lobes NDF[/MASKING[/FRESNEL]] and a diffuse name (ggx+lambert)"},
+    [FLAG_NDF] = {"ndf", 0, "LIST|all", NO_FILE, C_COMPARE, "distributions, separated by commas (all)"},
+    [FLAG_MASKING] = {"masking", 0, "LIST|all", NO_FILE, C_COMPARE | C_NDF,
+                      "masking functions (all); of ndf one (smith-height-correlated)"},
+    [FLAG_FRESNEL] = {"fresnel", 0, "LIST|all", NO_FILE, C_COMPARE, "Fresnel terms (schlick)"},
+    [FLAG_DIFFUSE] = {"diffuse", 0, "LIST|all|none", NO_FILE, C_COMPARE, "diffuse terms (lambert)"},
+    [FLAG_SET] = {"set", 0, "P=V,...", NO_FILE, C_SCENE,
+                  "parameters; v1:v2:v3 gives one value per channel; alpha=v sets both axes"},
+    [FLAG_FREE] = {"free", 0, "P,...", NO_FILE, C_FITTING, "also fit parameters that are held at a value otherwise (ks, ginneken)"},
+    [FLAG_FIX] = {"fix", 0, "P=V,...", NO_FILE, C_FITTING, "hold parameters at a value"},
+    [FLAG_BOUND] = {"bound", 0, "P=LO:HI,...", NO_FILE, C_FITTING, "keep parameters between bounds"},
+    [FLAG_PRIOR] = {"prior", 0, "P=M+-S,...", NO_FILE, C_FITTING,
+                    "parameters known before: mean and standard deviation, f0=0.04+-0.01"},
+    [FLAG_TIE] = {"tie", 0, "P=Q,...|P", NO_FILE, C_FITTING,
+                  "make parameters equal, lobe2.f0=f0; one name: one value for all channels"},
+    [FLAG_ENERGY] = {"energy-conserving", 0, NULL, NO_FILE, C_FITTING,
+                     "reflect no more than arrives, at any incidence and in any channel"},
+    [FLAG_TABLE] = {"table", 0, "FILE", INPUT_FILE, C_FITTING | C_SCENE, "profile of the distribution `tabulated`"},
+    [FLAG_SHAPE] = {"shape", 0, "NAME", NO_FILE, C_FITTING, "auto, isotropic, axis or correlated (auto)"},
+    [FLAG_LOSS] = {"loss", 0, "NAME", NO_FILE, C_MEASURED, "cosine, log, cube-root, relative or plain (cosine)"},
+    [FLAG_ROBUST] = {"robust", 0, "NAME[:SCALE]", NO_FILE, C_FITTING,
                      "huber, cauchy or tukey; SCALE in units of the weighted residual, else estimated; counts outliers (none)"},
-    [FLAG_SATURATION] = {"saturation", 0, "X", C_FITTING, "values at or above X (1/sr) are only known to be at least X"},
-    [FLAG_NEGATIVE] = {"negative", 0, "keep|drop", C_FITTING, "samples with a negative value: noise, or left out (keep)"},
-    [FLAG_WEIGHT] = {"weight", 0, "NAME", C_MEASURED, "solid-angle, sigma or sample (auto: the first the file offers)"},
-    [FLAG_MAX_THETA] = {"max-theta", 0, "DEG", C_MEASURED, "leave out samples beyond this angle (80)"},
-    [FLAG_CUT_OFF] = {"cut-off", 0, "DEG", C_FIT, "fit again up to this angle and say what moves; 0: not (10 below --max-theta)"},
-    [FLAG_PROFILE] = {"profile", 0, NULL, C_FIT, "intervals by the profile of the objective, not by standard errors"},
-    [FLAG_BOOTSTRAP] = {"bootstrap", 0, "N", C_FIT, "errors and intervals by N refits to reweighted incident directions"},
-    [FLAG_CROSS_VALIDATE] = {"cross-validate", 0, "K", C_COMPARE,
+    [FLAG_SATURATION] = {"saturation", 0, "X", NO_FILE, C_FITTING, "values at or above X (1/sr) are only known to be at least X"},
+    [FLAG_NEGATIVE] = {"negative", 0, "keep|drop", NO_FILE, C_FITTING, "samples with a negative value: noise, or left out (keep)"},
+    [FLAG_WEIGHT] = {"weight", 0, "NAME", NO_FILE, C_MEASURED, "solid-angle, sigma or sample (auto: the first the file offers)"},
+    [FLAG_MAX_THETA] = {"max-theta", 0, "DEG", NO_FILE, C_MEASURED, "leave out samples beyond this angle (80)"},
+    [FLAG_CUT_OFF] = {"cut-off", 0, "DEG", NO_FILE, C_FIT,
+                      "fit again up to this angle and say what moves; 0: not (10 below --max-theta)"},
+    [FLAG_PROFILE] = {"profile", 0, NULL, NO_FILE, C_FIT, "intervals by the profile of the objective, not by standard errors"},
+    [FLAG_BOOTSTRAP] = {"bootstrap", 0, "N", NO_FILE, C_FIT, "errors and intervals by N refits to reweighted incident directions"},
+    [FLAG_CROSS_VALIDATE] = {"cross-validate", 0, "K", NO_FILE, C_COMPARE,
                              "also compare on incident directions that a fit has not seen, in K parts"},
-    [FLAG_RESIDUALS] = {"residuals", 0, "FILE", C_FITTING,
+    [FLAG_RESIDUALS] = {"residuals", 0, "FILE", OUTPUT_FILE, C_FITTING,
                         "write model - data of every sample (compare: of the best) as .csv or .exr"},
-    [FLAG_CHANNELS] = {"channels", 0, "rgb|mean|each", C_MEASURED, "share the shape, average first, or fit each alone (rgb)"},
-    [FLAG_MEAN_SLOPE] = {"mean-slope", 0, NULL, C_FITTING, "fit the mean slope too: a sample mounted at a tilt"},
-    [FLAG_MAX_ITERATIONS] = {"max-iterations", 0, "N", C_MEASURED, "of the solver (100)"},
-    [FLAG_SMOOTH] = {"smooth", 0, "S", C_NDF, "weight of the penalty on what is not smooth (by cross-validation)"},
-    [FLAG_NODES] = {"nodes", 0, "N", C_NDF, "angles at which D is free, 31 to 100 (by the range of the data)"},
-    [FLAG_MONOTONE] = {"monotone", 0, "slopes|d", C_NDF,
+    [FLAG_CHANNELS] = {"channels", 0, "rgb|mean|each", NO_FILE, C_MEASURED,
+                       "share the shape, average first, or fit each alone (rgb)"},
+    [FLAG_MEAN_SLOPE] = {"mean-slope", 0, NULL, NO_FILE, C_FITTING, "fit the mean slope too: a sample mounted at a tilt"},
+    [FLAG_MAX_ITERATIONS] = {"max-iterations", 0, "N", NO_FILE, C_MEASURED, "of the solver (100)"},
+    [FLAG_SMOOTH] = {"smooth", 0, "S", NO_FILE, C_NDF, "weight of the penalty on what is not smooth (by cross-validation)"},
+    [FLAG_NODES] = {"nodes", 0, "N", NO_FILE, C_NDF, "angles at which D is free, 31 to 100 (by the range of the data)"},
+    [FLAG_MONOTONE] = {"monotone", 0, "slopes|d", NO_FILE, C_NDF,
                        "what must not rise with the angle: the density of slopes, D cos^4, or D itself (slopes)"},
-    [FLAG_FROM] = {"from", 0, "NAME", C_CONVERT, "convention of the numbers given"},
-    [FLAG_TO] = {"to", 0, "NAME", C_CONVERT | C_RESAMPLE, "convention wanted"},
-    [FLAG_BY] = {"by", 0, "CRITERION", C_CONVERT, "what is to be equal, where there is a choice (all of them)"},
-    [FLAG_LIST] = {"list", 0, NULL, C_CONVERT, "list the conversions"},
-    [FLAG_TERMS] = {"terms", 0, NULL, C_EVAL, "also D, Lambda of both directions, G and F"},
-    [FLAG_MARKDOWN] = {"markdown", 0, NULL, C_MODELS, "as the page docs/models.md"},
-    [FLAG_ROWS] = {"rows", 0, "N", C_COMPARE, "rows of the table, the best ones; 0 for all (25). The JSON has all"},
-    [FLAG_GRID] = {"grid", 0, "NAME", C_SIMULATE | C_READS,
+    [FLAG_FROM] = {"from", 0, "NAME", NO_FILE, C_CONVERT, "convention of the numbers given"},
+    [FLAG_TO] = {"to", 0, "NAME", NO_FILE, C_CONVERT | C_RESAMPLE, "convention wanted"},
+    [FLAG_BY] = {"by", 0, "CRITERION", NO_FILE, C_CONVERT, "what is to be equal, where there is a choice (all of them)"},
+    [FLAG_LIST] = {"list", 0, NULL, NO_FILE, C_CONVERT, "list the conversions"},
+    [FLAG_TERMS] = {"terms", 0, NULL, NO_FILE, C_EVAL, "also D, Lambda of both directions, G and F"},
+    [FLAG_MARKDOWN] = {"markdown", 0, NULL, NO_FILE, C_MODELS, "as the page docs/models.md"},
+    [FLAG_ROWS] = {"rows", 0, "N", NO_FILE, C_COMPARE, "rows of the table, the best ones; 0 for all (25). The JSON has all"},
+    [FLAG_GRID] = {"grid", 0, "NAME", NO_FILE, C_SIMULATE | C_READS,
                    "merl, goniometer[:STEP] or scattered:N[:FRACTION near the mirror direction] (goniometer:5)"},
-    [FLAG_NOISE] = {"noise", 0, "REL", C_SIMULATE, "standard deviation of multiplicative noise (0)"},
-    [FLAG_NOISE_FLOOR] = {"noise-floor", 0, "X", C_SIMULATE | C_FITTING, "standard deviation of additive noise, 1/sr (0)"},
-    [FLAG_SIGMA] = {"sigma", 0, NULL, C_SIMULATE, "write the standard deviations too (csv)"},
-    [FLAG_SEED] = {"seed", 0, "N", C_SIMULATE | C_SAMPLE | C_FIT, "of noise and random directions (1)"},
-    [FLAG_COLUMNS] = {"columns", 0, "K=NAME,...", C_READS,
+    [FLAG_NOISE] = {"noise", 0, "REL", NO_FILE, C_SIMULATE, "standard deviation of multiplicative noise (0)"},
+    [FLAG_NOISE_FLOOR] = {"noise-floor", 0, "X", NO_FILE, C_SIMULATE | C_FITTING, "standard deviation of additive noise, 1/sr (0)"},
+    [FLAG_SIGMA] = {"sigma", 0, NULL, NO_FILE, C_SIMULATE, "write the standard deviations too (csv)"},
+    [FLAG_SEED] = {"seed", 0, "N", NO_FILE, C_SIMULATE | C_SAMPLE | C_FIT, "of noise and random directions (1)"},
+    [FLAG_COLUMNS] = {"columns", 0, "K=NAME,...", NO_FILE, C_READS,
                       "columns of a CSV: theta_i=incidence,f=reflectance,phi_i=0 (by their names)"},
-    [FLAG_QUANTITY] = {"quantity", 0, "NAME", C_READS,
+    [FLAG_QUANTITY] = {"quantity", 0, "NAME", NO_FILE, C_READS,
                        "what the numbers are: brdf, brdf-cos or reflectance-factor (as the file says)"},
-    [FLAG_SCALE] = {"scale", 0, "X", C_READS, "factor on all values, of a file that is not calibrated"},
-    [FLAG_PART] = {"part", 0, "NAME", C_READS, "which data set of a file that has several, e.g. reflection-back"},
-    [FLAG_REDUCE] = {"reduce", 0, "TO", C_READS,
+    [FLAG_SCALE] = {"scale", 0, "X", NO_FILE, C_READS, "factor on all values, of a file that is not calibrated"},
+    [FLAG_PART] = {"part", 0, "NAME", NO_FILE, C_READS, "which data set of a file that has several, e.g. reflection-back"},
+    [FLAG_REDUCE] = {"reduce", 0, "TO", NO_FILE, C_READS,
                      "channels: srgb[:d65|e], bands:NAME=LO-HI,..., channels:NAME,... or mean (as they are)"},
-    [FLAG_EXTRAPOLATE] = {"extrapolate", 0, NULL, C_RESAMPLE, "fill what lies beyond the data with the nearest values"},
-    [FLAG_OUTPUT] = {"output", 'o', "FILE", C_SIMULATE | C_NDF, "where to write; '-' is stdout"},
-    [FLAG_WEAK] = {"weak", 0, NULL, C_FURNACE, "the weak white furnace integral instead of the albedo"},
-    [FLAG_MU] = {"mu", 0, "LIST", C_FURNACE, "cosines of the view, in (0, 1] (1,0.9,...,0.1)"},
-    [FLAG_THETA] = {"theta", 0, "DEG", C_SAMPLE, "angle of the view from the normal (0)"},
-    [FLAG_PHI] = {"phi", 0, "DEG", C_FURNACE | C_SAMPLE, "azimuth of the view (0)"},
-    [FLAG_SAMPLES] = {"samples", 'n', "N", C_SAMPLE, "how many (1000)"},
-    [FLAG_FORMAT] = {"format", 0, "NAME", C_READS | C_SIMULATE, "of FILE (reading: by content; writing: by extension)"},
-    [FLAG_THREADS] = {"threads", 0, "N", C_MEASURED | C_RESAMPLE, "the result does not depend on it (one per processor)"},
-    [FLAG_ISA] = {"isa", 0, "NAME", C_MEASURED | C_SCENE, "best, scalar, avx2 or avx512 (best)"},
-    [FLAG_JSON] = {"json", 0, "FILE|-", C_ALL & ~(unsigned)C_SIMULATE, "write JSON; '-' is stdout and nothing else goes there"},
-    [FLAG_PROGRESS] = {"progress", 0, NULL, C_MEASURED, "show progress (when stderr is a terminal)"},
-    [FLAG_NO_PROGRESS] = {"no-progress", 0, NULL, C_MEASURED, "do not"},
-    [FLAG_HELP] = {"help", 'h', NULL, C_ALL, "this text"},
+    [FLAG_EXTRAPOLATE] = {"extrapolate", 0, NULL, NO_FILE, C_RESAMPLE, "fill what lies beyond the data with the nearest values"},
+    [FLAG_OUTPUT] = {"output", 'o', "FILE", OUTPUT_FILE, C_SIMULATE | C_NDF, "where to write; '-' is stdout"},
+    [FLAG_WEAK] = {"weak", 0, NULL, NO_FILE, C_FURNACE, "the weak white furnace integral instead of the albedo"},
+    [FLAG_MU] = {"mu", 0, "LIST", NO_FILE, C_FURNACE, "cosines of the view, in (0, 1] (1,0.9,...,0.1)"},
+    [FLAG_THETA] = {"theta", 0, "DEG", NO_FILE, C_SAMPLE, "angle of the view from the normal (0)"},
+    [FLAG_PHI] = {"phi", 0, "DEG", NO_FILE, C_FURNACE | C_SAMPLE, "azimuth of the view (0)"},
+    [FLAG_SAMPLES] = {"samples", 'n', "N", NO_FILE, C_SAMPLE, "how many (1000)"},
+    [FLAG_FORMAT] = {"format", 0, "NAME", NO_FILE, C_READS | C_SIMULATE, "of FILE (reading: by content; writing: by extension)"},
+    [FLAG_THREADS] = {"threads", 0, "N", NO_FILE, C_MEASURED | C_RESAMPLE, "the result does not depend on it (one per processor)"},
+    [FLAG_ISA] = {"isa", 0, "NAME", NO_FILE, C_MEASURED | C_SCENE, "best, scalar, avx2 or avx512 (best)"},
+    [FLAG_JSON] = {"json", 0, "FILE|-", OUTPUT_FILE, C_ALL & ~(unsigned)C_SIMULATE,
+                   "write JSON; '-' is stdout and nothing else goes there"},
+    [FLAG_PROGRESS] = {"progress", 0, NULL, NO_FILE, C_MEASURED, "show progress (when stderr is a terminal)"},
+    [FLAG_NO_PROGRESS] = {"no-progress", 0, NULL, NO_FILE, C_MEASURED, "do not"},
+    [FLAG_HELP] = {"help", 'h', NULL, NO_FILE, C_ALL, "this text"},
 };
 
 /* What a flag means to some commands, where it is not what the table says. */
@@ -191,6 +201,11 @@ const cli_command *cli_command_at(size_t i)
 const char *cli_flag_name(cli_flag_id flag)
 {
     return flags[flag].name;
+}
+
+cli_file cli_flag_file(cli_flag_id flag)
+{
+    return flags[flag].file;
 }
 
 static unsigned bit_of(const cli_command *command)
@@ -317,7 +332,7 @@ int cli_args_parse(const cli_command *command, int argc, char **argv, cli_args *
         return cli_usage(out, "%s is missing: facetfit %s %s", out->n_words ? "a word" : command->usage, command->name,
                          command->usage);
     if (out->n_words > command->most) return cli_usage(out, "unexpected '%s'", out->word[command->most]);
-    return EXIT_DONE;
+    return cli_files_check(out);
 }
 
 void cli_args_free(cli_args *args)

@@ -16,12 +16,16 @@ enum { EXIT_DONE = 0, EXIT_ANSWER_IS_NO = 1, EXIT_USAGE = 2, EXIT_INPUT = 3, EXI
 
 typedef struct cli_args cli_args;
 
+/* What a word of the command line names, or the value of a flag. */
+typedef enum cli_file { NO_FILE, INPUT_FILE, OUTPUT_FILE } cli_file;
+
 typedef struct cli_command {
     const char *name;
     const char *usage;   /* what follows the name, flags aside */
     const char *summary; /* one line                            */
     const char *more;    /* the rest of --help                  */
-    size_t      least, most; /* positional words                */
+    cli_file    first, second; /* positional words; an input that is left out is standard input */
+    size_t      least, most; /* how many of them                */
     int (*run)(const cli_args *args); /* exit status            */
 } cli_command;
 
@@ -119,11 +123,13 @@ struct cli_args {
     ff_report_head     head;   /* the whole command line         */
 };
 
-/* Takes argv apart for `command` (argv[0] is its first word). Exit status; cli_args_free afterwards, whatever it is. */
+/* Takes argv apart for `command` (argv[0] is its first word), and looks at the files it names (cli_files_check). Exit status;
+ * cli_args_free afterwards, whatever it is. */
 int  cli_args_parse(const cli_command *command, int argc, char **argv, cli_args *out);
 void cli_args_free(cli_args *args);
 
 const char *cli_flag_name(cli_flag_id flag);
+cli_file    cli_flag_file(cli_flag_id flag);
 int         cli_given(const cli_args *args, cli_flag_id flag);                          /* how often               */
 const char *cli_value(const cli_args *args, cli_flag_id flag, const char *otherwise);   /* of the last one         */
 
@@ -202,6 +208,13 @@ int cli_read(const cli_args *args, const char *path, int with_notes, ff_table *o
 
 /* The format to write `path` in: by the flag, or by its extension; CSV for "-". Exit status. */
 int cli_format_for_writing(const cli_args *args, cli_flag_id flag, const char *path, const ff_format **out);
+
+/* ---- files -------------------------------------------------------------------------------------------------------------------*/
+
+/* Before a command runs: is an output one of its inputs or another output, however they are spelled? EXIT_DONE or EXIT_USAGE. */
+int cli_files_check(const cli_args *args);
+/* The same for a file that an input names: FF_ERR_UNSUPPORTED where it is an output. An ff_read_options.ask, of a cli_args. */
+ff_status cli_files_ask(const void *args, const char *path, ff_error *err);
 
 /* ---- outputs -----------------------------------------------------------------------------------------------------------------*/
 

@@ -28,6 +28,8 @@ static int read_options(const cli_args *args, ff_read_options *o)
     o->format = cli_value(args, FLAG_FORMAT, NULL);
     o->columns = cli_value(args, FLAG_COLUMNS, NULL);
     o->part = cli_value(args, FLAG_PART, NULL);
+    o->ask = cli_files_ask;
+    o->ask_context = args;
     if (strcmp(args->command->name, "resample")) o->grid = cli_value(args, FLAG_GRID, NULL); /* there it is the grid of OUT */
     if ((status = cli_choice(args, FLAG_QUANTITY, find_quantity, ff_quantity_name, 3, &o->quantity)) != EXIT_DONE) return status;
     return read_scale(args, &o->scale);

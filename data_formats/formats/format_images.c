@@ -58,6 +58,7 @@ typedef struct images {
     ff_lines lines;
     ff_error *err;
     const char *path;
+    const ff_read_options *options;
     int quantity, isotropic; /* -1 = not said */
     double radians_per_unit;
     encoding said; /* by the comment */
@@ -385,7 +386,8 @@ static ff_status open_beside(shot *s, const char *name, ff_image **image, ff_ima
     if (!S_ISREG(st.st_mode)) return shot_fails(s, FF_ERR_OPEN, "no regular file", "an image");
     ff_error inner = {0};
     const char *kind = NULL;
-    ff_status status = ff_image_check(s->path, &kind, &inner);
+    ff_status status = f->options->ask ? f->options->ask(f->options->ask_context, s->path, &inner) : FF_OK;
+    if (status == FF_OK) status = ff_image_check(s->path, &kind, &inner);
     if (status == FF_OK) status = f->reader->open(s->path, kind, image, info, &inner);
     if (status == FF_OK) return FF_OK;
     return ff_error_set(f->err, status, f->path, f->lines.line, -1, "image %s: %.500s", s->quoted, inner.message);
@@ -804,7 +806,7 @@ static ff_status read_images(const char *path, const ff_read_options *o, ff_tabl
 {
     images *f = calloc(1, sizeof *f);
     if (!f) return ff_error_set(err, FF_ERR_MEMORY, path, 0, -1, "no memory for an image stack");
-    *f = (images){.err = err, .path = path, .quantity = -1, .isotropic = -1, .radians_per_unit = degree};
+    *f = (images){.err = err, .path = path, .options = o, .quantity = -1, .isotropic = -1, .radians_per_unit = degree};
     for (int c = 0; c < N_COLUMNS; c++) f->column[c] = -1;
     ff_status s = ff_lines_open(path, &f->lines, err);
     if (s == FF_OK) {
