@@ -85,13 +85,15 @@ ff_status ff_problem_fit(ff_problem *p, const ff_model *m, const ff_fit_options 
     ff_fit_result r = {.model = *m, .n_channels = C, .shape = ff_layout_shape(m, p->selection.isotropic, o->shape, o->mean_slope)};
     ff_ties ties;
     ff_extras *extras = NULL;
+    ff_limits *limits = NULL;
     st = ff_constraints_apply(o->constraints, r.shape, &r.model, &ties, err);
     if (!st) st = ff_layout_init(&r.model, C, r.shape, o->mean_slope, &l, err);
     if (!st && ties.n) ff_layout_tie(&l, &ties);
     if (!st) st = check_fit(&l, p, o, err);
+    if (!st && o->robust != FF_ROBUST_NONE && o->robust_scale == 0 && !p->unit) st = ff_problem_estimate_scale(p, m, o, err);
+    if (!st) st = ff_limits_of(o->constraints, p, &r.model, &ties, &limits, err);
     if (st) return st;
-    if (o->robust != FF_ROBUST_NONE && o->robust_scale == 0 && !p->unit) st = ff_problem_estimate_scale(p, m, o, err);
-    if (st) return st;
+    l.limits = limits;
     double shape[FF_MAX_SHAPE], *channel = calloc(size + 1, sizeof *channel);
     int *at_bound = calloc(l.P + 1, sizeof *at_bound);
     r.shape_value = calloc(m->n_shape + 1, sizeof *r.shape_value);
@@ -99,8 +101,7 @@ ff_status ff_problem_fit(ff_problem *p, const ff_model *m, const ff_fit_options 
     ff_solution solution = {.outcome = FF_CONVERGED};
     if (!channel || !at_bound || !r.shape_value || !r.channel_value)
         st = ff_error_set(err, FF_ERR_MEMORY, NULL, 0, -1, "out of memory");
-    if (!st && ff_extras_new(o->constraints, &l, r.shape, &extras))
-        st = ff_error_set(err, FF_ERR_MEMORY, NULL, 0, -1, "out of memory");
+    if (!st) st = ff_extras_new(o->constraints, &l, p, r.shape, &extras, err);
     l.extras = extras;
     ff_layout_many(&l, o->dense_channels);
     ff_fit_options solving = *o; /* the weight of a prior needs the errors of the data */
@@ -129,6 +130,7 @@ ff_status ff_problem_fit(ff_problem *p, const ff_model *m, const ff_fit_options 
     free(channel);
     free(at_bound);
     ff_extras_free(extras);
+    ff_limits_free(limits);
     if (st) {
         ff_fit_result_free(&r);
         return st;

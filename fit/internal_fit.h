@@ -31,6 +31,9 @@ struct ff_problem {
     double tan2_lo, tan2_hi; /* range of tan^2 theta over the samples' directions                       */
     ff_selection selection;
     char (*channel_name)[FF_CHANNEL_NAME];
+    size_t n_table_channels; /* of the table, of which this may have one: only_channel, -1 = all or their mean     */
+    char (*table_channel)[FF_CHANNEL_NAME];
+    int only_channel;
     double *channel_mean;    /* [n_channels] of |y| over the used samples */
     uint32_t *index;         /* [n] place of each sample in the table, or in the problem that a smaller one stands for */
     float *lowest;           /* [n_blocks FF_BLOCK] the lower of the cosines of both directions; NULL in a smaller problem */
@@ -183,6 +186,7 @@ typedef struct ff_layout {
     int shape_follows[FF_MAX_SHAPE];            /* the free parameter of its kind that it is equal to, -1 = none     */
     int channel_follows[FF_MAX_CHANNEL_PARAMS]; /* in its channel                                                    */
     const struct ff_extras *extras;             /* terms of the objective that are not of the data, NULL = none      */
+    const struct ff_limits *limits;             /* where channels differ in their bounds or held values, NULL = nowhere */
     int arrow;     /* 1: many channels, nothing of size P^2 is made; see internal_arrow.h. Set by ff_layout_many */
     size_t pinned; /* coordinate that ff_solve leaves where it is; FF_NOT_PINNED */
 } ff_layout;
@@ -191,6 +195,22 @@ typedef struct ff_layout {
 static inline void ff_layout_many(ff_layout *l, size_t dense)
 {
     l->arrow = l->n_channels > dense && l->free.n_channel > 0 && !l->tied && !l->extras;
+}
+
+/* Bounds and initial values of the channel parameters of a model, [n_channels][n_channel] each. Where lo = hi, the parameter is held
+ * there in that channel. */
+typedef struct ff_limits {
+    double *lo, *hi, *init;
+} ff_limits;
+
+static inline double ff_layout_lo(const ff_layout *l, size_t c, uint32_t k)
+{
+    return l->limits ? l->limits->lo[c * l->m->n_channel + k] : l->m->channel[k].lo;
+}
+
+static inline double ff_layout_hi(const ff_layout *l, size_t c, uint32_t k)
+{
+    return l->limits ? l->limits->hi[c * l->m->n_channel + k] : l->m->channel[k].hi;
 }
 
 /* Coordinate of column k of channel c: free shape parameters first. */
@@ -223,6 +243,19 @@ typedef struct ff_ties {
  * says which are equal. Errors as ff_constraints_check, m may then be changed in part. */
 ff_status ff_constraints_apply(const ff_constraints *c, ff_shape shape, ff_model *m, ff_ties *ties, ff_error *err);
 
+/* What c says of single channels of a problem, for a model that ff_constraints_apply has changed; *out = NULL when that is nothing.
+ * FF_ERR_UNKNOWN for a channel that is none, FF_ERR_RANGE for another number of values than channels, FF_ERR_UNSUPPORTED for a
+ * parameter that is tied, FF_ERR_MEMORY. Release it with ff_limits_free. */
+ff_status ff_limits_of(const ff_constraints *c, const struct ff_problem *p, const ff_model *m, const ff_ties *ties, ff_limits **out,
+                       ff_error *err);
+/* Those of a model alone; NULL without memory. And those of parameter from_k of from_n to parameter k of n, in all channels. */
+ff_limits *ff_limits_new(const ff_model *m, size_t n_channels);
+void ff_limits_copy(const ff_limits *from, size_t from_n, size_t from_k, size_t n_channels, ff_limits *to, size_t n, size_t k);
+void ff_limits_free(ff_limits *limits);
+/* Index of the channel that is named beside parameter `name`; -1 where the problem is another channel of the same table.
+ * FF_ERR_UNKNOWN for one that the table lacks, FF_ERR_UNSUPPORTED where its channels are averaged. */
+ff_status ff_channel_find(const struct ff_problem *p, const char *name, const char *channel, int *out, ff_error *err);
+
 /* Ties of l's model: before anything is made of l's coordinates. */
 void ff_layout_tie(ff_layout *l, const ff_ties *ties);
 
@@ -241,6 +274,10 @@ ff_shape ff_layout_shape(const ff_model *m, int isotropic_table, ff_shape asked,
 
 /* The mode of the model's stretched lobes for a shape. */
 ff_stretch_mode ff_layout_mode(const ff_model *m, ff_shape shape, int mean_slope);
+
+/* Bounds of the parameter of coordinate k < P; is it held there, the two being one? */
+void ff_layout_range(const ff_layout *l, size_t k, double *lo, double *hi);
+int ff_layout_is_fixed(const ff_layout *l, size_t k);
 
 /* The parameter of coordinate k < P that others may follow, and the channel it belongs to (0 for a shared one); c may be NULL. */
 const ff_model_param *ff_layout_param(const ff_layout *l, size_t k, size_t *c);
@@ -261,6 +298,8 @@ ff_status ff_normal_new(const ff_layout *l, ff_normal *out);
 /* Initial values as ff_model_defaults (channel may be NULL), with one roughness for both axes of an isotropic shape and tied
  * parameters equal. */
 void ff_layout_defaults(const ff_layout *l, double *shape, double *channel);
+/* Those of the channels alone, before ties. */
+void ff_layout_channel_defaults(const ff_layout *l, double *channel);
 
 /* Makes pass ready for these parameters, which must outlive it. FF_ERR_MEMORY. Release it with ff_pass_free. */
 ff_status ff_layout_pass(const ff_layout *l, const struct ff_problem *p, const ff_fit_options *o, const double *shape,
@@ -299,8 +338,10 @@ double ff_tied_least_squares(const ff_layout *l, const ff_normal *normal, const 
 typedef struct ff_standin {
     ff_model model;
     ff_layout layout;
+    ff_limits *limits; /* its own; NULL where it has none or is the layout itself */
 } ff_standin;
 ff_status ff_standin_make(const ff_layout *l, ff_standin *out);
+void ff_standin_free(ff_standin *s);
 
 /* From an optimum of the stand-in: shape, channel of l's model. There are ff_standin_variants ways where it does not say enough. */
 uint32_t ff_standin_variants(const ff_layout *l);
@@ -368,9 +409,10 @@ ff_status ff_solve(const ff_layout *l, const struct ff_problem *p, const ff_fit_
 /* Terms of the objective that no sample has: priors, and the penalty on albedos above 1. */
 typedef struct ff_extras ff_extras;
 
-/* Those of c (NULL = none) for a layout that has its ties; *out = NULL when there are none. FF_ERR_MEMORY. The terms weigh nothing
- * until ff_extras_solve gives them their weights. */
-ff_status ff_extras_new(const ff_constraints *c, const ff_layout *l, ff_shape shape, ff_extras **out);
+/* Those of c (NULL = none) for a layout that has its ties; *out = NULL when there are none. FF_ERR_MEMORY, FF_ERR_UNKNOWN for a
+ * channel that p does not have. The terms weigh nothing until ff_extras_solve gives them their weights. */
+ff_status ff_extras_new(const ff_constraints *c, const ff_layout *l, const struct ff_problem *p, ff_shape shape, ff_extras **out,
+                        ff_error *err);
 void ff_extras_free(ff_extras *e);
 
 /* Does a prior name a parameter of one of these lobes that is not tied to that in its place in the other? */
@@ -395,8 +437,8 @@ double ff_extras_weight(const ff_layout *l, size_t k);
 ff_status ff_extras_solve(ff_extras *e, const ff_layout *l, const struct ff_problem *p, const ff_fit_options *o, double *shape,
                           double *channel, int *at_bound, ff_solution *solution, ff_error *err);
 
-/* The prior of a parameter, as ff_model_param_find says; 0 when it has none. */
-int ff_extras_prior(const ff_extras *e, int at, double *mean, double *sd);
+/* The prior of a parameter, as ff_model_param_find says, in channel c; 0 when it has none. */
+int ff_extras_prior(const ff_extras *e, int at, size_t c, double *mean, double *sd);
 
 /* What the priors add to the objective at the optimum. */
 double ff_extras_penalty(const ff_extras *e);

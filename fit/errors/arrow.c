@@ -392,7 +392,7 @@ static ff_arrow *prepare(const ff_layout *l, const ff_normal *n, const int *at_b
     int *use = malloc((l->P + 1) * sizeof *use);
     if (a && use) {
         for (size_t k = 0; k < l->P; k++) {
-            use[k] = !at_bound || at_bound[k] == 0;
+            use[k] = at_bound ? at_bound[k] == 0 : !ff_layout_is_fixed(l, k);
             a->used += (size_t)use[k];
             a->of_channel += (double)use[k] / (k < l->free.n_shape ? 1 : (double)l->n_channels);
         }
@@ -494,7 +494,7 @@ static ff_status one_sided(const ff_layout *l, const struct ff_problem *p, const
         st = fill_covariances(a, p, n, none);
     }
     for (size_t k = 0; k < P && !st; k++) {
-        if (!at_bound[k]) continue;
+        if (!at_bound[k] || ff_layout_is_fixed(l, k)) continue;
         const double t = ff_student_quantile(0.9, a->dof[k]),
                      cov = k < a->S ? a->shape[k * a->S + k] : a->block[(k - a->S) * a->K + (k - a->S) % a->K];
         const int known = a->determined[k] && inverse[k] > 0;
@@ -513,7 +513,7 @@ ff_status ff_arrow_intervals(const ff_layout *l, const struct ff_problem *p, con
     int any = 0;
     for (size_t k = 0; k < l->P; k++) {
         ff_fit_value *v = ff_result_value(l, r, k);
-        any |= at_bound[k];
+        any |= at_bound[k] && !ff_layout_is_fixed(l, k);
         if (isnan(v->std_error)) continue;
         ff_interval_around(ff_layout_param(l, k, NULL)->info, ff_student_quantile(0.95, a->dof[k]) * v->std_error, FF_INTERVAL_WALD,
                            v);

@@ -42,13 +42,13 @@ static ff_status fill_one_sided(const ff_layout *l, const struct ff_problem *p, 
     int *use = malloc((P + 1) * sizeof *use);
     double *H = malloc((P * P + P + 1) * sizeof *H), *g = H + P * P;
     ff_status st = use && H ? FF_OK : FF_ERR_MEMORY;
-    for (size_t k = 0; k < P && !st; k++) use[k] = 1;
+    for (size_t k = 0; k < P && !st; k++) use[k] = !ff_layout_is_fixed(l, k);
     if (!st) st = ff_uncertainty_new(l, p, n, use, p->n, &u);
     if (!st) {
         ff_normal_assemble(l, n, NULL, H, g);
         for (size_t k = 0; k < P; k++) {
             const double inverse = u.inverse[k * P + k], cov = u.cov[k * P + k];
-            if (!at_bound[k]) continue;
+            if (!at_bound[k] || !use[k]) continue;
             const double t = ff_student_quantile(0.9, u.dof[k]);
             ff_fit_value *v = ff_result_value(l, r, k);
             ff_interval_from_bound(ff_layout_param(l, k, NULL)->info, g[k], u.determined[k] ? inverse : 0,
@@ -67,7 +67,7 @@ ff_status ff_intervals_fill(const ff_layout *l, const struct ff_problem *p, cons
     int any = 0;
     for (size_t k = 0; k < l->P; k++) {
         ff_fit_value *v = ff_result_value(l, r, k);
-        any |= at_bound[k];
+        any |= at_bound[k] && !ff_layout_is_fixed(l, k);
         if (isnan(v->std_error)) continue;
         ff_interval_around(ff_layout_param(l, k, NULL)->info, ff_student_quantile(0.95, u->dof[k]) * v->std_error, FF_INTERVAL_WALD,
                            v);

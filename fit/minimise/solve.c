@@ -145,7 +145,7 @@ static int update_held(solver *s, int *held, int *releases)
 {
     int changed = 0;
     for (size_t k = 0; k < s->l->P; k++) {
-        if (k == s->l->pinned) {
+        if (k == s->l->pinned || s->lower[k] == s->upper[k]) {
             held[k] = 1;
             continue;
         }
@@ -163,9 +163,11 @@ static int update_held(solver *s, int *held, int *releases)
 void ff_solve_bounds(const ff_layout *l, double *lower, double *upper)
 {
     for (size_t k = 0; k < l->P; k++) {
-        const ff_model_param *p = ff_layout_param(l, k, NULL);
-        lower[k] = ff_coordinate(p->info, p->lo);
-        upper[k] = ff_coordinate(p->info, p->hi);
+        const ff_param *info = ff_layout_param(l, k, NULL)->info;
+        double lo, hi;
+        ff_layout_range(l, k, &lo, &hi);
+        lower[k] = ff_coordinate(info, lo);
+        upper[k] = ff_coordinate(info, hi);
     }
 }
 

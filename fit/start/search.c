@@ -58,7 +58,7 @@ static void polish_first(void *context, size_t i, int worker)
     const ff_layout *l = &p->standin->layout;
     point *at = &p->to[i];
     (void)worker;
-    ff_model_defaults(l->m, l->n_channels, NULL, at->channel);
+    ff_layout_channel_defaults(l, at->channel);
     at->status = ff_start_channels(l, p->p, p->o, at->shape, at->channel, &at->cost2);
     if (!at->status) at->status = minimise(p, l, FF_ROUGHER, FF_FIRST_STEPS, at);
 }
@@ -258,7 +258,7 @@ ff_status ff_search(const ff_layout *l, struct ff_problem *p, const ff_fit_optio
     search s = {.n = 0};
     point optima[FF_OPTIMA + 1];
     const point *best = NULL;
-    ff_standin standin;
+    ff_standin standin = {.limits = NULL};
     const size_t size = l->n_channels * FF_MAX_CHANNEL_PARAMS; /* of either model */
     double *channels = calloc((FF_POINTS + FF_OPTIMA + 1) * size + 1, sizeof *channels);
     ff_status st = channels ? ff_standin_make(l, &standin) : FF_ERR_MEMORY;
@@ -272,6 +272,7 @@ ff_status ff_search(const ff_layout *l, struct ff_problem *p, const ff_fit_optio
         memcpy(shape, best->shape, l->m->n_shape * sizeof *shape);
         memcpy(channel, best->channel, l->n_channels * l->m->n_channel * sizeof *channel);
     }
+    ff_standin_free(&standin);
     free(channels);
     if (st == FF_ERR_CANCELLED) return ff_error_set(err, st, NULL, 0, -1, "cancelled");
     return st ? ff_error_set(err, st, NULL, 0, -1, "the search for a start failed: %s", ff_status_str(st)) : FF_OK;

@@ -24,9 +24,10 @@ static int step_from(const ff_point *at, const ff_normal *normal, const ff_uncer
     int inside = 1;
     ff_normal_assemble(l, normal, NULL, H, g);
     for (size_t k = 0; k < P; k++) {
-        const ff_model_param *p = ff_layout_param(l, k, NULL);
+        double lo, hi;
+        ff_layout_range(l, k, &lo, &hi);
         for (size_t j = 0; j < P; j++) value[k] -= u->inverse[k * P + j] * g[j];
-        inside &= value[k] >= p->lo && value[k] <= p->hi;
+        inside &= value[k] >= lo && value[k] <= hi;
     }
     return inside;
 }

@@ -8,7 +8,8 @@
 typedef struct ff_point {
     ff_layout l;
     double shape[FF_MAX_SHAPE], *channel; /* [n_channels][n_channel] */
-    int *at_bound;                        /* [P] */
+    int *at_bound;                        /* [P]; not 0 either where a parameter is held in its channel */
+    ff_limits *limits;                    /* those of l, NULL = none */
 } ff_point;
 
 /* FF_ERR_RANGE for a fit of other channels than those of p, FF_ERR_MEMORY. Release with ff_point_free. */

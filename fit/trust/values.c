@@ -12,7 +12,7 @@
 ff_status ff_point_new(const struct ff_problem *p, const ff_fit_options *o, const ff_fit_result *fit, ff_point *out, ff_error *err)
 {
     const size_t size = fit->n_channels * fit->model.n_channel;
-    ff_point point;
+    ff_point point = {.limits = NULL};
     if (fit->n_channels != p->n_channels)
         return ff_error_set(err, FF_ERR_RANGE, NULL, 0, -1, "a fit of %zu channels does not belong to a problem of %zu",
                             fit->n_channels, p->n_channels);
@@ -20,7 +20,9 @@ ff_status ff_point_new(const struct ff_problem *p, const ff_fit_options *o, cons
     ff_ties ties;
     ff_status st = ff_constraints_apply(o->constraints, fit->shape, &model, &ties, err);
     if (!st) st = ff_layout_init(&fit->model, fit->n_channels, fit->shape, o->mean_slope, &point.l, err);
+    if (!st) st = ff_limits_of(o->constraints, p, &model, &ties, &point.limits, err);
     if (st) return st;
+    point.l.limits = point.limits;
     if (ties.n) ff_layout_tie(&point.l, &ties);
     point.channel = malloc((size + 1) * sizeof *point.channel);
     point.at_bound = calloc(point.l.P + 1, sizeof *point.at_bound);
@@ -31,7 +33,8 @@ ff_status ff_point_new(const struct ff_problem *p, const ff_fit_options *o, cons
     for (uint32_t k = 0; k < fit->model.n_shape; k++) point.shape[k] = fit->shape_value[k].value;
     for (size_t k = 0; k < size; k++) point.channel[k] = fit->channel_value[k].value;
     for (size_t k = 0; k < point.l.P; k++)
-        point.at_bound[k] = ff_result_value(&point.l, (ff_fit_result *)(uintptr_t)fit, k)->at_bound;
+        point.at_bound[k] =
+            ff_layout_is_fixed(&point.l, k) ? -1 : ff_result_value(&point.l, (ff_fit_result *)(uintptr_t)fit, k)->at_bound;
     *out = point;
     return FF_OK;
 }
@@ -47,6 +50,7 @@ void ff_point_free(ff_point *point)
 {
     free(point->channel);
     free(point->at_bound);
+    ff_limits_free(point->limits);
 }
 
 ff_status ff_point_pass(const ff_point *point, const struct ff_problem *p, const ff_fit_options *o, ff_normal *out)
