@@ -1,13 +1,13 @@
-/* No command writes over what it reads, nor two results into one file. The tables of flags.c say which words and flags name a file;
- * here all of a command line are compared before the command runs. */
-#include "internal_cli.h"
+/* No command writes over what it reads, nor two results into one file. The definitions say which words and flags name a file; here
+ * all of a command line are compared before the command runs. */
+#include "internal_flags.h"
 #include <limits.h>
 #include <string.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
 /* Where a command line can name a file: its first words, its flags, and the standard output that nobody named. */
-enum { FLAGS_FROM = 2, UNNAMED_OUTPUT = FLAGS_FROM + FLAG_COUNT, PLACES };
+enum { FLAGS_FROM = CLI_PLACES, UNNAMED_OUTPUT = FLAGS_FROM + FLAG_COUNT, PLACES };
 
 /* What a file is, however it is spelled. */
 typedef struct identity {
@@ -18,7 +18,7 @@ typedef struct identity {
 } identity;
 
 typedef struct named_file {
-    cli_file use;
+    cli_kind use;
     char label[32]; /* "--json", "FILE" */
     int unnamed;    /* 1: the label says all */
     const char *path;
@@ -37,11 +37,11 @@ static identity identity_of_new(const char *path)
     return (identity){1, st.st_dev, st.st_ino, name};
 }
 
-static identity identify(const char *path, cli_file use)
+static identity identify(const char *path, cli_kind use)
 {
     struct stat st;
     const int standard = !strcmp(path, "-");
-    const int failed = standard ? fstat(use == INPUT_FILE ? STDIN_FILENO : STDOUT_FILENO, &st) : stat(path, &st);
+    const int failed = standard ? fstat(use == KIND_INPUT_FILE ? STDIN_FILENO : STDOUT_FILENO, &st) : stat(path, &st);
     if (failed) return standard ? (identity){0} : identity_of_new(path);
     return (identity){S_ISREG(st.st_mode) || S_ISBLK(st.st_mode), st.st_dev, st.st_ino, ""};
 }
@@ -53,27 +53,22 @@ static int same(const identity *a, const identity *b)
 
 /* ---- the files of a command line ------------------------------------------------------------- */
 
-/* The k-th word of "EXPR [FILE]", as messages call it. */
-static void label_word(const char *usage, size_t k, char *label, size_t size)
-{
-    for (; k > 0; --k) usage += strcspn(usage, " ") + 1;
-    usage += strspn(usage, "[");
-    snprintf(label, size, "%.*s", (int)strcspn(usage, " ]"), usage);
-}
-
 static void take_word(const cli_args *args, size_t k, named_file *out)
 {
-    out->use = k == 0 ? args->command->first : args->command->second;
-    if (out->use == NO_FILE) return;
-    label_word(args->command->usage, k, out->label, sizeof out->label);
+    const cli_place *place = &args->command->place[k];
+    if (!place->name || !cli_kind_is_file(place->kind)) return;
+    out->use = place->kind;
+    snprintf(out->label, sizeof out->label, "%s", place->name);
     out->path = k < args->n_words ? args->word[k] : "-";
 }
 
 static void take_flag(const cli_args *args, cli_flag_id flag, named_file *out)
 {
-    out->use = cli_flag_file(flag);
+    const cli_flag f = cli_flag_of(flag, args->command);
+    if (!cli_kind_is_file(f.kind)) return;
+    out->use = f.kind;
     out->path = cli_value(args, flag, NULL);
-    snprintf(out->label, sizeof out->label, "--%s", cli_flag_name(flag));
+    snprintf(out->label, sizeof out->label, "--%s", f.name);
 }
 
 static int take(const cli_args *args, size_t place, named_file *out);
@@ -83,21 +78,21 @@ static void take_unnamed(const cli_args *args, named_file *out)
 {
     named_file other;
     for (size_t place = 0; place < UNNAMED_OUTPUT; ++place)
-        if (take(args, place, &other) && other.use == OUTPUT_FILE && !strcmp(other.path, "-")) return;
-    *out = (named_file){.use = OUTPUT_FILE, .label = "standard output", .unnamed = 1, .path = "-"};
+        if (take(args, place, &other) && other.use == KIND_OUTPUT_FILE && !strcmp(other.path, "-")) return;
+    *out = (named_file){.use = KIND_OUTPUT_FILE, .label = "standard output", .unnamed = 1, .path = "-"};
 }
 
 /* 0 when no file is named in this place. */
 static int take(const cli_args *args, size_t place, named_file *out)
 {
-    *out = (named_file){.use = NO_FILE};
+    *out = (named_file){.use = KIND_SWITCH};
     if (place < FLAGS_FROM)
         take_word(args, place, out);
     else if (place < UNNAMED_OUTPUT)
         take_flag(args, (cli_flag_id)(place - FLAGS_FROM), out);
     else
         take_unnamed(args, out);
-    if (out->use == NO_FILE || !out->path) return 0;
+    if (out->use == KIND_SWITCH || !out->path) return 0;
     out->is = identify(out->path, out->use);
     return 1;
 }
@@ -118,7 +113,7 @@ static int refuse(const cli_args *args, const named_file *a, const named_file *b
     if (a->use != b->use) return cli_usage(args, "%s is the input %s; give another file to %s", first, second, a->label);
     if (!strcmp(a->path, "-") && !strcmp(b->path, "-"))
         return cli_usage(args, "%s and %s both want standard %s; give a file to one of them", first, second,
-                         a->use == INPUT_FILE ? "input" : "output");
+                         a->use == KIND_INPUT_FILE ? "input" : "output");
     return cli_usage(args, "%s and %s are the same file; give another to one of them", first, second);
 }
 
@@ -126,7 +121,7 @@ static int refuse(const cli_args *args, const named_file *a, const named_file *b
 static int collide(const named_file *a, const named_file *b)
 {
     if (a->use == b->use && !strcmp(a->path, "-") && !strcmp(b->path, "-")) return 1;
-    return a->use == OUTPUT_FILE && same(&a->is, &b->is);
+    return a->use == KIND_OUTPUT_FILE && same(&a->is, &b->is);
 }
 
 int cli_files_check(const cli_args *args)
@@ -143,9 +138,9 @@ int cli_files_check(const cli_args *args)
 ff_status cli_files_ask(const void *args, const char *path, ff_error *err)
 {
     named_file output;
-    const identity input = identify(path, INPUT_FILE);
+    const identity input = identify(path, KIND_INPUT_FILE);
     for (size_t place = 0; place < PLACES; ++place) {
-        if (!take(args, place, &output) || output.use != OUTPUT_FILE || !same(&output.is, &input)) continue;
+        if (!take(args, place, &output) || output.use != KIND_OUTPUT_FILE || !same(&output.is, &input)) continue;
         return ff_error_set(err, FF_ERR_UNSUPPORTED, NULL, 0, -1, "it is what %s would write; give another file to %s",
                             output.label, output.label);
     }

@@ -53,18 +53,29 @@ typedef enum ff_outcome {
 const char *ff_outcome_name(int outcome);
 
 /** What is known of a parameter besides the data. Names are those of the model ("alpha_x", "lobe2.f0"); "alpha" and "lobe2.alpha"
- *  stand for both axes, a per-channel name for all channels. */
+ *  stand for both axes, a per-channel name for all channels or, with a `channel` as the table names it, for that one. */
 typedef struct ff_bound {
     const char *name;
-    double lo, hi; /**< as ff_model_bound                                                          */
+    double lo, hi;       /**< as ff_model_bound                                                    */
+    const char *channel; /**< NULL: of all channels                                                */
 } ff_bound;
 
 /** The parameter is mean +- sd, a normal distribution, before the data are seen. Of every channel by itself, unless they are tied.
  */
 typedef struct ff_prior {
     const char *name;
-    double mean, sd; /**< finite; sd > 0                                                             */
+    double mean, sd;     /**< finite; sd > 0                                                       */
+    const char *channel; /**< NULL: of every channel                                               */
 } ff_prior;
+
+/** A per-channel parameter is held: at value [n], one for each channel of the table in its order; or, with n = 1 and a `channel`, in
+ *  that channel alone, whatever it is in the others. One value for all channels is ff_model_hold. */
+typedef struct ff_fixed {
+    const char *name;
+    size_t n;
+    const double *value; /**< [n]                                                                  */
+    const char *channel; /**< NULL: all of them                                                    */
+} ff_fixed;
 
 /** Parameter `name` is equal to `to`; to = NULL: the per-channel parameter has one value for all channels. Tied parameters are of
  * one kind: both shared or both per channel, fitted in the same coordinate. What follows a parameter that is held is held. */
@@ -74,10 +85,11 @@ typedef struct ff_tie {
 
 /** Borrowed by the options; must outlive the fit. */
 typedef struct ff_constraints {
-    size_t n_bounds, n_priors, n_ties;
+    size_t n_bounds, n_priors, n_ties, n_fixed;
     const ff_bound *bound; /**< [n_bounds]                                                             */
     const ff_prior *prior; /**< [n_priors]                                                             */
     const ff_tie *tie;     /**< [n_ties]                                                               */
+    const ff_fixed *fixed; /**< [n_fixed]                                                              */
     int energy_conserving; /**< 1: no channel reflects more than arrives, at any incidence: albedo <= 1 + 1e-4 */
     int where_present;     /**< 1: what names a parameter that the model lacks is left out             */
 } ff_constraints;

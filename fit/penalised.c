@@ -38,8 +38,10 @@ static ff_status go_to_means(const ff_penalties *e, const ff_plan *plan, ff_poin
     if (!x) return FF_ERR_MEMORY;
     ff_layout_pack(l, at->shape, at->channel, x);
     for (size_t i = 0; i < e->n_priors; i++) {
-        const ff_model_param *info = ff_layout_param(l, e->prior[i].coordinate, NULL);
-        x[e->prior[i].coordinate] = ff_coordinate(info->info, fmin(fmax(e->prior[i].mean, info->lo), info->hi));
+        const ff_param *info = ff_layout_param(l, e->prior[i].coordinate, NULL)->info;
+        double lo, hi;
+        ff_layout_range(l, e->prior[i].coordinate, &lo, &hi);
+        x[e->prior[i].coordinate] = ff_coordinate(info, fmin(fmax(e->prior[i].mean, lo), hi));
     }
     ff_layout_unpack(l, x, at->shape, at->channel);
     free(x);

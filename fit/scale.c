@@ -154,6 +154,7 @@ static ff_status values_at(const struct ff_problem *p, const ff_fit_options *o, 
         st = ff_point_evaluate(&plan, &at, 1, model, residual, NULL);
         ff_point_free(&at);
     }
+    ff_plan_free(&plan);
     return st ? ff_error_set(err, st, NULL, 0, -1, "out of memory") : FF_OK;
 }
 

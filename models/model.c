@@ -1,7 +1,6 @@
 /* Composition of terms into a model: the expression language, parameter names and boxes, claims. */
-#define _GNU_SOURCE /* strtod_l, newlocale */
 #include "models/kernels/internal_kernel.h"
-#include <locale.h>
+#include "base/internal_number.h"
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -173,23 +172,11 @@ void ff_model_lobe_alone(const ff_model *m, uint32_t l, size_t n_channels, const
         memcpy(out_channel + c * alone.n_channel, channel + c * m->n_channel + group->channel0, alone.n_channel * sizeof *channel);
 }
 
-/* Reads one number of the C locale up to `end`. */
+/* Reads the decimal number that stands from text to `end`. */
 static ff_status read_number(const char *text, const char *end, double *out, ff_error *err)
 {
-    char buffer[64];
     const size_t length = (size_t)(end - text);
-    if (length && length < sizeof buffer) {
-        memcpy(buffer, text, length);
-        buffer[length] = 0;
-        char *stop = NULL;
-        locale_t c = newlocale(LC_ALL_MASK, "C", (locale_t)0);
-        const double value = c ? strtod_l(buffer, &stop, c) : strtod(buffer, &stop);
-        if (c) freelocale(c);
-        if (stop == buffer + length && buffer[0] != ' ') {
-            *out = value;
-            return FF_OK;
-        }
-    }
+    if (ff_number_read(text, out) == end && isfinite(*out)) return FF_OK;
     return ff_error_set(err, FF_ERR_SYNTAX, NULL, 0, -1, "'%.*s' is not a number", (int)(length < 60 ? length : 60), text);
 }
 

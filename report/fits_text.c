@@ -19,21 +19,32 @@ static void put_count(FILE *out, const char **separator, size_t n, const char *w
     *separator = ", ";
 }
 
+/* "eta held at 0.18:0.42:1.45", of many channels the first ones */
+static void put_fixed(const ff_fixed *f, const char *separator, FILE *out)
+{
+    enum { SHOWN = 4 };
+    char key[FF_REPORT_KEY], number[FF_TEXT_NUMBER];
+    fprintf(out, "%s%s held at ", separator, ff_report_key(f->name, f->channel, key));
+    for (size_t k = 0; k < f->n && k < SHOWN; ++k) fprintf(out, "%s%s", k ? ":" : "", ff_text_number(f->value[k], 6, number));
+    if (f->n > SHOWN) fprintf(out, ":... (%zu values)", f->n);
+}
+
 /* A line of what was given besides the data. */
 static void put_constraints(const ff_constraints *c, FILE *out)
 {
-    char a[FF_TEXT_NUMBER], b[FF_TEXT_NUMBER];
+    char a[FF_TEXT_NUMBER], b[FF_TEXT_NUMBER], key[FF_REPORT_KEY];
     const char *separator = "given: ";
     if (!c) return;
     for (size_t i = 0; i < c->n_bounds; ++i, separator = "; ")
-        fprintf(out, "%s%s in [%s, %s]", separator, c->bound[i].name, ff_text_number(c->bound[i].lo, 6, a),
-                ff_text_number(c->bound[i].hi, 6, b));
+        fprintf(out, "%s%s in [%s, %s]", separator, ff_report_key(c->bound[i].name, c->bound[i].channel, key),
+                ff_text_number(c->bound[i].lo, 6, a), ff_text_number(c->bound[i].hi, 6, b));
     for (size_t i = 0; i < c->n_priors; ++i, separator = "; ")
-        fprintf(out, "%s%s = %s +- %s", separator, c->prior[i].name, ff_text_number(c->prior[i].mean, 6, a),
-                ff_text_number(c->prior[i].sd, 6, b));
+        fprintf(out, "%s%s = %s +- %s", separator, ff_report_key(c->prior[i].name, c->prior[i].channel, key),
+                ff_text_number(c->prior[i].mean, 6, a), ff_text_number(c->prior[i].sd, 6, b));
     for (size_t i = 0; i < c->n_ties; ++i, separator = "; ")
         fprintf(out, "%s%s %s%s", separator, c->tie[i].name, c->tie[i].to ? "= " : "the same in all channels",
                 c->tie[i].to ? c->tie[i].to : "");
+    for (size_t i = 0; i < c->n_fixed; ++i, separator = "; ") put_fixed(&c->fixed[i], separator, out);
     if (c->energy_conserving) fprintf(out, "%senergy is conserved", separator), separator = "; ";
     if (*separator == ';') fputc('\n', out);
 }

@@ -71,7 +71,7 @@ static ff_status invert(const ff_plan *plan, const ff_normal *n, const int *at_b
         return st;
     }
     for (size_t k = 0; k < info->P; k++) {
-        info->use[k] = !at_bound || at_bound[k] == 0;
+        info->use[k] = at_bound ? at_bound[k] == 0 : !ff_layout_is_fixed(&plan->l, k);
         info->used += (size_t)info->use[k];
     }
     fill_scale(info, &g);

@@ -48,7 +48,7 @@ static ff_status fill_one_sided(const ff_plan *plan, const ff_point *at, ff_fit_
         ff_gram_free(&g);
     }
     for (size_t k = 0; k < l->P && !st; k++) {
-        if (!at->at_bound[k]) continue;
+        if (!at->at_bound[k] || ff_layout_is_fixed(l, k)) continue;
         const double t = ff_student_quantile(0.9, info->dof[k]), inverse = info->inverse[k];
         const int known = info->determined[k] && inverse > 0;
         ff_interval_from_bound(ff_layout_param(l, k, NULL)->info, slope[k], known ? inverse : 0,
@@ -65,7 +65,7 @@ ff_status ff_intervals_fill(const ff_plan *plan, const ff_point *at, ff_fit_resu
     int any = 0;
     for (size_t k = 0; k < l->P; k++) {
         ff_fit_value *v = ff_result_value(l, r, k);
-        any |= at->at_bound[k];
+        any |= at->at_bound[k] && !ff_layout_is_fixed(l, k);
         if (isnan(v->std_error)) continue;
         ff_interval_around(ff_layout_param(l, k, NULL)->info, ff_student_quantile(0.95, at->information->dof[k]) * v->std_error,
                            FF_INTERVAL_WALD, v);

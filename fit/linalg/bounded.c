@@ -72,8 +72,9 @@ static double way_to_wall(size_t n, const double *lo, const double *hi, const do
     return step;
 }
 
-/* The parameter at a bound that the objective pulls inside the most, -1 when none does. */
-static int pulled_inside(const double *gram, size_t n, const double *q, const int *state)
+/* The parameter at a bound that the objective pulls inside the most, -1 when none does. Where the bounds are one, there is no
+ * inside. */
+static int pulled_inside(const double *gram, size_t n, const double *lo, const double *hi, const double *q, const int *state)
 {
     int which = -1;
     double most = 1e-12;
@@ -81,7 +82,7 @@ static int pulled_inside(const double *gram, size_t n, const double *q, const in
         double slope = gram[ff_tri(n, i)];
         for (size_t k = 0; k < n; k++) slope += gram[ff_tri(i, k)] * q[k];
         const double scale = sqrt(gram[ff_tri(i, i)] * gram[ff_tri(n, n)]);
-        const double pull = state[i] == 2 || !(scale > 0) ? 0 : (state[i] ? slope : -slope) / scale;
+        const double pull = state[i] == 2 || !(scale > 0) || lo[i] == hi[i] ? 0 : (state[i] ? slope : -slope) / scale;
         if (pull > most) most = pull, which = (int)i;
     }
     return which;
@@ -108,7 +109,7 @@ double ff_bounded_least_squares(const double *gram, size_t n, const double *lo, 
             q[wall] = bound ? hi[wall] : lo[wall];
             continue;
         }
-        const int leave = pulled_inside(gram, n, q, state);
+        const int leave = pulled_inside(gram, n, lo, hi, q, state);
         if (leave < 0) break;
         state[leave] = 2;
     }

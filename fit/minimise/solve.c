@@ -126,7 +126,7 @@ static int update_held(solver *s)
 {
     int changed = 0;
     for (size_t k = 0; k < s->l->P; k++) {
-        if (k == s->l->pinned) {
+        if (k == s->l->pinned || s->lower[k] == s->upper[k]) {
             s->held[k] = 1;
             continue;
         }

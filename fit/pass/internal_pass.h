@@ -32,6 +32,9 @@ struct ff_problem {
     double tan2_lo, tan2_hi; /* range of tan^2 theta over the samples' directions                       */
     ff_selection selection;
     char (*channel_name)[FF_CHANNEL_NAME];
+    size_t n_table_channels; /* of the table, of which this may have one: only_channel, -1 = all or their mean     */
+    char (*table_channel)[FF_CHANNEL_NAME];
+    int only_channel;
     double *channel_mean;    /* [n_channels] of |y| over the used samples */
     uint32_t *index;         /* [n] place of each sample in the table, or in the problem that a smaller one stands for */
     float *lowest;           /* [n_blocks FF_BLOCK] the lower of the cosines of both directions; NULL in a smaller problem */

@@ -14,7 +14,7 @@ typedef struct ff_prior_term {
 
 /* A prior and a parameter that it was given to, as ff_model_param_find says; is_free: it has a term. */
 typedef struct ff_named_prior {
-    int at, is_free;
+    int at, is_free, channel; /* channel -1: all */
     double mean, sd;
 } ff_named_prior;
 

@@ -51,9 +51,26 @@ typedef struct ff_layout {
     int channel_shared[FF_MAX_CHANNEL_PARAMS];  /* 1: the former                                                     */
     int shape_follows[FF_MAX_SHAPE];            /* the free parameter of its kind that it is equal to, -1 = none     */
     int channel_follows[FF_MAX_CHANNEL_PARAMS]; /* in its channel                                                    */
+    const struct ff_limits *limits; /* where channels differ in their bounds or held values, NULL = nowhere          */
     int arrow;     /* 1: many channels: nothing of size P^2 is made                                                  */
     size_t pinned; /* coordinate that ff_solve leaves where it is; FF_NOT_PINNED */
 } ff_layout;
+
+/* Bounds and initial values of the channel parameters of a model, [n_channels][n_channel] each. Where lo = hi, the parameter is held
+ * there in that channel. */
+typedef struct ff_limits {
+    double *lo, *hi, *init;
+} ff_limits;
+
+static inline double ff_layout_lo(const ff_layout *l, size_t c, uint32_t k)
+{
+    return l->limits ? l->limits->lo[c * l->m->n_channel + k] : l->m->channel[k].lo;
+}
+
+static inline double ff_layout_hi(const ff_layout *l, size_t c, uint32_t k)
+{
+    return l->limits ? l->limits->hi[c * l->m->n_channel + k] : l->m->channel[k].hi;
+}
 
 /* Coordinate of column k of channel c: free shape parameters first. */
 static inline size_t ff_layout_coordinate(const ff_layout *l, size_t c, size_t k)
@@ -91,6 +108,19 @@ typedef struct ff_ties {
  * says which are equal. Errors as ff_constraints_check, m may then be changed in part. */
 ff_status ff_constraints_apply(const ff_constraints *c, ff_shape shape, ff_model *m, ff_ties *ties, ff_error *err);
 
+/* What c says of single channels of a problem, for a model that ff_constraints_apply has changed; *out = NULL when that is nothing.
+ * FF_ERR_UNKNOWN for a channel that is none, FF_ERR_RANGE for another number of values than channels, FF_ERR_UNSUPPORTED for a
+ * parameter that is tied, FF_ERR_MEMORY. Release it with ff_limits_free. */
+ff_status ff_limits_of(const ff_constraints *c, const struct ff_problem *p, const ff_model *m, const ff_ties *ties, ff_limits **out,
+                       ff_error *err);
+/* Those of a model alone; NULL without memory. And those of parameter from_k of from_n to parameter k of n, in all channels. */
+ff_limits *ff_limits_new(const ff_model *m, size_t n_channels);
+void ff_limits_copy(const ff_limits *from, size_t from_n, size_t from_k, size_t n_channels, ff_limits *to, size_t n, size_t k);
+void ff_limits_free(ff_limits *limits);
+/* Index of the channel that is named beside parameter `name`; -1 where the problem is another channel of the same table.
+ * FF_ERR_UNKNOWN for one that the table lacks, FF_ERR_UNSUPPORTED where its channels are averaged. */
+ff_status ff_channel_find(const struct ff_problem *p, const char *name, const char *channel, int *out, ff_error *err);
+
 /* Ties of l's model: before anything is made of l's coordinates. */
 void ff_layout_tie(ff_layout *l, const ff_ties *ties);
 
@@ -110,6 +140,10 @@ ff_shape ff_layout_shape(const ff_model *m, int isotropic_table, ff_shape asked,
 /* The mode of the model's stretched lobes for a shape. */
 ff_stretch_mode ff_layout_mode(const ff_model *m, ff_shape shape, int mean_slope);
 
+/* Bounds of the parameter of coordinate k < P; is it held there, the two being one? */
+void ff_layout_range(const ff_layout *l, size_t k, double *lo, double *hi);
+int ff_layout_is_fixed(const ff_layout *l, size_t k);
+
 /* The parameter of coordinate k < P that others may follow, and the channel it belongs to (0 for a shared one); c may be NULL. */
 const ff_model_param *ff_layout_param(const ff_layout *l, size_t k, size_t *c);
 
@@ -127,6 +161,8 @@ void ff_layout_slope(const ff_layout *l, const double *shape, const double *chan
 /* Initial values as ff_model_defaults (channel may be NULL), with one roughness for both axes of an isotropic shape and tied
  * parameters equal. */
 void ff_layout_defaults(const ff_layout *l, double *shape, double *channel);
+/* Those of the channels alone, before ties. */
+void ff_layout_channel_defaults(const ff_layout *l, double *channel);
 
 /* Bounds of all coordinates, [P] each. */
 void ff_layout_bounds(const ff_layout *l, double *lower, double *upper);
@@ -190,6 +226,7 @@ typedef struct ff_plan {
     int bounded; /* 1: there are constraints, which a given start is brought into                                  */
     ff_model model; /* of a plan made by ff_plan_new: bounds and what is held applied                              */
     ff_penalties *own_penalties;
+    ff_limits *own_limits;
 } ff_plan;
 
 /* From the request. FF_ERR_RANGE, FF_ERR_UNKNOWN, FF_ERR_UNSUPPORTED, FF_ERR_DATA (fewer values than parameters), FF_ERR_MEMORY, as
@@ -269,9 +306,10 @@ int ff_plan_exchangeable(const ff_plan *plan, uint32_t a, uint32_t b);
 
 /* ---- what is known besides the data ----------------------------------------------------------- */
 
-/* Those of c (NULL = none) for a layout that has its ties; *out = NULL when there are none. FF_ERR_MEMORY. The terms weigh nothing
- * until ff_penalised_solve gives them their weights. */
-ff_status ff_penalties_new(const ff_constraints *c, const ff_layout *l, ff_shape shape, ff_penalties **out);
+/* Those of c (NULL = none) for a layout that has its ties; *out = NULL when there are none. FF_ERR_MEMORY, FF_ERR_UNKNOWN for a
+ * channel that p does not have. The terms weigh nothing until ff_penalised_solve gives them their weights. */
+ff_status ff_penalties_new(const ff_constraints *c, const ff_layout *l, const struct ff_problem *p, ff_shape shape, ff_penalties **out,
+                           ff_error *err);
 void ff_penalties_free(ff_penalties *e);
 
 /* Does a prior name a parameter of one of these lobes that is not tied to that in its place in the other? */
@@ -294,8 +332,8 @@ double ff_penalties_noise(const ff_plan *plan, size_t k);
 /* The information that priors give of coordinate k by itself, in the units of J^T J. */
 double ff_penalties_weight(const ff_plan *plan, size_t k);
 
-/* The prior of a parameter, as ff_model_param_find says; 0 when it has none. */
-int ff_penalties_prior(const ff_penalties *e, int at, double *mean, double *sd);
+/* The prior of a parameter, as ff_model_param_find says, in channel c; 0 when it has none. */
+int ff_penalties_prior(const ff_penalties *e, int at, size_t c, double *mean, double *sd);
 
 /* What the priors add to the objective at the optimum. */
 double ff_penalties_penalty(const ff_penalties *e);

@@ -111,6 +111,11 @@ static int is_symmetric(const ff_layout *l, uint32_t a, uint32_t b)
         if (strcmp(p->info->name, "weight") != 0) continue;
         if (l->shape_follows[k] >= 0 || p->lo != p->info->lo || p->hi != p->info->hi) return 0;
     }
+    for (size_t c = 0; c < l->n_channels && l->limits && ff_model_group(m, a) != ff_model_group(m, b); c++)
+        for (uint32_t k = 0; k < x->n_channel; k++)
+            if (ff_layout_lo(l, c, x->channel0 + k) != ff_layout_lo(l, c, y->channel0 + k) ||
+                ff_layout_hi(l, c, x->channel0 + k) != ff_layout_hi(l, c, y->channel0 + k))
+                return 0;
     if (!l->tied) return 1;
     const uint32_t n_shape = x->n_shape < y->n_shape ? x->n_shape : y->n_shape,
                    n_channel = x->n_channel < y->n_channel ? x->n_channel : y->n_channel;

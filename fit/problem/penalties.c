@@ -48,42 +48,62 @@ static int is_tied_across(const ff_layout *l, int at, uint32_t lobe, uint32_t ot
     return i >= 0 && k >= 0 && ff_layout_coordinate(l, 0, columns + (size_t)i) == ff_layout_coordinate(l, 0, columns + (size_t)k);
 }
 
-static void add_prior(ff_penalties *e, const ff_layout *l, ff_shape shape, const ff_prior *p)
+/* channel: the one that it names, -1 = all. */
+static void add_prior(ff_penalties *e, const ff_layout *l, ff_shape shape, const ff_prior *p, int channel)
 {
     int at[2];
     const int n = ff_constraints_named(l->m, shape, p->name, at);
     const size_t from = e->n_priors;
     for (int i = 0; i < n; i++) {
         const int k = free_place(l, at[i]);
-        e->named[e->n_named++] = (ff_named_prior){at[i], k >= 0, p->mean, p->sd};
+        e->named[e->n_named++] = (ff_named_prior){at[i], k >= 0, channel, p->mean, p->sd};
         ff_prior_term t = {.mean = p->mean, .sd = p->sd, .alone = NAN, .error = NAN};
         t.lobe = at[i] >= 0 ? l->m->shape[at[i]].lobe : l->m->channel[-1 - at[i]].lobe;
         for (uint32_t other = 0; other < l->m->n_lobes && t.lobe < l->m->n_lobes; other++)
             t.apart |= (uint32_t)(other != t.lobe && !is_tied_across(l, at[i], t.lobe, other)) << other;
         for (size_t c = 0; c < (at[i] >= 0 ? 1 : l->n_channels) && k >= 0; c++) {
+            if (channel >= 0 && c != (size_t)channel) continue;
             t.coordinate = ff_layout_coordinate(l, c, (size_t)k + (at[i] >= 0 ? 0 : l->free.n_shape));
             add_term(e, from, &t);
         }
     }
 }
 
-ff_status ff_penalties_new(const ff_constraints *c, const ff_layout *l, ff_shape shape, ff_penalties **out)
+/* Priors of channels that the problem has; where it is one of several, those of the others are not its own. */
+static ff_status add_priors(ff_penalties *e, const ff_constraints *c, const ff_layout *l, const struct ff_problem *p, ff_shape shape,
+                            ff_error *err)
+{
+    for (size_t i = 0; i < c->n_priors; i++) {
+        const ff_prior *prior = &c->prior[i];
+        int channel = -1;
+        const ff_status s = prior->channel ? ff_channel_find(p, prior->name, prior->channel, &channel, err) : FF_OK;
+        if (s) return s;
+        if (channel >= 0 || !prior->channel) add_prior(e, l, shape, prior, channel);
+    }
+    return FF_OK;
+}
+
+ff_status ff_penalties_new(const ff_constraints *c, const ff_layout *l, const struct ff_problem *p, ff_shape shape, ff_penalties **out,
+                           ff_error *err)
 {
     *out = NULL;
     if (!c || (c->n_priors == 0 && !c->energy_conserving)) return FF_OK;
     ff_penalties *e = calloc(1, sizeof *e);
-    if (!e) return FF_ERR_MEMORY;
+    if (!e) return ff_error_set(err, FF_ERR_MEMORY, NULL, 0, -1, "out of memory");
     e->prior = calloc(2 * c->n_priors * l->n_channels + 1, sizeof *e->prior);
     e->named = calloc(2 * c->n_priors + 1, sizeof *e->named);
     e->energy = (ff_energy){.wanted = c->energy_conserving && l->m->n_lobes + l->m->n_bases > 0, .C = l->n_channels};
     if (e->energy.wanted) e->energy.shift = calloc(FF_VIEWS * l->n_channels, sizeof *e->energy.shift);
     if (!e->prior || !e->named || (e->energy.wanted && !e->energy.shift)) {
         ff_penalties_free(e);
-        return FF_ERR_MEMORY;
+        return ff_error_set(err, FF_ERR_MEMORY, NULL, 0, -1, "out of memory");
     }
-    for (size_t i = 0; i < c->n_priors; i++) add_prior(e, l, shape, &c->prior[i]);
-    *out = e;
-    return FF_OK;
+    const ff_status s = add_priors(e, c, l, p, shape, err);
+    if (s)
+        ff_penalties_free(e);
+    else
+        *out = e;
+    return s;
 }
 
 void ff_penalties_free(ff_penalties *e)
@@ -107,10 +127,10 @@ int ff_penalties_tell_apart(const ff_plan *plan, uint32_t a, uint32_t b)
     return 0;
 }
 
-int ff_penalties_prior(const ff_penalties *e, int at, double *mean, double *sd)
+int ff_penalties_prior(const ff_penalties *e, int at, size_t c, double *mean, double *sd)
 {
     for (size_t i = 0; e && i < e->n_named; i++)
-        if (e->named[i].at == at) {
+        if (e->named[i].at == at && (e->named[i].channel < 0 || (size_t)e->named[i].channel == c)) {
             *mean = e->named[i].mean;
             *sd = e->named[i].sd;
             return 1;

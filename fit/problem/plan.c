@@ -64,13 +64,15 @@ static ff_status check_numbers(const ff_plan *plan, ff_error *err)
     return ff_model_check(&plan->model, plan->l.n_channels, plan->start_shape, plan->start_channel, err);
 }
 
-/* Bounds, what is held, coordinates and ties. */
+/* Bounds, what is held, coordinates and ties; where channels differ. */
 static ff_status lay_out(const ff_fit_options *o, size_t n_channels, ff_plan *plan, ff_error *err)
 {
     ff_ties ties;
     ff_status st = ff_constraints_apply(o->constraints, plan->shape, &plan->model, &ties, err);
     if (!st) st = ff_layout_init(&plan->model, n_channels, plan->shape, o->mean_slope, &plan->l, err);
     if (!st && ties.n) ff_layout_tie(&plan->l, &ties);
+    if (!st) st = ff_limits_of(o->constraints, plan->p, &plan->model, &ties, &plan->own_limits, err);
+    if (!st) plan->l.limits = plan->own_limits;
     return st;
 }
 
@@ -83,9 +85,11 @@ ff_status ff_plan_new(const struct ff_problem *p, const ff_model *m, const ff_fi
     st = lay_out(o, p->n_channels, out, err);
     if (!st) st = check_model(out, err);
     if (!st) st = check_numbers(out, err);
-    if (st) return st;
-    if (ff_penalties_new(o->constraints, &out->l, out->shape, &out->own_penalties))
-        return ff_error_set(err, FF_ERR_MEMORY, NULL, 0, -1, "out of memory");
+    if (!st) st = ff_penalties_new(o->constraints, &out->l, p, out->shape, &out->own_penalties, err);
+    if (st) {
+        ff_plan_free(out);
+        return st;
+    }
     out->penalties = out->own_penalties;
     out->errors |= out->penalties != NULL; /* the weight of a prior needs the errors of the data */
     out->l.arrow = ff_layout_is_arrow(&out->l, o->dense_channels);
@@ -95,7 +99,9 @@ ff_status ff_plan_new(const struct ff_problem *p, const ff_model *m, const ff_fi
 void ff_plan_free(ff_plan *plan)
 {
     ff_penalties_free(plan->own_penalties);
+    ff_limits_free(plan->own_limits);
     plan->own_penalties = NULL;
+    plan->own_limits = NULL;
     plan->penalties = NULL;
 }
 
@@ -112,7 +118,9 @@ ff_status ff_plan_of_result(const struct ff_problem *p, const ff_fit_options *o,
     *out = (ff_plan){.p = p, .model = fit->model, .shape = fit->shape};
     take_options(o, out);
     out->errors = 1; /* whoever asks for a finished fit asks for them */
-    return lay_out(o, fit->n_channels, out, err);
+    const ff_status st = lay_out(o, fit->n_channels, out, err);
+    if (st) ff_plan_free(out);
+    return st;
 }
 
 ff_status ff_plan_pass(const ff_plan *plan, const double *shape, const double *channel, ff_pass *pass)

@@ -52,7 +52,8 @@ ff_status ff_point_of_result(const ff_plan *plan, const ff_fit_result *fit, ff_p
     for (uint32_t k = 0; k < fit->model.n_shape; k++) out->shape[k] = fit->shape_value[k].value;
     for (size_t k = 0; k < channel_size(&plan->l); k++) out->channel[k] = fit->channel_value[k].value;
     for (size_t k = 0; k < plan->l.P; k++)
-        out->at_bound[k] = ff_result_value(&plan->l, (ff_fit_result *)(uintptr_t)fit, k)->at_bound;
+        out->at_bound[k] =
+            ff_layout_is_fixed(&plan->l, k) ? -1 : ff_result_value(&plan->l, (ff_fit_result *)(uintptr_t)fit, k)->at_bound;
     return FF_OK;
 }
 

@@ -320,7 +320,9 @@ static ff_status name_channels(const ff_table *t, struct ff_problem *p, const ff
 {
     p->channel_name = calloc(p->n_channels, sizeof *p->channel_name);
     p->channel_mean = calloc(p->n_channels, sizeof *p->channel_mean);
-    if (!p->channel_name || !p->channel_mean) return FF_ERR_MEMORY;
+    p->table_channel = calloc(t->n_channels, sizeof *p->table_channel);
+    if (!p->channel_name || !p->channel_mean || !p->table_channel) return FF_ERR_MEMORY;
+    for (size_t c = 0; c < t->n_channels; c++) strcpy(p->table_channel[c], t->channels[c].name);
     for (size_t c = 0; c < p->n_channels; c++)
         strcpy(p->channel_name[c],
                o->channels == FF_CHANNELS_MEAN && o->only_channel < 0 && t->n_channels > 1 ? "mean" : t->channels[channel[c]].name);
@@ -466,6 +468,8 @@ ff_status ff_problem_new(const ff_table *t, const ff_model *models, size_t n_mod
     b.p = p;
     b.cos_max = o->max_theta >= 1.5707963267948966 ? 0 : cos(o->max_theta) * (1 - 1e-12); /* a sample at exactly max_theta is in */
     p->n_channels = o->channels == FF_CHANNELS_MEAN ? 1 : b.n_from;
+    p->n_table_channels = t->n_channels;
+    p->only_channel = o->only_channel;
     p->loss = o->loss;
     p->isa = o->isa;
     p->selection =
@@ -496,6 +500,7 @@ void ff_problem_free(ff_problem *p)
     ff_pool_free(p->pool);
     free(p->data);
     free(p->channel_name);
+    free(p->table_channel);
     free(p->channel_mean);
     free(p->index);
     free((float *)(uintptr_t)p->unit);

@@ -11,12 +11,12 @@ static void fill_priors(const ff_plan *plan, ff_fit_result *r)
 {
     const ff_layout *l = &plan->l;
     for (uint32_t k = 0; k < l->m->n_shape; k++)
-        if (!ff_penalties_prior(plan->penalties, (int)k, &r->shape_value[k].prior_mean, &r->shape_value[k].prior_sd))
+        if (!ff_penalties_prior(plan->penalties, (int)k, 0, &r->shape_value[k].prior_mean, &r->shape_value[k].prior_sd))
             r->shape_value[k].prior_mean = r->shape_value[k].prior_sd = NAN;
     for (uint32_t k = 0; k < l->m->n_channel; k++)
         for (size_t c = 0; c < l->n_channels; c++) {
             ff_fit_value *v = &r->channel_value[c * l->m->n_channel + k];
-            if (!ff_penalties_prior(plan->penalties, -1 - (int)k, &v->prior_mean, &v->prior_sd)) v->prior_mean = v->prior_sd = NAN;
+            if (!ff_penalties_prior(plan->penalties, -1 - (int)k, c, &v->prior_mean, &v->prior_sd)) v->prior_mean = v->prior_sd = NAN;
         }
     r->prior_penalty = ff_penalties_penalty(plan->penalties);
 }
@@ -31,8 +31,9 @@ static void fill_values(const ff_layout *l, const ff_point *at, ff_fit_result *r
             .value = at->channel[k], .std_error = NAN, .low = NAN, .high = NAN, .held = 1, .follows = FF_PARAM_NONE, .column = -1};
     for (size_t k = 0; k < l->P; k++) {
         ff_fit_value *v = ff_result_value(l, r, k);
-        v->held = 0;
-        v->at_bound = at->at_bound[k];
+        v->held = ff_layout_is_fixed(l, k);
+        v->at_bound = v->held ? 0 : at->at_bound[k];
+        if (v->held) ff_layout_range(l, k, &v->value, &v->value); /* not as rounded by the coordinate */
     }
     ff_result_copy_tied(l, r);
 }
@@ -121,25 +122,38 @@ static int is_given(const ff_model_param *p, int bound)
     return bound < 0 ? p->lo != p->info->lo : p->hi != p->info->hi;
 }
 
-/* One warning for all channels whose parameter k lies on the same bound. */
-static void warn_channels_at_bound(const ff_layout *l, const struct ff_problem *p, uint32_t k, int bound, ff_fit_result *r)
+static double bound_at(const ff_layout *l, size_t c, uint32_t k, int bound)
+{
+    return bound < 0 ? ff_layout_lo(l, c, k) : ff_layout_hi(l, c, k);
+}
+
+/* The channels whose parameter k lies on the bound that it has in `first`, which is one of them, into mark [n_channels]. */
+static void mark_same_bound(const ff_layout *l, const ff_fit_result *r, uint32_t k, int bound, size_t first, unsigned char *mark)
+{
+    for (size_t c = 0; c < l->n_channels; c++) {
+        const ff_fit_value *v = &r->channel_value[c * l->m->n_channel + k];
+        mark[c] = v->at_bound == bound && !v->tied && bound_at(l, c, k, bound) == bound_at(l, first, k, bound);
+    }
+}
+
+/* One warning for all channels whose parameter k lies on the same bound as in channel `first`, unless an earlier one does. */
+static void warn_channels_at_bound(const ff_layout *l, const struct ff_problem *p, uint32_t k, int bound, size_t first,
+                                   ff_fit_result *r)
 {
     char names[120];
-    double value = 0;
-    int any = 0;
+    const ff_fit_value *of_first = &r->channel_value[first * l->m->n_channel + k];
+    if (of_first->at_bound != bound || of_first->tied) return;
     unsigned char *mark = malloc(l->n_channels + 1);
-    for (size_t c = 0; c < l->n_channels && mark; c++) {
-        const ff_fit_value *v = &r->channel_value[c * l->m->n_channel + k];
-        mark[c] = v->at_bound == bound && !v->tied;
-        if (!mark[c]) continue;
-        value = v->value;
-        any = 1;
-    }
+    int any = mark != NULL;
+    if (any) mark_same_bound(l, r, k, bound, first, mark);
+    for (size_t c = 0; c < first && any; c++) any = !mark[c];
     if (any) ff_channels_label(p, mark, names, sizeof names);
     free(mark);
     if (!any) return;
+    const double value = of_first->value;
     const int several = l->n_channels > 1 && r->channel_value[l->m->n_channel + k].follows != -1 - (int)k; /* else one for all */
-    const int given = is_given(&l->m->channel[k], bound);
+    const ff_param *info = l->m->channel[k].info;
+    const int given = bound_at(l, first, k, bound) != (bound < 0 ? info->lo : info->hi);
     const int too_bright = bound > 0 && !given && (l->m->channel[k].info->flags & FF_PARAM_LINEAR);
     ff_result_warn(r, "%s%s%s%s is on %s %s bound, %g%s", l->m->channel[k].name, several ? " (" : "", several ? names : "",
                    several ? ")" : "", given ? "the given" : "its", bound < 0 ? "lower" : "upper", value,
@@ -186,14 +200,14 @@ static void fill_warnings(const ff_plan *plan, ff_fit_result *r)
             ff_result_warn(r, "%s is on %s %s bound, %g", label, is_given(param, v->at_bound) ? "the given" : "its",
                            v->at_bound < 0 ? "lower" : "upper", v->value);
         if (many && ff_is_of_channel(l->m, param)) continue; /* they are named together */
-        if (!v->at_bound && r->correlation && isnan(v->std_error))
+        if (!v->at_bound && !v->held && r->correlation && isnan(v->std_error))
             ff_result_warn(r, "%s is not determined by these data; --profile says how far it may go", label);
     }
     if (many && r->correlation) ff_result_warn_undetermined(l, p, r);
     for (uint32_t k = 0; k < l->m->n_channel; k++) {
         if (l->m->channel[k].flags & FF_PARAM_HELD) continue;
-        warn_channels_at_bound(l, p, k, -1, r);
-        warn_channels_at_bound(l, p, k, +1, r);
+        for (int bound = -1; bound <= 1; bound += 2)
+            for (size_t c = 0; c < l->n_channels; c++) warn_channels_at_bound(l, p, k, bound, c, r);
     }
     if (r->channel_correlation)
         ff_result_warn_channels_correlated(l, p, r);

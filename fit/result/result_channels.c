@@ -39,7 +39,7 @@ void ff_result_warn_undetermined(const ff_layout *l, const struct ff_problem *p,
         int any = 0;
         for (size_t c = 0; c < r->n_channels; c++) {
             const ff_fit_value *v = ff_result_value(l, r, l->n_shared + c * l->n_own + k);
-            mark[c] = !v->at_bound && isnan(v->std_error);
+            mark[c] = !v->at_bound && !v->held && isnan(v->std_error);
             any |= mark[c];
         }
         if (any)

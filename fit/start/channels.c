@@ -23,17 +23,19 @@ static double step_channels(const ff_layout *l, const ff_normal *normal, const d
         const double *gram = normal->gram + c * tri;
         double lo[FF_MAX_CHANNEL_PARAMS], hi[FF_MAX_CHANNEL_PARAMS], step[FF_MAX_CHANNEL_PARAMS] = {0};
         for (size_t k = 0; k < n; k++) {
-            const ff_model_param *p = &l->m->channel[l->free.channel[k]];
+            const uint32_t i = l->free.channel[k];
             const int product = products && is_scaled(l, (uint32_t)k);
-            lo[k] = (!product ? p->lo : p->lo < 0 ? -1e9 : 0) - at[c * stride + l->free.channel[k]];
-            hi[k] = (product ? 1e9 : p->hi) - at[c * stride + l->free.channel[k]];
+            const double lowest = ff_layout_lo(l, c, i);
+            lo[k] = (!product ? lowest : lowest < 0 ? -1e9 : 0) - at[c * stride + i];
+            hi[k] = (product ? 1e9 : ff_layout_hi(l, c, i)) - at[c * stride + i];
         }
         sum += n ? ff_bounded_least_squares(gram, n, lo, hi, step) : gram[0];
         for (size_t k = 0; k < n; k++) {
-            const ff_model_param *p = &l->m->channel[l->free.channel[k]];
-            const size_t i = c * stride + l->free.channel[k];
+            const uint32_t own = l->free.channel[k];
+            const size_t i = c * stride + own;
             out[i] = at[i] + step[k];
-            if (!(products && is_scaled(l, (uint32_t)k))) out[i] = fmin(fmax(out[i], p->lo), p->hi);
+            if (!(products && is_scaled(l, (uint32_t)k)))
+                out[i] = fmin(fmax(out[i], ff_layout_lo(l, c, own)), ff_layout_hi(l, c, own));
         }
     }
     return sum;
@@ -52,12 +54,13 @@ static void divide_by_scales(const ff_layout *l, double *channel)
                     const ff_model_param *p = &l->m->channel[l->free.channel[k]];
                     double *v = &channel[c * l->m->n_channel + l->free.channel[k]];
                     if (p->lobe != lobe || !is_scaled(l, k)) continue;
+                    const double lo = ff_layout_lo(l, c, l->free.channel[k]), hi = ff_layout_hi(l, c, l->free.channel[k]);
                     if (pass == 0)
-                        *ks = fmax(*ks, fmax(p->hi > 0 ? *v / p->hi : 0, p->lo < 0 ? *v / p->lo : 0));
+                        *ks = fmax(*ks, fmax(hi > 0 ? *v / hi : 0, lo < 0 ? *v / lo : 0));
                     else
-                        *v = *ks > 0 ? fmin(fmax(*v / *ks, p->lo), p->hi) : p->init;
+                        *v = *ks > 0 ? fmin(fmax(*v / *ks, lo), hi) : fmin(fmax(p->init, lo), hi);
                 }
-            *ks = fmin(fmax(*ks, l->m->channel[scale].lo), l->m->channel[scale].hi);
+            *ks = fmin(fmax(*ks, ff_layout_lo(l, c, scale)), ff_layout_hi(l, c, scale));
         }
 }
 

@@ -26,7 +26,7 @@ static void scan_one(void *context, size_t i, int worker)
         s->status[worker] = FF_ERR_CANCELLED;
         return;
     }
-    ff_model_defaults(s->l->m, s->l->n_channels, NULL, channel); /* those that are held */
+    ff_layout_channel_defaults(s->l, channel); /* those that are held */
     for (uint32_t lobe = 0; lobe < s->l->m->n_lobes; lobe++)
         for (size_t c = 0; c < s->l->n_channels && (s->off >> lobe & 1); c++)
             channel[c * s->l->m->n_channel + s->l->m->lobe[lobe].channel0 + s->l->m->lobe[lobe].n_channel - 1] = 0;

@@ -19,8 +19,10 @@ double ff_tied_least_squares(const ff_layout *l, const ff_normal *normal, const 
 typedef struct ff_standin {
     ff_model model;
     ff_plan plan;
+    ff_limits *limits; /* of its model, NULL = none */
 } ff_standin;
 ff_status ff_standin_make(const ff_plan *plan, ff_standin *out);
+void ff_standin_free(ff_standin *s);
 
 /* From an optimum of the stand-in: shape, channel of l's model. There are ff_standin_variants ways where it does not say enough. */
 uint32_t ff_standin_variants(const ff_layout *l);

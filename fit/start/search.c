@@ -52,7 +52,7 @@ static void polish_first(void *context, size_t i, int worker)
     const ff_plan *plan = &p->standin->plan;
     trial *t = &p->to[i];
     (void)worker;
-    ff_model_defaults(plan->l.m, plan->l.n_channels, NULL, t->at.channel);
+    ff_layout_channel_defaults(&plan->l, t->at.channel);
     t->status = ff_start_channels(plan, t->at.shape, t->at.channel, &t->at.cost2);
     if (!t->status) t->status = minimise(plan, FF_ROUGHER, FF_FIRST_STEPS, &t->at);
 }
@@ -263,7 +263,7 @@ static ff_status look_for_start(const ff_plan *plan, ff_point *at)
     search s = {.n = 0};
     trial optima[FF_OPTIMA + 1] = {{.status = FF_OK}};
     const trial *best = NULL;
-    ff_standin standin;
+    ff_standin standin = {.limits = NULL};
     ff_status st = ff_standin_make(plan, &standin);
     if (st) return st;
     s.work = (polish){.plan = plan, .standin = &standin};
@@ -275,6 +275,7 @@ static ff_status look_for_start(const ff_plan *plan, ff_point *at)
     if (!st) ff_point_set(plan, best->at.shape, best->at.channel, at);
     free_trials(s.points, FF_POINTS);
     free_trials(optima, FF_OPTIMA + 1);
+    ff_standin_free(&standin);
     return st;
 }
 

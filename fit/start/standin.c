@@ -68,10 +68,33 @@ static void tie_shape(const ff_layout *l, ff_layout *standin)
     ff_layout_tie(standin, &ties);
 }
 
+/* What channels differ in, for the parameters that the stand-in has too. */
+static ff_status take_limits(const ff_layout *l, ff_standin *out)
+{
+    const ff_model *m = l->m;
+    if (!l->limits) return FF_OK;
+    out->limits = ff_limits_new(&out->model, l->n_channels);
+    if (!out->limits) return FF_ERR_MEMORY;
+    for (uint32_t k = 0; k < m->n_channel; k++) {
+        const int i = ff_model_param_find(&out->model, m->channel[k].name);
+        if (i != FF_PARAM_NONE && i < 0)
+            ff_limits_copy(l->limits, m->n_channel, k, l->n_channels, out->limits, out->model.n_channel, (size_t)(-1 - i));
+    }
+    out->plan.l.limits = out->limits;
+    return FF_OK;
+}
+
+void ff_standin_free(ff_standin *s)
+{
+    ff_limits_free(s->limits);
+    s->limits = NULL;
+}
+
 ff_status ff_standin_make(const ff_plan *plan, ff_standin *out)
 {
     const ff_layout *l = &plan->l;
     const ff_model *m = l->m;
+    out->limits = NULL;
     out->plan = *plan; /* penalties weigh nothing yet; which lobes they name counts */
     if (l->linear) {
         out->model = *m;
@@ -110,7 +133,7 @@ ff_status ff_standin_make(const ff_plan *plan, ff_standin *out)
     if (ff_layout_init(&out->model, l->n_channels, shape, mean_slope, &out->plan.l, NULL)) return FF_ERR_INTERNAL;
     tie_shape(l, &out->plan.l);
     out->plan.l.arrow = l->arrow && ff_layout_is_arrow(&out->plan.l, 0);
-    return FF_OK;
+    return take_limits(l, out);
 }
 
 static double clamp(const ff_param *info, double v)

@@ -95,8 +95,9 @@ double ff_tied_least_squares(const ff_layout *l, const ff_normal *normal, const 
         size_t c;
         const ff_model_param *p = ff_layout_param(l, k, &c);
         const double from = at[c * l->m->n_channel + (size_t)(p - l->m->channel)];
-        t.lo[k] = p->lo - from;
-        t.hi[k] = p->hi - from;
+        ff_layout_range(l, k, &t.lo[k], &t.hi[k]);
+        t.lo[k] -= from;
+        t.hi[k] -= from;
     }
     double sum = INFINITY;
     for (int turn = 0; turn < TURNS; turn++) {
@@ -106,9 +107,9 @@ double ff_tied_least_squares(const ff_layout *l, const ff_normal *normal, const 
     }
     for (size_t c = 0; c < C; c++)
         for (uint32_t k = 0; k < l->free.n_channel; k++) {
-            const ff_model_param *p = &l->m->channel[l->free.channel[k]];
-            double *v = &out[c * l->m->n_channel + l->free.channel[k]];
-            *v = fmin(fmax(*v + t.step[ff_layout_coordinate(l, c, k)], p->lo), p->hi);
+            const uint32_t i = l->free.channel[k];
+            double *v = &out[c * l->m->n_channel + i];
+            *v = fmin(fmax(*v + t.step[ff_layout_coordinate(l, c, k)], ff_layout_lo(l, c, i)), ff_layout_hi(l, c, i));
         }
     free(t.gram);
     return sum;

@@ -104,6 +104,7 @@ static ff_status take_errors(const ff_layout *l, const double *x, size_t n, size
     for (size_t a = 0; a < P && !st; a++) {
         ff_fit_value *v = ff_result_value(l, fit, a);
         const ff_param *info = ff_layout_param(l, a, NULL)->info;
+        if (v->held) continue;
         if (v->at_bound) {
             st = one_sided(x, n, P, a, info, v);
             continue;

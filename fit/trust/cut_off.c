@@ -31,9 +31,10 @@ static ff_status step_from(const ff_layout *l, const ff_normal *normal, const ff
     }
     *inside = 1;
     for (size_t k = 0; k < P && !st; k++) {
-        const ff_model_param *p = ff_layout_param(l, k, NULL);
+        double lo, hi;
+        ff_layout_range(l, k, &lo, &hi);
         value[k] -= step[k];
-        *inside &= value[k] >= p->lo && value[k] <= p->hi;
+        *inside &= value[k] >= lo && value[k] <= hi;
     }
     free(slope);
     return st;

@@ -5,7 +5,10 @@ ff_status ff_finished_open(const struct ff_problem *p, const ff_fit_options *o, 
                            ff_error *err)
 {
     ff_status st = ff_plan_of_result(p, o, fit, &out->plan, err);
-    if (!st && ff_point_of_result(&out->plan, fit, &out->at)) st = ff_error_set(err, FF_ERR_MEMORY, NULL, 0, -1, "out of memory");
+    if (!st && ff_point_of_result(&out->plan, fit, &out->at)) {
+        ff_plan_free(&out->plan);
+        st = ff_error_set(err, FF_ERR_MEMORY, NULL, 0, -1, "out of memory");
+    }
     return st;
 }
 
@@ -21,6 +24,7 @@ ff_status ff_finished_open_data(const struct ff_problem *p, const ff_fit_options
 void ff_finished_close(ff_finished *f)
 {
     ff_point_free(&f->at);
+    ff_plan_free(&f->plan);
 }
 
 ff_status ff_trust_ended(ff_status st, const char *what, ff_error *err)

@@ -50,8 +50,10 @@ static ff_status root_at(const profile *f, end *e, double x, ff_point *at, doubl
 /* Outwards until the root passes t, then between the last two points, by the secant that bisection keeps honest. */
 static ff_status find_end(const profile *f, end *e, ff_point *at)
 {
-    const ff_model_param *param = ff_layout_param(&f->fit->plan.l, e->k, NULL);
-    const double wall = ff_coordinate(param->info, e->side < 0 ? param->lo : param->hi);
+    const ff_layout *l = &f->fit->plan.l;
+    double lo, hi;
+    ff_layout_range(l, e->k, &lo, &hi);
+    const double wall = ff_coordinate(ff_layout_param(l, e->k, NULL)->info, e->side < 0 ? lo : hi);
     double in = e->x0, in_root = 0, out = NAN, out_root = NAN, x = e->x0 + e->side * e->step;
     e->x = wall;
     for (int solve = 0; solve < MOST_SOLVES; solve++) {
@@ -101,14 +103,15 @@ static size_t lay_out_ends(const profile *f, const ff_information *u, ff_fit_res
                  variance = 2 * f->objective / fmax(values - (double)P, 1) * values / fmax(u->effective, 1);
     size_t n = 0;
     for (size_t k = 0; k < P; k++) {
-        const ff_model_param *param = ff_layout_param(l, k, NULL);
-        const ff_param *info = param->info;
+        const ff_param *info = ff_layout_param(l, k, NULL)->info;
         const ff_fit_value *v = ff_result_value(l, fit, k);
         const double inverse = u->inverse[k], cov = u->variance[k], x = ff_coordinate(info, v->value);
         const int known = u->determined[k] && inverse > 0 && cov > 0;
-        const double range = ff_coordinate(info, param->hi) - ff_coordinate(info, param->lo);
+        double lo, hi;
+        ff_layout_range(l, k, &lo, &hi);
+        const double range = ff_coordinate(info, hi) - ff_coordinate(info, lo);
         for (int side = -1; side <= 1; side += 2) {
-            if (v->at_bound == side) continue;
+            if (v->at_bound == side || v->held) continue;
             end *e = &f->ends[n++];
             *e = (end){.k = k, .side = side, .x0 = x, .unit = known ? cov / inverse : fmax(variance, 1e-300)};
             e->t = ff_student_quantile(v->at_bound ? 0.9 : 0.95, u->dof[k]);
