@@ -353,7 +353,7 @@ static void channel_cells(const ff_fit_result *f, int of_lobes, const char *lone
     for (uint32_t k = 0; k < f->model.n_channel && at < size; ++k) {
         const ff_model_param *p = &f->model.channel[k];
         char cell[FF_TEXT_CELL];
-        if ((p->lobe < f->model.n_lobes) != of_lobes || f->channel_value[k].held) continue;
+        if ((p->lobe < f->model.n_lobes) != of_lobes || ff_report_all_held(f, k)) continue;
         channel_cell(f, k, cell, sizeof cell);
         if (strcmp(p->name, lone))
             at += (size_t)snprintf(out + at, size - at, "%s%s=%s", at ? " " : "", p->name, cell);

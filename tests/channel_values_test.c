@@ -149,31 +149,64 @@ static void held_in_one_of_many(void)
     value_of_one(MANY, FF_DENSE_CHANNELS);
 }
 
-/* The standard errors of the others do not know of a coordinate that stands still: they are those of a fit whose model lacks it. */
-static void errors_without_it(void)
+static void check_like(const char *what, const ff_fit_value *a, const ff_fit_value *b)
 {
-    const fit_surface s = fit_surface_make("ggx", 1, "alpha=0.25 f0=0.5");
-    const fit_sampling how = sampling(8);
+    const double width = b->high - b->low;
+    FF_CHECK(a->interval == b->interval && a->at_bound == b->at_bound, "%s: intervals of kind %d and %d", what, (int)a->interval,
+             (int)b->interval);
+    FF_CHECK_CLOSE(a->value, b->value, 0, 1e-3 * width);
+    FF_CHECK_CLOSE(a->low, b->low, 0, 2e-3 * width);
+    FF_CHECK_CLOSE(a->high, b->high, 0, 2e-3 * width);
+    if (!isnan(b->std_error)) FF_CHECK_CLOSE(a->std_error, b->std_error, 1e-3, 0);
+}
+
+/* Errors and intervals of the others, on a bound or not, do not know of a coordinate that stands still: they are those of a fit
+ * whose model lacks it, and so are its profile and its refits. */
+static void same_without_it(size_t dense)
+{
+    const fit_surface s = fit_surface_make("ggx+lambert", 1, "alpha=0.25 f0=0.5 kd=0.2");
+    fit_sampling how = sampling(8);
+    how.n = 800;
     ff_table t = fit_measure(&s, &how);
-    ff_fit_options o = fit_options();
-    o.shape = FF_SHAPE_ISOTROPIC;
-    const double f0 = 0.52;
+    ff_fit_options o = fit_options(), by_model = fit_options();
+    const double f0 = 0.45;
     const ff_fixed one = {"f0", 1, &f0, t.channels[0].name};
-    const ff_constraints c = {.n_fixed = 1, .fixed = &one};
+    const ff_bound bound = {"kd", 0, 0.18, NULL};
+    const ff_constraints c = {.n_fixed = 1, .fixed = &one, .n_bounds = 1, .bound = &bound},
+                         c_model = {.n_bounds = 1, .bound = &bound};
     ff_model held = s.model;
     FF_CHECK(ff_model_hold(&held, "f0", f0, NULL) == FF_OK, "hold");
-    ff_fit_result by_model = fitted("held in the model", &t, &held, &o);
+    o.shape = by_model.shape = FF_SHAPE_ISOTROPIC;
+    o.dense_channels = by_model.dense_channels = dense;
     o.constraints = &c;
-    ff_fit_result r = fitted("held in its channel", &t, &s.model, &o);
-    const ff_fit_value *a = value_of(&r, "alpha_x", 0), *b = value_of(&by_model, "alpha_x", 0);
-    check_same("alpha", a, b, 1e-4);
-    FF_CHECK_CLOSE(a->std_error, b->std_error, 1e-3, 0);
-    FF_CHECK_CLOSE(a->high - a->low, b->high - b->low, 1e-3, 0);
-    FF_CHECK_CLOSE(r.aic, by_model.aic, 1e-9, 1e-6);
-    FF_CHECK(r.rank == by_model.rank, "rank %zu and %zu", r.rank, by_model.rank);
-    ff_fit_result_free(&by_model);
+    by_model.constraints = &c_model;
+    ff_problem *p = NULL;
+    ff_fit_result r = {0}, m = {0};
+    ff_error err = {0};
+    FF_CHECK(ff_problem_new(&t, &s.model, 1, &o, &p, &err) == FF_OK && ff_problem_fit(p, &s.model, &o, &r, &err) == FF_OK &&
+                 ff_problem_fit(p, &held, &by_model, &m, &err) == FF_OK,
+             "%s", err.message);
+    FF_CHECK_CLOSE(r.aic, m.aic, 1e-9, 1e-6);
+    FF_CHECK(r.rank == m.rank && value_of(&m, "kd", 0)->at_bound == 1, "rank %zu and %zu", r.rank, m.rank);
+    check_held("f0", value_of(&r, "f0", 0), f0);
+    check_like("alpha", value_of(&r, "alpha_x", 0), value_of(&m, "alpha_x", 0));
+    check_like("kd on its bound", value_of(&r, "kd", 0), value_of(&m, "kd", 0));
+    if (dense) {
+        FF_CHECK(ff_trust_profile(p, &o, &r, &err) == FF_OK && ff_trust_profile(p, &by_model, &m, &err) == FF_OK, "%s",
+                 err.message);
+        check_like("alpha by its profile", value_of(&r, "alpha_x", 0), value_of(&m, "alpha_x", 0));
+        check_like("kd by its profile", value_of(&r, "kd", 0), value_of(&m, "kd", 0));
+    }
+    ff_fit_result_free(&m);
     ff_fit_result_free(&r);
+    ff_problem_free(p);
     ff_table_free(&t);
+}
+
+static void errors_without_it(void)
+{
+    same_without_it(FF_DENSE_CHANNELS);
+    same_without_it(0);
 }
 
 /* Models that are searched for by a stand-in, and those with a free scale, hold them on the way too. */

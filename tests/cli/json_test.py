@@ -183,7 +183,15 @@ def fits(directory):
                  "--energy-conserving")
     check_fits(d, path, 1)
     check(d["constraints"] == {"bounds": {"alpha": [0.05, 0.9]}, "priors": {"f0": {"mean": 0.5, "sd": 0.2}},
-                               "ties": [["kd", None], ["alpha_y", "alpha_x"]], "energy_conserving": True}, "constraints")
+                               "ties": [["kd", None], ["alpha_y", "alpha_x"]], "fixed": {}, "energy_conserving": True}, "constraints")
+    of = d["data"]["channels"]
+    e = document("fit", path, "--fix", "f0[%s]=0.45" % of[1], "--bound", "kd[%s]=0:0.9" % of[0], "--prior", "f0[%s]=0.5+-0.2" % of[0])
+    check(e["constraints"]["fixed"] == {"f0[%s]" % of[1]: [0.45]} and e["constraints"]["bounds"] == {"kd[%s]" % of[0]: [0, 0.9]}, "of channels")
+    f0 = e["fits"][0]["parameters"]["f0"]
+    check(f0["value"][1] == 0.45 and f0["std_error"][1] is None and f0["std_error"][0] > 0 and not f0["held"] and f0["prior"] is None, "f0")
+    every = ":".join("0.%d" % (4 + c) for c in range(len(of)))
+    e = document("fit", path, "--fix", "f0=" + every)
+    check(e["fits"][0]["parameters"]["f0"]["held"] and e["fits"][0]["parameters"]["f0"]["value"] == [float(v) for v in every.split(":")], "f0 by channel")
     p = d["fits"][0]["parameters"]
     check(p["alpha_y"]["tied_to"] == "alpha_x" and p["alpha_y"]["tied"] and p["alpha_y"]["bounds"] == [0.05, 0.9], "alpha_y")
     check(p["kd"]["tied_to"] == "kd" and len(set(p["kd"]["value"])) == 1 and p["kd"]["prior"] is None, "kd")
