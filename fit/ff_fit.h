@@ -22,7 +22,7 @@ typedef enum ff_loss {
     FF_LOSS_LOG = 1,       /**< ln(1 + f x) - ln(1 + y x)            Low et al. 2012, E2                          */
     FF_LOSS_CUBE_ROOT = 2, /**< c(f x) - c(y x), c(t) = t / (t^2 + e^2)^(1/3), e = 1e-8: the odd cube root with a finite slope at 0.
                                 Fores et al. 2012 take the cube root of the squared difference instead */
-    FF_LOSS_RELATIVE = 3,  /**< (f - y) / max(y, 0.001 mean |y| of the channel, 1e-12)  Tofallis 2008              */
+    FF_LOSS_RELATIVE = 3,  /**< (f - y) / max(y, 0.001 mean |y| of the channel)  Tofallis 2008                     */
     FF_LOSS_PLAIN = 4      /**< f - y                                                                            */
 } ff_loss;
 enum { FF_LOSS_COUNT = 5 };

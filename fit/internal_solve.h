@@ -16,6 +16,9 @@ ff_outcome ff_solve_outcome(ff_ceres_end end);
 /* Bounds of all coordinates, [P] each. */
 void ff_solve_bounds(const ff_layout *l, double *lower, double *upper);
 
+/* -1, +1 where coordinate k of x [P] sits on its bound, else 0; n: what a pass at x has left. */
+int ff_solve_bound_of(const ff_layout *l, const ff_normal *n, const double *x, double lower, double upper, size_t k);
+
 /* As ff_solve, for layouts whose H is kept as an arrow: see project.c. */
 ff_status ff_solve_projected(const ff_layout *l, const struct ff_problem *p, const ff_fit_options *o, int parallel, int keep,
                              double tolerance, int max_iterations, double *shape, double *channel, int *at_bound, ff_solution *out,

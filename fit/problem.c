@@ -413,7 +413,7 @@ static ff_status build_all(build *b, const ff_model *models, size_t n_models, ff
     if (sel->used == 0 || !(weight > 0)) return nothing_left(sel, b->o, err);
     for (size_t c = 0; c < C; c++) {
         p->channel_mean[c] = b->floors[c] / (double)sel->used;
-        b->floors[c] = fmax(FF_RELATIVE_FLOOR * p->channel_mean[c], 1e-12);
+        b->floors[c] = p->channel_mean[c] > 0 ? FF_RELATIVE_FLOOR * p->channel_mean[c] : 1;
     }
     b->weight_scale = (double)sel->used / weight;
     p->tan2_hi = fmax(1 / (cos_lo * cos_lo) - 1, 1e-12);

@@ -125,11 +125,47 @@ static int iterated(void *context, int iteration, double cost)
 
 /* ---- bounds ---------------------------------------------------------------------------------- */
 
-/* -1, +1 where a coordinate sits on its bound, else 0. */
+#define FF_NEAR 1e-10 /* of the box or of the data: a coordinate that is no further from a bound is on it */
+
+/* What coordinate k moves the residuals of channel c by, squared, and how large these and the parts of the model are that belong to
+ * the channel's parameters. */
+static void effect_in(const ff_layout *l, const ff_normal *n, const double *x, size_t k, size_t c, double *effect2, double *size2)
+{
+    const size_t S = l->free.n_shape, m = n->m1 - 1;
+    const double *gram = n->gram + c * (n->m1 * (n->m1 + 1) / 2);
+    *size2 += gram[ff_tri(m, m)];
+    for (size_t a = S; a < m; a++) {
+        const size_t at = ff_layout_coordinate(l, c, a);
+        const ff_param *info = l->m->channel[l->free.channel[a - S]].info;
+        const double value = ff_coordinate_value(info, x[at]), slope = ff_coordinate_slope(info, value), g = gram[ff_tri(a, a)];
+        *size2 += g * value * value;
+        if (at == k) *effect2 += g * slope * slope;
+    }
+}
+
+/* A parameter of a channel has the scale of the data, which may be a millionth of its box: near is what is lost beside the data. */
+static double near_bound(const ff_layout *l, const ff_normal *n, const double *x, size_t k, double span)
+{
+    size_t c, end;
+    double effect2 = 0, size2 = 0;
+    (void)ff_layout_param(l, k, &c);
+    end = k < l->n_shared ? l->n_channels : c + 1;
+    for (; c < end; c++) effect_in(l, n, x, k, c, &effect2, &size2);
+    return FF_NEAR * (effect2 > 0 ? fmin(span, sqrt(size2 / effect2)) : span);
+}
+
+int ff_solve_bound_of(const ff_layout *l, const ff_normal *n, const double *x, double lower, double upper, size_t k)
+{
+    const double to_lower = x[k] - lower, to_upper = upper - x[k], distance = fmin(to_lower, to_upper);
+    if (distance > FF_NEAR * (upper - lower)) return 0;
+    if (distance > 0 && distance > near_bound(l, n, x, k, upper - lower)) return 0;
+    return to_lower <= to_upper ? -1 : 1;
+}
+
+/* Of a solver, at its point. */
 static int bound_of(const solver *s, size_t k)
 {
-    const double span = s->upper[k] - s->lower[k], near = 1e-10 * span;
-    return s->x[k] <= s->lower[k] + near ? -1 : s->x[k] >= s->upper[k] - near ? 1 : 0;
+    return ff_solve_bound_of(s->l, &s->normal, s->x, s->lower[k], s->upper[k], k);
 }
 
 /* Would the objective fall if a coordinate on its bound moved inside? Judged against the rounding of the gradient. */

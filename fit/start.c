@@ -143,8 +143,8 @@ static double step_channels(const ff_layout *l, const ff_normal *normal, const d
         for (size_t k = 0; k < n; k++) {
             const ff_model_param *p = &l->m->channel[l->free.channel[k]];
             const int product = products && is_scaled(l, (uint32_t)k);
-            lo[k] = (!product ? p->lo : p->lo < 0 ? -1e9 : 0) - at[c * stride + l->free.channel[k]];
-            hi[k] = (product ? 1e9 : p->hi) - at[c * stride + l->free.channel[k]];
+            lo[k] = (!product ? p->lo : p->lo < 0 ? -INFINITY : 0) - at[c * stride + l->free.channel[k]];
+            hi[k] = (product ? INFINITY : p->hi) - at[c * stride + l->free.channel[k]];
         }
         sum += n ? ff_bounded_least_squares(gram, n, lo, hi, step) : gram[0];
         for (size_t k = 0; k < n; k++) {
