@@ -2,6 +2,7 @@
 #ifndef FF_INTERNAL_FIT_H
 #define FF_INTERNAL_FIT_H
 #include "ff_fit.h"
+#include "fit/warning/internal_warning.h"
 #include "models/kernels/internal_kernel.h"
 #include "base/internal_pool.h"
 #include <math.h>
@@ -401,12 +402,26 @@ int ff_extras_prior(const ff_extras *e, int at, double *mean, double *sd);
 /* What the priors add to the objective at the optimum. */
 double ff_extras_penalty(const ff_extras *e);
 
-/* The k-th thing to say of the terms of l where the data's objective is this; 0 when there are no more. */
-int ff_extras_warning(const ff_layout *l, const struct ff_problem *p, double objective, size_t k, char out[FF_WARNING_LENGTH]);
+/* Warnings of the terms of l where the data's objective is this. FF_ERR_MEMORY. */
+ff_status ff_extras_warnings(const ff_layout *l, double objective, ff_warnings *out);
 
 /* ff_solve on all samples, lobes in their order. */
 ff_status ff_solve_in_order(const ff_layout *l, const struct ff_problem *p, const ff_fit_options *o, double *shape, double *channel,
                             int *at_bound, ff_solution *solution, ff_error *err);
+
+/* ---- warnings -------------------------------------------------------------------------------- */
+
+/* Is p one of m's parameters that every channel has? */
+static inline int ff_param_is_of_channel(const ff_model *m, const ff_model_param *p)
+{
+    return p >= m->channel && p < m->channel + m->n_channel;
+}
+
+/* Parameter k < P as a warning of several names it: with its channel where it is one of several channels' own. */
+ff_warning_parameter ff_layout_warned(const ff_layout *l, size_t k);
+
+/* A warning of parameter k < P alone; value [those the code has]. FF_ERR_MEMORY. */
+ff_status ff_layout_warn(const ff_layout *l, size_t k, ff_warning_code code, const double *value, ff_warnings *out);
 
 /* ---- result ---------------------------------------------------------------------------------- */
 
@@ -414,12 +429,10 @@ ff_status ff_solve_in_order(const ff_layout *l, const struct ff_problem *p, cons
 ff_status ff_result_fill(const ff_layout *l, const struct ff_problem *p, const ff_fit_options *o, const double *shape,
                          const double *channel, const int *at_bound, const ff_solution *solution, ff_fit_result *r);
 
-/* Of parameter k < P: its place in a result, and "f0 (r)" or "alpha_x". */
+/* Of parameter k < P: its place in a result. */
 ff_fit_value *ff_result_value(const ff_layout *l, ff_fit_result *r, size_t k);
 /* Error and interval of alpha_x to the alpha_y that moves with it. */
 void ff_result_copy_tied(const ff_layout *l, ff_fit_result *r);
-void ff_result_label(const ff_layout *l, const struct ff_problem *p, size_t k, char *out, size_t size);
-void ff_result_warn(ff_fit_result *r, const char *fmt, ...) __attribute__((format(printf, 2, 3)));
 
 /* ---- covariance ------------------------------------------------------------------------------ */
 
@@ -503,8 +516,7 @@ void ff_interval_around(const ff_param *info, double half_width, ff_interval kin
 void ff_interval_from_bound(const ff_param *info, double slope, double inverse, double allowed, ff_fit_value *v);
 
 /* Rank and condition of the Jacobian of the parameters in use; warns of several that trade off. FF_ERR_MEMORY. */
-ff_status ff_condition_fill(const ff_layout *l, const struct ff_problem *p, const ff_normal *normal, const int *use,
-                            ff_fit_result *r);
+ff_status ff_condition_fill(const ff_layout *l, const ff_normal *normal, const int *use, ff_fit_result *r);
 
 /* Eigenvalues [n], ascending, and eigenvectors (columns of V [n][n]) of a symmetric A [n][n], which is destroyed: Jacobi's
  * rotations. */

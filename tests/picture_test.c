@@ -2,6 +2,7 @@
 #include "fit_samples.h"
 #include "ff_picture.h"
 #include "ff_simulate.h"
+#include "warnings.h"
 
 static const double pi = 3.14159265358979323846;
 
@@ -424,8 +425,7 @@ static void choices(void)
                          candidate(&a, FF_LOSS_COSINE)->difference > candidate(&a, FF_LOSS_CUBE_ROOT)->difference,
                      "%s: %g of cosine, %g of the best", cases[k].surface, candidate(&a, FF_LOSS_COSINE)->difference,
                      a.candidate[a.chosen].difference);
-        FF_CHECK(a.candidate[a.chosen].fit.n_warnings == 0 || !strstr(a.candidate[a.chosen].fit.warning[0], "few pixels"),
-                 "a warning of coverage");
+        FF_CHECK(!has_warning(&a.candidate[a.chosen].fit, FF_WARNING_FEW_PIXELS, NULL), "a warning of coverage");
         ff_adaptive_free(&a);
         ff_table_free(&t);
     }
@@ -491,7 +491,8 @@ static void options(void)
     printf("  %zu of %zu pixels\n", a.coverage.measured, a.coverage.pixels);
     FF_CHECK(a.coverage.measured > 0 && (double)a.coverage.measured < 0.25 * (double)a.coverage.pixels, "%zu of %zu",
              a.coverage.measured, a.coverage.pixels);
-    FF_CHECK(fit->n_warnings > 0 && strstr(fit->warning[fit->n_warnings - 1], "few pixels"), "no warning");
+    const ff_warning *few = find_warning(fit, FF_WARNING_FEW_PIXELS, NULL);
+    FF_CHECK(few && few->value[0] == (double)a.coverage.measured && few->value[1] == (double)a.coverage.pixels, "no warning");
     ff_adaptive_free(&a);
     ff_table_free(&t);
 }

@@ -3,9 +3,7 @@
 #include "fit/internal_fit.h"
 #include "base/internal_statistics.h"
 #include <math.h>
-#include <stdio.h>
 #include <stdlib.h>
-#include <string.h>
 
 static double clamp(const ff_param *info, double v)
 {
@@ -84,29 +82,24 @@ ff_status ff_intervals_fill(const ff_layout *l, const struct ff_problem *p, cons
 /* Share that a parameter has in it at least to be named. */
 #define FF_SHARE 0.25
 
-static void name_flat_direction(const ff_layout *l, const struct ff_problem *p, const size_t *index, const double *V, size_t n,
-                                double value, ff_fit_result *r)
+/* Of eigenvector V, the first column: the parameters that have a share in it trade off. */
+static ff_status warn_of_flat_direction(const ff_layout *l, const size_t *index, const double *V, size_t n, double value,
+                                        ff_fit_result *r)
 {
-    char names[150] = "", label[80];
-    int count = 0;
-    for (size_t i = 0; i < n; i++) {
-        if (fabs(V[i * n]) < FF_SHARE) continue;
-        ff_result_label(l, p, index[i], label, sizeof label);
-        const size_t used = strlen(names);
-        snprintf(names + used, sizeof names - used, "%s%s", count ? ", " : "", label);
-        count++;
-    }
-    if (value <= FF_NOTHING) {
-        if (count > 1) ff_result_warn(r, "%s trade off: of one combination of them the data say nothing", names);
-        return;
-    }
-    if (count < 3) return; /* pairs have a warning of their own */
-    ff_result_warn(r, "%s trade off: along one combination of them the data say %.0f times less than of each alone", names,
-                   1 / sqrt(fmax(value, 1e-30)));
+    const int nothing = value <= FF_NOTHING;
+    ff_warning_parameter *named = malloc((n + 1) * sizeof *named);
+    ff_warning w = {.code = nothing ? FF_WARNING_COMBINATION_NOT_DETERMINED : FF_WARNING_TRADE_OFF,
+                    .parameter = named,
+                    .value = {nothing ? 0 : 1 / sqrt(value)}};
+    for (size_t i = 0; i < n && named; i++)
+        if (fabs(V[i * n]) >= FF_SHARE) named[w.n_parameters++] = ff_layout_warned(l, index[i]);
+    ff_status s = named ? FF_OK : FF_ERR_MEMORY;
+    if (!s && w.n_parameters > (nothing ? 1 : 2)) s = ff_warnings_add(&r->warnings, &w); /* pairs are warned of as correlated */
+    free(named);
+    return s;
 }
 
-ff_status ff_condition_fill(const ff_layout *l, const struct ff_problem *p, const ff_normal *normal, const int *use,
-                            ff_fit_result *r)
+ff_status ff_condition_fill(const ff_layout *l, const ff_normal *normal, const int *use, ff_fit_result *r)
 {
     const size_t P = l->P;
     double *work = malloc((3 * P * P + 2 * P + 1) * sizeof *work), *H = work, *A = H + P * P, *V = A + P * P, *g = V + P * P,
@@ -129,8 +122,8 @@ ff_status ff_condition_fill(const ff_layout *l, const struct ff_problem *p, cons
     r->rank = 0;
     for (size_t i = 0; i < n; i++) r->rank += w[i] > FF_NOTHING;
     r->condition = n == 0 ? 1 : w[0] > FF_NOTHING ? sqrt(w[n - 1] / w[0]) : INFINITY;
-    if (n > 1 && w[0] < FF_FLAT) name_flat_direction(l, p, index, V, n, w[0], r);
+    ff_status s = n > 1 && w[0] < FF_FLAT ? warn_of_flat_direction(l, index, V, n, w[0], r) : FF_OK;
     free(work);
     free(index);
-    return FF_OK;
+    return s;
 }

@@ -1,42 +1,16 @@
-/* What is said of an optimum: values, errors, the ellipse, residuals, and the words that go with the numbers. */
+/* What is said of an optimum: values, errors, the ellipse, residuals. */
 #include "internal_result.h"
 #include <math.h>
-#include <stdarg.h>
-#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-
-void ff_result_warn(ff_fit_result *r, const char *fmt, ...)
-{
-    if (r->n_warnings == FF_MAX_WARNINGS) return;
-    va_list args;
-    va_start(args, fmt);
-    vsnprintf(r->warning[r->n_warnings++], FF_WARNING_LENGTH, fmt, args);
-    va_end(args);
-}
-
-void ff_result_label(const ff_layout *l, const struct ff_problem *p, size_t k, char *out, size_t size)
-{
-    size_t c;
-    const char *name = ff_layout_param(l, k, &c)->name;
-    if (k >= l->n_shared && l->n_channels > 1)
-        snprintf(out, size, "%s (%.32s)", name, p->channel_name[c]);
-    else
-        snprintf(out, size, "%s", name);
-}
-
-static int is_of_channel(const ff_model *m, const ff_model_param *p)
-{
-    return p >= m->channel && p < m->channel + m->n_channel;
-}
 
 /* The parameter that others may follow. */
 ff_fit_value *ff_result_value(const ff_layout *l, ff_fit_result *r, size_t k)
 {
     size_t c;
     const ff_model_param *p = ff_layout_param(l, k, &c);
-    return is_of_channel(l->m, p) ? &r->channel_value[c * l->m->n_channel + (size_t)(p - l->m->channel)]
-                                  : &r->shape_value[p - l->m->shape];
+    return ff_param_is_of_channel(l->m, p) ? &r->channel_value[c * l->m->n_channel + (size_t)(p - l->m->channel)]
+                                           : &r->shape_value[p - l->m->shape];
 }
 
 /* What follows another parameter is as that one is, but for what was said of it before. */
@@ -123,7 +97,7 @@ static ff_status fill_errors(const ff_layout *l, const struct ff_problem *p, con
         r->correlation_settled = u.clusters.settled;
         st = ff_intervals_fill(l, p, normal, at_bound, &u, r);
     }
-    if (!st) st = ff_condition_fill(l, p, normal, use, r);
+    if (!st) st = ff_condition_fill(l, normal, use, r);
     r->n_columns = n;
     r->correlation = st ? NULL : calloc(n * n + 1, sizeof *r->correlation);
     if (!st && !r->correlation) st = FF_ERR_MEMORY;
@@ -199,132 +173,6 @@ static void fill_criteria(const struct ff_problem *p, size_t n_free, ff_fit_resu
     }
 }
 
-/* Parameters of one channel (or the shape) that the data cannot tell apart. */
-static void warn_correlated(const ff_layout *l, const struct ff_problem *p, ff_fit_result *r)
-{
-    char a[80], b[80];
-    for (size_t i = 0; i < l->P; i++)
-        for (size_t j = 0; j < i; j++) {
-            const int x = ff_result_value(l, r, i)->column, y = ff_result_value(l, r, j)->column;
-            if (x < 0 || y < 0) continue;
-            const double c = r->correlation[(size_t)x * r->n_columns + (size_t)y];
-            if (fabs(c) < 0.99) continue;
-            ff_result_label(l, p, i, a, sizeof a);
-            ff_result_label(l, p, j, b, sizeof b);
-            ff_result_warn(r, "%s and %s are correlated by %.4f: these data hardly tell them apart", b, a, c);
-        }
-}
-
-/* Is the bound one that the caller gave? */
-static int is_given(const ff_model_param *p, int bound)
-{
-    return bound < 0 ? p->lo != p->info->lo : p->hi != p->info->hi;
-}
-
-/* One warning for all channels whose parameter k lies on the same bound. */
-static void warn_channels_at_bound(const ff_layout *l, const struct ff_problem *p, uint32_t k, int bound, ff_fit_result *r)
-{
-    char names[120];
-    double value = 0;
-    int any = 0;
-    unsigned char *mark = malloc(l->n_channels + 1);
-    for (size_t c = 0; c < l->n_channels && mark; c++) {
-        const ff_fit_value *v = &r->channel_value[c * l->m->n_channel + k];
-        mark[c] = v->at_bound == bound && !v->tied;
-        if (!mark[c]) continue;
-        value = v->value;
-        any = 1;
-    }
-    if (any) ff_channels_label(p, mark, names, sizeof names);
-    free(mark);
-    if (!any) return;
-    const int several = l->n_channels > 1 && r->channel_value[l->m->n_channel + k].follows != -1 - (int)k; /* else one for all */
-    const int given = is_given(&l->m->channel[k], bound);
-    const int too_bright = bound > 0 && !given && (l->m->channel[k].info->flags & FF_PARAM_LINEAR);
-    ff_result_warn(r, "%s%s%s%s is on %s %s bound, %g%s", l->m->channel[k].name, several ? " (" : "", several ? names : "",
-                   several ? ")" : "", given ? "the given" : "its", bound < 0 ? "lower" : "upper", value,
-                   too_bright ? "; are the data in 1/sr?" : "");
-}
-
-static void warn_dark_channels(const struct ff_problem *p, ff_fit_result *r)
-{
-    char names[120];
-    unsigned char *mark = calloc(p->n_channels + 1, 1);
-    int any = 0;
-    for (size_t c = 0; c < p->n_channels && p->n_channels > 1 && mark; c++) {
-        mark[c] = p->channel_mean[c] == 0;
-        any |= mark[c];
-        if (mark[c] && p->n_channels <= FF_CHANNELS_NAMED)
-            ff_result_warn(r,
-                           "channel %.64s is zero everywhere, which no lobe is: it pulls the shape of the others; --channels each "
-                           "keeps them apart",
-                           p->channel_name[c]);
-    }
-    if (any && p->n_channels > FF_CHANNELS_NAMED)
-        ff_result_warn(r,
-                       "channels that are zero everywhere (%s), which no lobe is, pull the shape of the others; --channels each "
-                       "keeps them apart",
-                       ff_channels_label(p, mark, names, sizeof names));
-    free(mark);
-}
-
-static void fill_warnings(const ff_layout *l, const struct ff_problem *p, ff_fit_result *r)
-{
-    char label[80], text[FF_WARNING_LENGTH];
-    const int many = l->arrow && l->n_channels > FF_CHANNELS_NAMED;
-    if (r->outcome == FF_LIMIT)
-        ff_result_warn(r, "stopped after %d iterations before it converged; --max-iterations allows more", r->iterations);
-    if (r->outcome == FF_STALLED)
-        ff_result_warn(r, "the solver found no step that lowers the objective; the parameters may not be the best ones");
-    for (size_t k = 0; k < l->P; k++) {
-        const ff_fit_value *v = ff_result_value(l, r, k);
-        ff_result_label(l, p, k, label, sizeof label);
-        const ff_model_param *param = ff_layout_param(l, k, NULL);
-        if (!is_of_channel(l->m, param) && v->at_bound)
-            ff_result_warn(r, "%s is on %s %s bound, %g", label, is_given(param, v->at_bound) ? "the given" : "its",
-                           v->at_bound < 0 ? "lower" : "upper", v->value);
-        if (many && is_of_channel(l->m, param)) continue; /* they are named together */
-        if (!v->at_bound && r->correlation && isnan(v->std_error))
-            ff_result_warn(r, "%s is not determined by these data; --profile says how far it may go", label);
-    }
-    if (many && r->correlation) ff_result_warn_undetermined(l, p, r);
-    for (uint32_t k = 0; k < l->m->n_channel; k++) {
-        if (l->m->channel[k].flags & FF_PARAM_HELD) continue;
-        warn_channels_at_bound(l, p, k, -1, r);
-        warn_channels_at_bound(l, p, k, +1, r);
-    }
-    if (r->channel_correlation)
-        ff_result_warn_channels_correlated(l, p, r);
-    else if (r->correlation)
-        warn_correlated(l, p, r);
-    for (size_t k = 0; ff_extras_warning(l, p, r->residual.objective, k, text); k++) ff_result_warn(r, "%s", text);
-    if (r->correlation && r->has_ellipse && !l->m->lobe[0].isotropic && l->mode != FF_ISOTROPIC_MODE && !r->ellipse.phi_determined)
-        ff_result_warn(r, "the two roughness axes differ by less than their error: the orientation is undetermined");
-    if (r->correlation && !r->correlation_settled)
-        ff_result_warn(
-            r,
-            "the residuals go together over more than %zu neighbouring samples, as far as can be seen: the true errors are "
-            "larger than the standard errors",
-            r->correlated_over);
-    if (p->selection.at_top)
-        ff_result_warn(
-            r, "%zu samples at different places share the largest value, %g: is the detector saturated? --saturation %g says so",
-            p->selection.at_top, p->selection.top, p->selection.top);
-    warn_dark_channels(p, r);
-    if (p->selection.negative)
-        ff_result_warn(r, "%zu of the samples have negative values; they are kept as noise", p->selection.negative);
-    const size_t n = p->n * p->n_channels;
-    if (p->selection.weighting == FF_WEIGHT_SIGMA && n > l->P) {
-        const double chi2 = 2 * r->residual.objective / (double)(n - l->P);
-        if (chi2 > 2 || chi2 < 0.5)
-            ff_result_warn(
-                r,
-                "chi^2 per degree of freedom is %.3g: the standard deviations of the data do not match the residuals, and the "
-                "standard errors follow them",
-                chi2);
-    }
-}
-
 ff_status ff_result_fill(const ff_layout *l, const struct ff_problem *p, const ff_fit_options *o, const double *shape,
                          const double *channel, const int *at_bound, const ff_solution *solution, ff_fit_result *r)
 {
@@ -347,7 +195,7 @@ ff_status ff_result_fill(const ff_layout *l, const struct ff_problem *p, const f
     }
     if (!st) {
         fill_ellipse(l, shape, !o->std_errors ? NULL : arrow ? arrow->shape : cov, arrow ? arrow->S : l->P, r);
-        fill_warnings(l, p, r);
+        st = ff_result_warnings(l, p, r);
     }
     free(cov);
     return st;
@@ -360,5 +208,6 @@ void ff_fit_result_free(ff_fit_result *r)
     free(r->channel_value);
     free(r->correlation);
     free(r->channel_correlation);
+    ff_warnings_free(&r->warnings);
     memset(r, 0, sizeof *r);
 }

@@ -128,7 +128,7 @@ static size_t plan(const profile *f, const ff_uncertainty *u, ff_fit_result *fit
     return n;
 }
 
-static void take_ends(const profile *f, size_t n, ff_fit_result *fit)
+static ff_status take_ends(const profile *f, size_t n, ff_fit_result *fit)
 {
     const ff_layout *l = &f->point->l;
     double lower = 0;
@@ -142,8 +142,8 @@ static void take_ends(const profile *f, size_t n, ff_fit_result *fit)
         lower = fmin(lower, e->lower);
     }
     ff_result_copy_tied(l, fit);
-    if (lower < -1e-6)
-        ff_result_warn(fit, "the profile met an objective that is lower by %.2g of itself: the fit is not the best one", -lower);
+    const double share = -lower;
+    return share > 1e-6 ? ff_warnings_say(&fit->warnings, FF_WARNING_LOWER_OBJECTIVE, &share) : FF_OK;
 }
 
 ff_status ff_trust_profile(ff_problem *p, const ff_fit_options *o, ff_fit_result *fit, ff_error *err)
@@ -166,10 +166,8 @@ ff_status ff_trust_profile(ff_problem *p, const ff_fit_options *o, ff_fit_result
         ff_pool_run(p->pool, n, profile_end, &f);
         for (size_t i = 0; i < n && !st; i++) st = f.ends[i].status;
     }
-    if (!st)
-        take_ends(&f, n, fit);
-    else
-        (void)ff_trust_ended(st, "the profile", err);
+    if (!st) st = take_ends(&f, n, fit);
+    if (st) (void)ff_trust_ended(st, "the profile", err);
     ff_uncertainty_free(&u);
     ff_normal_free(&normal);
     free(use);
