@@ -232,5 +232,5 @@ void cli_message(const char *format, ...) __attribute__((format(printf, 1, 2)));
 int  cli_usage(const cli_args *args, const char *format, ...) __attribute__((format(printf, 2, 3))); /* with a hint; EXIT_USAGE */
 int  cli_exit_status(ff_status status);
 int  cli_failed(ff_status status, const ff_error *err); /* message and exit status */
-void cli_notes(const char *path, const char *notes);    /* lines of a table's note, as messages */
+void cli_notes(const char *path, const ff_table *t);    /* notes of a table, as messages */
 #endif

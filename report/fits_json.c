@@ -1,4 +1,4 @@
-/* Schema facetfit.fit/1: one document for `fit` and `compare`. */
+/* Schema facetfit.fit/2: one document for `fit` and `compare`. */
 #include "ff_report.h"
 #include "internal_report.h"
 #include <math.h>
@@ -361,9 +361,8 @@ static void put_fit(ff_json *j, const ff_report_fits *r, size_t i)
     ff_json_number(j, "bic", f->bic);
     ff_report_trust_json(j, r, i);
     put_correlation(j, p, f);
-    ff_json_array(j, "warnings", FF_JSON_BLOCK);
-    for (size_t i = 0; i < f->n_warnings; ++i) ff_json_string(j, NULL, f->warning[i]);
-    ff_json_close(j);
+    const ff_words_subject subject = {.problem = p, .fit = f};
+    ff_report_warnings_json(j, &subject, &f->warnings);
     ff_json_close(j);
 }
 
@@ -393,7 +392,7 @@ ff_status ff_report_fits_json(const ff_report_fits *r, FILE *out)
     if (!rank) return FF_ERR_MEMORY;
     ff_json_begin(&j, out);
     ff_json_object(&j, NULL, FF_JSON_BLOCK);
-    ff_report_head_json(&j, "facetfit.fit/1", &r->head);
+    ff_report_head_json(&j, "facetfit.fit/2", &r->head);
     put_selection(&j, r);
     put_loss(&j, r->options, r->adaptive);
     put_constraints(&j, r->options->constraints);

@@ -409,5 +409,6 @@ void ff_ndf_result_free(ff_ndf_result *r)
     free(r->row);
     free(r->channel);
     free(r->profile);
+    ff_warnings_free(&r->warnings);
     memset(r, 0, sizeof *r);
 }
