@@ -2,7 +2,7 @@
 #ifndef FF_INTERNAL_FIT_H
 #define FF_INTERNAL_FIT_H
 #include "ff_fit.h"
-#include "models/kernels/internal_kernel.h"
+#include "models/internal_model.h"
 #include "base/internal_pool.h"
 #include <math.h>
 

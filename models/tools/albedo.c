@@ -14,7 +14,7 @@
 #include "ff_albedo.h"
 #include "internal_albedo.h"
 #include "base/internal_gauss.h"
-#include "models/kernels/internal_kernel.h"
+#include "models/internal_model.h"
 #include <float.h>
 #include <math.h>
 #include <stdlib.h>

@@ -14,6 +14,7 @@
  * (a + x)+ exp(-x^2), a = v0 / |l| (Heitz and d'Eon 2014), whose integral is inverted here by Halley's iteration. */
 #define FF_ISA_SUFFIX scalar
 #include "ff_sample.h"
+#include "models/internal_model.h"
 #include "models/terms/internal_isotropic.h"
 #include <stdlib.h>
 
