@@ -1,5 +1,5 @@
-/* What the rooms share of a composed model below the public headers: its descriptors, what its parameters are to the kernels, and the
- * model made ready for its samples. */
+/* What the rooms share of a composed model below the public headers: its descriptors, what its parameters are to the kernels, and
+ * the model made ready for its samples. */
 #ifndef FF_INTERNAL_MODEL_H
 #define FF_INTERNAL_MODEL_H
 #include "ff_model.h"
