@@ -3,7 +3,7 @@
 #define _GNU_SOURCE /* clock_gettime */
 #include "ff_profile.h"
 #include "ff_simulate.h"
-#include "fit/internal_fit.h"
+#include "fit/problem/internal_problem.h"
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -43,7 +43,7 @@ static int make(const char *expression, const ff_table *t, const ff_fit_options 
     if (ff_model_parse(expression, &w->model, &err) != FF_OK) return 0;
     ff_model_set_table(&w->model, profile);
     if (ff_problem_new(t, &w->model, 1, o, &w->problem, &err) != FF_OK) give_up(err.message);
-    if (ff_layout_init(&w->model, 1, o->shape, 0, &w->layout, &err) != FF_OK || ff_normal_new(&w->layout, &w->normal) != FF_OK)
+    if (ff_layout_init(&w->model, 1, o->shape, 0, &w->layout, &err) != FF_OK || ff_layout_normal(&w->layout, &w->normal) != FF_OK)
         give_up(err.message);
     ff_layout_defaults(&w->layout, w->shape, w->channel);
     return 1;
@@ -60,7 +60,8 @@ static double pass_seconds(workload *w, const ff_fit_options *o)
 {
     ff_pass pass;
     const double begin = now();
-    if (ff_layout_pass(&w->layout, w->problem, o, w->shape, w->channel, &pass) != FF_OK) give_up("a pass cannot be made ready");
+    const ff_plan plan = ff_plan_with(&w->layout, w->problem, o);
+    if (ff_plan_pass(&plan, w->shape, w->channel, &pass) != FF_OK) give_up("a pass cannot be made ready");
     if (ff_pass_run(&pass, 0, &w->normal) != FF_OK) give_up("a pass failed");
     ff_pass_free(&pass);
     return now() - begin;

@@ -20,47 +20,28 @@ static void list_all(ff_term_kind kind, term_list *list)
     }
 }
 
-static int unknown_term(const cli_args *args, ff_term_kind kind, const char *word)
+/* The terms of a list, which the parser knows; "none" of the diffuse ones is -1, a model of lobes alone. One that stands there
+ * twice is taken once. */
+static void read_list(const cli_args *args, cli_flag_id flag, ff_term_kind kind, const char *otherwise, term_list *list)
 {
-    char known[512] = "";
-    for (size_t i = 0; i < ff_term_count(kind); ++i)
-        snprintf(known + strlen(known), sizeof known - strlen(known), "%s%s", i ? ", " : "", ff_term_at(kind, i)->name);
-    return cli_usage(args, "unknown %s '%s'; known are %s", ff_term_kind_name(kind), word, known);
-}
-
-/* A list as asked for on the command line; a term that stands there twice is taken once. */
-static int read_list(const cli_args *args, cli_flag_id flag, ff_term_kind kind, const char *otherwise, term_list *list)
-{
-    const char *text = cli_value(args, flag, otherwise);
-    int status = EXIT_DONE;
+    const char *word = cli_value(args, flag, otherwise);
     list->n = 0;
-    if (!strcmp(text, "all")) {
-        list_all(kind, list);
-        return EXIT_DONE;
-    }
-    char *copy = strdup(text), *rest = copy, *word;
-    if (!copy) return cli_failed(FF_ERR_MEMORY, NULL);
-    while (status == EXIT_DONE && (word = strsep(&rest, ","))) {
-        const int term = ff_term_find(kind, word);
+    for (;; ++word) {
+        char name[CLI_NAME];
+        const size_t n = strcspn(word, ",");
+        snprintf(name, sizeof name, "%.*s", (int)n, word);
+        const int term = ff_term_find(kind, name);
         int seen = 0;
         for (size_t i = 0; i < list->n; ++i) seen |= list->term[i] == term;
-        if (term < 0) {
-            status = unknown_term(args, kind, word);
-        } else if (!seen && list->n < TERMS) {
-            list->term[list->n++] = term;
+        if (!strcmp(name, "all")) {
+            list->n = 0;
+            list_all(kind, list);
+            return;
         }
+        if (!seen && list->n < TERMS) list->term[list->n++] = term;
+        word += n;
+        if (!*word) return;
     }
-    free(copy);
-    return status;
-}
-
-/* --diffuse: as the others, and "none" for a model of lobes alone (-1). */
-static int read_diffuse(const cli_args *args, term_list *list)
-{
-    const char *text = cli_value(args, FLAG_DIFFUSE, "lambert");
-    if (strcmp(text, "none")) return read_list(args, FLAG_DIFFUSE, FF_DIFFUSE, "lambert", list);
-    *list = (term_list){1, {-1}};
-    return EXIT_DONE;
 }
 
 /* Models that are compared, and how many combinations had no meaning. */
@@ -172,9 +153,7 @@ static ff_status share_scale(cli_fitting *f, const ff_model *model, size_t n_mod
         for (size_t m = 0; m < n_models; ++m)
             if (model[m].lobe[0].ndf == ff_term_find(FF_NDF, flexible[k])) by = &model[m];
     for (size_t p = 0; p < f->n_problems; ++p) {
-        ff_fit_options o = f->options;
-        if (o.channels == FF_CHANNELS_EACH) o.channels = FF_CHANNELS_RGB, o.only_channel = (int)p;
-        const ff_status status = ff_problem_estimate_scale(f->problem[p], by, &o, err);
+        const ff_status status = cli_fitting_scale(f, p, by, err);
         if (status != FF_OK) return status;
     }
     return FF_OK;
@@ -200,17 +179,15 @@ static int compare(const cli_args *args, cli_fitting *f, const ff_model *model, 
 {
     ff_error err = {0};
     size_t n = 0;
-    uint64_t rows = 25;
-    int status = cli_integer(args, FLAG_ROWS, 1000000, &rows);
-    if (status != EXIT_DONE) return status;
     cli_trust trust = {0};
-    if ((status = cli_trust_read(args, &f->options, &trust)) != EXIT_DONE) return status;
+    int status = cli_trust_read(args, &f->options, &trust);
+    if (status != EXIT_DONE) return status;
     ff_fit_result *fit = calloc(n_models * f->n_problems, sizeof *fit);
     ff_status failed = fit ? share_scale(f, model, n_models, &err) : FF_ERR_MEMORY;
     if (failed == FF_OK) failed = fit_all(f, model, n_models, fit, &n, &err);
     if (failed == FF_OK) {
         ff_report_fits report = cli_fitting_report(args, f, fit, n);
-        report.rows = (size_t)rows;
+        report.rows = (size_t)cli_integer(args, FLAG_ROWS, 25);
         status = look_closer(&report, &trust, f);
         if (status == EXIT_DONE) {
             cli_trust_report(&trust, &report);
@@ -232,11 +209,11 @@ int cmd_compare(const cli_args *args)
     term_list ndf, masking, fresnel, diffuse;
     cli_tables tables;
     int status;
-    if ((status = read_list(args, FLAG_NDF, FF_NDF, "all", &ndf)) ||
-        (status = read_list(args, FLAG_MASKING, FF_MASKING, "all", &masking)) ||
-        (status = read_list(args, FLAG_FRESNEL, FF_FRESNEL, "schlick", &fresnel)) || (status = read_diffuse(args, &diffuse)) ||
-        (status = cli_tables_read(args, &tables)))
-        return status;
+    read_list(args, FLAG_NDF, FF_NDF, "all", &ndf);
+    read_list(args, FLAG_MASKING, FF_MASKING, "all", &masking);
+    read_list(args, FLAG_FRESNEL, FF_FRESNEL, "schlick", &fresnel);
+    read_list(args, FLAG_DIFFUSE, FF_DIFFUSE, "lambert", &diffuse);
+    if ((status = cli_tables_read(args, &tables))) return status;
     cli_fitting f;
     combinations all = {.model = malloc((ndf.n * masking.n * fresnel.n * diffuse.n + 1) * sizeof *all.model)};
     status = all.model ? compose_all(args, &tables, &ndf, &masking, &fresnel, &diffuse, &all) : cli_failed(FF_ERR_MEMORY, NULL);

@@ -1,7 +1,6 @@
 /* facetfit convert --from A --to B name=value: roughness of one convention in terms of another. */
 #include "internal_cli.h"
 #include "ff_convert.h"
-#include "base/internal_number.h"
 #include <math.h>
 #include <string.h>
 
@@ -57,13 +56,7 @@ static int read_value(const cli_args *args, const ff_conversion *c, const char *
     if (word[length] != '=') return cli_usage(args, "'%s': expected NAME=VALUE", word);
     for (uint32_t k = 0; k < c->n_in; ++k) {
         if (!is_called(&c->in[k], word, length)) continue;
-        const char *text = word + length + 1, *end = ff_number_read(text, &in[k]);
-        if (!strcmp(text, "nan") || !strcmp(text, "inf") ||
-            !strcmp(text, "-inf")) { /* a number, which the conversion will refuse */
-            in[k] = *text == 'n' ? NAN : *text == 'i' ? INFINITY : -INFINITY;
-        } else if (!end || *end) {
-            return cli_usage(args, "'%s': expected a number after '='", word);
-        }
+        if (!cli_number_read(word + length + 1, &in[k])) return cli_usage(args, "'%s': expected a number after '='", word);
         if (is_angle(&c->in[k])) in[k] *= pi / 180;
         given[k]++;
         return EXIT_DONE;
@@ -99,15 +92,26 @@ static int list_choices(const char *from, const char *to, char *out, size_t size
     return found;
 }
 
+/* "; did you mean 'ggx'?" when a word of the list is near. */
+static const char *meant(cli_words *words, const char *word, char out[CLI_NAME])
+{
+    const char *nearest = cli_words_nearest(words, word, strlen(word));
+    snprintf(out, CLI_NAME, "%s%s%s", nearest ? "; did you mean '" : "", nearest ? nearest : "", nearest ? "'?" : "");
+    return out;
+}
+
 static int unknown_conversion(const cli_args *args, const char *from, const char *to, const char *by)
 {
-    char names[256];
+    char names[256], hint[CLI_NAME];
     if (list_choices(from, to, names, sizeof names))
-        return *names ? cli_usage(args, "from %s to %s there is no criterion '%s'; known are %s", from, to, by, names)
+        return *names ? cli_usage(args, "from %s to %s there is no criterion '%s'; known are %s%s", from, to, by, names,
+                                  meant(cli_words_by, by, hint))
                       : cli_usage(args, "from %s to %s there is one way only: leave out --by", from, to);
     if (list_choices(from, NULL, names, sizeof names))
-        return cli_usage(args, "no conversion from %s to '%s'; %s converts to %s", from, to, from, names);
-    return cli_usage(args, "no conversion from '%s'; 'facetfit convert --list' shows what there is", from);
+        return cli_usage(args, "no conversion from %s to '%s'; %s converts to %s%s", from, to, from, names,
+                         meant(cli_words_to, to, hint));
+    return cli_usage(args, "no conversion from '%s'; 'facetfit convert --list' shows what there is%s", from,
+                     meant(cli_words_from, from, hint));
 }
 
 static int find_answers(const cli_args *args, answers *all)
@@ -229,7 +233,7 @@ static ff_status write_list_json(const void *context, FILE *out)
 int cmd_convert(const cli_args *args)
 {
     answers all = {.args = args};
-    if (cli_given(args, FLAG_LIST) || (args->n_words == 0 && !cli_given(args, FLAG_FROM) && !cli_given(args, FLAG_TO)))
+    if (cli_switch(args, FLAG_LIST, 0) || (args->n_words == 0 && !cli_given(args, FLAG_FROM) && !cli_given(args, FLAG_TO)))
         return cli_write_both(args, write_list_json, write_list, &args->head);
     int status = find_answers(args, &all);
     if (status == EXIT_DONE) status = cli_write_both(args, write_json, write_text, &all);

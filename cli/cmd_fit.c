@@ -49,7 +49,8 @@ static int fit_all(const cli_args *args, cli_fitting *f, const ff_model *model, 
     ff_fit_result *fit = calloc(f->n_problems, sizeof *fit);
     ff_status failed = fit ? FF_OK : FF_ERR_MEMORY;
     while (failed == FF_OK && n < f->n_problems) {
-        failed = cli_fitting_run(f, n, model, expression, &fit[n], &err);
+        failed = cli_fitting_scale(f, n, model, &err);
+        if (failed == FF_OK) failed = cli_fitting_run(f, n, model, expression, &fit[n], &err);
         n += failed == FF_OK;
     }
     const int status = failed == FF_OK ? finish(args, f, fit, n, NULL) : cli_failed(failed, &err);

@@ -1,12 +1,11 @@
 /* facetfit furnace EXPR: directional albedo, or the weak white furnace integral. */
 #include "internal_cli.h"
 #include "ff_albedo.h"
-#include "base/internal_number.h"
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
-enum { VIEWS = 1024 };
+enum { VIEWS = CLI_VALUES };
 static const double furnace_tolerance = 1e-6;
 
 typedef struct furnace {
@@ -21,16 +20,11 @@ typedef struct furnace {
 
 static int read_mu(const cli_args *args, furnace *u)
 {
-    const char *p = cli_value(args, FLAG_MU, "1,0.9,0.8,0.7,0.6,0.5,0.4,0.3,0.2,0.1"), *text = p;
-    for (u->n = 0;; ++p) {
-        double mu = 0;
-        p = ff_number_read(p, &mu);
-        if (!p || (*p && *p != ',') || !(mu > FF_COS_MIN && mu <= 1))
-            return cli_usage(args, "--mu %s: expected cosines in (0, 1], separated by commas", text);
-        if (u->n == VIEWS) return cli_usage(args, "--mu: more than %d cosines", VIEWS);
-        u->mu[u->n++] = mu;
-        if (!*p) return EXIT_DONE;
-    }
+    const char *text = cli_value(args, FLAG_MU, "1,0.9,0.8,0.7,0.6,0.5,0.4,0.3,0.2,0.1");
+    u->n = cli_list_read(text, VIEWS, u->mu);
+    for (size_t i = 0; i < u->n; ++i)
+        if (!(u->mu[i] > FF_COS_MIN)) return cli_usage(args, "--mu %s: a cosine of %g is at the horizon", text, u->mu[i]);
+    return EXIT_DONE;
 }
 
 static void put_header(furnace *u)
@@ -114,10 +108,9 @@ int cmd_furnace(const cli_args *args)
     int status = u ? EXIT_DONE : cli_failed(FF_ERR_MEMORY, NULL);
     if (status == EXIT_DONE) status = cli_isa(args, &u->isa);
     if (status == EXIT_DONE) status = read_mu(args, u);
-    if (status == EXIT_DONE) status = cli_number(args, FLAG_PHI, -1e6, 1e6, &u->phi);
     if (status == EXIT_DONE) status = cli_scene_make(args, args->word[0], 1, &u->scene);
     if (status == EXIT_DONE) {
-        u->phi *= 3.14159265358979323846 / 180;
+        u->phi = cli_number(args, FLAG_PHI, 0) * 3.14159265358979323846 / 180;
         u->weak = cli_given(args, FLAG_WEAK) > 0;
         status = integrate(args, u);
         cli_scene_free(&u->scene);

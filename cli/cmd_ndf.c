@@ -24,36 +24,12 @@ static double degrees(double radians)
 
 /* ---- what is asked --------------------------------------------------------------------------- */
 
-static int read_masking(const cli_args *args, int *out)
+static void read_options(const cli_args *args, ff_ndf_options *o)
 {
-    const char *name = cli_value(args, FLAG_MASKING, NULL);
-    char known[512] = "";
-    if (!name) return EXIT_DONE;
-    const int found = ff_term_find(FF_MASKING, name);
-    if (found >= 0) {
-        *out = found;
-        return EXIT_DONE;
-    }
-    for (size_t i = 0; i < ff_term_count(FF_MASKING); ++i)
-        snprintf(known + strlen(known), sizeof known - strlen(known), "%s%s", i ? ", " : "", ff_term_at(FF_MASKING, i)->name);
-    return cli_usage(args, "--masking %s: expected one of %s", name, known);
-}
-
-static int read_options(const cli_args *args, ff_ndf_options *o)
-{
-    uint64_t nodes = 0;
-    int status, monotone = (int)o->monotone;
-    const char *channels = cli_value(args, FLAG_CHANNELS, "rgb"), *output = cli_value(args, FLAG_OUTPUT, ""),
-               *json = cli_value(args, FLAG_JSON, "");
-    if (!strcmp(channels, "each")) return cli_usage(args, "--channels each: a retrieval makes one table; expected rgb or mean");
-    if (!strcmp(output, "-") && !strcmp(json, "-")) return cli_usage(args, "--output - and --json - both want standard output");
-    if ((status = read_masking(args, &o->masking)) || (status = cli_number(args, FLAG_SMOOTH, 0, 1e12, &o->smooth)) ||
-        (status = cli_integer(args, FLAG_NODES, FF_NDF_NODES_MAX, &nodes)) ||
-        (status = cli_choice(args, FLAG_MONOTONE, ff_ndf_monotone_find, ff_ndf_monotone_name, FF_NDF_MONOTONE_COUNT, &monotone)))
-        return status;
-    o->nodes = (int)nodes;
-    o->monotone = (ff_ndf_monotone)monotone;
-    return EXIT_DONE;
+    o->masking = cli_word(args, FLAG_MASKING, o->masking);
+    o->smooth = cli_number(args, FLAG_SMOOTH, o->smooth);
+    o->nodes = (int)cli_integer(args, FLAG_NODES, 0);
+    o->monotone = (ff_ndf_monotone)cli_word(args, FLAG_MONOTONE, (int)o->monotone);
 }
 
 /* The same command line with an isotropic shape, which is the only one that a retrieval has. */
@@ -328,9 +304,7 @@ static void json_fits(ff_json *j, const ff_ndf_result *r)
         if (i == FF_NDF_STUDENT_T) ff_json_number(j, "gamma", fit->shape_value[ff_model_param_find(&fit->model, "gamma")].value);
         ff_json_number(j, "objective", fit->residual.objective);
         ff_json_number(j, "rmse", fit->residual.rmse);
-        ff_json_number(j, "cosine_rmse", fit->residual.cosine_rmse);
-        ff_json_number(j, "log_rmse", fit->residual.log_rmse);
-        ff_json_number(j, "cube_root_rmse", fit->residual.cube_root_rmse);
+        ff_report_rmses_json(j, &fit->residual);
         ff_json_number(j, "max_abs", fit->residual.max_abs);
         ff_json_close(j);
     }
@@ -417,11 +391,10 @@ int cmd_ndf(const cli_args *args)
     ff_error err = {0};
     cli_fitting f;
     ff_ndf_options_init(&o);
-    int status = read_options(args, &o);
-    if (status != EXIT_DONE) return status;
+    read_options(args, &o);
     ff_status failed = ff_ndf_models(o.masking, models, &err);
     if (failed != FF_OK) return cli_failed(failed, &err);
-    status = open_isotropic(args, models, &f);
+    int status = open_isotropic(args, models, &f);
     if (status != EXIT_DONE) return status;
     o.fit = f.options;
     if (f.progress) o.fit.progress = show;

@@ -38,17 +38,13 @@ int cmd_resample(const cli_args *args)
     ff_resample_report report;
     ff_error err = {0};
     const ff_format *to = NULL;
-    uint64_t threads = 0;
     int status = cli_format_for_writing(args, FLAG_TO, args->word[1], &to);
-    if (status == EXIT_DONE && !strcmp(args->word[1], "-") && !strcmp(cli_value(args, FLAG_JSON, ""), "-"))
-        status = cli_usage(args, "--json - and OUT - both want stdout");
-    if (status == EXIT_DONE) status = cli_integer(args, FLAG_THREADS, 1024, &threads);
     if (status == EXIT_DONE) status = cli_read(args, args->word[0], 1, &in);
     if (status != EXIT_DONE) return status;
     ff_resample_options_init(&o);
     o.grid = cli_value(args, FLAG_GRID, NULL);
     o.beyond = cli_given(args, FLAG_EXTRAPOLATE) > 0;
-    o.threads = (int)threads;
+    o.threads = (int)cli_integer(args, FLAG_THREADS, 0);
     o.cancel = cli_catch_signals();
     ff_status failed = ff_resample(&in, to, &o, &out, &report, &err);
     if (failed == FF_OK) {

@@ -97,14 +97,12 @@ int cmd_sample(const cli_args *args)
     drawing *d = calloc(1, sizeof *d);
     int status = d ? cli_isa(args, &d->isa) : cli_failed(FF_ERR_MEMORY, NULL);
     if (status == EXIT_DONE) {
-        d->n = 1000;
-        d->seed = 1;
-        status = cli_number(args, FLAG_THETA, 0, 89.999, &d->theta);
+        d->n = cli_integer(args, FLAG_SAMPLES, 1000);
+        d->seed = cli_integer(args, FLAG_SEED, 1);
+        d->theta = cli_number(args, FLAG_THETA, 0);
+        d->phi = cli_number(args, FLAG_PHI, 0);
+        status = cli_scene_make(args, args->word[0], 1, &d->scene);
     }
-    if (status == EXIT_DONE) status = cli_number(args, FLAG_PHI, -1e6, 1e6, &d->phi);
-    if (status == EXIT_DONE) status = cli_integer(args, FLAG_SAMPLES, UINT64_MAX, &d->n);
-    if (status == EXIT_DONE) status = cli_integer(args, FLAG_SEED, UINT64_MAX, &d->seed);
-    if (status == EXIT_DONE) status = cli_scene_make(args, args->word[0], 1, &d->scene);
     if (status == EXIT_DONE) {
         status = put(args, d);
         ff_sampler_free(d->sampler);

@@ -7,13 +7,13 @@ static int read_options(const cli_args *args, ff_simulate_options *o)
 {
     const char *grid = cli_value(args, FLAG_GRID, NULL);
     ff_error err = {0};
-    int status;
     ff_simulate_options_init(o);
-    if ((status = cli_number(args, FLAG_NOISE, 0, 1e6, &o->relative)) ||
-        (status = cli_number(args, FLAG_NOISE_FLOOR, 0, 1e6, &o->floor)) ||
-        (status = cli_integer(args, FLAG_SEED, UINT64_MAX, &o->seed)) || (status = cli_isa(args, &o->isa)))
-        return status;
-    o->sigma = cli_given(args, FLAG_SIGMA) > 0;
+    const int status = cli_isa(args, &o->isa);
+    if (status != EXIT_DONE) return status;
+    o->relative = cli_number(args, FLAG_NOISE, o->relative);
+    o->floor = cli_number(args, FLAG_NOISE_FLOOR, o->floor);
+    o->seed = cli_integer(args, FLAG_SEED, o->seed);
+    o->sigma = cli_switch(args, FLAG_SIGMA, 0);
     const ff_status failed = grid ? ff_sampling_parse(grid, &o->sampling, &err) : FF_OK;
     return failed == FF_OK ? EXIT_DONE : cli_failed(failed, &err);
 }

@@ -1,7 +1,6 @@
 /* What the command line says of parameters besides the data: bounds, priors, ties, the conservation of energy. */
 #define _GNU_SOURCE
 #include "internal_cli.h"
-#include "base/internal_number.h"
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -19,52 +18,110 @@ static const char *keep_name(cli_constraints *c, const char *text, size_t n)
 
 /* ---- words ----------------------------------------------------------------------------------- */
 
-/* Reads "NAME=A<separator>B" with one of two separators. Returns the length of the name, 0 when that is not what stands there. */
-static size_t read_pair(const char *word, const char *separator, const char *other, double *a, double *b)
+static int said_twice(const cli_args *args, cli_flag_id flag, const cli_assignment *a)
 {
-    const size_t length = strcspn(word, "=");
-    if (length == 0 || !word[length]) return 0;
-    const char *end = ff_number_read(word + length + 1, a);
-    if (!end) return 0;
-    const char *found = !strncmp(end, separator, strlen(separator))    ? separator
-                        : other && !strncmp(end, other, strlen(other)) ? other
-                                                                       : NULL;
-    if (!found) return 0;
-    end = ff_number_read(end + strlen(found), b);
-    return end && !*end && isfinite(*a) && isfinite(*b) ? length : 0;
+    return cli_usage(args, "--%s: %s%s%s%s is given twice", cli_flag_name(flag), a->name, *a->channel ? "[" : "", a->channel,
+                     *a->channel ? "]" : "");
 }
 
-static int said_twice(const cli_args *args, cli_flag_id flag, const char *name)
+static int no_list(const cli_args *args, cli_flag_id flag, const char *word, const char *expected)
 {
-    return cli_usage(args, "--%s: %s is given twice", cli_flag_name(flag), name);
+    return cli_usage(args, "--%s %s: a list of values has no meaning here; expected %s", cli_flag_name(flag), word, expected);
+}
+
+/* Both NULL, or the same word. */
+static int same_word(const char *a, const char *b)
+{
+    return a == b || (a && b && !strcmp(a, b));
+}
+
+/* The names of an assignment, owned by c. 0 without memory. */
+static int keep_names(cli_constraints *c, const cli_assignment *a, const char **name, const char **channel)
+{
+    *name = keep_name(c, a->name, strlen(a->name));
+    *channel = *a->channel ? keep_name(c, a->channel, strlen(a->channel)) : NULL;
+    return *name && (*channel || !*a->channel);
 }
 
 static int add_bound(const cli_args *args, const char *word, void *context)
 {
+    static const char expected[] = "NAME=LOW:HIGH, e.g. alpha=0.05:0.5";
     cli_constraints *c = context;
-    ff_bound b;
-    const size_t length = read_pair(word, ":", NULL, &b.lo, &b.hi);
-    if (length == 0) return cli_usage(args, "--bound %s: expected NAME=LOW:HIGH, e.g. alpha=0.05:0.5", word);
-    if (!(b.lo < b.hi)) return cli_usage(args, "--bound %s: the bounds must rise", word);
-    if (!(b.name = keep_name(c, word, length))) return cli_failed(FF_ERR_MEMORY, NULL);
+    cli_assignment a;
+    ff_bound b = {0};
+    double x[2];
+    const int read = cli_assignment_read(word, &a) && a.rest;
+    if (read && cli_is_list(a.rest)) return no_list(args, FLAG_BOUND, word, expected);
+    if (!read || cli_numbers_read(a.rest, ':', 2, x) != 2) return cli_usage(args, "--bound %s: expected %s", word, expected);
+    if (!(x[0] < x[1])) return cli_usage(args, "--bound %s: the bounds must rise", word);
+    b.lo = x[0];
+    b.hi = x[1];
+    if (!keep_names(c, &a, &b.name, &b.channel)) return cli_failed(FF_ERR_MEMORY, NULL);
     for (size_t i = 0; i < c->c.n_bounds; ++i)
-        if (!strcmp(c->bound[i].name, b.name)) return said_twice(args, FLAG_BOUND, b.name);
+        if (!strcmp(c->bound[i].name, b.name) && same_word(c->bound[i].channel, b.channel)) return said_twice(args, FLAG_BOUND, &a);
     c->bound[c->c.n_bounds++] = b;
     return EXIT_DONE;
 }
 
+/* "MEAN+-SD", the sign also as one character. */
+static int read_prior(const char *text, double *mean, double *sd)
+{
+    static const char one[] = "\u00b1";
+    char left[CLI_NAME];
+    const char *two = strstr(text, "+-"), *sign = two ? two : strstr(text, one);
+    if (!sign || (size_t)(sign - text) >= sizeof left) return 0;
+    snprintf(left, sizeof left, "%.*s", (int)(sign - text), text);
+    return cli_number_read(left, mean) && cli_number_read(sign + (two ? 2 : strlen(one)), sd);
+}
+
 static int add_prior(const cli_args *args, const char *word, void *context)
 {
+    static const char expected[] = "NAME=MEAN+-SD, e.g. f0=0.04+-0.01";
     cli_constraints *c = context;
-    ff_prior p;
-    const size_t length = read_pair(word, "+-", "\u00b1", &p.mean, &p.sd);
-    if (length == 0) return cli_usage(args, "--prior %s: expected NAME=MEAN+-SD, e.g. f0=0.04+-0.01", word);
+    cli_assignment a;
+    ff_prior p = {0};
+    const int read = cli_assignment_read(word, &a) && a.rest;
+    if (read && cli_is_list(a.rest)) return no_list(args, FLAG_PRIOR, word, expected);
+    if (!read || !read_prior(a.rest, &p.mean, &p.sd)) return cli_usage(args, "--prior %s: expected %s", word, expected);
     if (!(p.sd > 0)) return cli_usage(args, "--prior %s: the standard deviation must be above 0", word);
-    if (!(p.name = keep_name(c, word, length))) return cli_failed(FF_ERR_MEMORY, NULL);
+    if (!keep_names(c, &a, &p.name, &p.channel)) return cli_failed(FF_ERR_MEMORY, NULL);
     for (size_t i = 0; i < c->c.n_priors; ++i)
-        if (!strcmp(c->prior[i].name, p.name)) return said_twice(args, FLAG_PRIOR, p.name);
+        if (!strcmp(c->prior[i].name, p.name) && same_word(c->prior[i].channel, p.channel)) return said_twice(args, FLAG_PRIOR, &a);
     c->prior[c->c.n_priors++] = p;
     return EXIT_DONE;
+}
+
+/* Values by channel, owned by c; NULL without memory. */
+static const double *keep_values(cli_constraints *c, const double *x, size_t n)
+{
+    double *copy = malloc(n * sizeof *copy);
+    double **more = copy ? realloc(c->values, (c->n_values + 1) * sizeof *more) : NULL;
+    if (!more) {
+        free(copy);
+        return NULL;
+    }
+    c->values = more;
+    c->values[c->n_values++] = copy;
+    return memcpy(copy, x, n * sizeof *copy);
+}
+
+/* --fix with a value for each channel, or for one of them; one value for all was done to the models. */
+static int add_fixed(const cli_args *args, const char *word, void *context)
+{
+    cli_constraints *c = context;
+    cli_assignment a;
+    ff_fixed f = {0};
+    double *x = malloc(CLI_VALUES * sizeof *x);
+    f.n = x && cli_assignment_read(word, &a) && a.rest ? cli_numbers_read(a.rest, ':', CLI_VALUES, x) : 0;
+    if (f.n == 1 && !*a.channel) f.n = 0;
+    int status = x ? EXIT_DONE : cli_failed(FF_ERR_MEMORY, NULL);
+    if (f.n && (!(f.value = keep_values(c, x, f.n)) || !keep_names(c, &a, &f.name, &f.channel)))
+        status = cli_failed(FF_ERR_MEMORY, NULL);
+    free(x);
+    for (size_t i = 0; i < c->c.n_fixed && f.n && status == EXIT_DONE; ++i)
+        if (!strcmp(c->fixed[i].name, f.name) && same_word(c->fixed[i].channel, f.channel)) return said_twice(args, FLAG_FIX, &a);
+    if (f.n && status == EXIT_DONE) c->fixed[c->c.n_fixed++] = f;
+    return status;
 }
 
 static int add_tie(const cli_args *args, const char *word, void *context)
@@ -73,6 +130,8 @@ static int add_tie(const cli_args *args, const char *word, void *context)
     ff_tie t = {NULL, NULL};
     const size_t length = strcspn(word, "=");
     const int two = word[length] == '=';
+    if (strpbrk(word, "[{"))
+        return cli_usage(args, "--tie %s: a tie is between parameters of all channels; expected NAME=NAME, or one NAME", word);
     if (length == 0 || (two && (!word[length + 1] || strchr(word + length + 1, '='))))
         return cli_usage(args, "--tie %s: expected NAME=NAME, or one NAME for a single value in all channels", word);
     if (!(t.name = keep_name(c, word, length)) || (two && !(t.to = keep_name(c, word + length + 1, strlen(word + length + 1)))))
@@ -100,21 +159,88 @@ static int has_name(const ff_model *model, const char *name)
 /* A usage error, with the nearest name of all models, for one that none of them has. */
 static int check_name(const cli_args *args, const ff_model *model, size_t n, cli_flag_id flag, const char *name)
 {
-    const char *names[2 * (FF_MAX_SHAPE + FF_MAX_CHANNEL_PARAMS)], *nearest = NULL;
     for (size_t i = 0; i < n; ++i)
         if (has_name(&model[i], name)) return EXIT_DONE;
-    for (size_t i = 0; i < n && !nearest; ++i) {
-        size_t count = 0;
-        names[count++] = "alpha";
-        for (uint32_t k = 0; k < model[i].n_shape; ++k) names[count++] = model[i].shape[k].name;
-        for (uint32_t k = 0; k < model[i].n_channel; ++k) names[count++] = model[i].channel[k].name;
-        nearest = cli_nearest(name, names, count);
-        if (nearest && !has_name(&model[i], nearest)) nearest = NULL;
-    }
+    const char *nearest = cli_param_nearest(model, n, name);
     return cli_usage(args, "--%s: %s a parameter '%s'%s%s%s", cli_flag_name(flag),
                      n == 1 ? "the model does not have" : "none of the models has", name, nearest ? "; did you mean '" : "",
                      nearest ? nearest : "", nearest ? "'?" : "");
 }
+
+/* ---- parameters that are held or free -------------------------------------------------------- */
+
+typedef struct holding {
+    ff_model *m;
+    int where_present;
+} holding;
+
+static int said(cli_flag_id flag, const char *word, const holding *h, ff_status status, const ff_error *err)
+{
+    if (status == FF_OK || (status == FF_ERR_UNKNOWN && h->where_present)) return EXIT_DONE;
+    cli_message("--%s %s: %s", cli_flag_name(flag), word, err->message);
+    return cli_exit_status(status);
+}
+
+static int free_one(const cli_args *args, const char *word, void *context)
+{
+    const holding *h = context;
+    ff_error err = {0};
+    (void)args;
+    return said(FLAG_FREE, word, h, ff_model_free(h->m, word, &err), &err);
+}
+
+/* One value for all channels holds the parameter in the model; what is said of channels is a constraint of the fit. */
+static int fix_one(const cli_args *args, const char *word, void *context)
+{
+    const holding *h = context;
+    ff_error err = {0};
+    cli_assignment a;
+    double *x = malloc(CLI_VALUES * sizeof *x);
+    const int read = cli_assignment_read(word, &a) && a.rest;
+    const size_t n = x && read ? cli_numbers_read(a.rest, ':', CLI_VALUES, x) : 0;
+    const double value = n == 1 ? x[0] : 0;
+    free(x);
+    if (!x) return cli_failed(FF_ERR_MEMORY, NULL);
+    if (read && cli_is_list(a.rest))
+        return cli_usage(
+            args, "--fix %s: a list of values has no meaning here; expected NAME=VALUE, or NAME=v1:v2:... for the channels", word);
+    if (n == 0) return cli_usage(args, "--fix %s: expected NAME=VALUE", word);
+    if (n > 1 && *a.channel)
+        return cli_usage(args, "--fix %s: found %zu values, expected one for the channel %s", word, n, a.channel);
+    if (n > 1 || *a.channel) return EXIT_DONE;
+    return said(FLAG_FIX, word, h, ff_model_hold(h->m, a.name, value, &err), &err);
+}
+
+int cli_hold_and_free(const cli_args *args, ff_model *m, int where_present)
+{
+    holding h = {m, where_present};
+    const int status = cli_each_word(args, FLAG_FREE, free_one, &h);
+    return status == EXIT_DONE ? cli_each_word(args, FLAG_FIX, fix_one, &h) : status;
+}
+
+/* Models of a comparison. */
+typedef struct model_set {
+    cli_flag_id flag;
+    const ff_model *model;
+    size_t n;
+} model_set;
+
+static int known_to_any(const cli_args *args, const char *word, void *context)
+{
+    const model_set *set = context;
+    cli_assignment a;
+    if (!cli_assignment_read(word, &a)) return EXIT_DONE; /* said where it is read */
+    return check_name(args, set->model, set->n, set->flag, a.name);
+}
+
+int cli_names_known(const cli_args *args, const ff_model *model, size_t n)
+{
+    model_set free_ones = {FLAG_FREE, model, n}, fixed = {FLAG_FIX, model, n};
+    const int status = cli_each_word(args, FLAG_FREE, known_to_any, &free_ones);
+    return status == EXIT_DONE ? cli_each_word(args, FLAG_FIX, known_to_any, &fixed) : status;
+}
+
+/* ---- all of them ------------------------------------------------------------------------------ */
 
 static int check_names(const cli_args *args, const ff_model *model, size_t n, const ff_constraints *c)
 {
@@ -123,6 +249,7 @@ static int check_names(const cli_args *args, const ff_model *model, size_t n, co
         status = check_name(args, model, n, FLAG_BOUND, c->bound[i].name);
     for (size_t i = 0; i < c->n_priors && status == EXIT_DONE; ++i)
         status = check_name(args, model, n, FLAG_PRIOR, c->prior[i].name);
+    for (size_t i = 0; i < c->n_fixed && status == EXIT_DONE; ++i) status = check_name(args, model, n, FLAG_FIX, c->fixed[i].name);
     for (size_t i = 0; i < c->n_ties && status == EXIT_DONE; ++i) {
         status = check_name(args, model, n, FLAG_TIE, c->tie[i].name);
         if (status == EXIT_DONE && c->tie[i].to) status = check_name(args, model, n, FLAG_TIE, c->tie[i].to);
@@ -151,16 +278,20 @@ int cli_constraints_read(const cli_args *args, const ff_model *model, size_t n, 
     cli_each_word(args, FLAG_BOUND, count_word, &words);
     cli_each_word(args, FLAG_PRIOR, count_word, &words);
     cli_each_word(args, FLAG_TIE, count_word, &words);
+    cli_each_word(args, FLAG_FIX, count_word, &words);
     out->bound = calloc(words + 1, sizeof *out->bound);
     out->prior = calloc(words + 1, sizeof *out->prior);
     out->tie = calloc(words + 1, sizeof *out->tie);
-    if (!out->bound || !out->prior || !out->tie) return cli_failed(FF_ERR_MEMORY, NULL);
+    out->fixed = calloc(words + 1, sizeof *out->fixed);
+    if (!out->bound || !out->prior || !out->tie || !out->fixed) return cli_failed(FF_ERR_MEMORY, NULL);
     out->c.bound = out->bound;
     out->c.prior = out->prior;
     out->c.tie = out->tie;
-    out->c.energy_conserving = cli_given(args, FLAG_ENERGY) > 0;
+    out->c.fixed = out->fixed;
+    out->c.energy_conserving = cli_switch(args, FLAG_ENERGY, 0);
     if ((status = cli_each_word(args, FLAG_BOUND, add_bound, out)) || (status = cli_each_word(args, FLAG_PRIOR, add_prior, out)) ||
-        (status = cli_each_word(args, FLAG_TIE, add_tie, out)) || (status = check_names(args, model, n, &out->c)))
+        (status = cli_each_word(args, FLAG_TIE, add_tie, out)) || (status = cli_each_word(args, FLAG_FIX, add_fixed, out)) ||
+        (status = check_names(args, model, n, &out->c)))
         return status;
     return check_models(model, n, where_present, &out->c);
 }
@@ -172,5 +303,8 @@ void cli_constraints_free(cli_constraints *constraints)
     free(constraints->bound);
     free(constraints->prior);
     free(constraints->tie);
+    free(constraints->fixed);
+    for (size_t i = 0; i < constraints->n_values; ++i) free(constraints->values[i]);
+    free(constraints->values);
     *constraints = (cli_constraints){.n_names = 0};
 }

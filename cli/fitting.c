@@ -1,7 +1,6 @@
 /* What `fit` and `compare` share: options from flags, the data, problems, progress. */
 #define _GNU_SOURCE
 #include "internal_cli.h"
-#include "base/internal_number.h"
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -11,43 +10,14 @@ static const double pi = 3.14159265358979323846;
 
 /* ---- options --------------------------------------------------------------------------------- */
 
+/* The scale after the name; the parser knows the name. */
 static int read_robust(const cli_args *args, ff_fit_options *o)
 {
     const char *text = cli_value(args, FLAG_ROBUST, NULL), *colon = text ? strchr(text, ':') : NULL;
-    char name[32];
-    if (!text || !strcmp(text, "none")) return EXIT_DONE;
-    snprintf(name, sizeof name, "%.*s", (int)strcspn(text, ":"), text);
-    const int robust = ff_robust_find(name);
-    if (robust < 0)
-        return cli_usage(args, "--robust %s: expected huber, cauchy or tukey, and a colon and a scale where it is to be given",
-                         text);
-    const char *end = colon ? ff_number_read(colon + 1, &o->robust_scale) : NULL;
-    if (colon && (!end || *end || !(o->robust_scale > 0) || !isfinite(o->robust_scale)))
-        return cli_usage(args, "--robust %s: expected NAME, or NAME:SCALE with a scale above 0, e.g. huber:0.1", text);
-    o->robust = (ff_robust)robust;
-    return EXIT_DONE;
-}
-
-/* "auto", which only `fit` knows, is one more loss. */
-static int find_loss(const char *name)
-{
-    return strcmp(name, "auto") ? ff_loss_find(name) : FF_LOSS_COUNT;
-}
-
-static const char *loss_name(int loss)
-{
-    return loss == FF_LOSS_COUNT ? "auto" : ff_loss_name(loss);
-}
-
-static int read_loss(const cli_args *args, int *loss)
-{
-    char known[256] = "";
-    if (!strcmp(args->command->name, "fit")) return cli_choice(args, FLAG_LOSS, find_loss, loss_name, FF_LOSS_COUNT + 1, loss);
-    if (strcmp(cli_value(args, FLAG_LOSS, ""), "auto"))
-        return cli_choice(args, FLAG_LOSS, ff_loss_find, ff_loss_name, FF_LOSS_COUNT, loss);
-    for (int i = 0; i < FF_LOSS_COUNT; ++i)
-        snprintf(known + strlen(known), sizeof known - strlen(known), "%s%s", i ? ", " : "", ff_loss_name(i));
-    return cli_usage(args, "--loss auto chooses for one model, with 'fit'; %s needs one of %s", args->command->name, known);
+    o->robust = (ff_robust)cli_word(args, FLAG_ROBUST, FF_ROBUST_NONE);
+    if (!colon || (o->robust != FF_ROBUST_NONE && cli_number_read(colon + 1, &o->robust_scale) && o->robust_scale > 0))
+        return EXIT_DONE;
+    return cli_usage(args, "--robust %s: expected NAME, or NAME:SCALE with a scale above 0, e.g. huber:0.1", text);
 }
 
 /* What cannot go with --loss auto. */
@@ -63,28 +33,20 @@ static int check_auto(const cli_args *args, const ff_fit_options *o)
 
 static int read_options(const cli_args *args, ff_fit_options *o, int *choose_loss)
 {
-    double degrees = 80;
-    uint64_t threads = 0, iterations = 100;
-    int loss = FF_LOSS_COSINE, weighting = FF_WEIGHT_AUTO, shape = FF_SHAPE_AUTO, channels = FF_CHANNELS_RGB, status;
+    const int loss = cli_word(args, FLAG_LOSS, FF_LOSS_COSINE); /* "auto", which `fit` knows, is one more */
+    int status;
     ff_fit_options_init(o);
-    if ((status = read_loss(args, &loss)) ||
-        (status = cli_choice(args, FLAG_WEIGHT, ff_weighting_find, ff_weighting_name, FF_WEIGHT_COUNT, &weighting)) ||
-        (status = cli_choice(args, FLAG_SHAPE, ff_shape_find, ff_shape_name, FF_SHAPE_COUNT, &shape)) ||
-        (status = cli_choice(args, FLAG_CHANNELS, ff_channel_mode_find, ff_channel_mode_name, FF_CHANNELS_COUNT, &channels)) ||
-        (status = cli_number(args, FLAG_MAX_THETA, 1, 90, &degrees)) ||
-        (status = cli_integer(args, FLAG_THREADS, 1024, &threads)) ||
-        (status = cli_integer(args, FLAG_MAX_ITERATIONS, 1000000, &iterations)) || (status = cli_isa(args, &o->isa)) ||
-        (status = read_robust(args, o)) || (status = cli_read_censoring(args, o)))
+    if ((status = cli_isa(args, &o->isa)) || (status = read_robust(args, o)) || (status = cli_read_censoring(args, o)))
         return status;
     *choose_loss = loss == FF_LOSS_COUNT;
     o->loss = *choose_loss ? FF_LOSS_COSINE : (ff_loss)loss;
-    o->weighting = (ff_weighting)weighting;
-    o->shape = (ff_shape)shape;
-    o->channels = (ff_channel_mode)channels;
-    if (cli_given(args, FLAG_MAX_THETA)) o->max_theta = degrees * pi / 180;
-    o->threads = (int)threads;
-    if (cli_given(args, FLAG_MAX_ITERATIONS)) o->max_iterations = (int)iterations;
-    o->mean_slope = cli_given(args, FLAG_MEAN_SLOPE) > 0;
+    o->weighting = (ff_weighting)cli_word(args, FLAG_WEIGHT, FF_WEIGHT_AUTO);
+    o->shape = (ff_shape)cli_word(args, FLAG_SHAPE, FF_SHAPE_AUTO);
+    o->channels = (ff_channel_mode)cli_word(args, FLAG_CHANNELS, FF_CHANNELS_RGB);
+    if (cli_given(args, FLAG_MAX_THETA)) o->max_theta = cli_number(args, FLAG_MAX_THETA, 80) * pi / 180;
+    o->threads = (int)cli_integer(args, FLAG_THREADS, 0);
+    o->max_iterations = (int)cli_integer(args, FLAG_MAX_ITERATIONS, (uint64_t)o->max_iterations);
+    o->mean_slope = cli_switch(args, FLAG_MEAN_SLOPE, 0);
     return *choose_loss ? check_auto(args, o) : EXIT_DONE;
 }
 
@@ -121,7 +83,7 @@ int cli_fitting_open(const cli_args *args, const ff_model *models, size_t n_mode
     ff_error err = {0};
     int status = read_options(args, &f.options, &f.choose_loss);
     if (status != EXIT_DONE) return status;
-    f.progress = cli_given(args, FLAG_PROGRESS) ? 1 : !cli_given(args, FLAG_NO_PROGRESS) && isatty(STDERR_FILENO);
+    f.progress = cli_switch(args, FLAG_PROGRESS, isatty(STDERR_FILENO));
     f.options.cancel = cli_catch_signals();
     if ((status = cli_read(args, f.path, 1, &f.table)) != EXIT_DONE) return status;
     const ff_status failed = f.choose_loss ? FF_OK : make_problems(&f, models, n_models, &err);
@@ -163,14 +125,28 @@ static void begin_progress(const cli_fitting *f, const char *label, char *words,
     fflush(stderr);
 }
 
-ff_status cli_fitting_run(cli_fitting *f, size_t problem, const ff_model *m, const char *label, ff_fit_result *out, ff_error *err)
+/* The options of one problem: each alone has one channel. */
+static ff_fit_options options_of(const cli_fitting *f, size_t problem)
 {
-    char words[FF_MODEL_NAME + 64];
     ff_fit_options o = f->options;
     if (o.channels == FF_CHANNELS_EACH) {
         o.channels = FF_CHANNELS_RGB;
         o.only_channel = (int)problem;
     }
+    return o;
+}
+
+ff_status cli_fitting_scale(cli_fitting *f, size_t problem, const ff_model *m, ff_error *err)
+{
+    const ff_fit_options o = options_of(f, problem);
+    if (o.robust == FF_ROBUST_NONE || o.robust_scale > 0) return FF_OK;
+    return ff_problem_estimate_scale(f->problem[problem], m, &o, err);
+}
+
+ff_status cli_fitting_run(cli_fitting *f, size_t problem, const ff_model *m, const char *label, ff_fit_result *out, ff_error *err)
+{
+    char words[FF_MODEL_NAME + 64];
+    ff_fit_options o = options_of(f, problem);
     begin_progress(f, label, words, &o);
     ff_status status = ff_problem_fit(f->problem[problem], m, &o, out, err);
     if (f->progress) fputs("\r\033[K", stderr);

@@ -1,6 +1,7 @@
-/* The program: one table of flags, one table of commands, what the commands share. Data go to stdout, messages to stderr. */
+/* What the commands share. Data go to stdout, messages to stderr. */
 #ifndef FF_INTERNAL_CLI_H
 #define FF_INTERNAL_CLI_H
+#include "internal_flags.h"
 #include "ff_fit.h"
 #include "ff_model.h"
 #include "ff_output.h"
@@ -9,151 +10,26 @@
 #include "ff_status.h"
 #include "ff_table.h"
 
-/* Exit status of the program. */
-enum { EXIT_DONE = 0, EXIT_ANSWER_IS_NO = 1, EXIT_USAGE = 2, EXIT_INPUT = 3, EXIT_OUTPUT = 4, EXIT_INTERNAL = 5 };
-
 /* ---- commands ----------------------------------------------------------------------------------------------------------------*/
 
-typedef struct cli_args cli_args;
+/* Exit status of each. */
+#define COMMAND(ID, ...) int cmd_##ID(const cli_args *args);
+#include "commands.def"
+#undef COMMAND
+/* Runs args->command. */
+int cli_command_run(const cli_args *args);
 
-typedef struct cli_command {
-    const char *name;
-    const char *usage;   /* what follows the name, flags aside */
-    const char *summary; /* one line                            */
-    const char *more;    /* the rest of --help                  */
-    size_t      least, most; /* positional words                */
-    int (*run)(const cli_args *args); /* exit status            */
-} cli_command;
-
-size_t             cli_command_count(void);
-const cli_command *cli_command_at(size_t i);
-int cmd_fit(const cli_args *args);
-int cmd_compare(const cli_args *args);
-int cmd_convert(const cli_args *args);
-int cmd_eval(const cli_args *args);
-int cmd_simulate(const cli_args *args);
-int cmd_furnace(const cli_args *args);
-int cmd_sample(const cli_args *args);
-int cmd_info(const cli_args *args);
-int cmd_models(const cli_args *args);
-int cmd_formats(const cli_args *args);
-int cmd_ndf(const cli_args *args);
-int cmd_resample(const cli_args *args);
-
-/* ---- flags -------------------------------------------------------------------------------------------------------------------*/
-
-/* Order of the table in flags.c. */
-typedef enum cli_flag_id {
-    FLAG_MODEL,
-    FLAG_NDF,
-    FLAG_MASKING,
-    FLAG_FRESNEL,
-    FLAG_DIFFUSE,
-    FLAG_SET,
-    FLAG_FREE,
-    FLAG_FIX,
-    FLAG_BOUND,
-    FLAG_PRIOR,
-    FLAG_TIE,
-    FLAG_ENERGY,
-    FLAG_TABLE,
-    FLAG_SHAPE,
-    FLAG_LOSS,
-    FLAG_ROBUST,
-    FLAG_SATURATION,
-    FLAG_NEGATIVE,
-    FLAG_WEIGHT,
-    FLAG_MAX_THETA,
-    FLAG_CUT_OFF,
-    FLAG_PROFILE,
-    FLAG_BOOTSTRAP,
-    FLAG_CROSS_VALIDATE,
-    FLAG_RESIDUALS,
-    FLAG_CHANNELS,
-    FLAG_MEAN_SLOPE,
-    FLAG_MAX_ITERATIONS,
-    FLAG_SMOOTH,
-    FLAG_NODES,
-    FLAG_MONOTONE,
-    FLAG_FROM,
-    FLAG_TO,
-    FLAG_BY,
-    FLAG_LIST,
-    FLAG_TERMS,
-    FLAG_MARKDOWN,
-    FLAG_ROWS,
-    FLAG_GRID,
-    FLAG_NOISE,
-    FLAG_NOISE_FLOOR,
-    FLAG_SIGMA,
-    FLAG_SEED,
-    FLAG_COLUMNS,
-    FLAG_QUANTITY,
-    FLAG_SCALE,
-    FLAG_PART,
-    FLAG_REDUCE,
-    FLAG_EXTRAPOLATE,
-    FLAG_OUTPUT,
-    FLAG_WEAK,
-    FLAG_MU,
-    FLAG_THETA,
-    FLAG_PHI,
-    FLAG_SAMPLES,
-    FLAG_FORMAT,
-    FLAG_THREADS,
-    FLAG_ISA,
-    FLAG_JSON,
-    FLAG_PROGRESS,
-    FLAG_NO_PROGRESS,
-    FLAG_HELP,
-    FLAG_COUNT
-} cli_flag_id;
-
-/* A command line taken apart. Words are those of argv. */
-struct cli_args {
-    const cli_command *command;
-    size_t             n_words, n_given;
-    const char       **word;   /* [n_words] positional           */
-    int               *flag;   /* [n_given] cli_flag_id          */
-    const char       **value;  /* [n_given] NULL for a switch    */
-    ff_report_head     head;   /* the whole command line         */
-};
-
-/* Takes argv apart for `command` (argv[0] is its first word). Exit status; cli_args_free afterwards, whatever it is. */
-int  cli_args_parse(const cli_command *command, int argc, char **argv, cli_args *out);
-void cli_args_free(cli_args *args);
-
-const char *cli_flag_name(cli_flag_id flag);
-int         cli_given(const cli_args *args, cli_flag_id flag);                          /* how often               */
-const char *cli_value(const cli_args *args, cli_flag_id flag, const char *otherwise);   /* of the last one         */
-
-/* Calls apply for every comma-separated word of every such flag, in order, until a status is not EXIT_DONE; returns it. */
-int cli_each_word(const cli_args *args, cli_flag_id flag, int (*apply)(const cli_args *args, const char *word, void *context),
-                  void *context);
-
-void cli_help_command(const cli_command *command, FILE *out);
-void cli_help(FILE *out);
-/* The word in names [n] that is closest to `word`, NULL when none is close. */
-const char *cli_nearest(const char *word, const char *const *names, size_t n);
-
-/* ---- messages and numbers ----------------------------------------------------------------------------------------------------*/
-
-void cli_message(const char *format, ...) __attribute__((format(printf, 1, 2)));     /* "facetfit: ..." on stderr */
-int  cli_usage(const cli_args *args, const char *format, ...) __attribute__((format(printf, 2, 3))); /* with a hint; EXIT_USAGE */
-int  cli_exit_status(ff_status status);
-int  cli_failed(ff_status status, const ff_error *err); /* message and exit status */
-void cli_notes(const char *path, const char *notes);    /* lines of a table's note, as messages */
-
-/* Numbers of a flag, in [lo, hi]. EXIT_DONE or EXIT_USAGE with a message; *out keeps its value when the flag is not given. */
-int cli_number(const cli_args *args, cli_flag_id flag, double lo, double hi, double *out);
-int cli_integer(const cli_args *args, cli_flag_id flag, uint64_t hi, uint64_t *out);
-/* Index of the flag's value by `find`; names of all by `name` for the message. *out keeps its value when the flag is not given. */
-int cli_choice(const cli_args *args, cli_flag_id flag, int (*find)(const char *), const char *(*name)(int), int count, int *out);
+/* Index of the instruction set that --isa names. Exit status. */
 int cli_isa(const cli_args *args, ff_isa *out);
+
+/* Forms of the tables of a report, in the order of cli_words_table. */
+typedef enum cli_table_format { CLI_TABLE_TEXT, CLI_TABLE_CSV, CLI_TABLE_TSV, CLI_TABLE_MD, CLI_TABLE_LATEX } cli_table_format;
+/* What --table asks for. */
+cli_table_format cli_table_format_of(const cli_args *args);
 
 /* ---- a model and its parameters ----------------------------------------------------------------------------------------------*/
 
-/* What --table names: the profile of `tabulated` lobes. NULL where the flag is not given. */
+/* What --ndf-table names: the profile of `tabulated` lobes. NULL where the flag is not given. */
 typedef struct cli_tables {
     struct ff_profile_table *profile;
 } cli_tables;
@@ -162,23 +38,28 @@ void cli_tables_free(cli_tables *tables);
 /* Gives the lobes of m their tables, which must outlive it. FF_ERR_UNSUPPORTED when one is needed and there is none. */
 ff_status cli_tables_give(const cli_tables *tables, ff_model *m, ff_error *err);
 
-/* --free and --fix on a model; where_present: a name that this model does not have is not an error. Exit status. */
+/* --free, and --fix with one value, on a model; where_present: a name that this model does not have is not an error. Exit status. */
 int cli_hold_and_free(const cli_args *args, ff_model *m, int where_present);
-/* What --bound, --prior, --tie and --energy-conserving say, for fits of n models; where_present: what a model lacks is left out, as
+/* What --bound, --prior, --tie, --energy-conserving and --fix with values by channel say, for fits of n models; where_present: what a model lacks is left out, as
  * long as one has it. Exit status; to be freed whatever it is. The names are those of the command line. */
 typedef struct cli_constraints {
     ff_constraints c;
     ff_bound      *bound;
     ff_prior      *prior;
     ff_tie        *tie;
-    size_t         n_names;
+    ff_fixed      *fixed;
+    size_t         n_names, n_values;
     char         **names;
+    double       **values;
 } cli_constraints;
 int  cli_constraints_read(const cli_args *args, const ff_model *model, size_t n, int where_present, cli_constraints *out);
 void cli_constraints_free(cli_constraints *constraints);
 
 /* A usage error for a name of --free or --fix that none of n models has. */
 int cli_names_known(const cli_args *args, const ff_model *model, size_t n);
+
+/* The parameter of n models whose name is nearest, NULL when none is near. It lives as long as the models. */
+const char *cli_param_nearest(const ff_model *model, size_t n, const char *name);
 
 typedef struct cli_scene {
     ff_model model;
@@ -248,6 +129,8 @@ typedef struct cli_fitting {
  * them. Exit status; close only after EXIT_DONE. */
 int  cli_fitting_open(const cli_args *args, const ff_model *models, size_t n_models, int keep_samples, cli_fitting *out);
 void cli_fitting_close(cli_fitting *f);
+/* Where the scale of a robust loss is to be estimated: by m, for all fits to this problem. */
+ff_status cli_fitting_scale(cli_fitting *f, size_t problem, const ff_model *m, ff_error *err);
 /* One fit with its progress; `label` names it there. */
 ff_status cli_fitting_run(cli_fitting *f, size_t problem, const ff_model *m, const char *label, ff_fit_result *out, ff_error *err);
 /* --loss auto: every loss, and the choice among them, which the options have afterwards. The problem is `out`'s. */

@@ -1,4 +1,4 @@
-/* facetfit: chooses the command. See internal_cli.h. */
+/* facetfit: chooses the command. */
 #include "internal_cli.h"
 #include <string.h>
 
@@ -18,19 +18,9 @@ static ff_status write_version(const void *context, FILE *out)
     return FF_OK;
 }
 
-static const cli_command *find_command(const char *name)
-{
-    for (size_t i = 0; i < cli_command_count(); ++i)
-        if (!strcmp(cli_command_at(i)->name, name)) return cli_command_at(i);
-    return NULL;
-}
-
 static int unknown_command(const char *word)
 {
-    const char *names[32];
-    size_t n = 0;
-    for (; n < cli_command_count() && n < 32; ++n) names[n] = cli_command_at(n)->name;
-    const char *nearest = cli_nearest(word, names, n);
+    const char *nearest = cli_command_nearest(word);
     if (nearest) {
         cli_message("unknown command '%s'; did you mean '%s'?", word, nearest);
     } else {
@@ -45,7 +35,9 @@ static int run(const cli_command *command, int argc, char **argv)
     cli_args args;
     int status = cli_args_parse(command, argc - 1, argv + 1, &args);
     args.head = (ff_report_head){FACETFIT_VERSION, (size_t)argc, (const char *const *)argv};
-    if (status == EXIT_DONE) status = cli_given(&args, FLAG_HELP) ? cli_write("-", write_help, command) : command->run(&args);
+    const int help = cli_given(&args, FLAG_HELP) > 0;
+    if (status == EXIT_DONE && !help) status = cli_files_check(&args);
+    if (status == EXIT_DONE) status = help ? cli_write("-", write_help, command) : cli_command_run(&args);
     cli_args_free(&args);
     return status;
 }
@@ -58,10 +50,10 @@ int main(int argc, char **argv)
         return EXIT_USAGE;
     }
     if (!strcmp(word, "--help") || !strcmp(word, "-h") || !strcmp(word, "help")) {
-        const cli_command *command = argc > 2 ? find_command(argv[2]) : NULL;
+        const cli_command *command = argc > 2 ? cli_command_find(argv[2]) : NULL;
         return argc > 2 && !command ? unknown_command(argv[2]) : cli_write("-", write_help, command);
     }
     if (!strcmp(word, "--version")) return cli_write("-", write_version, FACETFIT_VERSION);
-    const cli_command *command = find_command(word);
+    const cli_command *command = cli_command_find(word);
     return command ? run(command, argc, argv) : unknown_command(word);
 }

@@ -1,36 +1,19 @@
 /* Measured data as the flags want them. */
 #include "internal_cli.h"
 #include "ff_spectral.h"
-#include "base/internal_number.h"
-#include <math.h>
 #include <string.h>
 
-static int find_quantity(const char *name)
+static void read_options(const cli_args *args, ff_read_options *o)
 {
-    for (int q = 0; q < 3; ++q)
-        if (!strcmp(name, ff_quantity_name(q))) return q;
-    return -1;
-}
-
-static int read_scale(const cli_args *args, double *scale)
-{
-    const char *text = cli_value(args, FLAG_SCALE, NULL), *end;
-    if (!text) return EXIT_DONE;
-    end = ff_number_read(text, scale);
-    if (end && !*end && *scale > 0 && isfinite(*scale)) return EXIT_DONE;
-    return cli_usage(args, "--scale %s: expected a number above 0", text);
-}
-
-static int read_options(const cli_args *args, ff_read_options *o)
-{
-    int status;
     ff_read_options_init(o);
     o->format = cli_value(args, FLAG_FORMAT, NULL);
     o->columns = cli_value(args, FLAG_COLUMNS, NULL);
     o->part = cli_value(args, FLAG_PART, NULL);
-    if (strcmp(args->command->name, "resample")) o->grid = cli_value(args, FLAG_GRID, NULL); /* there it is the grid of OUT */
-    if ((status = cli_choice(args, FLAG_QUANTITY, find_quantity, ff_quantity_name, 3, &o->quantity)) != EXIT_DONE) return status;
-    return read_scale(args, &o->scale);
+    o->ask = cli_files_ask;
+    o->ask_context = args;
+    if (args->command->id != COMMAND_resample) o->grid = cli_value(args, FLAG_GRID, NULL); /* there it is the grid of OUT */
+    o->quantity = cli_word(args, FLAG_QUANTITY, o->quantity);
+    o->scale = cli_number(args, FLAG_SCALE, o->scale);
 }
 
 /* Replaces *t by what --reduce makes of it. */
@@ -49,8 +32,7 @@ int cli_read(const cli_args *args, const char *path, int with_notes, ff_table *o
     ff_table t;
     ff_error err = {0};
     const char *to = cli_value(args, FLAG_REDUCE, NULL);
-    const int status = read_options(args, &o);
-    if (status != EXIT_DONE) return status;
+    read_options(args, &o);
     ff_status failed = ff_table_read_with(path, &o, &t, &err);
     if (failed == FF_OK && to) failed = reduce(to, &t, &err);
     if (failed != FF_OK) {

@@ -1,173 +1,48 @@
-/* Messages, numbers, models with parameters, outputs, Ctrl-C. */
+/* Models with parameters, outputs, Ctrl-C. */
 #define _GNU_SOURCE
 #include "internal_cli.h"
 #include "ff_profile_file.h"
 #include "base/internal_number.h"
 #include <math.h>
 #include <signal.h>
-#include <stdarg.h>
 #include <stdlib.h>
 #include <string.h>
 
-/* ---- messages -------------------------------------------------------------------------------- */
-
-static void put_message(const char *format, va_list args)
-{
-    fputs("facetfit: ", stderr);
-    vfprintf(stderr, format, args);
-    fputc('\n', stderr);
-}
-
-void cli_message(const char *format, ...)
-{
-    va_list args;
-    va_start(args, format);
-    put_message(format, args);
-    va_end(args);
-}
-
-int cli_usage(const cli_args *args, const char *format, ...)
-{
-    va_list list;
-    va_start(list, format);
-    put_message(format, list);
-    va_end(list);
-    cli_message("see 'facetfit %s --help'", args->command->name);
-    return EXIT_USAGE;
-}
-
-int cli_exit_status(ff_status status)
-{
-    switch (status) {
-    case FF_OK:
-        return EXIT_DONE;
-    case FF_ERR_RANGE:
-    case FF_ERR_UNKNOWN:
-    case FF_ERR_SYNTAX:
-    case FF_ERR_UNSUPPORTED:
-        return EXIT_USAGE;
-    case FF_ERR_OPEN:
-    case FF_ERR_READ:
-    case FF_ERR_FORMAT:
-    case FF_ERR_DATA:
-        return EXIT_INPUT;
-    case FF_ERR_WRITE:
-        return EXIT_OUTPUT;
-    case FF_ERR_CANCELLED:
-        return 128 + SIGINT;
-    default:
-        return EXIT_INTERNAL;
-    }
-}
-
-int cli_failed(ff_status status, const ff_error *err)
-{
-    char text[FF_ERROR_PATH + FF_ERROR_MESSAGE + 64] = "";
-    if (err) {
-        ff_error named = *err;
-        if (!strcmp(named.path, "-")) strcpy(named.path, status == FF_ERR_WRITE ? "standard output" : "standard input");
-        ff_error_format(&named, text, sizeof text);
-    }
-    cli_message("%s", *text ? text : ff_status_str(status));
-    return cli_exit_status(status);
-}
-
-void cli_notes(const char *path, const char *notes)
-{
-    while (*notes) {
-        const size_t n = strcspn(notes, "\n");
-        if (n > 0) cli_message("%s: %.*s", path, (int)n, notes);
-        notes += n + (notes[n] == '\n');
-    }
-}
-
-/* ---- values of flags ------------------------------------------------------------------------- */
-
-int cli_number(const cli_args *args, cli_flag_id flag, double lo, double hi, double *out)
-{
-    const char *text = cli_value(args, flag, NULL);
-    double x = 0;
-    if (!text) return EXIT_DONE;
-    const char *end = ff_number_read(text, &x);
-    if (!end || *end || !(x >= lo && x <= hi)) {
-        char a[FF_REPORT_NUMBER], b[FF_REPORT_NUMBER];
-        return cli_usage(args, "--%s %s: expected a number from %s to %s", cli_flag_name(flag), text, ff_report_number(lo, a),
-                         ff_report_number(hi, b));
-    }
-    *out = x;
-    return EXIT_DONE;
-}
-
-int cli_integer(const cli_args *args, cli_flag_id flag, uint64_t hi, uint64_t *out)
-{
-    const char *text = cli_value(args, flag, NULL);
-    uint64_t n = 0;
-    int good = text && *text;
-    for (const char *p = text; good && *p; ++p) {
-        const uint64_t digit = (uint64_t)(*p - '0');
-        good = *p >= '0' && *p <= '9' && n <= (hi - digit) / 10;
-        n = 10 * n + digit;
-    }
-    if (!text) return EXIT_DONE;
-    if (!good)
-        return cli_usage(args, "--%s %s: expected a whole number from 0 to %llu", cli_flag_name(flag), text,
-                         (unsigned long long)hi);
-    *out = n;
-    return EXIT_DONE;
-}
-
-int cli_choice(const cli_args *args, cli_flag_id flag, int (*find)(const char *), const char *(*name)(int), int count, int *out)
-{
-    const char *text = cli_value(args, flag, NULL);
-    char known[256] = "";
-    if (!text) return EXIT_DONE;
-    const int found = find(text);
-    if (found >= 0) {
-        *out = found;
-        return EXIT_DONE;
-    }
-    for (int i = 0; i < count; ++i) snprintf(known + strlen(known), sizeof known - strlen(known), "%s%s", i ? ", " : "", name(i));
-    return cli_usage(args, "--%s %s: expected one of %s", cli_flag_name(flag), text, known);
-}
-
-static const char *isa_name(int isa)
-{
-    return isa == FF_ISA_BEST ? "best" : ff_isa_name((ff_isa)isa);
-}
+/* ---- choices --------------------------------------------------------------------------------- */
 
 int cli_isa(const cli_args *args, ff_isa *out)
 {
-    int isa = FF_ISA_BEST;
-    const int status = cli_choice(args, FLAG_ISA, ff_isa_find, isa_name, 4, &isa);
-    if (status != EXIT_DONE) return status;
-    if (!ff_isa_available((ff_isa)isa))
-        return cli_usage(args, "--isa %s: this processor or this build does not have it", isa_name(isa));
-    *out = (ff_isa)isa;
+    const ff_isa isa = (ff_isa)cli_word(args, FLAG_ISA, FF_ISA_BEST);
+    if (!ff_isa_available(isa))
+        return cli_usage(args, "--isa %s: this processor or this build does not have it", cli_value(args, FLAG_ISA, "best"));
+    *out = isa;
     return EXIT_DONE;
 }
 
-/* ---- a model and its parameters -------------------------------------------------------------- */
-
-int cli_each_word(const cli_args *args, cli_flag_id flag, int (*apply)(const cli_args *args, const char *word, void *context),
-                  void *context)
+cli_table_format cli_table_format_of(const cli_args *args)
 {
-    int status = EXIT_DONE;
-    for (size_t i = 0; i < args->n_given && status == EXIT_DONE; ++i) {
-        if (args->flag[i] != (int)flag) continue;
-        char *copy = strdup(args->value[i]), *rest = copy, *one;
-        if (!copy) return cli_failed(FF_ERR_MEMORY, NULL);
-        while (status == EXIT_DONE && (one = strsep(&rest, ",")))
-            if (*one) status = apply(args, one, context);
-        free(copy);
+    return (cli_table_format)cli_word(args, FLAG_TABLE, CLI_TABLE_TEXT);
+}
+
+const char *cli_param_nearest(const ff_model *model, size_t n, const char *name)
+{
+    for (size_t i = 0; i < n; ++i) {
+        const char *names[1 + FF_MAX_SHAPE + FF_MAX_CHANNEL_PARAMS], *nearest;
+        size_t count = 0;
+        ff_model m = model[i];
+        if (ff_model_free(&m, "alpha", NULL) == FF_OK) names[count++] = "alpha";
+        for (uint32_t k = 0; k < m.n_shape; ++k) names[count++] = model[i].shape[k].name;
+        for (uint32_t k = 0; k < m.n_channel; ++k) names[count++] = model[i].channel[k].name;
+        if ((nearest = cli_nearest(name, names, count))) return nearest;
     }
-    return status;
+    return NULL;
 }
 
 /* ---- tables ---------------------------------------------------------------------------------- */
 
 int cli_tables_read(const cli_args *args, cli_tables *out)
 {
-    const char *path = cli_value(args, FLAG_TABLE, NULL);
+    const char *path = cli_value(args, FLAG_NDF_TABLE, NULL);
     ff_error err = {0};
     *out = (cli_tables){NULL};
     if (!path) return EXIT_DONE;
@@ -190,95 +65,36 @@ void cli_tables_free(cli_tables *tables)
 ff_status cli_tables_give(const cli_tables *tables, ff_model *m, ff_error *err)
 {
     if (ff_model_set_table(m, tables->profile) == 0 || tables->profile) return FF_OK;
-    return ff_error_set(err, FF_ERR_UNSUPPORTED, NULL, 0, -1, "tabulated needs the table of its profile: --table FILE");
-}
-
-/* ---- parameters that are held or free -------------------------------------------------------- */
-
-typedef struct holding {
-    ff_model *m;
-    int where_present;
-} holding;
-
-static int said(const cli_args *args, cli_flag_id flag, const char *word, const holding *h, ff_status status, const ff_error *err)
-{
-    (void)args;
-    if (status == FF_OK || (status == FF_ERR_UNKNOWN && h->where_present)) return EXIT_DONE;
-    cli_message("--%s %s: %s", cli_flag_name(flag), word, err->message);
-    return cli_exit_status(status);
-}
-
-static int free_one(const cli_args *args, const char *word, void *context)
-{
-    const holding *h = context;
-    ff_error err = {0};
-    return said(args, FLAG_FREE, word, h, ff_model_free(h->m, word, &err), &err);
-}
-
-static int fix_one(const cli_args *args, const char *word, void *context)
-{
-    const holding *h = context;
-    ff_error err = {0};
-    double value;
-    char name[64];
-    const char *equals = strchr(word, '='), *end = equals ? ff_number_read(equals + 1, &value) : NULL;
-    if (!end || *end || (size_t)(equals - word) >= sizeof name) return cli_usage(args, "--fix %s: expected NAME=VALUE", word);
-    snprintf(name, sizeof name, "%.*s", (int)(equals - word), word);
-    return said(args, FLAG_FIX, word, h, ff_model_hold(h->m, name, value, &err), &err);
-}
-
-int cli_hold_and_free(const cli_args *args, ff_model *m, int where_present)
-{
-    holding h = {m, where_present};
-    const int status = cli_each_word(args, FLAG_FREE, free_one, &h);
-    return status == EXIT_DONE ? cli_each_word(args, FLAG_FIX, fix_one, &h) : status;
-}
-
-/* Models of a comparison. */
-typedef struct model_set {
-    const ff_model *model;
-    size_t n;
-} model_set;
-
-static int known_to_any(const cli_args *args, const char *word, void *context)
-{
-    const model_set *set = context;
-    ff_error err = {0};
-    char name[64];
-    snprintf(name, sizeof name, "%.*s", (int)strcspn(word, "="), word);
-    for (size_t i = 0; i < set->n; ++i) {
-        ff_model m = set->model[i];
-        if (ff_model_free(&m, name, &err) == FF_OK) return EXIT_DONE;
-    }
-    return cli_usage(args, "none of the models has a parameter '%s'", name);
-}
-
-int cli_names_known(const cli_args *args, const ff_model *model, size_t n)
-{
-    model_set set = {model, n};
-    const int status = cli_each_word(args, FLAG_FREE, known_to_any, &set);
-    return status == EXIT_DONE ? cli_each_word(args, FLAG_FIX, known_to_any, &set) : status;
+    return ff_error_set(err, FF_ERR_UNSUPPORTED, NULL, 0, -1, "tabulated needs the table of its profile: --ndf-table FILE");
 }
 
 /* ---- scenes ---------------------------------------------------------------------------------- */
 
-static int count_channels(const cli_args *args, const char *assignment, void *context)
+static int count_channels(const cli_args *args, const char *word, void *context)
 {
     size_t n = 1, *most = context;
     (void)args;
-    for (const char *p = assignment; *p; ++p) n += *p == ':';
+    for (const char *p = word; *p; ++p) n += *p == ':';
     if (n > *most) *most = n;
     return EXIT_DONE;
 }
 
-static int assign(const cli_args *args, const char *assignment, void *context)
+static int assign(const cli_args *args, const char *word, void *context)
 {
     cli_scene *s = context;
+    cli_assignment a;
     ff_error err = {0};
-    const ff_status status = ff_model_set(&s->model, s->n_channels, assignment, s->shape, s->channel, &err);
+    const int read = cli_assignment_read(word, &a);
+    if (read && a.rest && cli_is_list(a.rest))
+        return cli_usage(args, "--set %s: a list of values has no meaning here; expected one value, or v1:v2:... for the channels",
+                         word);
+    if (read && *a.channel)
+        return cli_usage(args, "--set %s: channels have no names here; expected one value, or v1:v2:... for all", word);
+    const ff_status status = ff_model_set(&s->model, s->n_channels, word, s->shape, s->channel, &err);
     if (status == FF_OK) return EXIT_DONE;
-    cli_message("--set %s: %s", assignment, err.message);
-    (void)args;
+    const char *nearest = status == FF_ERR_UNKNOWN ? cli_param_nearest(&s->model, 1, a.name) : NULL;
+    cli_message("--set %s: %s%s%s%s", word, err.message, nearest ? "; did you mean '" : "", nearest ? nearest : "",
+                nearest ? "'?" : "");
     return cli_exit_status(status);
 }
 

@@ -1,6 +1,5 @@
 /* What --bootstrap, --profile, --cross-validate, --residuals and --cut-off ask of finished fits. */
 #include "internal_cli.h"
-#include "base/internal_number.h"
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -12,13 +11,14 @@ static const double degree = 3.14159265358979323846 / 180;
 /* "0.001", or "3sigma" where the data have standard deviations. */
 static int read_noise_floor(const cli_args *args, ff_fit_options *o)
 {
-    const char *text = cli_value(args, FLAG_NOISE_FLOOR, NULL);
+    const char *text = cli_value(args, FLAG_NOISE_FLOOR, NULL), *sigma = text ? strstr(text, "sigma") : NULL;
+    char number[CLI_NAME];
     double x = 0;
     if (!text) return EXIT_DONE;
-    const char *end = ff_number_read(text, &x);
-    if (!end || !isfinite(x) || (*end && strcmp(end, "sigma")) || (*end && !(x > 0)))
+    snprintf(number, sizeof number, "%.*s", (int)(sigma ? sigma - text : (ptrdiff_t)strlen(text)), text);
+    if (!cli_number_read(number, &x) || (sigma && (strcmp(sigma, "sigma") || !(x > 0))))
         return cli_usage(args, "--noise-floor %s: expected a value in 1/sr, or a number of standard deviations as in 3sigma", text);
-    if (*end)
+    if (sigma)
         o->noise_sigmas = x;
     else
         o->noise_floor = x;
@@ -27,42 +27,29 @@ static int read_noise_floor(const cli_args *args, ff_fit_options *o)
 
 int cli_read_censoring(const cli_args *args, ff_fit_options *o)
 {
-    const char *negative = cli_value(args, FLAG_NEGATIVE, "keep");
-    int status = cli_number(args, FLAG_SATURATION, 1e-300, 1e300, &o->saturation);
-    if (status == EXIT_DONE) status = read_noise_floor(args, o);
+    const int status = read_noise_floor(args, o);
     if (status != EXIT_DONE) return status;
-    if (strcmp(negative, "keep") && strcmp(negative, "drop"))
-        return cli_usage(args, "--negative %s: expected keep or drop", negative);
-    o->drop_negative = !strcmp(negative, "drop");
+    o->saturation = cli_number(args, FLAG_SATURATION, o->saturation);
+    o->drop_negative = cli_word(args, FLAG_NEGATIVE, 0);
     if (!(o->noise_floor < o->saturation)) return cli_usage(args, "--noise-floor must lie below --saturation");
     return EXIT_DONE;
 }
 
 int cli_trust_read(const cli_args *args, const ff_fit_options *o, cli_trust *out)
 {
-    cli_trust t = {.seed = 1};
     const double highest = o->max_theta / degree;
-    double cut_off = highest > 20 ? highest - 10 : 0;
-    uint64_t bootstrap = 0, folds = 0;
-    int status;
-    if ((status = cli_integer(args, FLAG_BOOTSTRAP, 1000000, &bootstrap)) ||
-        (status = cli_integer(args, FLAG_CROSS_VALIDATE, 10000, &folds)) ||
-        (status = cli_integer(args, FLAG_SEED, UINT64_MAX, &t.seed)) || (status = cli_number(args, FLAG_CUT_OFF, 0, 90, &cut_off)))
-        return status;
-    t.bootstrap = (size_t)bootstrap;
-    t.folds = (size_t)folds;
-    t.profile = cli_given(args, FLAG_PROFILE) > 0;
-    t.cut_off = cut_off * degree;
-    t.cut_off_given = cli_given(args, FLAG_CUT_OFF) > 0 && cut_off > 0;
-    t.residuals = cli_value(args, FLAG_RESIDUALS, NULL);
+    const double cut_off = cli_number(args, FLAG_CUT_OFF, highest > 20 ? highest - 10 : 0);
+    cli_trust t = {.seed = cli_integer(args, FLAG_SEED, 1),
+                   .bootstrap = (size_t)cli_integer(args, FLAG_BOOTSTRAP, 0),
+                   .folds = (size_t)cli_integer(args, FLAG_CROSS_VALIDATE, 0),
+                   .profile = cli_switch(args, FLAG_PROFILE, 0),
+                   .cut_off = cut_off * degree,
+                   .cut_off_given = cli_given(args, FLAG_CUT_OFF) > 0 && cut_off > 0,
+                   .residuals = cli_value(args, FLAG_RESIDUALS, NULL)};
     if (t.residuals && o->channels == FF_CHANNELS_EACH)
         return cli_usage(args,
                          "--residuals takes one fit, --channels each makes several: choose a channel with --reduce channels:NAME");
     if (t.bootstrap && t.profile) return cli_usage(args, "--profile and --bootstrap both find the intervals: give one of them");
-    if (cli_given(args, FLAG_BOOTSTRAP) && t.bootstrap < 20)
-        return cli_usage(args, "--bootstrap %zu: at least 20 refits say something about an error", t.bootstrap);
-    if (cli_given(args, FLAG_CROSS_VALIDATE) && t.folds < 2)
-        return cli_usage(args, "--cross-validate %zu: at least 2 parts", t.folds);
     if (t.cut_off_given && !(cut_off < highest - 1e-9))
         return cli_usage(args, "--cut-off %g: expected an angle below that of --max-theta, %g", cut_off, highest);
     *out = t;

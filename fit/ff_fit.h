@@ -3,35 +3,19 @@
  *  A problem selects the usable samples of a table once and keeps the geometry that no parameter changes; every model is then
  *  fitted to the same samples. The result depends on the data and the options, not on the number of threads nor on the run.
  *
- *  Objective  1/2 sum over samples i and channels c of rho(r_ic^2), r_ic = sqrt(w_i) (g(f(p)) - g(y)) with g and w of the loss
- *             and the weighting below; the weights have mean 1, so that the objective of unit weights is the plain half sum.
+ *  Objective  1/2 sum over samples i and channels c of rho(r_ic^2), r_ic = sqrt(w_i) (g(f(p)) - g(y)) with g of the loss
+ *             (ff_loss.h) and w of the weighting below; the weights have mean 1, so that the objective of unit weights is the plain half sum.
  *  Memory     problems and results own their arrays; release with the _free functions.
  *  Errors     ff_status and ff_error. How a fit ended (converged, stalled, ...) is not a status: see ff_outcome.
  *  Threads    a problem may serve one fit at a time; several problems are independent. */
 #ifndef FF_FIT_H
 #define FF_FIT_H
+#include "ff_loss.h"
 #include "ff_model.h"
 #include "ff_table.h"
 #ifdef __cplusplus
 extern "C" {
 #endif
-
-/** What is compared. x = cos(theta_i), f the model, y the datum (both 1/sr). Where they are from: docs/fitting.md. */
-typedef enum ff_loss {
-    FF_LOSS_COSINE = 0,    /**< (f - y) x                            Ngan et al. 2005; Low et al. 2012, E1        */
-    FF_LOSS_LOG = 1,       /**< ln(1 + f x) - ln(1 + y x)            Low et al. 2012, E2                          */
-    FF_LOSS_CUBE_ROOT = 2, /**< c(f x) - c(y x), c(t) = t / (t^2 + e^2)^(1/3), e = 1e-8: the odd cube root with a finite slope at 0.
-                                Fores et al. 2012 take the cube root of the squared difference instead */
-    FF_LOSS_RELATIVE = 3,  /**< (f - y) / max(y, 0.001 mean |y| of the channel, 1e-12)  Tofallis 2008              */
-    FF_LOSS_PLAIN = 4      /**< f - y                                                                            */
-} ff_loss;
-enum { FF_LOSS_COUNT = 5 };
-
-/** rho(s), s = r^2, b = scale: none s; huber; cauchy b^2 ln(1 + s/b^2); tukey. As in the Ceres Solver. With an estimated scale r is
- *  taken in its standard deviations, b is 1.345, 2.385 or 4.685 of these (95 % of the information of normal residuals: Holland and
- *  Welsch 1977), and rho goes back into the units of r^2. */
-typedef enum ff_robust { FF_ROBUST_NONE = 0, FF_ROBUST_HUBER = 1, FF_ROBUST_CAUCHY = 2, FF_ROBUST_TUKEY = 3 } ff_robust;
-enum { FF_ROBUST_COUNT = 4 };
 
 /** Weight of a sample. AUTO takes the first the file offers: solid angle, sigma, sample. SIGMA divides each residual by the
  *  standard deviation that the file gives (propagated through g). */
@@ -52,13 +36,9 @@ typedef enum ff_channel_mode { FF_CHANNELS_RGB = 0, FF_CHANNELS_MEAN = 1, FF_CHA
 enum { FF_CHANNELS_COUNT = 3 };
 
 /** Names as on the command line; NULL for a number that is none. The _find functions return -1 when unknown. */
-const char *ff_loss_name(int loss);
-const char *ff_robust_name(int robust);
 const char *ff_weighting_name(int weighting);
 const char *ff_shape_name(int shape);
 const char *ff_channel_mode_name(int mode);
-int ff_loss_find(const char *name);
-int ff_robust_find(const char *name);
 int ff_weighting_find(const char *name);
 int ff_shape_find(const char *name);
 int ff_channel_mode_find(const char *name);
@@ -73,18 +53,29 @@ typedef enum ff_outcome {
 const char *ff_outcome_name(int outcome);
 
 /** What is known of a parameter besides the data. Names are those of the model ("alpha_x", "lobe2.f0"); "alpha" and "lobe2.alpha"
- *  stand for both axes, a per-channel name for all channels. */
+ *  stand for both axes, a per-channel name for all channels or, with a `channel` as the table names it, for that one. */
 typedef struct ff_bound {
     const char *name;
-    double lo, hi; /**< as ff_model_bound                                                          */
+    double lo, hi;       /**< as ff_model_bound                                                    */
+    const char *channel; /**< NULL: of all channels                                                */
 } ff_bound;
 
 /** The parameter is mean +- sd, a normal distribution, before the data are seen. Of every channel by itself, unless they are tied.
  */
 typedef struct ff_prior {
     const char *name;
-    double mean, sd; /**< finite; sd > 0                                                             */
+    double mean, sd;     /**< finite; sd > 0                                                       */
+    const char *channel; /**< NULL: of every channel                                               */
 } ff_prior;
+
+/** A per-channel parameter is held: at value [n], one for each channel of the table in its order; or, with n = 1 and a `channel`, in
+ *  that channel alone, whatever it is in the others. One value for all channels is ff_model_hold. */
+typedef struct ff_fixed {
+    const char *name;
+    size_t n;
+    const double *value; /**< [n]                                                                  */
+    const char *channel; /**< NULL: all of them                                                    */
+} ff_fixed;
 
 /** Parameter `name` is equal to `to`; to = NULL: the per-channel parameter has one value for all channels. Tied parameters are of
  * one kind: both shared or both per channel, fitted in the same coordinate. What follows a parameter that is held is held. */
@@ -94,10 +85,11 @@ typedef struct ff_tie {
 
 /** Borrowed by the options; must outlive the fit. */
 typedef struct ff_constraints {
-    size_t n_bounds, n_priors, n_ties;
+    size_t n_bounds, n_priors, n_ties, n_fixed;
     const ff_bound *bound; /**< [n_bounds]                                                             */
     const ff_prior *prior; /**< [n_priors]                                                             */
     const ff_tie *tie;     /**< [n_ties]                                                               */
+    const ff_fixed *fixed; /**< [n_fixed]                                                              */
     int energy_conserving; /**< 1: no channel reflects more than arrives, at any incidence: albedo <= 1 + 1e-4 */
     int where_present;     /**< 1: what names a parameter that the model lacks is left out             */
 } ff_constraints;
@@ -112,7 +104,8 @@ typedef struct ff_fit_options {
     size_t size;              /**< sizeof(ff_fit_options)                                                    */
     ff_loss loss;             /**< FF_LOSS_COSINE                                                            */
     ff_robust robust;         /**< FF_ROBUST_NONE                                                            */
-    double robust_scale;      /**< b above, > 0, in units of the weighted residual; 0 (as initialised): estimated, see below */
+    double robust_scale;      /**< b of ff_robust_info, > 0, in units of the weighted residual; 0 (as initialised): estimated, see
+                                   ff_problem_estimate_scale */
     ff_weighting weighting;   /**< FF_WEIGHT_AUTO                                                            */
     double max_theta;         /**< radians, in (0, pi/2]; samples with theta_i or theta_o beyond it are left out; 80 degrees */
     ff_channel_mode channels; /**< FF_CHANNELS_RGB or _MEAN for a problem; EACH is for the caller: one problem per channel */
@@ -211,6 +204,8 @@ typedef struct ff_residual {
     double log_rmse;       /**< of FF_LOSS_LOG                                       */
     double cube_root_rmse; /**< of FF_LOSS_CUBE_ROOT                                 */
     double max_abs;        /**< largest |f - y|, 1/sr, not weighted                  */
+    /** Of every loss that is a measure, the three above among them, in ff_loss_info.rmse_unit; NaN of those that are none. */
+    double loss_rmse[FF_LOSS_COUNT];
 } ff_residual;
 
 /** Orientation-free description of the roughness of the first lobe: alpha_major >= alpha_minor along phi and phi + pi/2. */
@@ -263,7 +258,7 @@ ff_status ff_problem_estimate_scale(ff_problem *p, const ff_model *m, const ff_f
 /** Fits m to the samples of p. FF_ERR_UNKNOWN and others as ff_constraints_check. Options must be those p was made with, as far as
  * they concern the selection. FF_ERR_DATA (fewer residuals than parameters), FF_ERR_RANGE, FF_ERR_UNSUPPORTED (a shape the model
  * cannot take), FF_ERR_CANCELLED, FF_ERR_MEMORY. *out is written only on FF_OK; release it with ff_fit_result_free. */
-ff_status ff_problem_fit(ff_problem *p, const ff_model *m, const ff_fit_options *o, ff_fit_result *out, ff_error *err);
+ff_status ff_problem_fit(const ff_problem *p, const ff_model *m, const ff_fit_options *o, ff_fit_result *out, ff_error *err);
 void ff_fit_result_free(ff_fit_result *r);
 
 #ifdef __cplusplus

@@ -71,7 +71,7 @@ enum { FF_PARAM_NONE = INT32_MIN };
 int ff_model_param_find(const ff_model *m, const char *name);
 
 /** Applies one assignment "name=v" or, for a per-channel parameter, "name=v1:v2:..." with one value (all channels) or n_channels.
- *  "alpha=v" sets alpha_x and alpha_y (also "lobe2.alpha=v"). Numbers are read in the C locale.
+ *  "alpha=v" sets alpha_x and alpha_y (also "lobe2.alpha=v"). Numbers are decimal, with an exponent or without, in any locale.
  *  FF_ERR_SYNTAX, FF_ERR_UNKNOWN (with the names that exist), FF_ERR_RANGE (with the box). */
 ff_status ff_model_set(const ff_model *m, size_t n_channels, const char *assignment, double *shape, double *channel, ff_error *err);
 

@@ -40,7 +40,7 @@ ff_status ff_model_unknown_param(const ff_model *m, const char *name, ff_error *
  * that is called so itself. */
 int ff_model_alpha_axes(const ff_model *m, const char *name, char x[FF_PARAM_NAME], char y[FF_PARAM_NAME]);
 
-/* Reads one number of the C locale that ends at `end`. FF_ERR_SYNTAX. */
+/* Reads the decimal number that stands from text to `end`. FF_ERR_SYNTAX. */
 ff_status ff_model_number(const char *text, const char *end, double *out, ff_error *err);
 
 /* ---- compose.c ------------------------------------------------------------------------------- */

@@ -1,10 +1,8 @@
 /* The parameters of a model by their names: where they start, are held and bounded; values from text and their boxes. */
-#define _GNU_SOURCE /* strtod_l, newlocale */
 #include "internal_model.h"
-#include <locale.h>
+#include "base/internal_number.h"
 #include <math.h>
 #include <stdio.h>
-#include <stdlib.h>
 #include <string.h>
 
 void ff_model_defaults(const ff_model *m, size_t n_channels, double *shape, double *channel)
@@ -157,20 +155,8 @@ static ff_status set_one(const ff_model *m, size_t n_channels, const char *name,
 
 ff_status ff_model_number(const char *text, const char *end, double *out, ff_error *err)
 {
-    char buffer[64];
     const size_t length = (size_t)(end - text);
-    if (length && length < sizeof buffer) {
-        memcpy(buffer, text, length);
-        buffer[length] = 0;
-        char *stop = NULL;
-        locale_t c = newlocale(LC_ALL_MASK, "C", (locale_t)0);
-        const double value = c ? strtod_l(buffer, &stop, c) : strtod(buffer, &stop);
-        if (c) freelocale(c);
-        if (stop == buffer + length && buffer[0] != ' ') {
-            *out = value;
-            return FF_OK;
-        }
-    }
+    if (ff_number_read(text, out) == end && isfinite(*out)) return FF_OK;
     return ff_error_set(err, FF_ERR_SYNTAX, NULL, 0, -1, "'%.*s' is not a number", (int)(length < 60 ? length : 60), text);
 }
 

@@ -65,6 +65,9 @@ ff_status ff_report_fit_text(const ff_report_fits *r, FILE *out);
 /** Fits as rows, best first and marked '*', at most r->rows of them, then the best objective of every masking. */
 ff_status ff_report_compare_text(const ff_report_fits *r, FILE *out);
 
+/** Writes the root mean squares of r into the open object of j, a key for every loss that has one: "cosine_rmse", "cube_root_rmse". */
+void ff_report_rmses_json(ff_json *j, const ff_residual *r);
+
 /** Schema facetfit.fit/1, of `fit` and `compare`. */
 ff_status ff_report_fits_json(const ff_report_fits *r, FILE *out);
 

@@ -2,6 +2,13 @@
 #include <math.h>
 #include <stdio.h>
 
+const char *ff_report_key(const char *name, const char *channel, char out[FF_REPORT_KEY])
+{
+    if (!channel) return name;
+    snprintf(out, FF_REPORT_KEY, "%s[%s]", name, channel);
+    return out;
+}
+
 double ff_report_degrees(double radians)
 {
     const double degrees = radians * 180 / 3.14159265358979323846;

@@ -87,19 +87,35 @@ static void put_known(ff_json *j, const ff_fit_result *f, const ff_model_param *
     ff_json_string(j, "tied_to", v->tied ? ff_report_followed(f, v)->name : NULL);
 }
 
+/* Values that parameters are held at by channel. */
+static void put_fixed(ff_json *j, const ff_constraints *c)
+{
+    char key[FF_REPORT_KEY];
+    ff_json_object(j, "fixed", FF_JSON_LINE);
+    for (size_t i = 0; i < c->n_fixed; ++i) {
+        ff_json_array(j, ff_report_key(c->fixed[i].name, c->fixed[i].channel, key), FF_JSON_LINE);
+        for (size_t k = 0; k < c->fixed[i].n; ++k) ff_json_number(j, NULL, c->fixed[i].value[k]);
+        ff_json_close(j);
+    }
+    ff_json_close(j);
+}
+
 /* null when nothing but the data was given. */
 static void put_constraints(ff_json *j, const ff_constraints *c)
 {
-    if (!c || c->n_bounds + c->n_priors + c->n_ties + (size_t)(c->energy_conserving != 0) == 0) {
+    char key[FF_REPORT_KEY];
+    if (!c || c->n_bounds + c->n_priors + c->n_ties + c->n_fixed + (size_t)(c->energy_conserving != 0) == 0) {
         ff_json_null(j, "constraints");
         return;
     }
     ff_json_object(j, "constraints", FF_JSON_BLOCK);
     ff_json_object(j, "bounds", FF_JSON_LINE);
-    for (size_t i = 0; i < c->n_bounds; ++i) put_range(j, c->bound[i].name, c->bound[i].lo, c->bound[i].hi);
+    for (size_t i = 0; i < c->n_bounds; ++i)
+        put_range(j, ff_report_key(c->bound[i].name, c->bound[i].channel, key), c->bound[i].lo, c->bound[i].hi);
     ff_json_close(j);
     ff_json_object(j, "priors", FF_JSON_LINE);
-    for (size_t i = 0; i < c->n_priors; ++i) put_prior(j, c->prior[i].name, c->prior[i].mean, c->prior[i].sd);
+    for (size_t i = 0; i < c->n_priors; ++i)
+        put_prior(j, ff_report_key(c->prior[i].name, c->prior[i].channel, key), c->prior[i].mean, c->prior[i].sd);
     ff_json_close(j);
     ff_json_array(j, "ties", FF_JSON_LINE);
     for (size_t i = 0; i < c->n_ties; ++i) {
@@ -109,6 +125,7 @@ static void put_constraints(ff_json *j, const ff_constraints *c)
         ff_json_close(j);
     }
     ff_json_close(j);
+    put_fixed(j, c);
     ff_json_bool(j, "energy_conserving", c->energy_conserving);
     ff_json_close(j);
 }
@@ -265,14 +282,24 @@ static void put_ellipse(ff_json *j, const ff_fit_result *f)
     ff_json_close(j);
 }
 
+void ff_report_rmses_json(ff_json *j, const ff_residual *r)
+{
+    for (int loss = 0; loss < FF_LOSS_COUNT; ++loss) {
+        char key[64];
+        if (!ff_loss_at(loss)->rmse_unit) continue;
+        snprintf(key, sizeof key, "%s_rmse", ff_loss_name(loss));
+        for (char *c = key; *c; ++c)
+            if (*c == '-') *c = '_';
+        ff_json_number(j, key, r->loss_rmse[loss]);
+    }
+}
+
 static void put_residual(ff_json *j, const ff_residual *r)
 {
     ff_json_object(j, "residual", FF_JSON_LINE);
     ff_json_number(j, "objective", r->objective);
     ff_json_number(j, "rmse", r->rmse);
-    ff_json_number(j, "cosine_rmse", r->cosine_rmse);
-    ff_json_number(j, "log_rmse", r->log_rmse);
-    ff_json_number(j, "cube_root_rmse", r->cube_root_rmse);
+    ff_report_rmses_json(j, r);
     ff_json_number(j, "max_abs", r->max_abs);
     ff_json_close(j);
 }

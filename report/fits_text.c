@@ -19,21 +19,32 @@ static void put_count(FILE *out, const char **separator, size_t n, const char *w
     *separator = ", ";
 }
 
+/* "eta held at 0.18:0.42:1.45", of many channels the first ones */
+static void put_fixed(const ff_fixed *f, const char *separator, FILE *out)
+{
+    enum { SHOWN = 4 };
+    char key[FF_REPORT_KEY], number[FF_TEXT_NUMBER];
+    fprintf(out, "%s%s held at ", separator, ff_report_key(f->name, f->channel, key));
+    for (size_t k = 0; k < f->n && k < SHOWN; ++k) fprintf(out, "%s%s", k ? ":" : "", ff_text_number(f->value[k], 6, number));
+    if (f->n > SHOWN) fprintf(out, ":... (%zu values)", f->n);
+}
+
 /* A line of what was given besides the data. */
 static void put_constraints(const ff_constraints *c, FILE *out)
 {
-    char a[FF_TEXT_NUMBER], b[FF_TEXT_NUMBER];
+    char a[FF_TEXT_NUMBER], b[FF_TEXT_NUMBER], key[FF_REPORT_KEY];
     const char *separator = "given: ";
     if (!c) return;
     for (size_t i = 0; i < c->n_bounds; ++i, separator = "; ")
-        fprintf(out, "%s%s in [%s, %s]", separator, c->bound[i].name, ff_text_number(c->bound[i].lo, 6, a),
-                ff_text_number(c->bound[i].hi, 6, b));
+        fprintf(out, "%s%s in [%s, %s]", separator, ff_report_key(c->bound[i].name, c->bound[i].channel, key),
+                ff_text_number(c->bound[i].lo, 6, a), ff_text_number(c->bound[i].hi, 6, b));
     for (size_t i = 0; i < c->n_priors; ++i, separator = "; ")
-        fprintf(out, "%s%s = %s +- %s", separator, c->prior[i].name, ff_text_number(c->prior[i].mean, 6, a),
-                ff_text_number(c->prior[i].sd, 6, b));
+        fprintf(out, "%s%s = %s +- %s", separator, ff_report_key(c->prior[i].name, c->prior[i].channel, key),
+                ff_text_number(c->prior[i].mean, 6, a), ff_text_number(c->prior[i].sd, 6, b));
     for (size_t i = 0; i < c->n_ties; ++i, separator = "; ")
         fprintf(out, "%s%s %s%s", separator, c->tie[i].name, c->tie[i].to ? "= " : "the same in all channels",
                 c->tie[i].to ? c->tie[i].to : "");
+    for (size_t i = 0; i < c->n_fixed; ++i, separator = "; ") put_fixed(&c->fixed[i], separator, out);
     if (c->energy_conserving) fprintf(out, "%senergy is conserved", separator), separator = "; ";
     if (*separator == ';') fputc('\n', out);
 }
@@ -236,9 +247,12 @@ static ff_status put_residual(const ff_fit_result *f, FILE *out)
     head_row(&t, head, 3);
     residual_row(&t, "objective", ff_text_number(f->residual.objective, 5, n), "");
     residual_row(&t, "rmse", ff_text_number(f->residual.rmse, 5, n), "1/sr");
-    residual_row(&t, "cosine rmse", ff_text_number(f->residual.cosine_rmse, 5, n), "1/sr");
-    residual_row(&t, "log rmse", ff_text_number(f->residual.log_rmse, 5, n), "1");
-    residual_row(&t, "cube-root rmse", ff_text_number(f->residual.cube_root_rmse, 5, n), "sr^-1/3");
+    for (int loss = 0; loss < FF_LOSS_COUNT; ++loss) {
+        char name[FF_TEXT_CELL];
+        if (!ff_loss_at(loss)->rmse_unit) continue;
+        snprintf(name, sizeof name, "%s rmse", ff_loss_name(loss));
+        residual_row(&t, name, ff_text_number(f->residual.loss_rmse[loss], 5, n), ff_loss_at(loss)->rmse_unit);
+    }
     residual_row(&t, "largest", ff_text_number(f->residual.max_abs, 5, n), "1/sr");
     residual_row(&t, "AIC", ff_text_fixed(f->aic, 1, n), "");
     residual_row(&t, "BIC", ff_text_fixed(f->bic, 1, n), "");

@@ -2,8 +2,9 @@
  * answer. */
 #include "model_samples.h"
 #include "ff_albedo.h"
+#include "fit/start/internal_start.h"
 #include "models/tools/internal_albedo.h"
-#include "fit/internal_fit.h"
+#include "pass_of.h"
 
 /* ---- one fit --------------------------------------------------------------------------------- */
 
@@ -103,7 +104,7 @@ static void bounds_hold(void)
     o.shape = FF_SHAPE_ISOTROPIC;
     ff_fit_result plain = fitted("no bounds", &t, &s.model, &o);
     /* bounds that nothing runs into change nothing */
-    const ff_bound wide[] = {{"alpha_x", 0.1, 0.9}, {"kd", 0, 0.6}};
+    const ff_bound wide[] = {{"alpha_x", 0.1, 0.9, NULL}, {"kd", 0, 0.6, NULL}};
     ff_constraints c = {.n_bounds = 2, .bound = wide};
     o.constraints = &c;
     ff_fit_result r = fitted("wide bounds", &t, &s.model, &o);
@@ -112,7 +113,7 @@ static void bounds_hold(void)
     FF_CHECK(!has_warning(&r, "bound"), "a bound is warned of that nothing runs into");
     ff_fit_result_free(&r);
     /* and those that bind are as good as the parameter held there; alpha_y speaks of the one alpha */
-    const ff_bound narrow[] = {{"alpha_y", 0.05, 0.2}, {"kd", 0.15, 0.25}};
+    const ff_bound narrow[] = {{"alpha_y", 0.05, 0.2, NULL}, {"kd", 0.15, 0.25, NULL}};
     c.bound = narrow;
     r = fitted("narrow bounds", &t, &s.model, &o);
     const ff_fit_value *alpha = value_of(&r, "alpha_x", 0);
@@ -158,7 +159,7 @@ static void bounds_in_the_search(void)
         o.shape = FF_SHAPE_ISOTROPIC;
         ff_model m = s.model;
         if (cases[i].free_name) ff_model_free(&m, cases[i].free_name, NULL);
-        const ff_bound b = {cases[i].bounded, cases[i].lo, cases[i].hi};
+        const ff_bound b = {cases[i].bounded, cases[i].lo, cases[i].hi, NULL};
         const ff_constraints c = {.n_bounds = 1, .bound = &b};
         o.constraints = &c;
         ff_fit_result r = fitted(cases[i].model, &t, &m, &o);
@@ -361,7 +362,7 @@ static void folded_least_squares(void)
         ff_layout_tie(&whole, &ties);
         const ff_layout l = ff_layout_of_channels(&whole);
         ff_normal n;
-        FF_CHECK(ff_normal_new(&l, &n) == FF_OK && l.tied && l.P == (trial % 2 ? 6 : 7), "%zu coordinates", l.P);
+        FF_CHECK(ff_layout_normal(&l, &n) == FF_OK && l.tied && l.P == (trial % 2 ? 6 : 7), "%zu coordinates", l.P);
         for (size_t i = 0; i < 3; i++) { /* gram of four random columns */
             double column[4][6];
             for (int k = 0; k < 4; k++)
@@ -375,7 +376,7 @@ static void folded_least_squares(void)
         for (size_t i = 0; i < 3; i++)
             for (uint32_t k = 0; k < l.free.n_channel; k++) at[i * m.n_channel + l.free.channel[k]] = 0.25;
         const double sum = ff_tied_least_squares(&l, &n, at, out);
-        ff_normal_assemble(&l, &n, NULL, H, g);
+        assemble(&l, &n, NULL, H, g);
         double trace = 0, constant = 0, value = 0;
         for (size_t k = 0; k < l.P; k++) trace += H[k * l.P + k], x[k] = 0.25;
         for (size_t i = 0; i < 3; i++) constant += n.gram[i * 10 + 9];
@@ -403,9 +404,9 @@ static void check_fold(const ff_layout *l, const ff_problem *p, const ff_fit_opt
     ff_normal n, folded;
     ff_pass pass;
     FF_CHECK(l->n_columns == COLUMNS && l->P == P, "%zu columns, %zu coordinates", l->n_columns, l->P);
-    FF_CHECK(ff_normal_new(l, &n) == FF_OK && ff_normal_new(l, &folded) == FF_OK, "memory");
+    FF_CHECK(ff_layout_normal(l, &n) == FF_OK && ff_layout_normal(l, &folded) == FF_OK, "memory");
     for (int k = 0; k < 2; k++) {
-        FF_CHECK(ff_layout_pass(l, p, o, shape, channel, &pass) == FF_OK, "pass");
+        FF_CHECK(pass_of(l, p, o, shape, channel, &pass) == FF_OK, "pass");
         pass.final = pass.errors = 1;
         FF_CHECK(ff_pass_run(&pass, 0, k ? &folded : &n) == FF_OK, "pass");
         ff_pass_free(&pass);
@@ -453,7 +454,7 @@ static void coordinates_of_tied_parameters(void)
     FF_CHECK(ff_constraints_apply(&c, FF_SHAPE_CORRELATED, &m, &ties, NULL) == FF_OK, "ties");
     FF_CHECK(ff_layout_init(&m, 3, FF_SHAPE_CORRELATED, 0, &l, NULL) == FF_OK, "layout");
     ff_layout_tie(&l, &ties);
-    FF_CHECK(l.n_columns == 6 + 3 * 3 && l.P == 4 + 1 + 3 && ff_normal_new(&l, &n) == FF_OK, "%zu coordinates of %zu columns", l.P,
+    FF_CHECK(l.n_columns == 6 + 3 * 3 && l.P == 4 + 1 + 3 && ff_layout_normal(&l, &n) == FF_OK, "%zu coordinates of %zu columns", l.P,
              l.n_columns);
     enum { P = 8 };
     double shape[FF_MAX_SHAPE], channel[FIT_CHANNELS * FF_MAX_CHANNEL_PARAMS], x[P], back[P], slope[P], g[P], H[P * P];
@@ -489,11 +490,11 @@ static void coordinates_of_tied_parameters(void)
             memcpy(at, x, sizeof at);
             at[k] += 1e-4 * (side - 1);
             ff_layout_unpack(&l, at, shape, channel);
-            FF_CHECK(ff_layout_pass(&l, p, &o, shape, channel, &pass) == FF_OK && ff_pass_run(&pass, 0, &n) == FF_OK, "pass");
+            FF_CHECK(pass_of(&l, p, &o, shape, channel, &pass) == FF_OK && ff_pass_run(&pass, 0, &n) == FF_OK, "pass");
             cost[side] = n.cost2;
             if (k == 0 && side == 1) {
                 ff_layout_slope(&l, shape, channel, slope);
-                ff_normal_assemble(&l, &n, slope, H, g);
+                assemble(&l, &n, slope, H, g);
             }
             ff_pass_free(&pass);
             if (side < 2) continue;
@@ -517,8 +518,8 @@ static void order_of_lobes(void)
     ff_fit_options o = fit_options();
     o.shape = FF_SHAPE_ISOTROPIC;
     const ff_tie tie = {"lobe2.f0", "f0"};
-    const ff_bound wide_first[] = {{"alpha", 0.3, 1}, {"lobe2.alpha", 0.02, 0.25}};
-    const ff_prior prior = {"alpha", 0.5, 0.05};
+    const ff_bound wide_first[] = {{"alpha", 0.3, 1, NULL}, {"lobe2.alpha", 0.02, 0.25, NULL}};
+    const ff_prior prior = {"alpha", 0.5, 0.05, NULL};
     const ff_constraints ties = {.n_ties = 1, .tie = &tie}, bounds = {.n_bounds = 2, .bound = wide_first},
                          priors = {.n_priors = 1, .prior = &prior};
     o.constraints = &ties;
@@ -526,7 +527,7 @@ static void order_of_lobes(void)
     FF_CHECK(r.shape_value[0].value < 0.2 && value_of(&r, "lobe2.alpha_x", 0)->value > 0.3, "the narrower lobe is not the first");
     ff_fit_result_free(&r);
     /* a prior of what they share tells nothing apart */
-    const ff_prior of_both = {"f0", 0.3, 0.1};
+    const ff_prior of_both = {"f0", 0.3, 0.1, NULL};
     const ff_constraints shared = {.n_ties = 1, .tie = &tie, .n_priors = 1, .prior = &of_both};
     o.constraints = &shared;
     r = fitted("tied with a prior", &t, &s.model, &o);
@@ -636,7 +637,8 @@ static void prior_by_hand(void)
         for (int k = 0; k < 2; k++) l.noise[k] *= pow(error[k], 2) / l.V[2 * k]; /* by so much errors from few samples are wider */
         ff_fit_result_free(&r);
         /* one, then two, as sure as the data */
-        const ff_prior prior[2] = {{"f0", l.value[0] + 2 * error[0], error[0]}, {"kd", l.value[1] - error[1], 0.7 * error[1]}};
+        const ff_prior prior[2] = {{"f0", l.value[0] + 2 * error[0], error[0], NULL},
+                                   {"kd", l.value[1] - error[1], 0.7 * error[1], NULL}};
         for (size_t n = 1; n <= 2; n++) {
             double A[3], M[3], b[2], x[2], V[3], weight[2];
             memcpy(A, l.H, sizeof A);
@@ -679,7 +681,7 @@ static void priors_in_their_limits(void)
     ff_table t = fit_measure(&s, &how);
     ff_fit_options o = fit_options();
     ff_fit_result plain = fitted("no prior", &t, &s.model, &o);
-    ff_prior prior[] = {{"alpha", 0.3, 1e6}, {"f0", 0.5, 1e6}};
+    ff_prior prior[] = {{"alpha", 0.3, 1e6, NULL}, {"f0", 0.5, 1e6, NULL}};
     const ff_constraints c = {.n_priors = 2, .prior = prior};
     o.constraints = &c;
     ff_fit_result r = fitted("a prior that says nothing", &t, &s.model, &o);
@@ -688,8 +690,8 @@ static void priors_in_their_limits(void)
         if (!r.channel_value[k].held) check_same("sd large", &r.channel_value[k], &plain.channel_value[k], 1e-3);
     ff_fit_result_free(&r);
     /* a prior that leaves no doubt holds the parameter; the others are those of a fit with it held */
-    prior[0] = (ff_prior){"alpha_x", 0.23, 1e-7};
-    prior[1] = (ff_prior){"f0", 0.5, 1e-7};
+    prior[0] = (ff_prior){"alpha_x", 0.23, 1e-7, NULL};
+    prior[1] = (ff_prior){"f0", 0.5, 1e-7, NULL};
     r = fitted("a prior that is certain", &t, &s.model, &o);
     FF_CHECK_CLOSE(r.shape_value[0].value, 0.23, 0, 1e-7);
     FF_CHECK_CLOSE(r.shape_value[0].std_error, 1e-7, 1e-3, 0);
@@ -718,7 +720,7 @@ static void prior_for_what_the_data_do_not_say(void)
     o.shape = FF_SHAPE_ISOTROPIC;
     ff_model m = s.model;
     ff_model_free(&m, "ks", NULL);
-    const ff_prior prior = {"ks", 1.25, 0.05};
+    const ff_prior prior = {"ks", 1.25, 0.05, NULL};
     const ff_constraints c = {.n_priors = 1, .prior = &prior};
     o.constraints = &c;
     ff_fit_result r = fitted("f0 and ks", &t, &m, &o);
@@ -747,7 +749,7 @@ static void cover_with_a_prior(const char *what, const fit_sampling *sampling, d
         ff_table t = fit_measure(&s, &how);
         o.constraints = NULL;
         ff_fit_result plain = fitted("without", &t, &s.model, &o);
-        const ff_prior prior = {"f0", 0.5 + sd * fit_normal(&state), sd};
+        const ff_prior prior = {"f0", 0.5 + sd * fit_normal(&state), sd, NULL};
         const ff_constraints c = {.n_priors = 1, .prior = &prior};
         o.constraints = &c;
         ff_fit_result r = fitted("with", &t, &s.model, &o);
@@ -991,12 +993,12 @@ static void refused(const char *model, const ff_constraints *c, ff_status expect
 
 static void errors(void)
 {
-    refused("ggx", &(ff_constraints){.n_bounds = 1, .bound = &(ff_bound){"kd", 0, 1}}, FF_ERR_UNKNOWN, "no parameter 'kd'");
-    refused("ggx", &(ff_constraints){.n_bounds = 1, .bound = &(ff_bound){"f0", 0.5, 0.2}}, FF_ERR_RANGE, "must rise");
-    refused("ggx", &(ff_constraints){.n_priors = 1, .prior = &(ff_prior){"kd", 0, 1}}, FF_ERR_UNKNOWN, "no parameter 'kd'");
-    refused("ggx", &(ff_constraints){.n_priors = 1, .prior = &(ff_prior){"f0", 0.5, 0}}, FF_ERR_RANGE, "above 0");
-    refused("ggx", &(ff_constraints){.n_priors = 1, .prior = &(ff_prior){"f0", NAN, 1}}, FF_ERR_RANGE, "finite");
-    const ff_prior twice[] = {{"f0", 0.5, 1}, {"f0", 0.4, 1}};
+    refused("ggx", &(ff_constraints){.n_bounds = 1, .bound = &(ff_bound){"kd", 0, 1, NULL}}, FF_ERR_UNKNOWN, "no parameter 'kd'");
+    refused("ggx", &(ff_constraints){.n_bounds = 1, .bound = &(ff_bound){"f0", 0.5, 0.2, NULL}}, FF_ERR_RANGE, "must rise");
+    refused("ggx", &(ff_constraints){.n_priors = 1, .prior = &(ff_prior){"kd", 0, 1, NULL}}, FF_ERR_UNKNOWN, "no parameter 'kd'");
+    refused("ggx", &(ff_constraints){.n_priors = 1, .prior = &(ff_prior){"f0", 0.5, 0, NULL}}, FF_ERR_RANGE, "above 0");
+    refused("ggx", &(ff_constraints){.n_priors = 1, .prior = &(ff_prior){"f0", NAN, 1, NULL}}, FF_ERR_RANGE, "finite");
+    const ff_prior twice[] = {{"f0", 0.5, 1, NULL}, {"f0", 0.4, 1, NULL}};
     refused("ggx", &(ff_constraints){.n_priors = 2, .prior = twice}, FF_ERR_UNSUPPORTED, "two priors");
     refused("ggx", &(ff_constraints){.n_ties = 1, .tie = &(ff_tie){"f0", "kd"}}, FF_ERR_UNKNOWN, "no parameter 'kd'");
     refused("ggx", &(ff_constraints){.n_ties = 1, .tie = &(ff_tie){"f0", "alpha_x"}}, FF_ERR_UNSUPPORTED, "for each channel");
@@ -1005,7 +1007,7 @@ static void errors(void)
     refused("ggx", &(ff_constraints){.n_ties = 1, .tie = &(ff_tie){"r_xy", "alpha"}}, FF_ERR_UNSUPPORTED, "two axes");
     refused("ggx", &(ff_constraints){.n_ties = 1, .tie = &(ff_tie){"alpha_x", NULL}}, FF_ERR_UNSUPPORTED, "as it is");
     refused("ggx/none", &(ff_constraints){.energy_conserving = 1}, FF_ERR_UNSUPPORTED, "without bound");
-    const ff_bound apart[] = {{"f0", 0, 0.2}, {"lobe2.f0", 0.3, 1}};
+    const ff_bound apart[] = {{"f0", 0, 0.2, NULL}, {"lobe2.f0", 0.3, 1, NULL}};
     refused("ggx+ggx", &(ff_constraints){.n_bounds = 2, .bound = apart, .n_ties = 1, .tie = &(ff_tie){"lobe2.f0", "f0"}},
             FF_ERR_RANGE, "do not overlap");
     ff_model m;
@@ -1017,9 +1019,9 @@ static void errors(void)
                          absent = {.n_ties = 1,
                                    .tie = &(ff_tie){"kd", "f0"},
                                    .n_priors = 1,
-                                   .prior = &(ff_prior){"kd", 0.1, 0.1},
+                                   .prior = &(ff_prior){"kd", 0.1, 0.1, NULL},
                                    .n_bounds = 1,
-                                   .bound = &(ff_bound){"kd", 0, 0.5},
+                                   .bound = &(ff_bound){"kd", 0, 0.5, NULL},
                                    .where_present = 1};
     FF_CHECK(ff_constraints_check(&held, &m, &err) == FF_ERR_UNSUPPORTED && strstr(err.message, "held at 0.3"), "%s", err.message);
     FF_CHECK(ff_constraints_check(&other, &m, &err) == FF_OK, "what follows a held parameter: %s", err.message);
@@ -1029,7 +1031,7 @@ static void errors(void)
     const fit_sampling how = {.n = 1000, .max_theta = 70, .noise = 0.02, .glossy = 0.3, .seed = 2};
     ff_table t = fit_measure(&s, &how);
     ff_fit_options o = fit_options();
-    const ff_constraints both = {.n_ties = 1, .tie = other.tie, .n_priors = 1, .prior = &(ff_prior){"f0", 0.3, 0.1}};
+    const ff_constraints both = {.n_ties = 1, .tie = other.tie, .n_priors = 1, .prior = &(ff_prior){"f0", 0.3, 0.1, NULL}};
     ff_model two = s.model;
     ff_model_hold(&two, "lobe2.f0", 0.31, NULL);
     o.constraints = &both;

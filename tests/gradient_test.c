@@ -2,6 +2,8 @@
  * of the objective and its normal equations for every loss, robust loss and weighting. The checkers are themselves shown wrong
  * derivatives. */
 #include "model_samples.h"
+#include "pass_of.h"
+#include "loss_samples.h"
 
 #define TOLERANCE 1e-8 /* of the natural scale of a derivative */
 /* A difference whose own estimated error is above this says nothing about the analytic value. */
@@ -390,7 +392,7 @@ static void objective_make(const setting *g, size_t n_channels, size_t n, ff_los
     FF_CHECK(ff_problem_new(&b->t, &b->s.model, 1, &b->o, &b->p, &err) == FF_OK, "%s: %s", b->label, err.message);
     FF_CHECK(ff_layout_init(&b->s.model, n_channels, g->shape, g->mean_slope, &b->l, &err) == FF_OK, "%s: %s", b->label,
              err.message);
-    FF_CHECK(ff_normal_new(&b->l, &b->normal) == FF_OK, "%s", b->label);
+    FF_CHECK(ff_layout_normal(&b->l, &b->normal) == FF_OK, "%s", b->label);
     if (!b->p || b->l.P > MAX_COORDINATES) exit(1);
     b->weight = doubles(n);
     double sum = 0;
@@ -424,31 +426,12 @@ static void pass_at(objective *b, const double *x, int final)
 {
     const fit_surface s = surface_at(b, x);
     ff_pass pass;
-    ff_status st = ff_layout_pass(&b->l, b->p, &b->o, s.shape, s.channel, &pass);
+    ff_status st = pass_of(&b->l, b->p, &b->o, s.shape, s.channel, &pass);
     if (st) exit(1);
     pass.final = final;
     st = ff_pass_run(&pass, 0, &b->normal);
     ff_pass_free(&pass);
     FF_CHECK(st == FF_OK, "%s: %s", b->label, ff_status_str(st));
-}
-
-/* g and its slope as ff_fit.h states them, by the C library. */
-static double cube_root(double t)
-{
-    return t / cbrt(t * t + 1e-16);
-}
-
-static double loss_value(ff_loss loss, double f, double x)
-{
-    return loss == FF_LOSS_COSINE ? f * x : loss == FF_LOSS_LOG ? log1p(f * x) : loss == FF_LOSS_CUBE_ROOT ? cube_root(f * x) : f;
-}
-
-static double loss_slope(ff_loss loss, double f, double x)
-{
-    const double u = f * x, s = u * u + 1e-16;
-    if (loss == FF_LOSS_LOG) return x / (1 + u);
-    if (loss == FF_LOSS_CUBE_ROOT) return x * (u * u / 3 + 1e-16) / (s * cbrt(s));
-    return loss == FF_LOSS_COSINE ? x : 1;
 }
 
 /* Weighted residuals [n_channels][n] before the robust loss, from ff_model_eval and the definitions alone. */
@@ -463,31 +446,13 @@ static void residuals(const objective *b, const double *x, double *r)
         for (size_t i = 0; i < n; i++) {
             const double y = b->t.value[c * n + i], cos_i = b->w.w[2][i];
             double *ri = &r[c * n + i];
-            *ri = loss_value(b->o.loss, *ri, cos_i) - loss_value(b->o.loss, y, cos_i);
+            *ri = loss_g(b->o.loss, *ri, cos_i) - loss_g(b->o.loss, y, cos_i);
             if (b->o.weighting == FF_WEIGHT_SIGMA) /* standard deviations, whatever the loss is scaled by */
                 *ri /= b->t.sigma[c * n + i] * loss_slope(b->o.loss, y, cos_i);
             else
-                *ri *= sqrt(b->weight[i]) / (b->o.loss == FF_LOSS_RELATIVE ? fmax(y, 0.001 * mean) : 1);
+                *ri *= sqrt(b->weight[i]) * loss_factor(b->o.loss, y, cos_i, mean);
         }
     }
-}
-
-static double rho(ff_robust robust, double s, double b)
-{
-    const double b2 = b * b, v = 1 - s / b2;
-    if (robust == FF_ROBUST_HUBER) return s > b2 ? 2 * b * sqrt(s) - b2 : s;
-    if (robust == FF_ROBUST_CAUCHY) return b2 * log1p(s / b2);
-    if (robust == FF_ROBUST_TUKEY) return s > b2 ? b2 / 3 : b2 / 3 * (1 - v * v * v);
-    return s;
-}
-
-static double rho_slope(ff_robust robust, double s, double b)
-{
-    const double b2 = b * b, v = 1 - s / b2;
-    if (robust == FF_ROBUST_HUBER) return s > b2 ? b / sqrt(s) : 1;
-    if (robust == FF_ROBUST_CAUCHY) return 1 / (1 + s / b2);
-    if (robust == FF_ROBUST_TUKEY) return s > b2 ? 0 : v * v;
-    return 1;
 }
 
 static int by_size(const void *a, const void *b)
@@ -515,7 +480,7 @@ static void check_cost(const objective *b, const double *x)
     const size_t n = b->w.n * b->l.n_channels;
     double *r = doubles(n), cost2 = 0;
     residuals(b, x, r);
-    for (size_t i = 0; i < n; i++) cost2 += rho(b->o.robust, r[i] * r[i], b->o.robust_scale);
+    for (size_t i = 0; i < n; i++) cost2 += loss_rho(b->o.robust, r[i] * r[i], b->o.robust_scale);
     FF_CHECK(fabs(b->normal.cost2 - cost2) <= 1e-11 * cost2, "%s: cost2 %.15g, by definition %.15g", b->label, b->normal.cost2,
              cost2);
     free(r);
@@ -545,7 +510,7 @@ static void check_gradient(objective *b, double spoil, size_t which, tally *t)
     pass_at(b, x, 0);
     check_cost(b, x);
     slopes(b, x, slope);
-    ff_normal_assemble(&b->l, &b->normal, slope, H, g);
+    assemble(&b->l, &b->normal, slope, H, g);
     for (size_t k = 0; k < P; k++) scale[k] = sqrt(H[k * P + k] * b->normal.cost2);
     if (spoil != 0) g[which] += spoil * scale[which];
     for (size_t k = 0; k < P; k++) {
@@ -668,9 +633,10 @@ static void numeric_jacobian(const objective *b, const double *at, double *J, do
                 model_ridders_add(&r[i], (high[i] - low[i]) / (2 * step), ROUNDING * fabs(high[i]) / step);
         }
         x[k] = at[k];
-        for (size_t i = 0; i < n; i++) J[k * n + i] = r[i].value * sqrt(rho_slope(b->o.robust, rr[i] * rr[i], b->o.robust_scale));
+        for (size_t i = 0; i < n; i++)
+            J[k * n + i] = r[i].value * sqrt(loss_rho_slope(b->o.robust, rr[i] * rr[i], b->o.robust_scale));
     }
-    for (size_t i = 0; i < n; i++) rr[i] *= sqrt(rho_slope(b->o.robust, rr[i] * rr[i], b->o.robust_scale));
+    for (size_t i = 0; i < n; i++) rr[i] *= sqrt(loss_rho_slope(b->o.robust, rr[i] * rr[i], b->o.robust_scale));
     free(low);
     free(high);
     free(r);
@@ -691,7 +657,7 @@ static double normal_deviation(const objective *b, const double *x)
     double *J = doubles(P * N), *r = doubles(N), *score = doubles(P * n), norm2 = 0;
     numeric_jacobian(b, x, J, r);
     slopes(b, x, slope);
-    ff_normal_assemble(&b->l, &b->normal, slope, H, g);
+    assemble(&b->l, &b->normal, slope, H, g);
     for (size_t i = 0; i < N; i++) norm2 += r[i] * r[i];
     for (size_t k = 0; k < P; k++)
         for (size_t i = 0; i < N; i++) score[k * n + i % n] += J[k * N + i] * r[i];

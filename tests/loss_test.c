@@ -1,8 +1,9 @@
-/* Losses, weights and robust losses on four samples whose numbers were worked out by hand. Nothing here calls the program's own
- * loss functions: what is expected is written as arithmetic on the cosines, the data and the one value that the model has
- * everywhere. */
+/* Losses, weights and robust losses on four samples whose numbers were worked out by hand. Of the losses that are named here
+ * nothing calls the program's own functions: what is expected is written as arithmetic on the cosines, the data and the one value
+ * that the model has everywhere. */
 #include "fit_samples.h"
-#include "fit/internal_fit.h"
+#include "pass_of.h"
+#include "loss_samples.h"
 
 static const double pi = 3.14159265358979323846;
 
@@ -68,12 +69,12 @@ static double objective(const ff_table *t, const ff_fit_options *o, double f, do
     double kd = pi * f, gram[1] = {0}, by_kd[1] = {NAN};
     ff_status st = ff_problem_new(t, &s.model, 1, o, &p, &err);
     if (!st) st = ff_layout_init(&s.model, 1, FF_SHAPE_ISOTROPIC, 0, &layout, &err);
-    if (!st) st = ff_normal_new(&layout, &normal);
-    if (!st) st = ff_layout_pass(&layout, p, o, s.shape, &kd, &pass);
+    if (!st) st = ff_layout_normal(&layout, &normal);
+    if (!st) st = pass_of(&layout, p, o, s.shape, &kd, &pass);
     if (!st) {
         st = ff_pass_run(&pass, 0, &normal);
         ff_pass_free(&pass);
-        ff_normal_assemble(&layout, &normal, NULL, gram, by_kd);
+        assemble(&layout, &normal, NULL, gram, by_kd);
     }
     FF_CHECK(st == FF_OK, "%s", err.message);
     const double value = normal.cost2 / 2;
@@ -84,6 +85,14 @@ static double objective(const ff_table *t, const ff_fit_options *o, double f, do
 }
 
 /* ---- the same by hand ------------------------------------------------------------------------ */
+
+/* Mean |y|, here of positive data. */
+static double mean_by_hand(void)
+{
+    double sum = 0;
+    for (int i = 0; i < N; i++) sum += YX[i] / X[i] / N;
+    return sum;
+}
 
 /* Residual of sample i before its weight, as in the table of docs/fitting.md. */
 static double residual_by_hand(ff_loss loss, int i, double f)
@@ -98,8 +107,10 @@ static double residual_by_hand(ff_loss loss, int i, double f)
         return cbrt(f * X[i]) - cbrt(YX[i]);
     case FF_LOSS_RELATIVE:
         return f / y - 1;
-    default:
+    case FF_LOSS_PLAIN:
         return f - y;
+    default:
+        return loss_factor(loss, y, X[i], mean_by_hand()) * (loss_g(loss, f, X[i]) - loss_g(loss, y, X[i]));
     }
 }
 
@@ -109,17 +120,15 @@ static double deviation_by_hand(ff_loss loss, int i)
 {
     if (loss == FF_LOSS_LOG) return SIGMA[i] * X[i] / (1 + YX[i]);
     if (loss == FF_LOSS_CUBE_ROOT) return SIGMA[i] * X[i] / (3 * cbrt(YX[i] * YX[i]));
-    return SIGMA[i];
+    return SIGMA[i] * loss_slope(loss, YX[i] / X[i], X[i]);
 }
 
 static double by_hand(ff_loss loss, ff_weighting weighting, double f)
 {
     double sum = 0;
     for (int i = 0; i < N; i++) {
-        const int curved = loss == FF_LOSS_LOG || loss == FF_LOSS_CUBE_ROOT;
-        const double r = weighting == FF_WEIGHT_SIGMA
-                             ? residual_by_hand(curved ? loss : FF_LOSS_PLAIN, i, f) / deviation_by_hand(loss, i)
-                             : residual_by_hand(loss, i, f);
+        const double y = YX[i] / X[i], in_sigmas = (loss_g(loss, f, X[i]) - loss_g(loss, y, X[i])) / deviation_by_hand(loss, i),
+                     r = weighting == FF_WEIGHT_SIGMA ? in_sigmas : residual_by_hand(loss, i, f);
         sum += (weighting == FF_WEIGHT_SOLID_ANGLE ? SOLID_ANGLE[i] / 2 : 1) * r * r / 2;
     }
     return sum;

@@ -3,7 +3,7 @@
 #ifndef MODEL_SAMPLES_H
 #define MODEL_SAMPLES_H
 #include "fit_samples.h"
-#include "fit/internal_fit.h"
+#include "fit/problem/internal_problem.h"
 
 #define MODEL_PI 3.14159265358979323846
 enum { MODEL_PAIRS = 1024, MODEL_LABEL = FF_MODEL_NAME + 64 };

@@ -72,6 +72,7 @@ static void check_result(const char *what, const ff_fit_result *r, const ff_sele
         if (o->loss == FF_LOSS_COSINE) FF_CHECK_CLOSE(r->residual.cosine_rmse, rmse, 1e-6, 1e-12);
         if (o->loss == FF_LOSS_LOG) FF_CHECK_CLOSE(r->residual.log_rmse, rmse, 1e-6, 1e-12);
         if (o->loss == FF_LOSS_CUBE_ROOT) FF_CHECK_CLOSE(r->residual.cube_root_rmse, rmse, 1e-6, 1e-12);
+        if (ff_loss_at((int)o->loss)->rmse_unit) FF_CHECK_CLOSE(r->residual.loss_rmse[o->loss], rmse, 1e-6, 1e-12);
     }
 }
 

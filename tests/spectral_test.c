@@ -1,7 +1,7 @@
 /* Many channels: eliminating their parameters leads to the optimum of the dense path, with its standard errors and correlations,
  * and what is reported says so in a bounded number of words. */
 #include "fit_samples.h"
-#include "fit/errors/internal_arrow.h"
+#include "fit/errors/internal_errors.h"
 
 /* One set of data and how it is fitted. */
 typedef struct experiment {
@@ -427,68 +427,47 @@ static int covariance_at(const experiment *e, int dark)
         ff_table_free(&t);
         return 0;
     }
-    ff_normal dense = {0};
-    ff_pass pass;
-    ff_solution solution = {.outcome = FF_CONVERGED};
+    ff_plan plan = ff_plan_with(&l, p, &o);
+    ff_point dense = {0}, many = {0};
     const size_t P = l.P, S = l.free.n_shape, K = l.free.n_channel;
-    ff_uncertainty u = {0};
     double worst = 0;
-    int *at_bound = calloc(P, sizeof *at_bound), *use = calloc(P, sizeof *use);
-    if (!at_bound || !use) exit(1);
-    for (size_t k = 0; k < P; k++) {
-        at_bound[k] = e->beyond ? (k % 5 == 4) - (k % 7 == 6) : 0;
-        use[k] = at_bound[k] == 0;
-    }
-    st = ff_normal_new(&l, &dense);
-    if (!st) st = ff_layout_pass(&l, p, &o, s.shape, s.channel, &pass);
-    pass.final = 1;
-    if (!st) st = ff_pass_run(&pass, 1, &dense);
-    ff_pass_free(&pass);
-    if (!st) st = ff_uncertainty_new(&l, p, &dense, use, t.n - t.n_invalid, &u);
+    if (ff_point_new(&plan, &dense) || ff_point_new(&plan, &many)) exit(1);
+    ff_point_set(&plan, s.shape, s.channel, &dense);
+    ff_point_set(&plan, s.shape, s.channel, &many);
+    for (size_t k = 0; k < P; k++) dense.at_bound[k] = many.at_bound[k] = e->beyond ? (k % 5 == 4) - (k % 7 == 6) : 0;
+    st = ff_errors(&plan, &dense);
     ff_selection used;
     ff_problem_selection(p, &used);
     FF_CHECK(used.used == t.n - t.n_invalid, "all samples are used");
-    ff_layout_many(&l, 0);
-    if (!st) st = ff_arrow_finish(&l, p, &o, s.shape, s.channel, at_bound, &solution);
+    plan.l.arrow = 1;
+    if (!st) st = ff_errors(&plan, &many);
     FF_CHECK(st == FF_OK, "%s: %s", e->what, ff_status_str(st));
-    const double *cov = u.cov;
-    const int *determined = u.determined;
-    const ff_arrow *a = solution.arrow;
+    const ff_information *a = many.information, *u = dense.information;
     if (a) {
-        FF_CHECK(a->clusters.run == u.clusters.run && a->clusters.settled == u.clusters.settled, "%s: clusters of %zu, dense %zu",
-                 e->what, a->clusters.run, u.clusters.run);
-        FF_CHECK_CLOSE(a->effective, u.effective, 1e-9, 0);
+        FF_CHECK(a->clusters.run == u->clusters.run && a->clusters.settled == u->clusters.settled, "%s: clusters of %zu, dense %zu",
+                 e->what, a->clusters.run, u->clusters.run);
+        FF_CHECK_CLOSE(a->effective, u->effective, 1e-9, 0);
     }
     for (size_t i = 0; i < P && a; i++) {
-        FF_CHECK(a->determined[i] == determined[i], "%s: parameter %zu is determined: %d, dense %d", e->what, i, a->determined[i],
-                 determined[i]);
-        lost += use[i] && !determined[i];
-        if (determined[i]) FF_CHECK_CLOSE(a->dof[i], u.dof[i], 1e-9, 0);
+        FF_CHECK(a->determined[i] == u->determined[i], "%s: parameter %zu is determined: %d, dense %d", e->what, i, a->determined[i],
+                 u->determined[i]);
+        lost += dense.at_bound[i] == 0 && !u->determined[i];
+        if (u->determined[i]) FF_CHECK_CLOSE(a->dof[i], u->dof[i], 1e-9, 0);
         for (size_t j = 0; j < P; j++) {
-            if (!determined[i] || !determined[j]) continue;
-            const size_t c = (i - S) / K, q = (i - S) % K;
-            double v;
-            if (i < S && j < S)
-                v = a->shape[i * S + j];
-            else if (i >= S && j < S)
-                v = a->cross[(c * K + q) * S + j];
-            else if (i >= S && c == (j - S) / K)
-                v = a->block[(c * K + q) * K + (j - S) % K];
-            else
-                continue;
-            const double scale = sqrt(cov[i * P + i] * cov[j * P + j]), off = fabs(v - cov[i * P + j]) / fmax(scale, 1e-300);
+            if (!u->determined[i] || !u->determined[j]) continue;
+            const double v = ff_information_covariance(a, i, j), cov = ff_information_covariance(u, i, j);
+            const int between = i >= S && j >= S && (i - S) / K != (j - S) / K;
+            FF_CHECK(between == isnan(v), "%s: covariance %zu %zu is %.15g", e->what, i, j, v);
+            if (between) continue;
+            const double off = fabs(v - cov) / fmax(sqrt(u->variance[i] * u->variance[j]), 1e-300);
             worst = fmax(worst, off);
-            FF_CHECK(off < 1e-9, "%s: covariance %zu %zu is %.15g, dense %.15g", e->what, i, j, v, cov[i * P + j]);
+            FF_CHECK(off < 1e-9, "%s: covariance %zu %zu is %.15g, dense %.15g", e->what, i, j, v, cov);
         }
     }
-    for (int k = 0; k < FF_STAT_COUNT; k++) FF_CHECK_CLOSE(solution.normal.stat[k], dense.stat[k], 1e-12, 0);
+    for (int k = 0; k < FF_STAT_COUNT; k++) FF_CHECK_CLOSE(many.normal.stat[k], dense.normal.stat[k], 1e-12, 0);
     printf("%-44s covariances differ by %.0e\n", e->what, worst);
-    ff_arrow_free(solution.arrow);
-    ff_normal_free(&solution.normal);
-    ff_normal_free(&dense);
-    ff_uncertainty_free(&u);
-    free(at_bound);
-    free(use);
+    ff_point_free(&dense);
+    ff_point_free(&many);
     ff_problem_free(p);
     ff_table_free(&t);
     return lost;

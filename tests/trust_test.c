@@ -21,6 +21,7 @@ static int measure(const char *what, ff_table t, const ff_model *m, const ff_fit
     *out = (measured){.t = t, .o = *o};
     ff_status st = ff_problem_new(&t, m, 1, o, &out->p, &err);
     if (!st) st = ff_places_new(out->p, &t, &out->places, &err);
+    if (!st && o->robust != FF_ROBUST_NONE && o->robust_scale == 0) st = ff_problem_estimate_scale(out->p, m, o, &err);
     if (!st) st = ff_problem_fit(out->p, m, o, &out->fit, &err);
     FF_CHECK(st == FF_OK, "%s: %s", what, err.message);
     return st == FF_OK;

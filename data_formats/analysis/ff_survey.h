@@ -47,7 +47,8 @@ typedef struct ff_survey {
     double without_cosine;   /**< ... if the reader had divided by a cosine that was not there                               */
     size_t n_reflectances;
     ff_reflectance reflectance[FF_SURVEY_INCIDENCES];
-    double *albedo;          /**< [n_reflectances][n_channels]: integral of f cos(theta_o) over the covered part             */
+    double *albedo;          /**< [n_reflectances][n_channels]: integral of f cos(theta_o) over the covered part; where the table has a
+                                  kept_incidence, the sum over its samples                                                */
 } ff_survey;
 
 /** FF_ERR_MEMORY. *out is overwritten; release with ff_survey_free. A table without a usable sample has an empty survey. */

@@ -256,9 +256,35 @@ static void integrate(const ff_table *t, const ff_interpolant *p, double *value,
     r->covered = covered / all;
 }
 
+/* Nodes of incidence that are the same one: azimuths do not matter to an isotropic file, or to light from the normal. */
+static int is_incidence(const ff_table *t, size_t i, const ff_reflectance *r)
+{
+    const double unit = t->radians_per_unit * degrees;
+    if (fabs(t->angle[0][i] * unit - r->theta_i) > 1e-4) return 0;
+    return t->isotropic || r->theta_i < 1e-4 || fabs(remainder(t->angle[1][i] * unit - r->phi_i, 360)) < 1e-4;
+}
+
+/* The same integral by the file's own quadrature, where r is an incidence of the file; 0 where not. */
+static int sum_up(const ff_table *t, const ff_reflectance *r, double *albedo)
+{
+    double incidence = 0, phi = NAN;
+    for (size_t i = 0; i < t->n; i++) {
+        if (!t->valid[i] || !is_incidence(t, i, r)) continue;
+        if (incidence == 0)
+            for (size_t c = 0; c < t->n_channels; c++) albedo[c] = 0;
+        if (t->angle[1][i] != phi) incidence += t->kept_incidence(t->kept, i);
+        phi = t->angle[1][i];
+        const double w = t->weight[i] * cos(t->angle[2][i] * t->radians_per_unit);
+        for (size_t c = 0; c < t->n_channels; c++) albedo[c] += w * t->channels[c].scale * t->value[c * t->n + i];
+    }
+    for (size_t c = 0; c < t->n_channels && incidence > 0; c++) albedo[c] /= incidence;
+    return incidence > 0;
+}
+
 static ff_status survey_reflectance(const ff_table *t, const ff_interpolant *p, ff_survey *s, ff_error *err)
 {
     double theta[FF_SURVEY_INCIDENCES], phi[FF_SURVEY_INCIDENCES];
+    size_t summed = 0;
     double *value = malloc(t->n_channels * sizeof *value);
     s->albedo = malloc(FF_SURVEY_INCIDENCES * t->n_channels * sizeof *s->albedo);
     if (!value || !s->albedo) {
@@ -270,7 +296,10 @@ static ff_status survey_reflectance(const ff_table *t, const ff_interpolant *p, 
     for (size_t k = 0; k < s->n_reflectances; k++) {
         s->reflectance[k] = (ff_reflectance){theta[k], phi[k], 0};
         integrate(t, p, value, &s->reflectance[k], s->albedo + k * t->n_channels);
+        summed += t->kept_incidence && sum_up(t, &s->reflectance[k], s->albedo + k * t->n_channels);
     }
+    if (summed > 0 && summed == s->n_reflectances)
+        s->method = "sums over the samples, whose weights are those of the file's function";
     free(value);
     return FF_OK;
 }

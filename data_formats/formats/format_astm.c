@@ -64,13 +64,13 @@ static int probe(const unsigned char *head, size_t n, int64_t file_size)
 static ff_status read_points(astm *a, const char *text)
 {
     char found[FF_QUOTE];
-    char *end;
-    long points = strtol(text, &end, 10);
-    end += strspn(end, " \t");
-    if (end == text || *end != '\0' || points < 1 || points == INT64_MAX)
+    double points = 0;
+    const char *end = ff_number_read(text, &points);
+    if (end) end += strspn(end, " \t");
+    if (!end || *end != '\0' || !(points >= 1 && points <= 9007199254740992.0) || points != floor(points))
         return ff_error_set(a->err, FF_ERR_FORMAT, a->path, a->lines.line, -1, "NUM_POINTS: found %s, expected a whole number >= 1",
                             ff_quote(text, strlen(text), found));
-    a->points = points;
+    a->points = (long)points;
     return FF_OK;
 }
 

@@ -202,7 +202,7 @@ static ff_status read_images(const char *path, const ff_read_options *o, ff_tabl
 {
     ff_image_stack *f = calloc(1, sizeof *f);
     if (!f) return ff_error_set(err, FF_ERR_MEMORY, path, 0, -1, "no memory for an image stack");
-    *f = (ff_image_stack){.err = err, .path = path, .quantity = -1, .isotropic = -1, .radians_per_unit = degree};
+    *f = (ff_image_stack){.err = err, .path = path, .options = o, .quantity = -1, .isotropic = -1, .radians_per_unit = degree};
     for (int c = 0; c < FF_STACK_COLUMNS; c++) f->column[c] = -1;
     ff_status s = ff_lines_open(path, &f->lines, err);
     if (s == FF_OK) {

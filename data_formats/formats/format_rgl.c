@@ -16,7 +16,10 @@
  * Samples: for every node of incidence those of the colours, at s = (column / (W-1), row / (H-1)): the file's numbers themselves,
  * not interpolated. The vndf warp of the node takes s to u, u is the half vector m, and wo is the mirror image of wi about m. The
  * corners of the grid are those of the square, so a whole column looks in the mirror direction and the first and last row at the
- * same azimuth; the measurements there differ, as they were made. Weights are the solid angles of the cells around the samples.
+ * same azimuth; the measurements there differ, as they were made. Weights are solid angles as far as the colours of a sample reach,
+ * each direction counting by the density of normals relative to that of the sample (rgl.c): with them the sum of f cos(theta_o)
+ * over an incidence is the reflectance of the function. A cell of the lobe's foot may be a thousand times wider than one of its
+ * peak, and the value at its corner is no mean of it.
  *
  * Not valid: wo below the horizon, incidence at 90 degrees, no density of normals, and colours that are 0 in all channels with a
  * luminance of 0. The field `valid` of some files says no more than the first of these, with either meaning of its bits.
@@ -38,6 +41,9 @@
 static const double pi = 3.14159265358979323846;
 
 enum { SAMPLES_MOST = 1 << 25 };
+
+/* Of a colour that is not valid to that of the sample that takes its share; more would let noise at the horizon weigh a sample. */
+static const double largest_ratio = 4;
 
 static int probe(const unsigned char *head, size_t n, int64_t file_size)
 {
@@ -61,19 +67,26 @@ static void *kept_share(void *kept)
     return r;
 }
 
+static double kept_incidence(const void *kept, size_t sample)
+{
+    const ff_rgl *r = kept;
+    const size_t slice = sample / (r->width * r->height);
+    return ff_rgl_incidence_weight(r, slice / r->n_theta, slice % r->n_theta);
+}
+
 /* Planes and scratch for one node of incidence. */
 typedef struct slice_room {
-    double *memory, *row, *weight;
+    double *memory, *row;
     ff_rgl_slice slice;
 } slice_room;
 
 static int slice_room_new(const ff_rgl *r, slice_room *room)
 {
     const size_t n = r->width * r->height;
-    room->memory = malloc((4 * n + 2 * r->vndf.width) * sizeof(double));
-    if (!room->memory) return 0;
-    room->slice = (ff_rgl_slice){room->memory, room->memory + n, room->memory + 2 * n, room->memory + 3 * n};
-    room->row = room->memory + 4 * n;
+    double *m = room->memory = malloc((5 * n + 2 * r->vndf.width) * sizeof(double));
+    if (!m) return 0;
+    room->slice = (ff_rgl_slice){m, m + n, m + 2 * n, m + 3 * n, m + 4 * n};
+    room->row = m + 5 * n;
     return 1;
 }
 
@@ -109,18 +122,53 @@ static void count_invalid(const ff_rgl *r, size_t t, double theta_o, int measure
         n->undefined++;
 }
 
-/* Directions and weights of node (p, t) into the table's samples. */
+/* Directions of node (p, t) into the table's samples. */
 static void place_slice(const ff_rgl *r, size_t p, size_t t, const ff_rgl_slice *s, ff_table *out)
 {
     const size_t n = r->width * r->height, at = (p * r->n_theta + t) * n;
-    const double incidence = ff_rgl_incidence_weight(r, p, t);
     for (size_t i = 0; i < n; i++) {
         out->angle[0][at + i] = r->theta[t];
         out->angle[1][at + i] = r->phi[p];
-        out->weight[at + i] = incidence * s->solid_angle[i];
     }
     memcpy(out->angle[2] + at, s->theta_o, n * sizeof(double));
     memcpy(out->angle[3] + at, s->phi_o, n * sizeof(double));
+}
+
+/* Sum of the colours of sample i. */
+static double colour_sum(const ff_rgl *r, size_t slice, size_t i)
+{
+    double sum = 0;
+    for (size_t c = 0; c < r->n_channels; c++) sum += (double)ff_float_of(colours_of(r, slice, c) + 4 * i);
+    return sum;
+}
+
+/* The nearest sample of the row that is valid, the one before first; i when there is none. */
+static size_t valid_beside(const ff_rgl *r, const unsigned char *valid, size_t i)
+{
+    const size_t first = i - i % r->width, end = first + r->width;
+    for (size_t k = i; k-- > first;)
+        if (valid[k]) return k;
+    for (size_t k = i + 1; k < end; k++)
+        if (valid[k]) return k;
+    return i;
+}
+
+/* Weights of node (p, t), so that their sum with f cos(theta_o) is the reflectance of the function. A colour that is not valid
+ * where it stands, most of all below the horizon, still takes part in the function on this side: its share of the reflectance is
+ * added to that of the nearest sample of the row, where their colours allow it. */
+static void weigh_slice(const ff_rgl *r, size_t p, size_t t, const ff_rgl_slice *s, ff_table *out)
+{
+    const size_t n = r->width * r->height, slice = p * r->n_theta + t, at = slice * n;
+    const double incidence = ff_rgl_incidence_weight(r, p, t);
+    const unsigned char *valid = out->valid + at;
+    double *w = out->weight + at;
+    for (size_t i = 0; i < n; i++) w[i] = valid[i] && s->factor[i] > 0 ? incidence * s->mass[i] / s->density[i] : 0;
+    for (size_t i = 0; i < n; i++) {
+        const size_t to = valid[i] || !(s->mass[i] > 0) ? i : valid_beside(r, valid, i);
+        if (to == i) continue;
+        const double ratio = colour_sum(r, slice, i) / colour_sum(r, slice, to);
+        if (ratio > 0 && isfinite(ratio)) w[to] += incidence * fmin(ratio, largest_ratio) * s->mass[i] / s->density[to];
+    }
 }
 
 static void fill_slice(const ff_rgl *r, size_t p, size_t t, const ff_rgl_slice *s, ff_table *out, counts *invalid)
@@ -155,6 +203,7 @@ static ff_status sample_file(const ff_rgl *r, int with_values, ff_table *out, co
             ff_rgl_sample_slice(r, p, k, room.row, &room.slice);
             place_slice(r, p, k, &room.slice, &t);
             if (with_values) fill_slice(r, p, k, &room.slice, &t, invalid);
+            weigh_slice(r, p, k, &room.slice, &t);
         }
     free(room.memory);
     memcpy(t.channels, r->channels, r->n_channels * sizeof *t.channels);
@@ -203,6 +252,7 @@ static ff_status read_own_grid(ff_rgl *r, ff_table *out, ff_error *err)
     t.kept = r;
     t.kept_free = kept_free;
     t.kept_share = kept_share;
+    t.kept_incidence = kept_incidence;
     *out = t;
     return FF_OK;
 }
@@ -389,6 +439,7 @@ static ff_status layout(const ff_table *t, const char *grid, ff_table *out, ff_e
     out->kept = r;
     out->kept_free = kept_free;
     out->kept_share = kept_share;
+    out->kept_incidence = kept_incidence;
     return FF_OK;
 }
 
@@ -495,6 +546,7 @@ static ff_status write_rgl(const char *path, const ff_table *t, ff_error *err)
     slice_room room;
     if ((status = ff_tensor_file_copy(&kept->file, &copy.file, err)) != FF_OK) return status;
     if (slice_room_new(&copy, &room)) {
+        room.slice.mass = room.slice.density = NULL; /* directions and factors are all it takes */
         status = put_table(&copy, t, &room, path, err);
         free(room.memory);
     } else

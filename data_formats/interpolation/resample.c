@@ -54,6 +54,7 @@ ff_status ff_table_copy(const ff_table *t, ff_table *out, ff_error *err)
     if (t->kept && t->kept_share) {
         c.kept = t->kept_share(t->kept);
         c.kept_free = t->kept_free;
+        c.kept_incidence = t->kept_incidence;
         c.kept_share = t->kept_share;
         if (!c.kept) {
             ff_table_free(&c);

@@ -83,6 +83,9 @@ typedef struct ff_table {
     void        *kept;           /**< what `format` needs to write the same file again; NULL for most                */
     void       (*kept_free)(void *kept);
     void      *(*kept_share)(void *kept); /**< for a copy of the table: a copy, or the same with one owner more; NULL = no memory */
+    /** The part of weight[sample] that its incidence has, where the other part makes the sum of f cos(theta_o) over an incidence its
+     *  reflectance; NULL: the weights are solid angles and no more. */
+    double     (*kept_incidence)(const void *kept, size_t sample);
 } ff_table;
 
 /** Releases what the table owns and zeroes it. A zeroed table and NULL are legal. */
@@ -119,6 +122,10 @@ typedef struct ff_read_options {
     const char *part;      /**< which of several data sets in the file ("reflection-back"); NULL: the format's usual one    */
     int         quantity;  /**< ff_quantity of the numbers, -1: what the file says                                        */
     double      scale;     /**< factor on all values (1/sr per unit of an uncalibrated file), > 0; NaN: none given          */
+    /** Asked before a file is opened that the data name (an image of a stack): anything but FF_OK ends the reading with that status
+     *  and the message of err. NULL: all may be read. */
+    ff_status (*ask)(const void *context, const char *path, ff_error *err);
+    const void *ask_context;
 } ff_read_options;
 void ff_read_options_init(ff_read_options *o);
 

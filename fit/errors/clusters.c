@@ -5,7 +5,7 @@
  * would be the same at every length, on average; it grows as long as a cluster is shorter than the errors' reach (the blocking
  * method of Flyvbjerg and Petersen 1989, here for the score of an M-estimator: clusters as in Liang and Zeger 1986). A length is
  * left for a longer one where the growth is more than twice its own scatter from cluster to cluster. */
-#include "internal_arrow.h"
+#include "internal_errors.h"
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -119,38 +119,16 @@ ff_status ff_clusters_choose(const struct ff_problem *p, const ff_normal *n, siz
     return st;
 }
 
-ff_status ff_clusters_meat(const struct ff_problem *p, const ff_normal *n, size_t n_samples, size_t run, double *meat)
-{
-    const size_t P = n->P, shortest = ff_run_length(p), all = (p->n + shortest - 1) / shortest;
-    double *sums = malloc((all * P + 1) * sizeof *sums), *mean = malloc((P + 1) * sizeof *mean);
-    if (!sums || !mean) {
-        free(sums);
-        free(mean);
-        return FF_ERR_MEMORY;
-    }
-    size_t n_now = ff_clusters_centred(p, n, n_samples, sums, mean);
-    for (size_t length = shortest; length < run; length *= 2) n_now = ff_clusters_join(sums, n_now, P);
-    for (size_t a = 0; a < P; a++)
-        for (size_t b = 0; b <= a; b++) {
-            double product = run == 1 ? single_product(n, n_samples, mean, a, b) : 0;
-            for (size_t k = 0; k < n_now && run > 1; k++) product += sums[k * P + a] * sums[k * P + b];
-            meat[ff_tri(a, b)] = product;
-        }
-    free(sums);
-    free(mean);
-    return FF_OK;
-}
-
 /* Values that would say as much were they independent: fewer by what the squares of the score grow by from single values to
  * clusters. Of the shared parameters, where the channels of a sample meet; of all where none is free. */
-double ff_clusters_effective(const ff_normal *n, const double *meat, size_t n_shape, double n_values)
+double ff_clusters_effective(const ff_normal *n, const double *square, size_t n_shared, double n_values)
 {
-    const size_t P = n_shape ? n_shape : n->P;
+    const size_t P = n_shared ? n_shared : n->P;
     double growth = 0;
     size_t counted = 0;
     for (size_t k = 0; k < P; k++) {
         if (!(n->own[k] > 0)) continue;
-        growth += meat[ff_tri(k, k)] / n->own[k];
+        growth += square[k] / n->own[k];
         counted++;
     }
     return counted && growth > (double)counted ? n_values * (double)counted / growth : n_values;
@@ -170,22 +148,21 @@ double ff_clusters_count(const double all[2], double squares, double n)
 }
 
 ff_status ff_clusters_informative(const struct ff_problem *p, const ff_normal *n, size_t n_samples, const uint32_t *cluster,
-                                  size_t n_clusters, const double *inverse, const ff_arrow *arrow, double *number)
+                                  size_t n_clusters, const ff_information *info, double *number)
 {
     const size_t P = n->P, length = ff_run_length(p), runs = (p->n + length - 1) / length;
     double *sums = malloc((runs * P + 1) * sizeof *sums), *share = calloc(2 * n_clusters * P + 1, sizeof *share),
-           *mean = malloc((2 * P + 1) * sizeof *mean), *of_run = mean + P;
+           *mean = malloc((3 * P + 1) * sizeof *mean), *of_run = mean + P;
     const ff_status st = sums && share && mean ? FF_OK : FF_ERR_MEMORY;
     if (!st) {
         ff_clusters_centred(p, n, n_samples, sums, mean);
         for (size_t b = 0; b < runs; b++) {
             double *to = share + 2 * (cluster ? cluster[b * length] : b * n_clusters / runs) * P;
-            if (arrow) ff_arrow_apply(arrow, sums + b * P, of_run);
+            ff_information_influence(info, n, sums + b * P, of_run);
             for (size_t k = 0; k < P; k++) {
-                double influence = arrow ? of_run[k] : 0;
-                for (size_t q = 0; q < P && !arrow; q++) influence += inverse[k * P + q] * sums[b * P + q];
-                to[2 * k] += influence * influence;
-                to[2 * k + 1] += influence * influence * influence * influence;
+                const double square = of_run[k] * of_run[k];
+                to[2 * k] += square;
+                to[2 * k + 1] += square * square;
             }
         }
         for (size_t k = 0; k < P; k++) {

@@ -1,7 +1,7 @@
 /* What the Jacobian at the optimum says of each parameter: its 95 % interval, and how well the parameters can be told from each
  * other. */
-#include "fit/internal_fit.h"
 #include "base/internal_statistics.h"
+#include "internal_errors.h"
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -34,45 +34,43 @@ void ff_interval_from_bound(const ff_param *info, double slope, double inverse, 
 }
 
 /* Parameters on a bound: the objective rises from there by its slope and, all others following, its curvature. */
-static ff_status fill_one_sided(const ff_layout *l, const struct ff_problem *p, const ff_normal *n, const int *at_bound,
-                                ff_fit_result *r)
+static ff_status fill_one_sided(const ff_plan *plan, const ff_point *at, ff_fit_result *r)
 {
-    const size_t P = l->P;
-    ff_uncertainty u;
-    int *use = malloc((P + 1) * sizeof *use);
-    double *H = malloc((P * P + P + 1) * sizeof *H), *g = H + P * P;
-    ff_status st = use && H ? FF_OK : FF_ERR_MEMORY;
-    for (size_t k = 0; k < P && !st; k++) use[k] = 1;
-    if (!st) st = ff_uncertainty_new(l, p, n, use, p->n, &u);
+    const ff_layout *l = &plan->l;
+    ff_information *info = NULL;
+    ff_gram g;
+    double *slope = malloc((l->P + 1) * sizeof *slope);
+    ff_status st = slope ? ff_information_of_all(plan, at, &info) : FF_ERR_MEMORY;
+    if (!st) st = ff_gram_new(l, &g);
     if (!st) {
-        ff_normal_assemble(l, n, NULL, H, g);
-        for (size_t k = 0; k < P; k++) {
-            const double inverse = u.inverse[k * P + k], cov = u.cov[k * P + k];
-            if (!at_bound[k]) continue;
-            const double t = ff_student_quantile(0.9, u.dof[k]);
-            ff_fit_value *v = ff_result_value(l, r, k);
-            ff_interval_from_bound(ff_layout_param(l, k, NULL)->info, g[k], u.determined[k] ? inverse : 0,
-                                   0.5 * t * t * (u.determined[k] && inverse > 0 ? cov / inverse : INFINITY), v);
-        }
-        ff_uncertainty_free(&u);
+        ff_gram_fill(l, &at->normal, NULL, &g);
+        ff_gram_gradient(&g, slope);
+        ff_gram_free(&g);
     }
-    free(use);
-    free(H);
+    for (size_t k = 0; k < l->P && !st; k++) {
+        if (!at->at_bound[k] || ff_layout_is_fixed(l, k)) continue;
+        const double t = ff_student_quantile(0.9, info->dof[k]), inverse = info->inverse[k];
+        const int known = info->determined[k] && inverse > 0;
+        ff_interval_from_bound(ff_layout_param(l, k, NULL)->info, slope[k], known ? inverse : 0,
+                               0.5 * t * t * (known ? info->variance[k] / inverse : INFINITY), ff_result_value(l, r, k));
+    }
+    free(info);
+    free(slope);
     return st;
 }
 
-ff_status ff_intervals_fill(const ff_layout *l, const struct ff_problem *p, const ff_normal *n, const int *at_bound,
-                            const ff_uncertainty *u, ff_fit_result *r)
+ff_status ff_intervals_fill(const ff_plan *plan, const ff_point *at, ff_fit_result *r)
 {
+    const ff_layout *l = &plan->l;
     int any = 0;
     for (size_t k = 0; k < l->P; k++) {
         ff_fit_value *v = ff_result_value(l, r, k);
-        any |= at_bound[k];
+        any |= at->at_bound[k] && !ff_layout_is_fixed(l, k);
         if (isnan(v->std_error)) continue;
-        ff_interval_around(ff_layout_param(l, k, NULL)->info, ff_student_quantile(0.95, u->dof[k]) * v->std_error, FF_INTERVAL_WALD,
-                           v);
+        ff_interval_around(ff_layout_param(l, k, NULL)->info, ff_student_quantile(0.95, at->information->dof[k]) * v->std_error,
+                           FF_INTERVAL_WALD, v);
     }
-    return any ? fill_one_sided(l, p, n, at_bound, r) : FF_OK;
+    return any ? fill_one_sided(plan, at, r) : FF_OK;
 }
 
 /* ---- what can be told apart ------------------------------------------------------------------ */
@@ -84,14 +82,13 @@ ff_status ff_intervals_fill(const ff_layout *l, const struct ff_problem *p, cons
 /* Share that a parameter has in it at least to be named. */
 #define FF_SHARE 0.25
 
-static void name_flat_direction(const ff_layout *l, const struct ff_problem *p, const size_t *index, const double *V, size_t n,
-                                double value, ff_fit_result *r)
+static void name_flat_direction(const ff_plan *plan, const double *share, double value, ff_fit_result *r)
 {
     char names[150] = "", label[80];
     int count = 0;
-    for (size_t i = 0; i < n; i++) {
-        if (fabs(V[i * n]) < FF_SHARE) continue;
-        ff_result_label(l, p, index[i], label, sizeof label);
+    for (size_t k = 0; k < plan->l.P; k++) {
+        if (fabs(share[k]) < FF_SHARE) continue;
+        ff_result_label(&plan->l, plan->p, k, label, sizeof label);
         const size_t used = strlen(names);
         snprintf(names + used, sizeof names - used, "%s%s", count ? ", " : "", label);
         count++;
@@ -105,32 +102,12 @@ static void name_flat_direction(const ff_layout *l, const struct ff_problem *p, 
                    1 / sqrt(fmax(value, 1e-30)));
 }
 
-ff_status ff_condition_fill(const ff_layout *l, const struct ff_problem *p, const ff_normal *normal, const int *use,
-                            ff_fit_result *r)
+ff_status ff_condition_fill(const ff_plan *plan, const ff_point *at, ff_fit_result *r)
 {
-    const size_t P = l->P;
-    double *work = malloc((3 * P * P + 2 * P + 1) * sizeof *work), *H = work, *A = H + P * P, *V = A + P * P, *g = V + P * P,
-           *w = g + P;
-    size_t *index = malloc((P + 1) * sizeof *index), n = 0;
-    if (!work || !index) {
-        free(work);
-        free(index);
-        return FF_ERR_MEMORY;
-    }
-    ff_normal_assemble(l, normal, NULL, H, g);
-    for (size_t k = 0; k < P; k++)
-        if (use[k]) index[n++] = k;
-    for (size_t i = 0; i < n; i++)
-        for (size_t j = 0; j < n; j++) {
-            const double scale = sqrt(H[index[i] * P + index[i]]) * sqrt(H[index[j] * P + index[j]]);
-            A[i * n + j] = scale > 0 ? H[index[i] * P + index[j]] / scale : 0;
-        }
-    ff_symmetric_eigen(A, n, w, V);
-    r->rank = 0;
-    for (size_t i = 0; i < n; i++) r->rank += w[i] > FF_NOTHING;
-    r->condition = n == 0 ? 1 : w[0] > FF_NOTHING ? sqrt(w[n - 1] / w[0]) : INFINITY;
-    if (n > 1 && w[0] < FF_FLAT) name_flat_direction(l, p, index, V, n, w[0], r);
-    free(work);
-    free(index);
-    return FF_OK;
+    double *share = malloc((plan->l.P + 1) * sizeof *share), curvature = 1;
+    ff_status st = share ? ff_information_condition(plan, at, &r->rank, &r->condition) : FF_ERR_MEMORY;
+    if (!st && r->condition > 1 / sqrt(FF_FLAT)) st = ff_information_flattest(plan, at, &curvature, share);
+    if (!st && curvature < FF_FLAT) name_flat_direction(plan, share, curvature, r);
+    free(share);
+    return st;
 }

@@ -18,36 +18,34 @@
  * against its bound is held there, and let go when the gradient pulls it inside; a step of the solver that leaves the box ends on
  * its wall, which saves the line searches that bounds would cost. Converged is the same as in solve.c: the Newton decrement, here
  * the sum of what the channels gain by themselves and what the shape gains with the channels following. */
-#include "fit/errors/internal_arrow.h"
-#include "fit/pass/internal_loss.h"
-#include "internal_solve.h"
+#include "fit/losses/internal_loss.h"
+#include "internal_minimise.h"
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
 typedef struct solver {
-    const ff_layout *l;
-    const struct ff_problem *p;
-    const ff_fit_options *o;
-    int parallel, passes, iterations;
-    size_t S, K, tri; /* coordinates of the shape, of a channel; doubles of a channel's gram */
-    double shape[FF_MAX_SHAPE];
-    double *channel; /* [n_channels][n_channel]                                         */
+    const ff_plan *plan;
+    const ff_layout *l; /* the plan's                                                     */
+    const ff_effort *effort;
+    ff_point *at; /* its parameters are those of the last pass                      */
+    int passes, iterations;
+    size_t S, K; /* coordinates that all channels share, the shape; of a channel   */
     double *lower, *upper, *slope;
-    /* The last pass: where it was made [P], and what it left. have_last: it has not failed. */
+    /* The last pass: where it was made [P], and what it left, also in coordinates. have_last: it has not failed. */
     double *x;
     ff_normal normal;
+    ff_gram gram;
     int have_last;
-    /* The base, the point that steps are taken from: what its pass left, its grams in coordinates [n_channels][tri], and what is
-     * left of J^T J and J^T r for the shape. */
-    double *base, *gram;
+    /* The base, the point that steps are taken from: what its pass left, and what is left of J^T J and J^T r for the shape. */
+    double *base;
     ff_normal at_base;
-    double H[FF_MAX_SHAPE * FF_MAX_SHAPE], g[FF_MAX_SHAPE];
+    ff_gram base_gram;
+    double H[FF_MAX_SHARED * FF_MAX_SHARED], g[FF_MAX_SHARED];
     double gain;      /* of the channels with the shape at rest                         */
     double explained; /* of the moving shape with the channels following                */
-    double work[2 * FF_MAX_SHAPE * FF_MAX_SHAPE + FF_MAX_SHAPE];
-    size_t moving[FF_MAX_SHAPE], n_moving;
-    double tolerance;
+    double work[2 * FF_MAX_SHARED * FF_MAX_SHARED + FF_MAX_SHARED];
+    size_t moving[FF_MAX_SHARED], n_moving;
     double damping;   /* of the channels' steps; 0 where exact                          */
     double moved;     /* length of the last step, relative to that of the point         */
     int exact;        /* 1: the objective of the channels with the shape at rest is quadratic, or below its quadratic model */
@@ -61,13 +59,18 @@ static ff_status pass_here(solver *s)
 {
     const ff_layout *l = s->l;
     ff_pass pass;
-    if (ff_fit_cancelled(s->o)) return FF_ERR_CANCELLED;
-    ff_layout_unpack(l, s->x, s->shape, s->channel);
-    ff_status st = ff_layout_pass(l, s->p, s->o, s->shape, s->channel, &pass);
+    if (ff_plan_cancelled(s->plan)) return FF_ERR_CANCELLED;
+    ff_layout_unpack(l, s->x, s->at->shape, s->at->channel);
+    ff_status st = ff_plan_pass(s->plan, s->at->shape, s->at->channel, &pass);
     if (st) return st;
     s->passes++;
-    st = ff_pass_run(&pass, s->parallel, &s->normal);
+    s->have_last = 0;
+    st = ff_pass_run(&pass, s->effort->parallel, &s->normal);
     ff_pass_free(&pass);
+    if (st) return st;
+    ff_layout_slope(l, s->at->shape, s->at->channel, s->slope);
+    ff_gram_fill(l, &s->normal, s->slope, &s->gram);
+    st = ff_penalties_add(s->plan, s->effort->parallel, s->at->shape, s->at->channel, s->slope, &s->gram);
     s->have_last = !st;
     return st;
 }
@@ -87,7 +90,7 @@ static double reach(const solver *s, size_t k, double distance)
 static double channel_step(const solver *s, size_t c, const double *ds, double damping, double *step, int *limited)
 {
     const size_t S = s->S, K = s->K, m = S + K;
-    const double *G = s->gram + c * s->tri;
+    const double *G = s->base_gram.local + c * s->base_gram.tri;
     double small[(FF_MAX_CHANNEL_PARAMS + 1) * (FF_MAX_CHANNEL_PARAMS + 2) / 2], lo[FF_MAX_CHANNEL_PARAMS] = {0},
                                                                                  hi[FF_MAX_CHANNEL_PARAMS] = {0};
     for (size_t a = 0; a < K; a++) {
@@ -125,31 +128,14 @@ static double stepped(const solver *s, size_t k, double step)
 
 /* ---- the base -------------------------------------------------------------------------------- */
 
-/* The grams of the base in coordinates. */
-static void scale_grams(solver *s)
-{
-    const size_t S = s->S, K = s->K;
-    ff_layout_slope(s->l, s->shape, s->channel, s->slope);
-    for (size_t c = 0; c < s->l->n_channels; c++) {
-        const double *from = s->at_base.gram + c * s->tri;
-        double *to = s->gram + c * s->tri;
-        for (size_t a = 0; a <= S + K; a++)
-            for (size_t b = 0; b <= a; b++) {
-                const double by_a = a < S ? s->slope[a] : a < S + K ? s->slope[a + c * K] : 1;
-                const double by_b = b < S ? s->slope[b] : b < S + K ? s->slope[b + c * K] : 1;
-                to[ff_tri(a, b)] = by_a * by_b * from[ff_tri(a, b)];
-            }
-    }
-}
-
 /* Adds channel c to the reduced H and g: its part of the shape's, less what its own free coordinates take up. */
 static void eliminate(solver *s, size_t c, double damping)
 {
     const size_t S = s->S, K = s->K, m = S + K;
-    const double *G = s->gram + c * s->tri;
-    static const double at_rest[FF_MAX_SHAPE];
-    double step[FF_MAX_CHANNEL_PARAMS], A[FF_MAX_CHANNEL_PARAMS * FF_MAX_CHANNEL_PARAMS], B[FF_MAX_CHANNEL_PARAMS * FF_MAX_SHAPE],
-        X[FF_MAX_CHANNEL_PARAMS * FF_MAX_SHAPE];
+    const double *G = s->base_gram.local + c * s->base_gram.tri;
+    static const double at_rest[FF_MAX_SHARED];
+    double step[FF_MAX_CHANNEL_PARAMS], A[FF_MAX_CHANNEL_PARAMS * FF_MAX_CHANNEL_PARAMS], B[FF_MAX_CHANNEL_PARAMS * FF_MAX_SHARED],
+        X[FF_MAX_CHANNEL_PARAMS * FF_MAX_SHARED];
     size_t in[FF_MAX_CHANNEL_PARAMS], n = 0;
     int limited[FF_MAX_CHANNEL_PARAMS];
     s->gain += channel_step(s, c, at_rest, damping, step, limited);
@@ -183,9 +169,9 @@ static void reduce(solver *s, double damping)
 /* What there is to gain at the base, and the reduced H and g that the next steps are to have. */
 static void look_around(solver *s)
 {
-    double residual[FF_MAX_SHAPE + 1];
+    double residual[FF_MAX_SHARED + 1];
     reduce(s, 0);
-    s->explained = ff_compress(s->H, s->g, s->S, s->moving, s->n_moving, s->at_base.cost2, s->work, residual, NULL);
+    s->explained = ff_compress(s->H, s->g, s->S, s->moving, s->n_moving, s->base_gram.cost2, s->work, residual, NULL);
     if (s->damping > 0) {
         const double gain = s->gain;
         reduce(s, s->damping);
@@ -196,12 +182,14 @@ static void look_around(solver *s)
 /* The last pass becomes what steps are taken from. */
 static void make_base(solver *s)
 {
-    const ff_normal before = s->at_base;
+    const ff_normal normal = s->at_base;
+    const ff_gram gram = s->base_gram;
     s->at_base = s->normal;
-    s->normal = before; /* its memory serves the next pass */
+    s->base_gram = s->gram;
+    s->normal = normal; /* its memory serves the next pass */
+    s->gram = gram;
     s->have_last = 0;
     memcpy(s->base, s->x, s->l->P * sizeof *s->x);
-    scale_grams(s);
     look_around(s);
 }
 
@@ -209,7 +197,7 @@ static void make_base(solver *s)
 static ff_status try_shape(solver *s, const double *t)
 {
     const size_t S = s->S, K = s->K;
-    double ds[FF_MAX_SHAPE], step[FF_MAX_CHANNEL_PARAMS], step2 = 0, at2 = 0;
+    double ds[FF_MAX_SHARED], step[FF_MAX_CHANNEL_PARAMS], step2 = 0, at2 = 0;
     int limited[FF_MAX_CHANNEL_PARAMS];
     for (size_t k = 0; k < S; k++) {
         ds[k] = t[k] - s->base[k];
@@ -226,7 +214,7 @@ static ff_status try_shape(solver *s, const double *t)
     s->moved = sqrt(step2) / (sqrt(at2) + 1e-300);
     const ff_status st = pass_here(s);
     if (s->exact) return st;
-    if (st || s->normal.cost2 > s->at_base.cost2)
+    if (st || s->gram.cost2 > s->base_gram.cost2)
         s->damping = fmax(4 * s->damping, 1e-3);
     else
         s->damping = s->damping > 1e-4 ? s->damping / 3 : 0;
@@ -240,7 +228,7 @@ static ff_status try_shape(solver *s, const double *t)
 static ff_status evaluate(void *context, const double *x, double *residual, double *jacobian)
 {
     solver *s = context;
-    double t[FF_MAX_SHAPE];
+    double t[FF_MAX_SHARED];
     int outside = 0;
     memcpy(t, s->base, s->S * sizeof *t);
     for (size_t i = 0; i < s->n_moving; i++) {
@@ -258,30 +246,35 @@ static ff_status evaluate(void *context, const double *x, double *residual, doub
     }
     if (!jacobian) { /* the cost is all that is asked for */
         memset(residual, 0, s->n_moving * sizeof *residual);
-        residual[s->n_moving] = sqrt(fmax(at_base ? s->at_base.cost2 : s->normal.cost2, 0));
+        residual[s->n_moving] = sqrt(fmax(at_base ? s->base_gram.cost2 : s->gram.cost2, 0));
         return FF_OK;
     }
     if (!at_base) make_base(s);
     s->at_wall = outside;
-    ff_compress(s->H, s->g, s->S, s->moving, s->n_moving, s->at_base.cost2, s->work, residual, jacobian);
+    ff_compress(s->H, s->g, s->S, s->moving, s->n_moving, s->base_gram.cost2, s->work, residual, jacobian);
     return FF_OK;
+}
+
+static void tell(const solver *s, int iteration, double cost)
+{
+    if (s->plan->progress && s->effort->parallel) s->plan->progress(s->plan->progress_context, iteration, cost);
 }
 
 static int iterated(void *context, int iteration, double cost)
 {
     solver *s = context;
-    if (s->o->progress && s->parallel) s->o->progress(s->o->progress_context, s->iterations + iteration, cost);
-    if (ff_fit_cancelled(s->o)) return -1;
+    tell(s, s->iterations + iteration, cost);
+    if (ff_plan_cancelled(s->plan)) return -1;
     if (s->at_wall) return 1;
-    const int here = fabs(0.5 * s->at_base.cost2 - cost) <= 1e-12 * cost;
-    return here && s->explained + s->gain <= s->tolerance * s->at_base.cost2;
+    const int here = fabs(0.5 * s->base_gram.cost2 - cost) <= 1e-12 * cost;
+    return here && s->explained + s->gain <= s->effort->tolerance * s->base_gram.cost2;
 }
 
 /* ---- moves ----------------------------------------------------------------------------------- */
 
 static ff_status run_solver(solver *s, int max_iterations, ff_outcome *outcome, ff_error *err)
 {
-    double x[FF_MAX_SHAPE], lower[FF_MAX_SHAPE], upper[FF_MAX_SHAPE];
+    double x[FF_MAX_SHARED], lower[FF_MAX_SHARED], upper[FF_MAX_SHARED];
     for (size_t i = 0; i < s->n_moving; i++) {
         x[i] = s->base[s->moving[i]];
         lower[i] = -INFINITY;
@@ -294,8 +287,8 @@ static ff_status run_solver(solver *s, int max_iterations, ff_outcome *outcome, 
                                       .iterated = iterated,
                                       .context = s,
                                       .max_iterations = max_iterations,
-                                      .function_tolerance = s->tolerance,
-                                      .parameter_tolerance = sqrt(s->tolerance) * 1e-2};
+                                      .function_tolerance = s->effort->tolerance,
+                                      .parameter_tolerance = sqrt(s->effort->tolerance) * 1e-2};
     ff_ceres_summary summary;
     s->status = FF_OK;
     const ff_status st = ff_ceres_solve(&problem, x, &summary, err);
@@ -309,10 +302,10 @@ static ff_status run_solver(solver *s, int max_iterations, ff_outcome *outcome, 
 /* Steps of the channels alone, until they can gain no more. Where no coordinate of the shape moves that is the whole problem. */
 static ff_status settle_channels(solver *s, int max_iterations, ff_outcome *outcome)
 {
-    double t[FF_MAX_SHAPE];
+    double t[FF_MAX_SHARED];
     memcpy(t, s->base, s->S * sizeof *t);
-    for (int step = 0; s->gain > s->tolerance * s->at_base.cost2; step++) {
-        const double before = s->at_base.cost2;
+    for (int step = 0; s->gain > s->effort->tolerance * s->base_gram.cost2; step++) {
+        const double before = s->base_gram.cost2;
         if (step >= max_iterations || s->damping > 1e12) {
             *outcome = step >= max_iterations ? FF_LIMIT : FF_STALLED;
             break;
@@ -320,11 +313,11 @@ static ff_status settle_channels(solver *s, int max_iterations, ff_outcome *outc
         const ff_status st = try_shape(s, t);
         if (st && st != FF_ERR_INTERNAL) return st; /* a sum that is not finite is a step too far */
         s->iterations++;
-        const int lower = !st && s->normal.cost2 < before;
-        const int over = s->exact || s->moved <= 1e-2 * sqrt(s->tolerance); /* what is left is rounding */
+        const int lower = !st && s->gram.cost2 < before;
+        const int over = s->exact || s->moved <= 1e-2 * sqrt(s->effort->tolerance); /* what is left is rounding */
         if (lower) make_base(s);
-        if (s->o->progress && s->parallel) s->o->progress(s->o->progress_context, s->iterations, 0.5 * s->at_base.cost2);
-        if (lower ? s->at_base.cost2 >= before * (1 - s->tolerance) : over) break;
+        tell(s, s->iterations, 0.5 * s->base_gram.cost2);
+        if (lower ? s->base_gram.cost2 >= before * (1 - s->effort->tolerance) : over) break;
     }
     return FF_OK;
 }
@@ -339,7 +332,7 @@ static int bound_of(const solver *s, size_t k)
 
 static int pulls_inside(const solver *s, size_t k, int bound)
 {
-    const double noise = 1e-9 * sqrt(fmax(s->H[k * s->S + k] * s->at_base.cost2, 0));
+    const double noise = 1e-9 * sqrt(fmax(s->H[k * s->S + k] * s->base_gram.cost2, 0));
     return bound * s->g[k] > noise;
 }
 
@@ -370,7 +363,7 @@ static ff_status solve_moving(solver *s, const int *held, int max_iterations, ff
     ff_status st = FF_OK;
     if (s->n_moving > 0) st = run_solver(s, max_iterations, outcome, err);
     /* a last step that gained too little to be accepted is made all the same */
-    if (!st && s->have_last && s->normal.cost2 < s->at_base.cost2) make_base(s);
+    if (!st && s->have_last && s->gram.cost2 < s->base_gram.cost2) make_base(s);
     const int left = max_iterations - (s->iterations - before);
     if (!st && *outcome != FF_LIMIT && !s->at_wall) st = settle_channels(s, left > 0 ? left : 0, outcome);
     return st;
@@ -382,79 +375,79 @@ static void solver_free(solver *s)
 {
     ff_normal_free(&s->normal);
     ff_normal_free(&s->at_base);
+    ff_gram_free(&s->gram);
+    ff_gram_free(&s->base_gram);
     free(s->x);
-    free(s->channel);
     free(s);
 }
 
-static solver *solver_new(const ff_layout *l, const struct ff_problem *p, const ff_fit_options *o, int parallel)
+static solver *solver_new(const ff_plan *plan, const ff_effort *effort, ff_point *at)
 {
-    const size_t P = l->P, C = l->n_channels;
+    const ff_layout *l = &plan->l;
+    const size_t P = l->P;
     solver *s = calloc(1, sizeof *s);
     if (!s) return NULL;
-    s->l = l, s->p = p, s->o = o, s->parallel = parallel;
-    s->S = l->free.n_shape, s->K = l->free.n_channel;
-    const size_t m1 = s->S + s->K + 1;
-    s->tri = m1 * (m1 + 1) / 2;
-    s->exact = l->linear && !l->scaled && (p->surrogate || !ff_loss_is_curved(p->loss));
-    s->x = calloc(5 * P + C * s->tri + 1, sizeof *s->x);
-    s->channel = calloc(C * l->m->n_channel + 1, sizeof *s->channel);
-    if (!s->x || !s->channel || ff_normal_new(l, &s->normal) || ff_normal_new(l, &s->at_base)) {
+    s->plan = plan, s->l = l, s->effort = effort, s->at = at;
+    s->S = l->n_shared, s->K = l->n_own;
+    s->exact = l->linear && !l->scaled && !plan->penalties && (plan->p->surrogate || !ff_loss_is_curved(plan->p->loss));
+    s->x = calloc(5 * P + 1, sizeof *s->x);
+    if (!s->x || ff_layout_normal(l, &s->normal) || ff_layout_normal(l, &s->at_base) || ff_gram_new(l, &s->gram) ||
+        ff_gram_new(l, &s->base_gram)) {
         solver_free(s);
         return NULL;
     }
     double **const vectors[] = {&s->lower, &s->upper, &s->slope, &s->base}, *next = s->x + P;
     for (size_t k = 0; k < sizeof vectors / sizeof *vectors; k++, next += P) *vectors[k] = next;
-    s->gram = next;
-    ff_solve_bounds(l, s->lower, s->upper);
+    ff_layout_bounds(l, s->lower, s->upper);
+    ff_layout_pack(l, at->shape, at->channel, s->x);
+    for (size_t k = 0; k < P; k++) s->x[k] = fmin(fmax(s->x[k], s->lower[k]), s->upper[k]);
     return s;
 }
 
 /* From s->x to the optimum. */
-static ff_status minimise(solver *s, int max_iterations, ff_outcome *outcome, ff_error *err)
+static ff_status minimise(solver *s, ff_error *err)
 {
-    int held[FF_MAX_SHAPE] = {0}, releases[FF_MAX_SHAPE] = {0}, more;
+    const int most = s->effort->max_iterations;
+    int held[FF_MAX_SHARED] = {0}, releases[FF_MAX_SHARED] = {0}, more;
+    ff_outcome outcome = FF_CONVERGED;
     ff_status st = pass_here(s);
     if (st) return st;
     make_base(s);
     update_held(s, held, releases);
     do {
-        const double before = s->at_base.cost2;
-        const int left = max_iterations - s->iterations;
-        st = solve_moving(s, held, left > 0 ? left : 0, outcome, err);
+        const double before = s->base_gram.cost2;
+        const int left = most - s->iterations;
+        st = solve_moving(s, held, left > 0 ? left : 0, &outcome, err);
         /* the solver also ends when its steps are small, which says nothing of the channels */
-        more = !st && s->explained + s->gain > s->tolerance * s->at_base.cost2 && s->at_base.cost2 < before * (1 - s->tolerance);
+        more = !st && s->explained + s->gain > s->effort->tolerance * s->base_gram.cost2 &&
+               s->base_gram.cost2 < before * (1 - s->effort->tolerance);
         if (!st) more |= update_held(s, held, releases);
-    } while (!st && *outcome == FF_CONVERGED && s->iterations < max_iterations && more);
+    } while (!st && outcome == FF_CONVERGED && s->iterations < most && more);
+    s->at->outcome = outcome;
     return st;
 }
 
-ff_status ff_solve_projected(const ff_layout *l, const struct ff_problem *p, const ff_fit_options *o, int parallel, int keep,
-                             double tolerance, int max_iterations, double *shape, double *channel, int *at_bound, ff_solution *out,
-                             ff_error *err)
+/* What the point is told of its new place. */
+static void arrive(solver *s)
 {
-    solver *s = solver_new(l, p, o, parallel);
+    ff_point *at = s->at;
+    ff_layout_unpack(s->l, s->base, at->shape, at->channel);
+    for (size_t k = 0; k < s->l->P; k++) at->at_bound[k] = bound_of(s, k);
+    at->iterations += s->iterations;
+    at->passes += s->passes;
+    at->cost2 = s->base_gram.cost2;
+    if (!s->effort->speculate) return;
+    at->normal = s->at_base; /* the sums that the uncertainty starts from */
+    s->at_base = (ff_normal){0};
+}
+
+ff_status ff_solve_projected(const ff_plan *plan, const ff_effort *effort, ff_point *at, ff_error *err)
+{
+    solver *s = solver_new(plan, effort, at);
     if (!s) return ff_error_set(err, FF_ERR_MEMORY, NULL, 0, -1, "out of memory");
-    ff_outcome outcome = FF_CONVERGED;
-    s->tolerance = tolerance;
-    memcpy(s->shape, shape, l->m->n_shape * sizeof *shape);
-    memcpy(s->channel, channel, l->n_channels * l->m->n_channel * sizeof *channel);
-    ff_layout_pack(l, shape, channel, s->x);
-    for (size_t k = 0; k < l->P; k++) s->x[k] = fmin(fmax(s->x[k], s->lower[k]), s->upper[k]);
-    const ff_status st = minimise(s, max_iterations, &outcome, err);
-    if (st == FF_ERR_CANCELLED)
-        ff_error_set(err, st, NULL, 0, -1, "cancelled");
-    else if (st)
-        ff_error_set(err, st, NULL, 0, -1, "a pass over the samples failed: %s", ff_status_str(st));
-    if (!st) {
-        ff_layout_unpack(l, s->base, shape, channel);
-        for (size_t k = 0; k < l->P; k++) at_bound[k] = bound_of(s, k);
-        *out = (ff_solution){.outcome = outcome, .iterations = s->iterations, .passes = s->passes, .cost2 = s->at_base.cost2};
-        if (keep) { /* the sums that the uncertainty starts from */
-            out->normal = s->at_base;
-            s->at_base = (ff_normal){0};
-        }
-    }
+    const ff_status st = minimise(s, err);
+    (void)ff_solve_failed(st, err);
+    if (!st) arrive(s);
     solver_free(s);
     return st;
 }

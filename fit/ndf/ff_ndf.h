@@ -101,7 +101,7 @@ typedef struct ff_ndf_result {
 /** Retrieves D from the samples of p. FF_ERR_DATA (too few samples or half vectors, no specular peak), FF_ERR_RANGE,
  *  FF_ERR_UNSUPPORTED (a robust loss; a problem made for other models or another shape), FF_ERR_CANCELLED, FF_ERR_MEMORY.
  *  *out is written only on FF_OK; release it with ff_ndf_result_free. */
-ff_status ff_ndf_retrieve(ff_problem *p, const ff_ndf_options *o, ff_ndf_result *out, ff_error *err);
+ff_status ff_ndf_retrieve(const ff_problem *p, const ff_ndf_options *o, ff_ndf_result *out, ff_error *err);
 void ff_ndf_result_free(ff_ndf_result *r);
 
 #ifdef __cplusplus

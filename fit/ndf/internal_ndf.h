@@ -7,7 +7,7 @@
 #ifndef FF_INTERNAL_NDF_H
 #define FF_INTERNAL_NDF_H
 #include "ff_ndf.h"
-#include "fit/internal_fit.h"
+#include "fit/problem/internal_problem.h"
 
 /* ---- the curve ------------------------------------------------------------------------------- */
 

@@ -86,7 +86,7 @@ static int is_scaled(const ff_fit_result *r)
     return 0;
 }
 
-static ff_status fit_one(struct ff_problem *p, const ff_model *m, const ff_fit_options *o, ff_fit_result *out, ff_error *err)
+static ff_status fit_one(const struct ff_problem *p, const ff_model *m, const ff_fit_options *o, ff_fit_result *out, ff_error *err)
 {
     const ff_status s = ff_problem_fit(p, m, o, out, err);
     if (s || out->outcome != FF_CANCELLED) return s;
@@ -95,7 +95,8 @@ static ff_status fit_one(struct ff_problem *p, const ff_model *m, const ff_fit_o
 }
 
 /* The three fits. Where the data ask for F0 > 1, all of them with F0 = 1 and a scale ks instead. */
-static ff_status fit_parametric(struct ff_problem *p, const ff_fit_options *o, ff_model *models, ff_ndf_result *r, ff_error *err)
+static ff_status fit_parametric(const struct ff_problem *p, const ff_fit_options *o, ff_model *models, ff_ndf_result *r,
+                                ff_error *err)
 {
     ff_fit_result *widest = &r->fit[FF_NDF_STUDENT_T];
     ff_status s = fit_one(p, &models[FF_NDF_STUDENT_T], o, widest, err);
@@ -116,7 +117,7 @@ static ff_status fit_parametric(struct ff_problem *p, const ff_fit_options *o, f
 }
 
 /* Is there a lobe at all? */
-static ff_status check_peak(struct ff_problem *p, const ff_fit_options *o, const ff_model *lambert, const ff_ndf_result *r,
+static ff_status check_peak(const struct ff_problem *p, const ff_fit_options *o, const ff_model *lambert, const ff_ndf_result *r,
                             ff_error *err)
 {
     ff_fit_result alone;
@@ -312,7 +313,7 @@ static ff_status approach_smooth(ff_ndf_fit *f, const struct ff_problem *p, doub
 
 /* ---- the retrieved distribution as a model --------------------------------------------------- */
 
-static ff_status fit_profile(struct ff_problem *p, const ff_fit_options *o, ff_model *m, ff_ndf_result *r, ff_error *err)
+static ff_status fit_profile(const struct ff_problem *p, const ff_fit_options *o, ff_model *m, ff_ndf_result *r, ff_error *err)
 {
     double *theta = malloc(2 * r->n_rows * sizeof *theta), *d = theta + r->n_rows;
     r->profile = malloc(sizeof *r->profile);
@@ -357,7 +358,7 @@ static ff_status refine(ff_ndf_fit *f, const struct ff_problem *p, const ff_ndf_
     return s ? s : ff_ndf_result_fill(f, p, o->monotone, r);
 }
 
-static ff_status retrieve(struct ff_problem *p, const ff_ndf_options *o, ff_ndf_result *r, ff_error *err)
+static ff_status retrieve(const struct ff_problem *p, const ff_ndf_options *o, ff_ndf_result *r, ff_error *err)
 {
     ff_model models[FF_NDF_MODELS];
     ff_curve curve = {.top = 0};
@@ -384,7 +385,7 @@ static ff_status retrieve(struct ff_problem *p, const ff_ndf_options *o, ff_ndf_
     return s ? failed(s, err) : fit_profile(p, &o->fit, &models[FF_NDF_TABULATED], r, err);
 }
 
-ff_status ff_ndf_retrieve(ff_problem *p, const ff_ndf_options *o, ff_ndf_result *out, ff_error *err)
+ff_status ff_ndf_retrieve(const ff_problem *p, const ff_ndf_options *o, ff_ndf_result *out, ff_error *err)
 {
     const double began = seconds();
     ff_ndf_result *r = calloc(1, sizeof *r);

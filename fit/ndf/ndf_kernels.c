@@ -4,7 +4,7 @@
  *   f = F P22 G K + kd / pi,  K = 1 / (4 iz oz hz^4),  P22 = e^psi hz^4 / A
  *
  * With S = P22 G K a raw column's d f is F S times its entry in the stencil of ln P22 or, through ln G, in those of Lambda. */
-#include "fit/pass/internal_loss.h"
+#include "fit/losses/internal_loss_block.h"
 #include "internal_ndf.h"
 #include "base/internal_vector_math.h"
 
@@ -126,31 +126,7 @@ static void row_of(const ff_ndf_place *at, const lobe_block *b, int i, lobe_row 
     }
 }
 
-/* ---- residuals ------------------------------------------------------------------------------- */
-
-/* r = w (g(f) - t) and j = dr / df, as in pass_kernels.c. */
-static void residuals(const struct ff_problem *p, size_t block, size_t c, const double *restrict x, const double *restrict f,
-                      double *restrict r, double *restrict j)
-{
-    const double *restrict w = ff_problem_plane(p, block, p->weight + p->weight_stride * (int)c);
-    const double *restrict t = ff_problem_plane(p, block, p->target + (int)c);
-    if (p->loss == FF_LOSS_LOG)
-        for (int i = 0; i < FF_BLOCK; i++) {
-            r[i] = w[i] * (ff_log1p(x[i] * f[i]) - t[i]);
-            j[i] = w[i] * x[i] * ff_recip(1 + x[i] * f[i]);
-        }
-    else if (p->loss == FF_LOSS_CUBE_ROOT)
-        for (int i = 0; i < FF_BLOCK; i++) {
-            const double u = x[i] * f[i], inv = ff_rcbrt(u * u + FF_CUBE_ROOT_E2), inv2 = inv * inv;
-            r[i] = w[i] * (u * inv - t[i]);
-            j[i] = w[i] * x[i] * (u * u * (1.0 / 3) + FF_CUBE_ROOT_E2) * inv2 * inv2;
-        }
-    else
-        for (int i = 0; i < FF_BLOCK; i++) {
-            r[i] = w[i] * (f[i] - t[i]);
-            j[i] = w[i];
-        }
-}
+/* ---- channels -------------------------------------------------------------------------------- */
 
 /* Sums over the channels: what the lobe's outer product and its gradient are multiplied by. */
 typedef struct channel_sums {
@@ -161,13 +137,16 @@ typedef struct channel_sums {
 static void block_channel(const ff_ndf_place *at, size_t block, size_t c, const double *x, const lobe_block *b, channel_sums *all,
                           ff_ndf_channel_planes *of, ff_ndf_sums *sums)
 {
+    const struct ff_problem *p = at->p;
+    const ff_loss_planes l = {ff_problem_plane(p, block, p->weight + p->weight_stride * (int)c),
+                              ff_problem_plane(p, block, p->target + (int)c), x};
     const double a = at->channel[2 * c], kd = at->channel[2 * c + 1] * (1 / FF_PI);
     double F[FF_BLOCK], f[FF_BLOCK], r[FF_BLOCK], j[FF_BLOCK], cost2 = 0, aa = 0, ad = 0, dd = 0, ga = 0, gd = 0;
     for (int i = 0; i < FF_BLOCK; i++) {
         F[i] = a + (1 - a) * b->m[i];
         f[i] = F[i] * b->S[i] + kd;
     }
-    residuals(at->p, block, c, x, f, r, j);
+    ff_loss_residuals(p->loss, p->surrogate, &l, f, r, j);
     for (int i = 0; i < FF_BLOCK; i++) {
         const double ja = j[i] * b->S[i] * (1 - b->m[i]), jd = j[i] * (1 / FF_PI), jl = j[i] * b->S[i] * F[i];
         of->a_score[i] = ja * r[i];

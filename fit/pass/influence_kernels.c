@@ -1,14 +1,14 @@
-/* One pass over a range of blocks that sums what the uncertainty of many channels is made of: internal_arrow.h has the formulas.
+/* One pass over a range of blocks that sums what the uncertainty of many channels is made of: errors/arrowhead.c has the formulas.
  * Compiled once per instruction set. The scores of a block are kept, since the influences on the channels need those on the
  * shape, and these all channels. */
-#include "fit/errors/internal_arrow.h"
 #include "internal_block.h"
+#include "internal_influence.h"
 
 typedef struct __attribute__((aligned(64))) block_scratch {
     ff_block model;
     double f[FF_BLOCK], r[FF_BLOCK], j[FF_BLOCK], x[FF_BLOCK];
-    double column[FF_MAX_COLUMNS][FF_BLOCK];
-    double on_shape[FF_MAX_SHAPE][FF_BLOCK], on_channel[FF_MAX_CHANNEL_PARAMS][FF_BLOCK];
+    double column[FF_MAX_COLUMNS][FF_BLOCK], local[FF_MAX_COLUMNS][FF_BLOCK];
+    double on_shape[FF_MAX_SHARED][FF_BLOCK], on_channel[FF_MAX_CHANNEL_PARAMS][FF_BLOCK];
 } block_scratch;
 
 /* out += factor * v */
@@ -25,20 +25,24 @@ static void add_product(const double *restrict a, const double *restrict b, doub
     *(v8 *)lanes = sum;
 }
 
-/* Adds channel c to the shape's scores [S] and keeps its own [K]; squares [P][8]. */
+/* Adds channel c to the shape's scores [S] and keeps its own [K]; squares [P][8] of the scores of single values. Columns of one
+ * parameter are added up. */
 static void channel_scores(const ff_arrow *a, size_t c, block_scratch *s, double (*restrict shape)[FF_BLOCK],
                            double (*restrict own)[FF_BLOCK], double *squares)
 {
+    memset(s->local, 0, (a->S + a->K) * sizeof *s->local);
+    for (size_t k = 0; k < a->n_columns; k++) {
+        const size_t at = a->place[k];
+        const double *restrict column = s->column[k], scale = a->scale[at < a->S ? at : at + c * a->K];
+        double *restrict score = s->local[at];
+        for (int i = 0; i < FF_BLOCK; i++) score[i] += scale * column[i] * s->r[i];
+    }
     for (size_t k = 0; k < a->S + a->K; k++) {
-        const size_t of = k < a->S ? k : k + c * a->K;
-        const double *restrict column = s->column[k], scale = a->scale[of];
-        double *restrict score = s->j; /* no more needed */
-        for (int i = 0; i < FF_BLOCK; i++) score[i] = scale * column[i] * s->r[i];
-        add_product(score, score, squares + of * 8);
+        add_product(s->local[k], s->local[k], squares + (k < a->S ? k : k + c * a->K) * 8);
         if (k < a->S)
-            add_scaled(1, score, shape[k]);
+            add_scaled(1, s->local[k], shape[k]);
         else
-            memcpy(own[k - a->S], score, sizeof *own);
+            memcpy(own[k - a->S], s->local[k], sizeof *own);
     }
 }
 

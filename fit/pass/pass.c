@@ -1,5 +1,5 @@
 /* A pass over all samples: chunks of blocks are shared out, summed in lanes, and merged in their order. */
-#include "fit/internal_fit.h"
+#include "internal_pass.h"
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -17,12 +17,11 @@ ff_pass_chunk_fn ff_pass_chunk_get(ff_isa isa)
     return ff_isa_available(isa) ? FF_ISA_PICK(isa, ff_pass_chunk) : NULL;
 }
 
-ff_status ff_normal_new(const ff_layout *l, ff_normal *out)
+ff_status ff_normal_new(size_t n_shape, size_t n_channel, size_t n_channels, int diagonal, ff_normal *out)
 {
-    const size_t n_channels = l->n_channels;
-    ff_normal n = {.m1 = l->free.n_shape + l->free.n_channel + 1, .P = l->n_columns, .n_channels = n_channels};
+    ff_normal n = {.m1 = n_shape + n_channel + 1, .P = n_shape + n_channels * n_channel, .n_channels = n_channels};
     n.gram = calloc(n_channels * (n.m1 * (n.m1 + 1) / 2), sizeof *n.gram);
-    n.meat = calloc(l->arrow ? n.P + 1 : n.P * (n.P + 1) / 2 + 1, sizeof *n.meat);
+    n.meat = calloc(diagonal ? n.P + 1 : n.P * (n.P + 1) / 2 + 1, sizeof *n.meat);
     n.own = calloc(n.P + 1, sizeof *n.own);
     if (!n.gram || !n.meat || !n.own) {
         ff_normal_free(&n);

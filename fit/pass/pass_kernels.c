@@ -121,20 +121,21 @@ static void sum_runs(size_t P, size_t length, const double *restrict score, doub
     }
 }
 
-static void channel_block(const ff_pass *pass, size_t block, size_t c, const ff_geometry *g, block_scratch *s,
+/* x: the cosines, NULL where they are not needed. */
+static void channel_block(const ff_pass *pass, size_t block, size_t c, const ff_geometry *g, const double *x, block_scratch *s,
                           const ff_chunk_sums *sums)
 {
     const ff_prepared *prepared = &pass->prepared;
     const struct ff_problem *p = pass->p;
     const uint32_t n_shape = prepared->wanted.n_shape, n_channel = prepared->wanted.n_channel;
     prepared->kernels->block_value(prepared, g, FF_BLOCK, c, &s->model, s->f);
-    residuals(pass, block, c, s->x, s->f, s->r, s->j, sums->cost2);
+    residuals(pass, block, c, x, s->f, s->r, s->j, sums->cost2);
     prepared->kernels->block_columns(prepared, FF_BLOCK, c, s->j, &s->model, s->column);
     const size_t n = n_shape + n_channel, m1 = n + 1;
     memcpy(s->column[n], s->r, sizeof s->r);
     gram(m1, s->column, sums->gram + c * (m1 * (m1 + 1) / 2) * 8);
     if (!pass->final) return;
-    statistics(s->f, ff_problem_plane(p, block, p->value + (int)c), s->x, ff_problem_plane(p, block, p->sample_weight), sums->stat);
+    statistics(s->f, ff_problem_plane(p, block, p->value + (int)c), x, ff_problem_plane(p, block, p->sample_weight), sums->stat);
     for (uint32_t k = 0; pass->errors && k < n; k++) {
         const size_t of = k < n_shape ? k : k + c * n_channel;
         add_score(s->column[k], s->r, sums->score + of * FF_BLOCK, sums->own + of * 8);
@@ -148,7 +149,7 @@ void FF_ISA_NAME(ff_pass_chunk)(const ff_pass *pass, size_t first, size_t n_bloc
     const ff_prepared *prepared = &pass->prepared;
     const size_t P = prepared->wanted.n_shape + p->n_channels * prepared->wanted.n_channel;
     const int errors = pass->final && pass->errors;
-    const int needs_x = pass->final || (!p->surrogate && (p->loss == FF_LOSS_LOG || p->loss == FF_LOSS_CUBE_ROOT));
+    const int needs_x = pass->final || (!p->surrogate && FF_ISA_NAME(ff_losses)[p->loss]->reads_cosine);
     block_scratch s;
     for (size_t block = first; block < first + n_blocks; block++) {
         ff_geometry g;
@@ -156,7 +157,7 @@ void FF_ISA_NAME(ff_pass_chunk)(const ff_pass *pass, size_t first, size_t n_bloc
         if (needs_x) cosines(&g, s.x);
         prepared->kernels->block_shape(prepared, &g, FF_BLOCK, &s.model);
         if (errors) memset(sums->score, 0, P * FF_BLOCK * sizeof(double));
-        for (size_t c = 0; c < p->n_channels; c++) channel_block(pass, block, c, &g, &s, sums);
+        for (size_t c = 0; c < p->n_channels; c++) channel_block(pass, block, c, &g, needs_x ? s.x : NULL, &s, sums);
         if (!errors || !P) continue;
         gram(P, (double(*)[FF_BLOCK])sums->score, sums->meat);
         const size_t length = ff_run_length(p);

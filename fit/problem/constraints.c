@@ -1,5 +1,5 @@
 /* What the caller knows of the parameters, by name, in terms of a model: bounds, and which parameters are equal. */
-#include "fit/internal_fit.h"
+#include "internal_problem.h"
 #include <math.h>
 #include <string.h>
 
@@ -40,11 +40,54 @@ static ff_status share_bounds(ff_model_param *a, ff_model_param *b, ff_error *er
     return FF_OK;
 }
 
+/* A value or a bound of its channels is one of a parameter that has such. */
+static ff_status check_per_channel(const ff_model *m, const char *name, ff_error *err)
+{
+    const int at = ff_model_param_find(m, name);
+    if (at < 0 && at != FF_PARAM_NONE) return FF_OK;
+    return ff_error_set(err, FF_ERR_UNSUPPORTED, NULL, 0, -1, "%s has one value for all channels", name);
+}
+
+/* Holds m where every channel is held, and nothing where that is one of them. All values have to lie in the box and in the bounds.
+ */
+static ff_status apply_fixed(const ff_constraints *c, ff_model *m, ff_error *err)
+{
+    ff_status s = FF_OK;
+    for (size_t i = 0; i < c->n_fixed && !s; i++) {
+        const ff_fixed *f = &c->fixed[i];
+        const int known = ff_model_param_find(m, f->name) != FF_PARAM_NONE;
+        if (!known && c->where_present) continue;
+        ff_model one = *m;
+        for (size_t k = f->n; k-- > 0 && !s;) s = ff_model_hold(&one, f->name, f->value[k], err);
+        if (!s) s = check_per_channel(m, f->name, err);
+        if (!s && !f->channel) *m = one;
+    }
+    return s;
+}
+
+/* Is a value outside the bounds of its parameter? */
+static ff_status check_fixed(const ff_constraints *c, const ff_model *m, ff_error *err)
+{
+    for (size_t i = 0; i < c->n_fixed; i++) {
+        const int at = ff_model_param_find(m, c->fixed[i].name);
+        if (at >= 0 || at == FF_PARAM_NONE) continue;
+        const ff_model_param *p = &m->channel[-1 - at];
+        for (size_t k = 0; k < c->fixed[i].n; k++)
+            if (!(c->fixed[i].value[k] >= p->lo && c->fixed[i].value[k] <= p->hi))
+                return ff_error_set(err, FF_ERR_RANGE, NULL, 0, -1, "%s is held at %g, outside its bounds [%g, %g]", p->name,
+                                    c->fixed[i].value[k], p->lo, p->hi);
+    }
+    return FF_OK;
+}
+
 static ff_status apply_bounds(const ff_constraints *c, ff_shape shape, ff_model *m, ff_error *err)
 {
     ff_status s = FF_OK;
     for (size_t i = 0; i < c->n_bounds && !s; i++) {
-        s = ff_model_bound(m, c->bound[i].name, c->bound[i].lo, c->bound[i].hi, err);
+        ff_model one = *m; /* a bound of one channel is not the model's, but has to make sense all the same */
+        const int named = c->bound[i].channel != NULL;
+        s = ff_model_bound(named ? &one : m, c->bound[i].name, c->bound[i].lo, c->bound[i].hi, err);
+        if (!s && named) s = check_per_channel(m, c->bound[i].name, err);
         if (s == FF_ERR_UNKNOWN && c->where_present) s = FF_OK;
     }
     for (uint32_t k = 0; k < m->n_shape && !s && shape == FF_SHAPE_ISOTROPIC; k++)
@@ -164,8 +207,13 @@ static ff_status check_priors(const ff_constraints *c, const ff_model *m, ff_sha
                                 "the prior of %s is %g +- %g: expected finite numbers, the second above 0", p->name, p->mean,
                                 p->sd);
         if (ff_constraints_named(m, shape, p->name, at) == 0 && !c->where_present) return ff_model_unknown_param(m, p->name, err);
+        if (p->channel && ff_constraints_named(m, shape, p->name, at)) {
+            const ff_status s = check_per_channel(m, p->name, err);
+            if (s) return s;
+        }
         for (size_t k = 0; k < i; k++)
-            if (strcmp(p->name, c->prior[k].name) == 0)
+            if (strcmp(p->name, c->prior[k].name) == 0 &&
+                (!p->channel || !c->prior[k].channel || strcmp(p->channel, c->prior[k].channel) == 0))
                 return ff_error_set(err, FF_ERR_UNSUPPORTED, NULL, 0, -1, "%s has two priors", p->name);
     }
     return FF_OK;
@@ -180,7 +228,9 @@ ff_status ff_constraints_apply(const ff_constraints *c, ff_shape shape, ff_model
     if (!c) return FF_OK;
     s = check_priors(c, m, shape, err);
     if (!s && c->energy_conserving) s = check_energy(m, err);
+    if (!s) s = apply_fixed(c, m, err);
     if (!s) s = apply_bounds(c, shape, m, err);
+    if (!s) s = check_fixed(c, m, err);
     for (size_t i = 0; i < c->n_ties && !s; i++) s = add_tie(c, &c->tie[i], shape, m, ties, err);
     if (!s) s = follow_all(m->shape, m->n_shape, ties->shape, err);
     if (!s) s = follow_all(m->channel, m->n_channel, ties->channel, err);

@@ -1,5 +1,5 @@
 /* Which parameters are free, and the coordinates they are searched in. */
-#include "fit/internal_fit.h"
+#include "internal_problem.h"
 #include <math.h>
 #include <string.h>
 
@@ -198,14 +198,27 @@ void ff_layout_slope(const ff_layout *l, const double *shape, const double *chan
                 ff_coordinate_slope(l->m->channel[l->free.channel[k]].info, channel[c * l->m->n_channel + l->free.channel[k]]);
 }
 
-static void into_bounds(const ff_model_param *p, double *v)
+static void into_bounds(double lo, double hi, double *v)
 {
-    *v = fmin(fmax(*v, p->lo), p->hi);
+    *v = fmin(fmax(*v, lo), hi);
+}
+
+/* What is held at a value by channel is there too. */
+static void project_channel(const ff_layout *l, size_t c, double *own)
+{
+    for (uint32_t k = 0; k < l->m->n_channel && l->limits; k++) into_bounds(ff_layout_lo(l, c, k), ff_layout_hi(l, c, k), &own[k]);
+    for (uint32_t k = 0; k < l->free.n_channel && !l->limits; k++) {
+        const ff_model_param *p = &l->m->channel[l->free.channel[k]];
+        into_bounds(p->lo, p->hi, &own[l->free.channel[k]]);
+    }
 }
 
 void ff_layout_project(const ff_layout *l, double *shape, double *channel)
 {
-    for (uint32_t k = 0; k < l->free.n_shape; k++) into_bounds(&l->m->shape[l->free.shape[k]], &shape[l->free.shape[k]]);
+    for (uint32_t k = 0; k < l->free.n_shape; k++) {
+        const ff_model_param *p = &l->m->shape[l->free.shape[k]];
+        into_bounds(p->lo, p->hi, &shape[l->free.shape[k]]);
+    }
     for (uint32_t k = 0; k < l->free.n_shape; k++) {
         const uint32_t i = l->free.shape[k];
         if (l->shape_follows[k] >= 0) shape[i] = shape[l->free.shape[l->shape_follows[k]]];
@@ -213,7 +226,7 @@ void ff_layout_project(const ff_layout *l, double *shape, double *channel)
     }
     for (size_t c = 0; c < l->n_channels && channel; c++) {
         double *own = channel + c * l->m->n_channel;
-        for (uint32_t k = 0; k < l->free.n_channel; k++) into_bounds(&l->m->channel[l->free.channel[k]], &own[l->free.channel[k]]);
+        project_channel(l, c, own);
         for (uint32_t k = 0; k < l->free.n_channel; k++) {
             const uint32_t leader = l->free.channel[l->channel_follows[k] < 0 ? k : (uint32_t)l->channel_follows[k]];
             own[l->free.channel[k]] = (l->channel_shared[k] ? channel : own)[leader];
@@ -232,27 +245,34 @@ void ff_layout_candidate(const ff_layout *l, double *shape)
     ff_layout_project(l, shape, NULL);
 }
 
+void ff_layout_channel_defaults(const ff_layout *l, double *channel)
+{
+    const size_t size = l->n_channels * l->m->n_channel;
+    ff_model_defaults(l->m, l->n_channels, NULL, channel);
+    if (l->limits) memcpy(channel, l->limits->init, size * sizeof *channel);
+}
+
 void ff_layout_defaults(const ff_layout *l, double *shape, double *channel)
 {
-    ff_model_defaults(l->m, l->n_channels, shape, channel);
+    ff_model_defaults(l->m, l->n_channels, shape, NULL);
+    if (channel) ff_layout_channel_defaults(l, channel);
     for (uint32_t k = 0; k < l->m->n_shape && l->mode == FF_ISOTROPIC_MODE; k++) /* one roughness, also where it is held */
         if (strcmp(l->m->shape[k].info->name, "alpha_x") == 0) shape[k + 1] = shape[k];
     if (l->tied) ff_layout_project(l, shape, channel);
 }
 
-ff_status ff_layout_pass(const ff_layout *l, const struct ff_problem *p, const ff_fit_options *o, const double *shape,
-                         const double *channel, ff_pass *pass)
+ff_status ff_layout_normal(const ff_layout *l, ff_normal *out)
 {
-    pass->p = p;
-    pass->robust = p->surrogate ? FF_ROBUST_NONE : o->robust;
-    pass->robust_scale = o->robust_scale > 0 ? o->robust_scale : ff_robust_tuning(o->robust);
-    pass->final = 0;
-    pass->errors = o->std_errors;
-    return ff_prepare(l->m, ff_kernels_get(p->isa), l->mode, l->n_channels, shape, channel, &l->free, p->tan2_lo, p->tan2_hi,
-                      &pass->prepared);
+    return ff_normal_new(l->free.n_shape, l->free.n_channel, l->n_channels, l->arrow, out);
 }
 
-void ff_pass_free(ff_pass *pass)
+void ff_layout_bounds(const ff_layout *l, double *lower, double *upper)
 {
-    ff_prepared_free(&pass->prepared);
+    for (size_t k = 0; k < l->P; k++) {
+        const ff_param *info = ff_layout_param(l, k, NULL)->info;
+        double lo, hi;
+        ff_layout_range(l, k, &lo, &hi);
+        lower[k] = ff_coordinate(info, lo);
+        upper[k] = ff_coordinate(info, hi);
+    }
 }

@@ -1,6 +1,6 @@
 /* Samples in no order of their own are put into one in which neighbours are alike, since errors of neighbours are looked for
  * (clusters.c): along Morton's curve through theta_h and theta_d and, where the data show directions, phi_h. */
-#include "fit/internal_fit.h"
+#include "internal_problem.h"
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>

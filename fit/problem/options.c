@@ -1,11 +1,9 @@
 /* Options of a fit: names as on the command line, defaults, ranges. */
 #include "ff_fit.h"
-#include "fit/internal_fit.h"
+#include "internal_problem.h"
 #include <math.h>
 #include <string.h>
 
-static const char *const losses[FF_LOSS_COUNT] = {"cosine", "log", "cube-root", "relative", "plain"};
-static const char *const robusts[FF_ROBUST_COUNT] = {"none", "huber", "cauchy", "tukey"};
 static const char *const weightings[FF_WEIGHT_COUNT] = {"auto", "solid-angle", "sample", "sigma"};
 static const char *const shapes[FF_SHAPE_COUNT] = {"auto", "isotropic", "axis", "correlated"};
 static const char *const modes[FF_CHANNELS_COUNT] = {"rgb", "mean", "each"};
@@ -22,16 +20,6 @@ static int find_in(const char *const *names, int count, const char *name)
     for (int i = 0; i < count; i++)
         if (strcmp(names[i], name) == 0) return i;
     return -1;
-}
-
-const char *ff_loss_name(int loss)
-{
-    return name_of(losses, FF_LOSS_COUNT, loss);
-}
-
-const char *ff_robust_name(int robust)
-{
-    return name_of(robusts, FF_ROBUST_COUNT, robust);
 }
 
 const char *ff_weighting_name(int weighting)
@@ -57,16 +45,6 @@ const char *ff_interval_name(int interval)
 const char *ff_outcome_name(int outcome)
 {
     return name_of(outcomes, 4, outcome);
-}
-
-int ff_loss_find(const char *name)
-{
-    return find_in(losses, FF_LOSS_COUNT, name);
-}
-
-int ff_robust_find(const char *name)
-{
-    return find_in(robusts, FF_ROBUST_COUNT, name);
 }
 
 int ff_weighting_find(const char *name)
@@ -123,11 +101,9 @@ ff_status ff_fit_options_check(const ff_fit_options *o, ff_error *err)
     return FF_OK;
 }
 
-/* Holland and Welsch 1977, table 2 */
 double ff_robust_tuning(ff_robust robust)
 {
-    static const double tuning[FF_ROBUST_COUNT] = {1, 1.345, 2.385, 4.685};
-    return tuning[robust];
+    return ff_robust_at((int)robust)->tuning;
 }
 
 int ff_fit_cancelled(const ff_fit_options *o)

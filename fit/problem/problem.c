@@ -1,7 +1,7 @@
 /* From a table to blocks of planes: which samples are used, their weights and targets, and the geometry that no parameter changes.
  */
-#include "fit/internal_fit.h"
-#include "fit/pass/internal_loss.h"
+#include "internal_problem.h"
+#include "fit/losses/internal_loss.h"
 #include "base/internal_order.h"
 #include <math.h>
 #include <stdio.h>
@@ -10,8 +10,6 @@
 
 enum { FF_THIN = 12000, FF_MIDDLE_FROM = 200000 }; /* samples that a start is searched on; problems that have a middle */
 enum { FF_SLAB = 2048 }; /* samples of a table looked at in one go; its directions fit in the second-level cache */
-
-#define FF_RELATIVE_FLOOR 1e-3 /* of the mean |y|: what a datum counts as at least */
 
 /* ---- selection ------------------------------------------------------------------------------- */
 
@@ -43,7 +41,6 @@ typedef struct build {
     block_result *block;
     double *channel_sum; /* [slabs][n_channels] of |y| over used samples */
     double weight_scale; /* 1 / mean weight */
-    double *floors;      /* [n_channels] */
     double *buffer;      /* [threads][per_thread] */
     float *size;         /* [used] largest weighted value of each sample */
     size_t per_thread;
@@ -86,10 +83,9 @@ static void weights_of(const build *b, size_t first, size_t n, double *out)
         for (size_t i = 0; i < n; i++) out[i] = 1;
 }
 
-/* A loss that needs 1 + y cos > 0 cannot use a datum below -1/cos. */
 static int acceptable(const build *b, double y, double x)
 {
-    return isfinite(y) && (b->o->loss != FF_LOSS_LOG || y * x > -0.999);
+    return isfinite(y) && ff_loss_has_value(b->o->loss, y, x);
 }
 
 static void look_at_slab(void *context, size_t s, int worker)
@@ -185,8 +181,9 @@ static int known_side(const ff_fit_options *o, double sigma, double *y)
 static void fill_targets(const build *b, size_t block, const uint32_t *index, size_t n, const gathered *g)
 {
     struct ff_problem *p = b->p;
-    double scratch[FF_BLOCK], sigma[FF_BLOCK] = {0}, y[FF_BLOCK];
+    double scratch[FF_BLOCK], sigma[FF_BLOCK] = {0}, y[FF_BLOCK], x[FF_BLOCK];
     double *sample_weight = ff_problem_plane(p, block, p->sample_weight);
+    for (size_t i = 0; i < FF_BLOCK; i++) x[i] = i < n ? g->w[2][i] : 1;
     for (int i = 0; i < FF_BLOCK; i++) sample_weight[i] = sqrt(g->weight[i] * b->weight_scale);
     for (size_t c = 0; c < p->n_channels; c++) {
         for (size_t i = 0, count; i < n; i += count) {
@@ -200,7 +197,6 @@ static void fill_targets(const build *b, size_t block, const uint32_t *index, si
         if (p->side >= 0) sides = ff_problem_plane(p, block, p->side + (int)c);
         for (size_t i = 0; i < FF_BLOCK; i++) {
             const int in = i < n;
-            const double x = in ? g->w[2][i] : 1;
             double v = in ? y[i] : 0;
             if (sides) {
                 const int side = in ? known_side(b->o, sigma[i], &v) : 0;
@@ -209,11 +205,14 @@ static void fill_targets(const build *b, size_t block, const uint32_t *index, si
                 b->block[block].below_noise += side < 0;
             }
             value[i] = v;
-            target[i] = ff_loss_target(p->loss, v, x);
-            if (b->weighting == FF_WEIGHT_SIGMA) /* the residual in standard deviations: those of y pass through g */
-                weight[i] = in ? 1 / (sigma[i] * (ff_loss_is_curved(p->loss) ? ff_loss_slope(p->loss, v, x) : 1)) : 0;
-            else
-                weight[i] = in ? sample_weight[i] * ff_loss_factor(p->loss, v, x, b->floors[c]) : 0;
+        }
+        ff_loss_targets(p->loss, FF_BLOCK, value, x, target);
+        if (b->weighting == FF_WEIGHT_SIGMA) { /* the residual in standard deviations: those of y pass through g */
+            ff_loss_slopes(p->loss, FF_BLOCK, value, x, scratch);
+            for (size_t i = 0; i < FF_BLOCK; i++) weight[i] = i < n ? 1 / (sigma[i] * scratch[i]) : 0;
+        } else {
+            ff_loss_factors(p->loss, FF_BLOCK, value, x, p->channel_mean[c], scratch);
+            for (size_t i = 0; i < FF_BLOCK; i++) weight[i] = i < n ? sample_weight[i] * scratch[i] : 0;
         }
     }
 }
@@ -294,11 +293,11 @@ static void lay_out(struct ff_problem *p, const ff_model *models, size_t n_model
         need |= ff_model_planes(&models[i], ff_layout_mode(&models[i], shape, o->mean_slope));
     }
     const int curved = ff_loss_is_curved(p->loss);
-    if (curved || !(need & (1u << FF_G_TI2 | 1u << FF_G_TIX))) need |= 1u << FF_G_COS_I;
+    if (ff_loss_reads_cosine(p->loss) || !(need & (1u << FF_G_TI2 | 1u << FF_G_TIX))) need |= 1u << FF_G_COS_I;
     int next = 0;
     const int C = (int)p->n_channels;
     for (int k = 0; k < FF_G_COUNT; k++) p->geometry[k] = need & 1u << k ? next++ : -1;
-    p->weight_stride = p->loss == FF_LOSS_RELATIVE || weighting == FF_WEIGHT_SIGMA;
+    p->weight_stride = ff_loss_weighs_data(p->loss) || weighting == FF_WEIGHT_SIGMA;
     p->weight = next;
     next += p->weight_stride ? C : 1;
     p->sample_weight = next++;
@@ -321,7 +320,9 @@ static ff_status name_channels(const ff_table *t, struct ff_problem *p, const ff
 {
     p->channel_name = calloc(p->n_channels, sizeof *p->channel_name);
     p->channel_mean = calloc(p->n_channels, sizeof *p->channel_mean);
-    if (!p->channel_name || !p->channel_mean) return FF_ERR_MEMORY;
+    p->table_channel = calloc(t->n_channels, sizeof *p->table_channel);
+    if (!p->channel_name || !p->channel_mean || !p->table_channel) return FF_ERR_MEMORY;
+    for (size_t c = 0; c < t->n_channels; c++) strcpy(p->table_channel[c], t->channels[c].name);
     for (size_t c = 0; c < p->n_channels; c++)
         strcpy(p->channel_name[c],
                o->channels == FF_CHANNELS_MEAN && o->only_channel < 0 && t->n_channels > 1 ? "mean" : t->channels[channel[c]].name);
@@ -391,9 +392,8 @@ static ff_status build_all(build *b, const ff_model *models, size_t n_models, ff
     b->index = malloc(slabs * FF_SLAB * sizeof *b->index);
     b->slab = calloc(slabs, sizeof *b->slab);
     b->channel_sum = calloc(slabs * C, sizeof *b->channel_sum);
-    b->floors = calloc(C, sizeof *b->floors);
     b->buffer = malloc(threads * b->per_thread * sizeof *b->buffer);
-    if (!b->index || !b->slab || !b->channel_sum || !b->floors || !b->buffer)
+    if (!b->index || !b->slab || !b->channel_sum || !b->buffer)
         return ff_error_set(err, FF_ERR_MEMORY, NULL, 0, -1, "out of memory");
     ff_pool_run(p->pool, slabs, look_at_slab, b);
     ff_selection *sel = &p->selection;
@@ -408,13 +408,10 @@ static ff_status build_all(build *b, const ff_model *models, size_t n_models, ff
         sel->dropped += b->slab[s].count[FF_NEGATIVE];
         sel->negative += b->slab[s].negative;
         weight += b->slab[s].weight;
-        for (size_t c = 0; c < C; c++) b->floors[c] += b->channel_sum[s * C + c];
+        for (size_t c = 0; c < C; c++) p->channel_mean[c] += b->channel_sum[s * C + c];
     }
     if (sel->used == 0 || !(weight > 0)) return nothing_left(sel, b->o, err);
-    for (size_t c = 0; c < C; c++) {
-        p->channel_mean[c] = b->floors[c] / (double)sel->used;
-        b->floors[c] = fmax(FF_RELATIVE_FLOOR * p->channel_mean[c], 1e-12);
-    }
+    for (size_t c = 0; c < C; c++) p->channel_mean[c] /= (double)sel->used;
     b->weight_scale = (double)sel->used / weight;
     p->tan2_hi = fmax(1 / (cos_lo * cos_lo) - 1, 1e-12);
     p->tan2_lo = cos_hi < 1 - 1e-12 ? 1 / (cos_hi * cos_hi) - 1 : 0;
@@ -471,6 +468,8 @@ ff_status ff_problem_new(const ff_table *t, const ff_model *models, size_t n_mod
     b.p = p;
     b.cos_max = o->max_theta >= 1.5707963267948966 ? 0 : cos(o->max_theta) * (1 - 1e-12); /* a sample at exactly max_theta is in */
     p->n_channels = o->channels == FF_CHANNELS_MEAN ? 1 : b.n_from;
+    p->n_table_channels = t->n_channels;
+    p->only_channel = o->only_channel;
     p->loss = o->loss;
     p->isa = o->isa;
     p->selection =
@@ -481,7 +480,6 @@ ff_status ff_problem_new(const ff_table *t, const ff_model *models, size_t n_mod
     free(b.slab);
     free(b.block);
     free(b.channel_sum);
-    free(b.floors);
     free(b.buffer);
     free(b.size);
     free(channel);
@@ -502,6 +500,7 @@ void ff_problem_free(ff_problem *p)
     ff_pool_free(p->pool);
     free(p->data);
     free(p->channel_name);
+    free(p->table_channel);
     free(p->channel_mean);
     free(p->index);
     free((float *)(uintptr_t)p->unit);

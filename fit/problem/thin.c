@@ -1,7 +1,7 @@
 /* Fewer samples that stand for all: for the search of a start and for the way to the optimum. */
 #define _GNU_SOURCE /* madvise */
-#include "fit/internal_fit.h"
-#include "fit/pass/internal_loss.h"
+#include "internal_problem.h"
+#include "fit/losses/internal_loss.h"
 #include <stdlib.h>
 #include <string.h>
 #include <sys/mman.h>
@@ -83,13 +83,16 @@ static void linearise(struct ff_problem *p)
     double mean = 0;
     for (size_t i = 0; i < p->n; i++) mean += fabs(ff_problem_plane(p, i / FF_BLOCK, p->value)[i % FF_BLOCK]) / (double)p->n;
     for (size_t b = 0; b < p->n_blocks; b++) {
-        const double *x = ff_problem_plane(p, b, p->geometry[FF_G_COS_I]);
+        const double *x = ff_loss_reads_cosine(p->loss) ? ff_problem_plane(p, b, p->geometry[FF_G_COS_I]) : NULL;
         /* the planes of g(y) become weights per channel; their former place is taken by the values */
         for (size_t c = 0; c < p->n_channels; c++) {
             const double *w = ff_problem_plane(&old, b, old.weight + old.weight_stride * (int)c),
                          *y = ff_problem_plane(&old, b, old.value + (int)c);
             double *target = ff_problem_plane(&old, b, old.target + (int)c);
-            for (int i = 0; i < FF_BLOCK; i++) target[i] = w[i] * ff_loss_slope(p->loss, fmax(fabs(y[i]), 0.01 * mean), x[i]);
+            double at[FF_BLOCK], slope[FF_BLOCK];
+            for (int i = 0; i < FF_BLOCK; i++) at[i] = fmax(fabs(y[i]), 0.01 * mean);
+            ff_loss_slopes(p->loss, FF_BLOCK, at, x, slope);
+            for (int i = 0; i < FF_BLOCK; i++) target[i] = w[i] * slope[i];
         }
     }
     p->weight = old.target;

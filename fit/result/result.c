@@ -6,142 +6,40 @@
 #include <stdlib.h>
 #include <string.h>
 
-void ff_result_warn(ff_fit_result *r, const char *fmt, ...)
-{
-    if (r->n_warnings == FF_MAX_WARNINGS) return;
-    va_list args;
-    va_start(args, fmt);
-    vsnprintf(r->warning[r->n_warnings++], FF_WARNING_LENGTH, fmt, args);
-    va_end(args);
-}
-
-void ff_result_label(const ff_layout *l, const struct ff_problem *p, size_t k, char *out, size_t size)
-{
-    size_t c;
-    const char *name = ff_layout_param(l, k, &c)->name;
-    if (k >= l->n_shared && l->n_channels > 1)
-        snprintf(out, size, "%s (%.32s)", name, p->channel_name[c]);
-    else
-        snprintf(out, size, "%s", name);
-}
-
-static int is_of_channel(const ff_model *m, const ff_model_param *p)
-{
-    return p >= m->channel && p < m->channel + m->n_channel;
-}
-
-/* The parameter that others may follow. */
-ff_fit_value *ff_result_value(const ff_layout *l, ff_fit_result *r, size_t k)
-{
-    size_t c;
-    const ff_model_param *p = ff_layout_param(l, k, &c);
-    return is_of_channel(l->m, p) ? &r->channel_value[c * l->m->n_channel + (size_t)(p - l->m->channel)]
-                                  : &r->shape_value[p - l->m->shape];
-}
-
-/* What follows another parameter is as that one is, but for what was said of it before. */
-static void follow(ff_fit_value *v, const ff_fit_value *leader, int follows, size_t channel)
-{
-    const double mean = v->prior_mean, sd = v->prior_sd;
-    *v = *leader;
-    v->tied = 1;
-    v->follows = follows;
-    v->follows_channel = channel;
-    v->prior_mean = mean;
-    v->prior_sd = sd;
-}
-
-void ff_result_copy_tied(const ff_layout *l, ff_fit_result *r)
-{
-    for (uint32_t k = 0; k < l->free.n_shape; k++) {
-        ff_fit_value *v = &r->shape_value[l->free.shape[k]];
-        const uint32_t leader = l->free.shape[l->shape_follows[k] < 0 ? k : (uint32_t)l->shape_follows[k]];
-        if (l->shape_follows[k] >= 0) follow(v, &r->shape_value[leader], (int)leader, 0);
-        if (l->free.tied[k]) follow(v + 1, v, (int)leader, 0); /* alpha_y */
-    }
-    for (size_t c = 0; c < l->n_channels && l->tied; c++)
-        for (uint32_t k = 0; k < l->free.n_channel; k++) {
-            const uint32_t leader = l->channel_follows[k] < 0 ? k : (uint32_t)l->channel_follows[k];
-            const size_t from = l->channel_shared[k] ? 0 : c;
-            if (leader == k && from == c) continue;
-            follow(&r->channel_value[c * l->m->n_channel + l->free.channel[k]],
-                   &r->channel_value[from * l->m->n_channel + l->free.channel[leader]], -1 - (int)l->free.channel[leader], from);
-        }
-}
-
 /* What was said before the data; of a follower it may be something else. */
-static void fill_priors(const ff_layout *l, ff_fit_result *r)
+static void fill_priors(const ff_plan *plan, ff_fit_result *r)
 {
+    const ff_layout *l = &plan->l;
     for (uint32_t k = 0; k < l->m->n_shape; k++)
-        if (!ff_extras_prior(l->extras, (int)k, &r->shape_value[k].prior_mean, &r->shape_value[k].prior_sd))
+        if (!ff_penalties_prior(plan->penalties, (int)k, 0, &r->shape_value[k].prior_mean, &r->shape_value[k].prior_sd))
             r->shape_value[k].prior_mean = r->shape_value[k].prior_sd = NAN;
     for (uint32_t k = 0; k < l->m->n_channel; k++)
         for (size_t c = 0; c < l->n_channels; c++) {
             ff_fit_value *v = &r->channel_value[c * l->m->n_channel + k];
-            if (!ff_extras_prior(l->extras, -1 - (int)k, &v->prior_mean, &v->prior_sd)) v->prior_mean = v->prior_sd = NAN;
+            if (!ff_penalties_prior(plan->penalties, -1 - (int)k, c, &v->prior_mean, &v->prior_sd)) v->prior_mean = v->prior_sd = NAN;
         }
-    r->prior_penalty = ff_extras_penalty(l->extras);
+    r->prior_penalty = ff_penalties_penalty(plan->penalties);
 }
 
-static void fill_values(const ff_layout *l, const double *shape, const double *channel, const int *at_bound, ff_fit_result *r)
+static void fill_values(const ff_layout *l, const ff_point *at, ff_fit_result *r)
 {
     for (uint32_t k = 0; k < l->m->n_shape; k++)
         r->shape_value[k] = (ff_fit_value){
-            .value = shape[k], .std_error = NAN, .low = NAN, .high = NAN, .held = 1, .follows = FF_PARAM_NONE, .column = -1};
+            .value = at->shape[k], .std_error = NAN, .low = NAN, .high = NAN, .held = 1, .follows = FF_PARAM_NONE, .column = -1};
     for (size_t k = 0; k < l->n_channels * l->m->n_channel; k++)
         r->channel_value[k] = (ff_fit_value){
-            .value = channel[k], .std_error = NAN, .low = NAN, .high = NAN, .held = 1, .follows = FF_PARAM_NONE, .column = -1};
+            .value = at->channel[k], .std_error = NAN, .low = NAN, .high = NAN, .held = 1, .follows = FF_PARAM_NONE, .column = -1};
     for (size_t k = 0; k < l->P; k++) {
         ff_fit_value *v = ff_result_value(l, r, k);
-        v->held = 0;
-        v->at_bound = at_bound[k];
+        v->held = ff_layout_is_fixed(l, k);
+        v->at_bound = v->held ? 0 : at->at_bound[k];
+        if (v->held) ff_layout_range(l, k, &v->value, &v->value); /* not as rounded by the coordinate */
     }
     ff_result_copy_tied(l, r);
-}
-
-/* Standard errors, correlations and intervals of the parameters; cov [P][P] out. */
-static ff_status fill_errors(const ff_layout *l, const struct ff_problem *p, const ff_normal *normal, const int *at_bound,
-                             double *cov, ff_fit_result *r)
-{
-    const size_t P = l->P;
-    int *use = malloc(P * sizeof *use + 1);
-    ff_uncertainty u = {0};
-    if (!use) return FF_ERR_MEMORY;
-    for (size_t k = 0; k < P; k++) use[k] = at_bound[k] == 0;
-    ff_status st = ff_uncertainty_new(l, p, normal, use, p->n, &u);
-    size_t n = 0;
-    for (size_t k = 0; k < P && !st; k++) {
-        ff_fit_value *v = ff_result_value(l, r, k);
-        if (!u.determined[k]) continue;
-        v->std_error = sqrt(fmax(u.cov[k * P + k], 0)); /* rounding may leave -1e-30 where the residuals vanish */
-        v->column = (int)n++;
-    }
-    if (!st) {
-        memcpy(cov, u.cov, P * P * sizeof *cov);
-        r->effective_samples = u.effective;
-        r->correlated_over = u.clusters.run;
-        r->correlation_settled = u.clusters.settled;
-        st = ff_intervals_fill(l, p, normal, at_bound, &u, r);
-    }
-    if (!st) st = ff_condition_fill(l, p, normal, use, r);
-    r->n_columns = n;
-    r->correlation = st ? NULL : calloc(n * n + 1, sizeof *r->correlation);
-    if (!st && !r->correlation) st = FF_ERR_MEMORY;
-    for (size_t a = 0; a < P && !st; a++)
-        for (size_t b = 0; b < P; b++) {
-            const int i = ff_result_value(l, r, a)->column, j = ff_result_value(l, r, b)->column;
-            if (i < 0 || j < 0) continue;
-            const double scale = sqrt(cov[a * P + a] * cov[b * P + b]);
-            r->correlation[(size_t)i * n + (size_t)j] = a == b ? 1 : scale > 0 ? cov[a * P + b] / scale : 0;
-        }
-    ff_result_copy_tied(l, r);
-    ff_uncertainty_free(&u);
-    free(use);
-    return st;
 }
 
 /* The ellipse of the first lobe's slopes; with covariances, also whether its direction means anything. */
-static void fill_ellipse(const ff_layout *l, const double *shape, const double *cov, size_t stride, ff_fit_result *r)
+static void fill_ellipse(const ff_layout *l, const double *shape, const ff_information *info, ff_fit_result *r)
 {
     const ff_model *m = l->m;
     if (m->n_lobes == 0 || ff_ndf_at(m->lobe[0].ndf)->alpha_own != 0) return;
@@ -157,7 +55,7 @@ static void fill_ellipse(const ff_layout *l, const double *shape, const double *
     if (o->phi < 0) o->phi += 3.14159265358979323846;
     o->phi_std_error = NAN;
     o->phi_determined = 0;
-    if (!cov || m->lobe[0].isotropic || l->mode == FF_ISOTROPIC_MODE || !(D > 0)) return;
+    if (!info || m->lobe[0].isotropic || l->mode == FF_ISOTROPIC_MODE || !(D > 0)) return;
     /* gradients of d and e by alpha_x, alpha_y, r_xy, in the order of the free parameters */
     const double by[3][2] = {{2 * s.ax, 2 * s.r * s.ay}, {-2 * s.ay, 2 * s.r * s.ax}, {0, 2 * s.ax * s.ay}};
     double var_D = 0, var_phi = 0;
@@ -167,8 +65,9 @@ static void fill_ellipse(const ff_layout *l, const double *shape, const double *
             if (i > 2 || j > 2) continue;
             const double gDa = (d * by[i][0] + e * by[i][1]) / D, gDb = (d * by[j][0] + e * by[j][1]) / D;
             const double gpa = 0.5 * (d * by[i][1] - e * by[i][0]) / (D * D), gpb = 0.5 * (d * by[j][1] - e * by[j][0]) / (D * D);
-            var_D += gDa * gDb * cov[l->shape_at[a] * stride + l->shape_at[b]];
-            var_phi += gpa * gpb * cov[l->shape_at[a] * stride + l->shape_at[b]];
+            const double cov = ff_information_covariance(info, l->shape_at[a], l->shape_at[b]);
+            var_D += gDa * gDb * cov;
+            var_phi += gpa * gpb * cov;
         }
     o->phi_determined = D > 2 * sqrt(fmax(var_D, 0));
     if (o->phi_determined) o->phi_std_error = sqrt(fmax(var_phi, 0));
@@ -177,12 +76,14 @@ static void fill_ellipse(const ff_layout *l, const double *shape, const double *
 static void fill_residual(const ff_normal *n, ff_fit_result *r)
 {
     const double w = n->stat[FF_STAT_WEIGHT] > 0 ? n->stat[FF_STAT_WEIGHT] : 1;
-    r->residual = (ff_residual){.objective = 0.5 * n->cost2,
-                                .rmse = sqrt(n->stat[FF_STAT_PLAIN] / w),
-                                .cosine_rmse = sqrt(n->stat[FF_STAT_COSINE] / w),
-                                .log_rmse = sqrt(n->stat[FF_STAT_LOG] / w),
-                                .cube_root_rmse = sqrt(n->stat[FF_STAT_CUBE_ROOT] / w),
-                                .max_abs = n->stat[FF_STAT_MAX]};
+    r->residual =
+        (ff_residual){.objective = 0.5 * n->cost2, .rmse = sqrt(n->stat[FF_STAT_PLAIN] / w), .max_abs = n->stat[FF_STAT_MAX]};
+    double *of = r->residual.loss_rmse;
+    for (int loss = 0; loss < FF_LOSS_COUNT; loss++)
+        of[loss] = ff_loss_at(loss)->rmse_unit ? sqrt(n->stat[FF_STAT_LOSS + loss] / w) : NAN;
+    r->residual.cosine_rmse = of[FF_LOSS_COSINE];
+    r->residual.log_rmse = of[FF_LOSS_LOG];
+    r->residual.cube_root_rmse = of[FF_LOSS_CUBE_ROOT];
 }
 
 static void fill_criteria(const struct ff_problem *p, size_t n_free, ff_fit_result *r)
@@ -221,25 +122,38 @@ static int is_given(const ff_model_param *p, int bound)
     return bound < 0 ? p->lo != p->info->lo : p->hi != p->info->hi;
 }
 
-/* One warning for all channels whose parameter k lies on the same bound. */
-static void warn_channels_at_bound(const ff_layout *l, const struct ff_problem *p, uint32_t k, int bound, ff_fit_result *r)
+static double bound_at(const ff_layout *l, size_t c, uint32_t k, int bound)
+{
+    return bound < 0 ? ff_layout_lo(l, c, k) : ff_layout_hi(l, c, k);
+}
+
+/* The channels whose parameter k lies on the bound that it has in `first`, which is one of them, into mark [n_channels]. */
+static void mark_same_bound(const ff_layout *l, const ff_fit_result *r, uint32_t k, int bound, size_t first, unsigned char *mark)
+{
+    for (size_t c = 0; c < l->n_channels; c++) {
+        const ff_fit_value *v = &r->channel_value[c * l->m->n_channel + k];
+        mark[c] = v->at_bound == bound && !v->tied && bound_at(l, c, k, bound) == bound_at(l, first, k, bound);
+    }
+}
+
+/* One warning for all channels whose parameter k lies on the same bound as in channel `first`, unless an earlier one does. */
+static void warn_channels_at_bound(const ff_layout *l, const struct ff_problem *p, uint32_t k, int bound, size_t first,
+                                   ff_fit_result *r)
 {
     char names[120];
-    double value = 0;
-    int any = 0;
+    const ff_fit_value *of_first = &r->channel_value[first * l->m->n_channel + k];
+    if (of_first->at_bound != bound || of_first->tied) return;
     unsigned char *mark = malloc(l->n_channels + 1);
-    for (size_t c = 0; c < l->n_channels && mark; c++) {
-        const ff_fit_value *v = &r->channel_value[c * l->m->n_channel + k];
-        mark[c] = v->at_bound == bound && !v->tied;
-        if (!mark[c]) continue;
-        value = v->value;
-        any = 1;
-    }
+    int any = mark != NULL;
+    if (any) mark_same_bound(l, r, k, bound, first, mark);
+    for (size_t c = 0; c < first && any; c++) any = !mark[c];
     if (any) ff_channels_label(p, mark, names, sizeof names);
     free(mark);
     if (!any) return;
+    const double value = of_first->value;
     const int several = l->n_channels > 1 && r->channel_value[l->m->n_channel + k].follows != -1 - (int)k; /* else one for all */
-    const int given = is_given(&l->m->channel[k], bound);
+    const ff_param *info = l->m->channel[k].info;
+    const int given = bound_at(l, first, k, bound) != (bound < 0 ? info->lo : info->hi);
     const int too_bright = bound > 0 && !given && (l->m->channel[k].info->flags & FF_PARAM_LINEAR);
     ff_result_warn(r, "%s%s%s%s is on %s %s bound, %g%s", l->m->channel[k].name, several ? " (" : "", several ? names : "",
                    several ? ")" : "", given ? "the given" : "its", bound < 0 ? "lower" : "upper", value,
@@ -268,8 +182,10 @@ static void warn_dark_channels(const struct ff_problem *p, ff_fit_result *r)
     free(mark);
 }
 
-static void fill_warnings(const ff_layout *l, const struct ff_problem *p, ff_fit_result *r)
+static void fill_warnings(const ff_plan *plan, ff_fit_result *r)
 {
+    const ff_layout *l = &plan->l;
+    const struct ff_problem *p = plan->p;
     char label[80], text[FF_WARNING_LENGTH];
     const int many = l->arrow && l->n_channels > FF_CHANNELS_NAMED;
     if (r->outcome == FF_LIMIT)
@@ -280,24 +196,24 @@ static void fill_warnings(const ff_layout *l, const struct ff_problem *p, ff_fit
         const ff_fit_value *v = ff_result_value(l, r, k);
         ff_result_label(l, p, k, label, sizeof label);
         const ff_model_param *param = ff_layout_param(l, k, NULL);
-        if (!is_of_channel(l->m, param) && v->at_bound)
+        if (!ff_is_of_channel(l->m, param) && v->at_bound)
             ff_result_warn(r, "%s is on %s %s bound, %g", label, is_given(param, v->at_bound) ? "the given" : "its",
                            v->at_bound < 0 ? "lower" : "upper", v->value);
-        if (many && is_of_channel(l->m, param)) continue; /* they are named together */
-        if (!v->at_bound && r->correlation && isnan(v->std_error))
+        if (many && ff_is_of_channel(l->m, param)) continue; /* they are named together */
+        if (!v->at_bound && !v->held && r->correlation && isnan(v->std_error))
             ff_result_warn(r, "%s is not determined by these data; --profile says how far it may go", label);
     }
     if (many && r->correlation) ff_result_warn_undetermined(l, p, r);
     for (uint32_t k = 0; k < l->m->n_channel; k++) {
         if (l->m->channel[k].flags & FF_PARAM_HELD) continue;
-        warn_channels_at_bound(l, p, k, -1, r);
-        warn_channels_at_bound(l, p, k, +1, r);
+        for (int bound = -1; bound <= 1; bound += 2)
+            for (size_t c = 0; c < l->n_channels; c++) warn_channels_at_bound(l, p, k, bound, c, r);
     }
     if (r->channel_correlation)
         ff_result_warn_channels_correlated(l, p, r);
     else if (r->correlation)
         warn_correlated(l, p, r);
-    for (size_t k = 0; ff_extras_warning(l, p, r->residual.objective, k, text); k++) ff_result_warn(r, "%s", text);
+    for (size_t k = 0; ff_penalties_warning(plan, r->residual.objective, k, text); k++) ff_result_warn(r, "%s", text);
     if (r->correlation && r->has_ellipse && !l->m->lobe[0].isotropic && l->mode != FF_ISOTROPIC_MODE && !r->ellipse.phi_determined)
         ff_result_warn(r, "the two roughness axes differ by less than their error: the orientation is undetermined");
     if (r->correlation && !r->correlation_settled)
@@ -325,32 +241,42 @@ static void fill_warnings(const ff_layout *l, const struct ff_problem *p, ff_fit
     }
 }
 
-ff_status ff_result_fill(const ff_layout *l, const struct ff_problem *p, const ff_fit_options *o, const double *shape,
-                         const double *channel, const int *at_bound, const ff_solution *solution, ff_fit_result *r)
+/* What it took to come there, and what is left. */
+static void fill_outcome(const ff_plan *plan, const ff_point *at, ff_fit_result *r)
 {
-    const ff_arrow *arrow = solution->arrow;
-    double *cov = calloc(l->arrow ? 1 : l->P * l->P + 1, sizeof *cov);
-    ff_status st = cov ? FF_OK : FF_ERR_MEMORY;
     size_t n_free = 0;
-    for (size_t k = 0; k < l->P; k++) n_free += at_bound[k] == 0;
-    if (!st) {
-        r->outcome = solution->outcome;
-        r->iterations = solution->iterations;
-        r->passes = solution->passes;
-        fill_values(l, shape, channel, at_bound, r);
-        fill_priors(l, r);
-        fill_residual(&solution->normal, r);
-        fill_criteria(p, n_free, r);
-        if (o->std_errors)
-            st = arrow ? ff_result_channel_errors(l, p, &solution->normal, at_bound, arrow, r)
-                       : fill_errors(l, p, &solution->normal, at_bound, cov, r);
+    for (size_t k = 0; k < plan->l.P; k++) n_free += at->at_bound[k] == 0;
+    r->outcome = at->outcome;
+    r->iterations = at->iterations;
+    r->passes = at->passes;
+    fill_residual(&at->normal, r);
+    fill_criteria(plan->p, n_free, r);
+}
+
+ff_status ff_result_fill(const ff_plan *plan, const ff_point *at, int errors, ff_fit_result *r)
+{
+    fill_outcome(plan, at, r);
+    fill_values(&plan->l, at, r);
+    fill_priors(plan, r);
+    const ff_status st = errors ? ff_result_errors(plan, at, r) : FF_OK;
+    if (st) return st;
+    fill_ellipse(&plan->l, at->shape, errors ? at->information : NULL, r);
+    fill_warnings(plan, r);
+    return FF_OK;
+}
+
+ff_status ff_result_new(const ff_plan *plan, ff_fit_result *out)
+{
+    const ff_layout *l = &plan->l;
+    ff_fit_result r = {.model = plan->model, .n_channels = l->n_channels, .shape = plan->shape};
+    r.shape_value = calloc(l->m->n_shape + 1, sizeof *r.shape_value);
+    r.channel_value = calloc(l->n_channels * l->m->n_channel + 1, sizeof *r.channel_value);
+    if (!r.shape_value || !r.channel_value) {
+        ff_fit_result_free(&r);
+        return FF_ERR_MEMORY;
     }
-    if (!st) {
-        fill_ellipse(l, shape, !o->std_errors ? NULL : arrow ? arrow->shape : cov, arrow ? arrow->S : l->P, r);
-        fill_warnings(l, p, r);
-    }
-    free(cov);
-    return st;
+    *out = r;
+    return FF_OK;
 }
 
 void ff_fit_result_free(ff_fit_result *r)

@@ -1,6 +1,6 @@
 /* Where the search for a start looks: shapes on a grid, ellipses about the best of them, and other places for one lobe among the
  * others. The channel parameters are solved for at each. The same data give the same candidates. */
-#include "fit/internal_fit.h"
+#include "internal_start.h"
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -9,9 +9,8 @@
 
 /* Evaluates a list of shapes, spread over the pool. */
 typedef struct scan {
-    const ff_layout *l;
-    const struct ff_problem *p;
-    const ff_fit_options *o;
+    const ff_plan *plan;
+    const ff_layout *l; /* the plan's                                        */
     ff_candidate *candidate;
     double *channel;   /* [threads][n_channels n_channel + 1]            */
     ff_status *status; /* [threads]                                      */
@@ -23,15 +22,15 @@ static void scan_one(void *context, size_t i, int worker)
     const scan *s = context;
     const size_t size = s->l->n_channels * s->l->m->n_channel;
     double *channel = s->channel + (size_t)worker * (size + 1);
-    if (ff_fit_cancelled(s->o)) {
+    if (ff_plan_cancelled(s->plan)) {
         s->status[worker] = FF_ERR_CANCELLED;
         return;
     }
-    ff_model_defaults(s->l->m, s->l->n_channels, NULL, channel); /* those that are held */
+    ff_layout_channel_defaults(s->l, channel); /* those that are held */
     for (uint32_t lobe = 0; lobe < s->l->m->n_lobes; lobe++)
         for (size_t c = 0; c < s->l->n_channels && (s->off >> lobe & 1); c++)
             channel[c * s->l->m->n_channel + s->l->m->lobe[lobe].channel0 + s->l->m->lobe[lobe].n_channel - 1] = 0;
-    const ff_status st = ff_start_channels(s->l, s->p, s->o, s->candidate[i].shape, channel, &s->candidate[i].cost2);
+    const ff_status st = ff_start_channels(s->plan, s->candidate[i].shape, channel, &s->candidate[i].cost2);
     if (st) s->status[worker] = st;
 }
 
@@ -39,9 +38,9 @@ static ff_status scan_all(const scan *s, ff_candidate *candidate, size_t n)
 {
     scan here = *s;
     here.candidate = candidate;
-    const int threads = ff_pool_threads(s->p->pool);
+    const int threads = ff_pool_threads(s->plan->p->pool);
     for (int t = 0; t < threads; t++) s->status[t] = FF_OK;
-    ff_pool_run(s->p->pool, n, scan_one, &here);
+    ff_pool_run(s->plan->p->pool, n, scan_one, &here);
     for (int t = 0; t < threads; t++)
         if (s->status[t]) return s->status[t];
     return FF_OK;
@@ -66,10 +65,11 @@ static void scan_free(scan *s)
     free(s->status);
 }
 
-static ff_status scan_new(const ff_layout *l, const struct ff_problem *p, const ff_fit_options *o, scan *s)
+static ff_status scan_new(const ff_plan *plan, scan *s)
 {
-    const size_t threads = (size_t)ff_pool_threads(p->pool);
-    *s = (scan){.l = l, .p = p, .o = o};
+    const ff_layout *l = &plan->l;
+    const size_t threads = (size_t)ff_pool_threads(plan->p->pool);
+    *s = (scan){.plan = plan, .l = l};
     s->channel = malloc(threads * (l->n_channels * l->m->n_channel + 1) * sizeof *s->channel);
     s->status = malloc(threads * sizeof *s->status);
     if (s->channel && s->status) return FF_OK;
@@ -186,11 +186,12 @@ static void grid_point(const ff_layout *l, const grid *g, size_t code, double *s
 }
 
 /* Lobes of the same kind are ordered by their scale, narrowest first. */
-static int is_ordered(const ff_layout *l, const double *shape)
+static int is_ordered(const ff_plan *plan, const double *shape)
 {
+    const ff_layout *l = &plan->l;
     for (uint32_t a = 1; a < l->m->n_lobes; a++) {
         const ff_lobe *x = &l->m->lobe[a - 1], *y = &l->m->lobe[a];
-        if (shape[x->shape0] >= shape[y->shape0] && ff_layout_exchangeable(l, a - 1, a)) return 0;
+        if (shape[x->shape0] >= shape[y->shape0] && ff_plan_exchangeable(plan, a - 1, a)) return 0;
     }
     return 1;
 }
@@ -234,7 +235,7 @@ static ff_status grid_minima(const scan *s, const grid *g, const double *from, i
         grid_point(l, g, code, c[n].shape);
         ff_layout_candidate(l, c[n].shape);
         cost2[code] = INFINITY;
-        if (ordered && !is_ordered(l, c[n].shape)) continue;
+        if (ordered && !is_ordered(s->plan, c[n].shape)) continue;
         place[n++] = code;
     }
     if (!st) st = scan_all(s, c, n);
@@ -313,14 +314,14 @@ static ff_status stretch(const scan *s, uint32_t lobe, ff_candidate *c, size_t n
 
 /* ---- the searches ---------------------------------------------------------------------------- */
 
-ff_status ff_start_search(const ff_layout *l, const struct ff_problem *p, const ff_fit_options *o, ff_candidate *out, size_t max,
-                          size_t *n_out)
+ff_status ff_start_search(const ff_plan *plan, ff_candidate *out, size_t max, size_t *n_out)
 {
+    const ff_layout *l = &plan->l;
     enum { MAX_GRID = 4096 };
     double defaults[FF_MAX_SHAPE];
     scan s;
     size_t n = 0;
-    ff_status st = scan_new(l, p, o, &s);
+    ff_status st = scan_new(plan, &s);
     if (st) return st;
     ff_layout_defaults(l, defaults, NULL);
     const grid g = grid_of_all(l, MAX_GRID);
@@ -377,13 +378,13 @@ static ff_status narrowest(const scan *s, const grid *g, const double *from, uin
     return FF_OK;
 }
 
-ff_status ff_start_moves(const ff_layout *l, const struct ff_problem *p, const ff_fit_options *o, const double *from, uint32_t lobe,
-                         ff_candidate *out, size_t *n_out)
+ff_status ff_start_moves(const ff_plan *plan, const double *from, uint32_t lobe, ff_candidate *out, size_t *n_out)
 {
+    const ff_layout *l = &plan->l;
     double round[FF_MAX_SHAPE];
     scan s;
     size_t n = 0;
-    ff_status st = scan_new(l, p, o, &s);
+    ff_status st = scan_new(plan, &s);
     if (st) return st;
     memcpy(round, from, l->m->n_shape * sizeof *from);
     if (ellipse_freedom(l, lobe) > 1) round[l->m->lobe[lobe].shape0 + 2] = 0;
@@ -398,9 +399,11 @@ ff_status ff_start_moves(const ff_layout *l, const struct ff_problem *p, const f
     return FF_OK;
 }
 
-/* The layout, which has no ties, without what is free of the lobes in `off`. */
-static ff_layout without(const ff_layout *l, uint32_t off)
+/* The plan, which has no ties, without what is free of the lobes in `off`. */
+static ff_plan without(const ff_plan *plan, uint32_t off)
 {
+    const ff_layout *l = &plan->l;
+    ff_plan without = *plan;
     ff_layout some = *l;
     some.free.n_channel = 0;
     some.scaled &= ~off;
@@ -410,17 +413,18 @@ static ff_layout without(const ff_layout *l, uint32_t off)
         some.free.channel[some.free.n_channel++] = at;
     }
     ff_layout_number(&some);
-    return some;
+    without.l = some;
+    return without;
 }
 
-ff_status ff_start_sequence(const ff_layout *l, const struct ff_problem *p, const ff_fit_options *o, uint32_t first,
-                            ff_candidate *out, size_t *n_out)
+ff_status ff_start_sequence(const ff_plan *plan, uint32_t first, ff_candidate *out, size_t *n_out)
 {
+    const ff_layout *l = &plan->l;
     const uint32_t lobes = l->m->n_lobes;
     ff_candidate from[FF_SEQUENCES];
     scan s;
     size_t n = 1;
-    ff_status st = scan_new(l, p, o, &s);
+    ff_status st = scan_new(plan, &s);
     if (st) return st;
     memset(out, 0, sizeof *out);
     ff_layout_defaults(l, out->shape, NULL);
@@ -428,9 +432,10 @@ ff_status ff_start_sequence(const ff_layout *l, const struct ff_problem *p, cons
     for (uint32_t k = 0; k < lobes && !st; k++) {
         const uint32_t lobe = (first + k) % lobes;
         s.off &= ~(1u << lobe);
-        const ff_layout some = without(l, s.off);
+        const ff_plan some = without(plan, s.off);
         const grid g = grid_of_lobe(l, lobe);
-        s.l = &some;
+        s.plan = &some;
+        s.l = &some.l;
         memcpy(from, out, n * sizeof *from);
         size_t all = 0;
         for (size_t i = 0; i < n && !st && all < FF_SEQUENCES; i++) {
@@ -442,6 +447,7 @@ ff_status ff_start_sequence(const ff_layout *l, const struct ff_problem *p, cons
         }
         n = all;
     }
+    s.plan = plan;
     s.l = l;
     scan_free(&s);
     if (st) return st;

@@ -1,6 +1,6 @@
 /* Where the fit of a model starts that is not linear in its channel parameters: at the optimum of one that is. Schlick's Fresnel
  * term stands for the others, Lambert's for what is coupled or curved, and lobes that share a Fresnel term are set apart. */
-#include "fit/internal_fit.h"
+#include "internal_start.h"
 #include <math.h>
 #include <stdio.h>
 #include <string.h>
@@ -68,13 +68,37 @@ static void tie_shape(const ff_layout *l, ff_layout *standin)
     ff_layout_tie(standin, &ties);
 }
 
-ff_status ff_standin_make(const ff_layout *l, ff_standin *out)
+/* What channels differ in, for the parameters that the stand-in has too. */
+static ff_status take_limits(const ff_layout *l, ff_standin *out)
 {
     const ff_model *m = l->m;
+    if (!l->limits) return FF_OK;
+    out->limits = ff_limits_new(&out->model, l->n_channels);
+    if (!out->limits) return FF_ERR_MEMORY;
+    for (uint32_t k = 0; k < m->n_channel; k++) {
+        const int i = ff_model_param_find(&out->model, m->channel[k].name);
+        if (i != FF_PARAM_NONE && i < 0)
+            ff_limits_copy(l->limits, m->n_channel, k, l->n_channels, out->limits, out->model.n_channel, (size_t)(-1 - i));
+    }
+    out->plan.l.limits = out->limits;
+    return FF_OK;
+}
+
+void ff_standin_free(ff_standin *s)
+{
+    ff_limits_free(s->limits);
+    s->limits = NULL;
+}
+
+ff_status ff_standin_make(const ff_plan *plan, ff_standin *out)
+{
+    const ff_layout *l = &plan->l;
+    const ff_model *m = l->m;
+    out->limits = NULL;
+    out->plan = *plan; /* penalties weigh nothing yet; which lobes they name counts */
     if (l->linear) {
         out->model = *m;
-        out->layout = *l;
-        out->layout.m = &out->model;
+        out->plan.l.m = &out->model;
         return FF_OK;
     }
     char text[FF_MODEL_NAME];
@@ -106,11 +130,10 @@ ff_status ff_standin_make(const ff_layout *l, ff_standin *out)
         if (strcmp(name, "r_xy") == 0) shape = FF_SHAPE_CORRELATED;
         if (strcmp(name, "alpha_y") == 0 && shape == FF_SHAPE_ISOTROPIC) shape = FF_SHAPE_AXIS;
     }
-    if (ff_layout_init(&out->model, l->n_channels, shape, mean_slope, &out->layout, NULL)) return FF_ERR_INTERNAL;
-    tie_shape(l, &out->layout);
-    out->layout.extras = l->extras; /* they weigh nothing yet; which lobes they name counts */
-    if (l->arrow) ff_layout_many(&out->layout, 0);
-    return FF_OK;
+    if (ff_layout_init(&out->model, l->n_channels, shape, mean_slope, &out->plan.l, NULL)) return FF_ERR_INTERNAL;
+    tie_shape(l, &out->plan.l);
+    out->plan.l.arrow = l->arrow && ff_layout_is_arrow(&out->plan.l, 0);
+    return take_limits(l, out);
 }
 
 static double clamp(const ff_param *info, double v)

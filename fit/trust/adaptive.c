@@ -1,5 +1,6 @@
 /* The loss of a fit by the pictures that the fits make. */
 #include "ff_picture.h"
+#include "fit/losses/internal_loss.h"
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -57,10 +58,13 @@ static ff_status add(ff_adaptive *a, const ff_table *t, const ff_model *m, const
     return compare(p, c, err);
 }
 
-/* Losses that say nothing new under these weights. */
+/* Losses that say nothing new under these weights: with sigma weights every linear one after the first. */
 static int stands_for_another(ff_loss loss, ff_weighting weighting)
 {
-    return weighting == FF_WEIGHT_SIGMA && (loss == FF_LOSS_RELATIVE || loss == FF_LOSS_PLAIN);
+    if (weighting != FF_WEIGHT_SIGMA || ff_loss_is_curved(loss)) return 0;
+    for (int k = 0; k < (int)loss; k++)
+        if (!ff_loss_is_curved((ff_loss)k)) return 1;
+    return 0;
 }
 
 static void warn_of_coverage(ff_adaptive *a)

@@ -10,9 +10,8 @@ enum { FEWEST_REPEATS = 20, FEWEST_GROUPS = 5, MOST_ITERATIONS = 50 };
 #define REFIT_TOLERANCE 1e-6 /* of the objective: of a refit's distance from its optimum, some 1e-3 standard errors */
 
 typedef struct bootstrap {
-    const ff_point *point;
+    const ff_finished *fit;
     const ff_places *places;
-    const ff_fit_options *o;
     const ff_resampled *resampled;
     uint64_t seed;
     double *weight; /* [threads][n_groups]    */
@@ -34,29 +33,33 @@ static double uniform_at(uint64_t seed, uint64_t repeat, uint64_t draw)
     return ((double)(z >> 12) + 0.5) / 4503599627370496.0;
 }
 
+/* A random weight for every group, with mean 1: Rubin's (1981). */
+static void draw_weights(const bootstrap *b, size_t repeat, double *weight)
+{
+    const size_t G = b->places->n_groups;
+    double sum = 0;
+    for (size_t g = 0; g < G; g++) sum += weight[g] = -log(uniform_at(b->seed, repeat, g));
+    for (size_t g = 0; g < G; g++) weight[g] *= (double)G / sum;
+}
+
 static void refit(void *context, size_t repeat, int worker)
 {
+    static const ff_effort effort = {.tolerance = REFIT_TOLERANCE, .max_iterations = MOST_ITERATIONS};
     const bootstrap *b = context;
-    const ff_layout *l = &b->point->l;
-    const size_t G = b->places->n_groups, size = l->n_channels * l->m->n_channel;
-    double *weight = b->weight + (size_t)worker * G, sum = 0, shape[FF_MAX_SHAPE], *channel = malloc((size + 1) * sizeof *channel);
-    int *at_bound = malloc((l->P + 1) * sizeof *at_bound);
-    ff_solution solution;
-    ff_status st = channel && at_bound ? ff_fit_cancelled(b->o) ? FF_ERR_CANCELLED : FF_OK : FF_ERR_MEMORY;
+    const ff_plan plan = ff_plan_on(&b->fit->plan, &b->resampled->problem[worker]);
+    double *weight = b->weight + (size_t)worker * b->places->n_groups;
+    ff_point at = {0};
+    ff_status st = ff_plan_cancelled(&plan) ? FF_ERR_CANCELLED : ff_point_new(&plan, &at);
     if (!st) {
-        for (size_t g = 0; g < G; g++) sum += weight[g] = -log(uniform_at(b->seed, repeat, g));
-        for (size_t g = 0; g < G; g++) weight[g] *= (double)G / sum;
+        draw_weights(b, repeat, weight);
         ff_resampled_weigh(b->resampled, worker, b->places, weight);
-        memcpy(shape, b->point->shape, sizeof shape);
-        memcpy(channel, b->point->channel, size * sizeof *channel);
-        st = ff_solve(l, &b->resampled->problem[worker], b->o, 0, 0, REFIT_TOLERANCE, MOST_ITERATIONS, shape, channel, at_bound,
-                      &solution, NULL);
+        ff_point_set(&plan, b->fit->at.shape, b->fit->at.channel, &at);
+        st = ff_solve(&plan, &effort, &at, NULL);
     }
     b->status[repeat] = st;
-    b->converged[repeat] = !st && solution.outcome == FF_CONVERGED;
-    if (b->converged[repeat]) ff_layout_pack(l, shape, channel, b->x + repeat * l->P);
-    free(channel);
-    free(at_bound);
+    b->converged[repeat] = !st && at.outcome == FF_CONVERGED;
+    if (b->converged[repeat]) ff_layout_pack(&plan.l, at.shape, at.channel, b->x + repeat * plan.l.P);
+    ff_point_free(&at);
 }
 
 /* The covariance of coordinates a and b over n refits of P coordinates each. */
@@ -89,19 +92,19 @@ static ff_status one_sided(const double *x, size_t n, size_t P, size_t k, const 
 
 /* For every parameter [P]. */
 typedef struct groups_that_count {
-    double *number, *seen; /* see ff_clusters_informative and ff_clusters_seen */
+    double *number, *seen; /* see ff_clusters_informative and ff_information_seen */
 } groups_that_count;
 
 /* x [n][P]: the refits that converged. */
-static ff_status take_errors(const ff_point *point, const double *x, size_t n, size_t G, const groups_that_count *count,
+static ff_status take_errors(const ff_layout *l, const double *x, size_t n, size_t G, const groups_that_count *count,
                              ff_fit_result *fit)
 {
-    const ff_layout *l = &point->l;
     const size_t P = l->P;
     ff_status st = FF_OK;
     for (size_t a = 0; a < P && !st; a++) {
         ff_fit_value *v = ff_result_value(l, fit, a);
         const ff_param *info = ff_layout_param(l, a, NULL)->info;
+        if (v->held) continue;
         if (v->at_bound) {
             st = one_sided(x, n, P, a, info, v);
             continue;
@@ -123,21 +126,13 @@ static ff_status take_errors(const ff_point *point, const double *x, size_t n, s
     return st;
 }
 
-static ff_status count_groups(const ff_point *point, const struct ff_problem *p, const ff_fit_options *o, const ff_places *places,
-                              const groups_that_count *count)
+static ff_status count_groups(ff_finished *f, const ff_places *places, const groups_that_count *count)
 {
-    const size_t P = point->l.P;
-    ff_normal normal = {0};
-    ff_uncertainty u = {0};
-    int *use = malloc((P + 1) * sizeof *use);
-    ff_status st = use ? ff_point_pass(point, p, o, &normal) : FF_ERR_MEMORY;
-    for (size_t k = 0; k < P && !st; k++) use[k] = point->at_bound[k] == 0;
-    if (!st) st = ff_uncertainty_new(&point->l, p, &normal, use, p->n, &u);
-    if (!st) st = ff_clusters_informative(p, &normal, p->n, places->group, places->n_groups, u.inverse, NULL, count->number);
-    for (size_t k = 0; k < P && !st; k++) count->seen[k] = ff_clusters_seen(&point->l, &u, count->number[k]);
-    ff_uncertainty_free(&u);
-    ff_normal_free(&normal);
-    free(use);
+    const ff_plan *plan = &f->plan;
+    ff_status st = ff_errors(plan, &f->at);
+    if (!st)
+        st = ff_clusters_informative(plan->p, &f->at.normal, plan->p->n, places->group, places->n_groups, f->at.information, count->number);
+    for (size_t k = 0; k < plan->l.P && !st; k++) count->seen[k] = ff_information_seen(f->at.information, count->number[k]);
     return st;
 }
 
@@ -164,17 +159,16 @@ static size_t pack(bootstrap *b, size_t repeats, size_t P)
     return n;
 }
 
-ff_status ff_trust_bootstrap(ff_problem *p, const ff_places *places, const ff_fit_options *o, size_t repeats, uint64_t seed,
+ff_status ff_trust_bootstrap(const ff_problem *p, const ff_places *places, const ff_fit_options *o, size_t repeats, uint64_t seed,
                              ff_fit_result *fit, ff_bootstrap *out, ff_error *err)
 {
-    ff_point point;
+    ff_finished f;
     ff_resampled resampled = {0};
     ff_status st = check(places, repeats, err);
-    if (!st) st = ff_point_data_alone(o, "the bootstrap", err);
-    if (!st) st = ff_point_new(p, o, fit, &point, err);
+    if (!st) st = ff_finished_open_data(p, o, fit, "the bootstrap", &f, err);
     if (st) return st;
-    const size_t P = point.l.P, threads = (size_t)ff_pool_threads(p->pool);
-    bootstrap b = {.point = &point, .places = places, .o = o, .resampled = &resampled, .seed = seed};
+    const size_t P = f.plan.l.P, threads = (size_t)ff_pool_threads(p->pool);
+    bootstrap b = {.fit = &f, .places = places, .resampled = &resampled, .seed = seed};
     b.weight = malloc(threads * places->n_groups * sizeof *b.weight);
     b.x = malloc((repeats * P + 1) * sizeof *b.x);
     b.converged = calloc(repeats, 1);
@@ -193,8 +187,8 @@ ff_status ff_trust_bootstrap(ff_problem *p, const ff_places *places, const ff_fi
     } else if (n < FEWEST_REPEATS) {
         st = ff_error_set(err, FF_ERR_DATA, NULL, 0, -1, "only %zu of %zu refits of the bootstrap converged", n, repeats);
     } else {
-        st = count_groups(&point, p, o, places, &count);
-        if (!st) st = take_errors(&point, b.x, n, places->n_groups, &count, fit);
+        st = count_groups(&f, places, &count);
+        if (!st) st = take_errors(&f.plan.l, b.x, n, places->n_groups, &count, fit);
         if (st) ff_error_set(err, st, NULL, 0, -1, "out of memory");
     }
     if (!st) *out = (ff_bootstrap){repeats, repeats - n, places->n_groups, places->kind};
@@ -205,6 +199,6 @@ ff_status ff_trust_bootstrap(ff_problem *p, const ff_places *places, const ff_fi
     free(b.status);
     free(count.number);
     free(count.seen);
-    ff_point_free(&point);
+    ff_finished_close(&f);
     return st;
 }

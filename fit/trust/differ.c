@@ -1,6 +1,6 @@
 /* Do the channels of a measurement have different shapes? Wald's test on fits of each alone. */
 #include "base/internal_statistics.h"
-#include "fit/internal_fit.h"
+#include "fit/problem/internal_problem.h"
 #include "ff_trust.h"
 #include <math.h>
 #include <stdlib.h>

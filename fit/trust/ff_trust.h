@@ -50,7 +50,7 @@ const uint32_t *ff_problem_index(const ff_problem *p);
  *  @param model     [n_channels][used] out, 1/sr; may be NULL
  *  @param residual  [n_channels][used] out, weighted, as in the objective but before a robust loss; may be NULL
  *  @param cost      [used] out, what each sample adds to the objective; may be NULL */
-ff_status ff_trust_evaluate(ff_problem *p, const ff_fit_options *o, const ff_fit_result *fit, double *model, double *residual,
+ff_status ff_trust_evaluate(const ff_problem *p, const ff_fit_options *o, const ff_fit_result *fit, double *model, double *residual,
                             double *cost, ff_error *err);
 
 /** Residuals of one band of angles, all channels, by sample weight: cos(theta_i) (f - y), relative to the mean of cos(theta_i) |y|
@@ -62,12 +62,12 @@ typedef struct ff_band {
 typedef struct ff_bands {
     ff_band band[FF_PLACE_COUNT][FF_BANDS];
 } ff_bands;
-ff_status ff_trust_bands(ff_problem *p, const ff_places *places, const ff_fit_options *o, const ff_fit_result *fit, ff_bands *out,
+ff_status ff_trust_bands(const ff_problem *p, const ff_places *places, const ff_fit_options *o, const ff_fit_result *fit, ff_bands *out,
                          ff_error *err);
 
 /** Model minus data (1/sr) as a table with the directions of t, from which p was made: samples that the fit did not use are invalid
  *  there, standard deviations are left out. Release with ff_table_free. */
-ff_status ff_trust_residual_table(ff_problem *p, const ff_table *t, const ff_fit_options *o, const ff_fit_result *fit,
+ff_status ff_trust_residual_table(const ff_problem *p, const ff_table *t, const ff_fit_options *o, const ff_fit_result *fit,
                                   ff_table *out, ff_error *err);
 
 /** Values that lie further from the model than FF_OUTLIER standard deviations of a residual there, as the scale of the robust loss
@@ -85,7 +85,7 @@ typedef struct ff_outliers {
     } worst[FF_WORST];
 } ff_outliers;
 /** FF_ERR_UNSUPPORTED without a robust loss. */
-ff_status ff_trust_outliers(ff_problem *p, const ff_places *places, const ff_fit_options *o, const ff_fit_result *fit,
+ff_status ff_trust_outliers(const ff_problem *p, const ff_places *places, const ff_fit_options *o, const ff_fit_result *fit,
                             ff_outliers *out, ff_error *err);
 
 /* ---- intervals ------------------------------------------------------------------------------- */
@@ -100,14 +100,14 @@ typedef struct ff_bootstrap {
     size_t n_groups;
     ff_grouping kind;
 } ff_bootstrap;
-ff_status ff_trust_bootstrap(ff_problem *p, const ff_places *places, const ff_fit_options *o, size_t repeats, uint64_t seed,
+ff_status ff_trust_bootstrap(const ff_problem *p, const ff_places *places, const ff_fit_options *o, size_t repeats, uint64_t seed,
                              ff_fit_result *fit, ff_bootstrap *out, ff_error *err);
 
 /** Profile of the objective: for every free parameter the values at which the least objective of all others has risen by what 95 %
  * allow: t^2 / 2 times the variance of a residual, corrected as the standard error is (a parameter whose error is twice the
  * textbook's may raise it four times as much). An interval that ends at a bound ends there because the data do not end it. Replaces
  * the intervals of fit. Where a lower objective than that of the fit is found, a warning of fit says so. */
-ff_status ff_trust_profile(ff_problem *p, const ff_fit_options *o, ff_fit_result *fit, ff_error *err);
+ff_status ff_trust_profile(const ff_problem *p, const ff_fit_options *o, ff_fit_result *fit, ff_error *err);
 
 /** The same fit with a lower limit of theta: which parameters move by more than their errors? */
 typedef struct ff_cut_off {
@@ -118,7 +118,7 @@ typedef struct ff_cut_off {
                                error there, which what is wrong beyond the limit does not enlarge */
 } ff_cut_off;
 /** FF_ERR_DATA when too few samples are left. */
-ff_status ff_trust_cut_off(ff_problem *p, const ff_fit_options *o, const ff_fit_result *fit, double max_theta, ff_cut_off *out,
+ff_status ff_trust_cut_off(const ff_problem *p, const ff_fit_options *o, const ff_fit_result *fit, double max_theta, ff_cut_off *out,
                            ff_error *err);
 void ff_cut_off_free(ff_cut_off *c);
 
@@ -145,7 +145,7 @@ typedef struct ff_versus {
  *  @param folds  >= 2: cross-validation, each fold every folds-th incident direction; 0: none
  *  @param out    [n] out; out[winner] is all 0
  *  FF_ERR_RANGE for folds = 1 or more than directions. */
-ff_status ff_trust_compare(ff_problem *p, const ff_places *places, const ff_fit_options *o, const ff_fit_result *fits, size_t n,
+ff_status ff_trust_compare(const ff_problem *p, const ff_places *places, const ff_fit_options *o, const ff_fit_result *fits, size_t n,
                            size_t winner, size_t folds, ff_versus *out, ff_error *err);
 
 /** Do fits of one model to n channels of the same data differ in their shape by more than their errors? Wald's chi^2 of the free

@@ -2,31 +2,23 @@
 #ifndef FF_INTERNAL_TRUST_H
 #define FF_INTERNAL_TRUST_H
 #include "ff_trust.h"
-#include "fit/internal_fit.h"
+#include "fit/errors/internal_errors.h"
+#include "fit/minimise/internal_minimise.h"
 
-/* Parameters and layout of a finished fit. */
-typedef struct ff_point {
-    ff_layout l;
-    double shape[FF_MAX_SHAPE], *channel; /* [n_channels][n_channel] */
-    int *at_bound;                        /* [P] */
-} ff_point;
+/* The plan of a finished fit, whose model it has a copy of, and the point where it ended. */
+typedef struct ff_finished {
+    ff_plan plan;
+    ff_point at;
+} ff_finished;
 
-/* FF_ERR_RANGE for a fit of other channels than those of p, FF_ERR_MEMORY. Release with ff_point_free. */
-ff_status ff_point_new(const struct ff_problem *p, const ff_fit_options *o, const ff_fit_result *fit, ff_point *out, ff_error *err);
-void ff_point_free(ff_point *point);
-
-/* Refits know the samples alone: FF_ERR_UNSUPPORTED where priors or conserved energy moved the fit; `what` says who asks. */
-ff_status ff_point_data_alone(const ff_fit_options *o, const char *what, ff_error *err);
-
-/* A pass at the point with statistics and errors. */
-ff_status ff_point_pass(const ff_point *point, const struct ff_problem *p, const ff_fit_options *o, ff_normal *out);
-
-/* What each sample adds to the objective: cost [n]. On the calling thread. */
-ff_status ff_point_cost(const ff_layout *l, const struct ff_problem *p, const ff_fit_options *o, const double *shape,
-                        const double *channel, double *cost);
-
-/* What a residual adds to the objective, its standard deviation being `unit` (1 where the scale b is not in these). */
-double ff_half_rho(ff_robust robust, double b, double residual, double unit);
+/* FF_ERR_RANGE for a fit of other channels than those of p, and for a robust loss whose scale is not known; FF_ERR_MEMORY. out must stay
+ * where it is; release with ff_finished_close. */
+ff_status ff_finished_open(const struct ff_problem *p, const ff_fit_options *o, const ff_fit_result *fit, ff_finished *out, ff_error *err);
+/* The same for refits, which know the samples alone: FF_ERR_UNSUPPORTED where priors or conserved energy moved the fit; `what` says who
+ * asks. */
+ff_status ff_finished_open_data(const struct ff_problem *p, const ff_fit_options *o, const ff_fit_result *fit, const char *what,
+                                ff_finished *out, ff_error *err);
+void ff_finished_close(ff_finished *f);
 
 /* For every thread of the pool of p a problem with multipliers of its own. */
 typedef struct ff_resampled {

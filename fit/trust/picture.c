@@ -1,7 +1,7 @@
 /* A sphere under a few lights, as the data and as a model have it. */
 #include "ff_picture.h"
 #include "ff_interpolate.h"
-#include "fit/internal_fit.h"
+#include "fit/problem/internal_problem.h"
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>

@@ -22,49 +22,44 @@ typedef struct end {
 } end;
 
 typedef struct profile {
-    const ff_point *point;
-    const struct ff_problem *p;
-    const ff_fit_options *o;
+    const ff_finished *fit;
     double objective;
     end *ends;
 } profile;
 
-/* Root of twice the rise in units, sign by the direction; the others go on from shape, channel. */
-static ff_status root_at(const profile *f, end *e, double x, double *shape, double *channel, double *root)
+/* Root of twice the rise in units, sign by the direction; the others go on from the point. */
+static ff_status root_at(const profile *f, end *e, double x, ff_point *at, double *root)
 {
-    ff_layout l = f->point->l;
-    ff_solution solution;
-    double *all = malloc((l.P + 1) * sizeof *all);
-    int *at_bound = malloc((l.P + 1) * sizeof *at_bound);
-    ff_status st = all && at_bound ? FF_OK : FF_ERR_MEMORY;
-    if (!st) {
-        l.pinned = e->k;
-        ff_layout_pack(&l, shape, channel, all);
-        all[e->k] = x;
-        ff_layout_unpack(&l, all, shape, channel);
-        st = ff_solve(&l, f->p, f->o, 0, 0, PROFILE_TOLERANCE, PROFILE_ITERATIONS, shape, channel, at_bound, &solution, NULL);
-    }
-    if (!st) {
-        const double rise = 0.5 * solution.cost2 - f->objective;
-        e->lower = fmin(e->lower, f->objective > 0 ? rise / f->objective : 0);
-        *root = sqrt(2 * fmax(rise, 0) / e->unit);
-    }
+    static const ff_effort effort = {.tolerance = PROFILE_TOLERANCE, .max_iterations = PROFILE_ITERATIONS};
+    ff_plan plan = f->fit->plan;
+    double *all = malloc((plan.l.P + 1) * sizeof *all);
+    if (!all) return FF_ERR_MEMORY;
+    plan.l.pinned = e->k;
+    ff_layout_pack(&plan.l, at->shape, at->channel, all);
+    all[e->k] = x;
+    ff_layout_unpack(&plan.l, all, at->shape, at->channel);
     free(all);
-    free(at_bound);
-    return st;
+    const ff_status st = ff_solve(&plan, &effort, at, NULL);
+    if (st) return st;
+    const double rise = 0.5 * at->cost2 - f->objective;
+    e->lower = fmin(e->lower, f->objective > 0 ? rise / f->objective : 0);
+    *root = sqrt(2 * fmax(rise, 0) / e->unit);
+    return FF_OK;
 }
 
 /* Outwards until the root passes t, then between the last two points, by the secant that bisection keeps honest. */
-static ff_status find_end(const profile *f, end *e, double *shape, double *channel)
+static ff_status find_end(const profile *f, end *e, ff_point *at)
 {
-    const ff_model_param *param = ff_layout_param(&f->point->l, e->k, NULL);
-    const double wall = ff_coordinate(param->info, e->side < 0 ? param->lo : param->hi);
+    const ff_layout *l = &f->fit->plan.l;
+    double lo, hi;
+    ff_layout_range(l, e->k, &lo, &hi);
+    const double wall = ff_coordinate(ff_layout_param(l, e->k, NULL)->info, e->side < 0 ? lo : hi);
     double in = e->x0, in_root = 0, out = NAN, out_root = NAN, x = e->x0 + e->side * e->step;
     e->x = wall;
     for (int solve = 0; solve < MOST_SOLVES; solve++) {
         double root;
         x = e->side < 0 ? fmax(x, wall) : fmin(x, wall);
-        const ff_status st = root_at(f, e, x, shape, channel, &root);
+        const ff_status st = root_at(f, e, x, at, &root);
         if (st) return st;
         e->x = x;
         if (fabs(root - e->t) <= PROFILE_CLOSE * e->t || (x == wall && root < e->t)) return FF_OK;
@@ -87,37 +82,36 @@ static ff_status find_end(const profile *f, end *e, double *shape, double *chann
 static void profile_end(void *context, size_t item, int worker)
 {
     const profile *f = context;
-    const ff_layout *l = &f->point->l;
+    const ff_plan *plan = &f->fit->plan;
     end *e = &f->ends[item];
-    const size_t size = l->n_channels * l->m->n_channel;
-    double shape[FF_MAX_SHAPE], *channel = malloc((size + 1) * sizeof *channel);
+    ff_point at = {0};
     (void)worker;
-    e->status = channel ? ff_fit_cancelled(f->o) ? FF_ERR_CANCELLED : FF_OK : FF_ERR_MEMORY;
+    e->status = ff_plan_cancelled(plan) ? FF_ERR_CANCELLED : ff_point_new(plan, &at);
     if (!e->status) {
-        memcpy(shape, f->point->shape, sizeof shape);
-        memcpy(channel, f->point->channel, size * sizeof *channel);
-        e->status = find_end(f, e, shape, channel);
+        ff_point_set(plan, f->fit->at.shape, f->fit->at.channel, &at);
+        e->status = find_end(f, e, &at);
     }
-    free(channel);
+    ff_point_free(&at);
 }
 
 /* Where to begin and what to look for: the steps of the Wald interval. */
-static size_t plan(const profile *f, const ff_uncertainty *u, ff_fit_result *fit)
+static size_t lay_out_ends(const profile *f, const ff_information *u, ff_fit_result *fit)
 {
-    const ff_layout *l = &f->point->l;
+    const ff_layout *l = &f->fit->plan.l;
     const size_t P = l->P;
-    const double values = (double)(f->p->n * f->p->n_channels),
+    const double values = (double)(f->fit->plan.p->n * f->fit->plan.p->n_channels),
                  variance = 2 * f->objective / fmax(values - (double)P, 1) * values / fmax(u->effective, 1);
     size_t n = 0;
     for (size_t k = 0; k < P; k++) {
-        const ff_model_param *param = ff_layout_param(l, k, NULL);
-        const ff_param *info = param->info;
+        const ff_param *info = ff_layout_param(l, k, NULL)->info;
         const ff_fit_value *v = ff_result_value(l, fit, k);
-        const double inverse = u->inverse[k * P + k], cov = u->cov[k * P + k], x = ff_coordinate(info, v->value);
+        const double inverse = u->inverse[k], cov = u->variance[k], x = ff_coordinate(info, v->value);
         const int known = u->determined[k] && inverse > 0 && cov > 0;
-        const double range = ff_coordinate(info, param->hi) - ff_coordinate(info, param->lo);
+        double lo, hi;
+        ff_layout_range(l, k, &lo, &hi);
+        const double range = ff_coordinate(info, hi) - ff_coordinate(info, lo);
         for (int side = -1; side <= 1; side += 2) {
-            if (v->at_bound == side) continue;
+            if (v->at_bound == side || v->held) continue;
             end *e = &f->ends[n++];
             *e = (end){.k = k, .side = side, .x0 = x, .unit = known ? cov / inverse : fmax(variance, 1e-300)};
             e->t = ff_student_quantile(v->at_bound ? 0.9 : 0.95, u->dof[k]);
@@ -130,7 +124,7 @@ static size_t plan(const profile *f, const ff_uncertainty *u, ff_fit_result *fit
 
 static void take_ends(const profile *f, size_t n, ff_fit_result *fit)
 {
-    const ff_layout *l = &f->point->l;
+    const ff_layout *l = &f->fit->plan.l;
     double lower = 0;
     for (size_t i = 0; i < n; i++) {
         const end *e = &f->ends[i];
@@ -146,23 +140,18 @@ static void take_ends(const profile *f, size_t n, ff_fit_result *fit)
         ff_result_warn(fit, "the profile met an objective that is lower by %.2g of itself: the fit is not the best one", -lower);
 }
 
-ff_status ff_trust_profile(ff_problem *p, const ff_fit_options *o, ff_fit_result *fit, ff_error *err)
+ff_status ff_trust_profile(const ff_problem *p, const ff_fit_options *o, ff_fit_result *fit, ff_error *err)
 {
-    ff_point point;
-    ff_normal normal = {0};
-    ff_uncertainty u = {0};
-    ff_status st = ff_point_data_alone(o, "the profile of the objective", err);
-    if (!st) st = ff_point_new(p, o, fit, &point, err);
+    ff_finished finished;
+    ff_information *info = NULL;
+    ff_status st = ff_finished_open_data(p, o, fit, "the profile of the objective", &finished, err);
     if (st) return st;
-    const size_t P = point.l.P;
-    int *use = malloc((P + 1) * sizeof *use);
-    profile f = {&point, p, o, fit->residual.objective, malloc((2 * P + 1) * sizeof *f.ends)};
-    st = use && f.ends ? ff_point_pass(&point, p, o, &normal) : FF_ERR_MEMORY;
-    for (size_t k = 0; k < P && !st; k++) use[k] = 1;
-    if (!st) st = ff_uncertainty_new(&point.l, p, &normal, use, p->n, &u);
+    profile f = {&finished, fit->residual.objective, malloc((2 * finished.plan.l.P + 1) * sizeof *f.ends)};
+    st = f.ends ? ff_point_pass(&finished.plan, &finished.at) : FF_ERR_MEMORY;
+    if (!st) st = ff_information_of_all(&finished.plan, &finished.at, &info);
     size_t n = 0;
     if (!st) {
-        n = plan(&f, &u, fit);
+        n = lay_out_ends(&f, info, fit);
         ff_pool_run(p->pool, n, profile_end, &f);
         for (size_t i = 0; i < n && !st; i++) st = f.ends[i].status;
     }
@@ -170,10 +159,8 @@ ff_status ff_trust_profile(ff_problem *p, const ff_fit_options *o, ff_fit_result
         take_ends(&f, n, fit);
     else
         (void)ff_trust_ended(st, "the profile", err);
-    ff_uncertainty_free(&u);
-    ff_normal_free(&normal);
-    free(use);
+    free(info);
     free(f.ends);
-    ff_point_free(&point);
+    ff_finished_close(&finished);
     return st;
 }

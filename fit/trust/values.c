@@ -1,5 +1,5 @@
 /* A finished fit looked at again: values at the samples, residuals by angle, values that stand out. */
-#include "fit/pass/internal_loss.h"
+#include "fit/losses/internal_loss.h"
 #include "internal_trust.h"
 #include "ff_resample.h"
 #include <math.h>
@@ -7,151 +7,14 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* ---- a point --------------------------------------------------------------------------------- */
-
-ff_status ff_point_new(const struct ff_problem *p, const ff_fit_options *o, const ff_fit_result *fit, ff_point *out, ff_error *err)
-{
-    const size_t size = fit->n_channels * fit->model.n_channel;
-    ff_point point;
-    if (fit->n_channels != p->n_channels)
-        return ff_error_set(err, FF_ERR_RANGE, NULL, 0, -1, "a fit of %zu channels does not belong to a problem of %zu",
-                            fit->n_channels, p->n_channels);
-    ff_model model = fit->model; /* has bounds and what is held; which are tied is said again */
-    ff_ties ties;
-    ff_status st = ff_constraints_apply(o->constraints, fit->shape, &model, &ties, err);
-    if (!st) st = ff_layout_init(&fit->model, fit->n_channels, fit->shape, o->mean_slope, &point.l, err);
-    if (st) return st;
-    if (ties.n) ff_layout_tie(&point.l, &ties);
-    point.channel = malloc((size + 1) * sizeof *point.channel);
-    point.at_bound = calloc(point.l.P + 1, sizeof *point.at_bound);
-    if (!point.channel || !point.at_bound) {
-        ff_point_free(&point);
-        return ff_error_set(err, FF_ERR_MEMORY, NULL, 0, -1, "out of memory");
-    }
-    for (uint32_t k = 0; k < fit->model.n_shape; k++) point.shape[k] = fit->shape_value[k].value;
-    for (size_t k = 0; k < size; k++) point.channel[k] = fit->channel_value[k].value;
-    for (size_t k = 0; k < point.l.P; k++)
-        point.at_bound[k] = ff_result_value(&point.l, (ff_fit_result *)(uintptr_t)fit, k)->at_bound;
-    *out = point;
-    return FF_OK;
-}
-
-ff_status ff_point_data_alone(const ff_fit_options *o, const char *what, ff_error *err)
-{
-    if (!o->constraints || (o->constraints->n_priors == 0 && !o->constraints->energy_conserving)) return FF_OK;
-    return ff_error_set(err, FF_ERR_UNSUPPORTED, NULL, 0, -1,
-                        "%s fits to the samples alone and knows no priors nor conserved energy", what);
-}
-
-void ff_point_free(ff_point *point)
-{
-    free(point->channel);
-    free(point->at_bound);
-}
-
-ff_status ff_point_pass(const ff_point *point, const struct ff_problem *p, const ff_fit_options *o, ff_normal *out)
-{
-    ff_pass pass;
-    ff_normal n = {0};
-    ff_status st = ff_normal_new(&point->l, &n);
-    if (!st) st = ff_layout_pass(&point->l, p, o, point->shape, point->channel, &pass);
-    if (!st) {
-        pass.final = pass.errors = 1;
-        st = ff_pass_run(&pass, 1, &n);
-        ff_pass_free(&pass);
-        if (!st) st = ff_normal_fold(&point->l, &n);
-    }
-    if (st) {
-        ff_normal_free(&n);
-        return st;
-    }
-    *out = n;
-    return FF_OK;
-}
-
-/* ---- values ---------------------------------------------------------------------------------- */
-
-double ff_half_rho(ff_robust robust, double b, double residual, double unit)
-{
-    const double u = residual / unit, s = u * u, b2 = b * b, v = fmax(1 - s / b2, 0);
-    double rho = s;
-    if (robust == FF_ROBUST_HUBER) rho = s > b2 ? 2 * b * fabs(u) - b2 : s;
-    if (robust == FF_ROBUST_CAUCHY) rho = b2 * log1p(s / b2);
-    if (robust == FF_ROBUST_TUKEY) rho = b2 / 3 * (1 - v * v * v);
-    return 0.5 * rho * unit * unit;
-}
-
-typedef struct evaluation {
-    const ff_pass *pass;
-    double *model, *residual, *cost;
-} evaluation;
-
-/* w (g(f) - t), or 0 where the datum is known from one side only and the model is there. */
-static double residual_of(const struct ff_problem *p, size_t block, size_t c, size_t i, double f, double x)
-{
-    const double w = ff_problem_plane(p, block, p->weight + p->weight_stride * (int)c)[i],
-                 t = ff_problem_plane(p, block, p->target + (int)c)[i], r = w * (ff_loss_target(p->loss, f, x) - t);
-    if (p->side < 0) return r;
-    return ff_problem_plane(p, block, p->side + (int)c)[i] * r > 0 ? 0 : r;
-}
-
-static void evaluate_block(void *context, size_t block, int worker)
-{
-    const evaluation *e = context;
-    const ff_prepared *prepared = &e->pass->prepared;
-    const struct ff_problem *p = e->pass->p;
-    const size_t first = block * FF_BLOCK, n = p->n - first < FF_BLOCK ? p->n - first : FF_BLOCK;
-    ff_block scratch;
-    ff_geometry g;
-    double f[FF_BLOCK] __attribute__((aligned(64))), x[FF_BLOCK];
-    (void)worker;
-    for (int k = 0; k < FF_G_COUNT; k++) g.plane[k] = p->geometry[k] < 0 ? NULL : ff_problem_plane(p, block, p->geometry[k]);
-    ff_problem_cosines(&g, x);
-    prepared->kernels->block_shape(prepared, &g, FF_BLOCK, &scratch);
-    if (e->cost) memset(e->cost + first, 0, n * sizeof *e->cost);
-    for (size_t c = 0; c < p->n_channels; c++) {
-        prepared->kernels->block_value(prepared, &g, FF_BLOCK, c, &scratch, f);
-        for (size_t i = 0; i < n; i++) {
-            const double r = residual_of(p, block, c, i, f[i], x[i]);
-            const double unit = p->unit ? (double)p->unit[c * p->n_blocks * FF_BLOCK + first + i] : 1;
-            if (e->model) e->model[c * p->n + first + i] = f[i];
-            if (e->residual) e->residual[c * p->n + first + i] = r;
-            if (e->cost) e->cost[first + i] += ff_half_rho(e->pass->robust, e->pass->robust_scale, r, unit);
-        }
-    }
-}
-
-static ff_status evaluate(const ff_layout *l, const struct ff_problem *p, const ff_fit_options *o, const double *shape,
-                          const double *channel, int parallel, double *model, double *residual, double *cost)
-{
-    ff_layout values = *l;
-    ff_pass pass;
-    values.free = (ff_wanted){0};
-    const ff_status st = ff_layout_pass(&values, p, o, shape, channel, &pass);
-    if (st) return st;
-    evaluation e = {&pass, model, residual, cost};
-    if (parallel)
-        ff_pool_run(p->pool, p->n_blocks, evaluate_block, &e);
-    else
-        for (size_t block = 0; block < p->n_blocks; block++) evaluate_block(&e, block, 0);
-    ff_pass_free(&pass);
-    return FF_OK;
-}
-
-ff_status ff_point_cost(const ff_layout *l, const struct ff_problem *p, const ff_fit_options *o, const double *shape,
-                        const double *channel, double *cost)
-{
-    return evaluate(l, p, o, shape, channel, 0, NULL, NULL, cost);
-}
-
-ff_status ff_trust_evaluate(ff_problem *p, const ff_fit_options *o, const ff_fit_result *fit, double *model, double *residual,
+ff_status ff_trust_evaluate(const ff_problem *p, const ff_fit_options *o, const ff_fit_result *fit, double *model, double *residual,
                             double *cost, ff_error *err)
 {
-    ff_point point;
-    ff_status st = ff_point_new(p, o, fit, &point, err);
+    ff_finished f;
+    ff_status st = ff_finished_open(p, o, fit, &f, err);
     if (st) return st;
-    st = evaluate(&point.l, p, o, point.shape, point.channel, 1, model, residual, cost);
-    ff_point_free(&point);
+    st = ff_point_evaluate(&f.plan, &f.at, 1, model, residual, cost);
+    ff_finished_close(&f);
     return st ? ff_error_set(err, st, NULL, 0, -1, "the model could not be evaluated: %s", ff_status_str(st)) : FF_OK;
 }
 
@@ -222,18 +85,18 @@ static void band_chunk(void *context, size_t chunk, int worker)
     }
 }
 
-ff_status ff_trust_bands(ff_problem *p, const ff_places *places, const ff_fit_options *o, const ff_fit_result *fit, ff_bands *out,
-                         ff_error *err)
+ff_status ff_trust_bands(const ff_problem *p, const ff_places *places, const ff_fit_options *o, const ff_fit_result *fit,
+                         ff_bands *out, ff_error *err)
 {
     const size_t chunks = (p->n_blocks + FF_CHUNK - 1) / FF_CHUNK;
     ff_bands bands = {0};
-    ff_point point;
+    ff_finished f;
     ff_pass pass;
-    ff_status st = ff_point_new(p, o, fit, &point, err);
+    ff_status st = ff_finished_open(p, o, fit, &f, err);
     if (st) return st;
     banding work = {&pass, places, calloc(chunks, sizeof *work.chunk)};
-    point.l.free = (ff_wanted){0}; /* values alone */
-    st = work.chunk ? ff_layout_pass(&point.l, p, o, point.shape, point.channel, &pass) : FF_ERR_MEMORY;
+    f.plan.l.free = (ff_wanted){0}; /* values alone */
+    st = work.chunk ? ff_plan_pass(&f.plan, f.at.shape, f.at.channel, &pass) : FF_ERR_MEMORY;
     if (!st) {
         ff_pool_run(p->pool, chunks, band_chunk, &work);
         ff_pass_free(&pass);
@@ -246,7 +109,7 @@ ff_status ff_trust_bands(ff_problem *p, const ff_places *places, const ff_fit_op
                 (ff_band){s.n, s.data > 0 ? s.signed_sum / s.data : NAN, s.data > 0 ? sqrt(s.square * s.weight) / s.data : NAN};
         }
     free(work.chunk);
-    ff_point_free(&point);
+    ff_finished_close(&f);
     if (st) return ff_error_set(err, st, NULL, 0, -1, "out of memory");
     *out = bands;
     return FF_OK;
@@ -254,7 +117,7 @@ ff_status ff_trust_bands(ff_problem *p, const ff_places *places, const ff_fit_op
 
 /* ---- as a table ------------------------------------------------------------------------------ */
 
-ff_status ff_trust_residual_table(ff_problem *p, const ff_table *t, const ff_fit_options *o, const ff_fit_result *fit,
+ff_status ff_trust_residual_table(const ff_problem *p, const ff_table *t, const ff_fit_options *o, const ff_fit_result *fit,
                                   ff_table *out, ff_error *err)
 {
     const size_t n = p->n, C = p->n_channels;
@@ -302,7 +165,7 @@ static void keep_worst(ff_outliers *out, uint32_t sample, uint32_t channel, doub
     out->worst[at].ratio = ratio;
 }
 
-ff_status ff_trust_outliers(ff_problem *p, const ff_places *places, const ff_fit_options *o, const ff_fit_result *fit,
+ff_status ff_trust_outliers(const ff_problem *p, const ff_places *places, const ff_fit_options *o, const ff_fit_result *fit,
                             ff_outliers *out, ff_error *err)
 {
     ff_outliers found = {0};

@@ -15,10 +15,8 @@ enum { GROUPS_FOR_VARIANCE = 10, FOLD_ITERATIONS = 50 };
 /* ---- cross-validation ------------------------------------------------------------------------ */
 
 typedef struct folds {
-    const struct ff_problem *p;
-    const ff_point *point;
+    const ff_finished *fit;
     const ff_places *places;
-    const ff_fit_options *o;
     const ff_resampled *resampled;
     size_t n;
     double *held_out; /* [n_directions] objective of a direction's samples, in the fit that has not seen them */
@@ -26,11 +24,11 @@ typedef struct folds {
 } folds;
 
 /* The objective of the groups of a fold, which the fit has not seen. */
-static ff_status add_held_out(const folds *f, size_t fold, const double *shape, const double *channel)
+static ff_status add_held_out(const folds *f, size_t fold, const ff_point *at)
 {
     const ff_places *places = f->places;
     double *cost = malloc((places->n + 1) * sizeof *cost);
-    ff_status st = cost ? ff_point_cost(&f->point->l, f->p, f->o, shape, channel, cost) : FF_ERR_MEMORY;
+    ff_status st = cost ? ff_point_evaluate(&f->fit->plan, at, 0, NULL, NULL, cost) : FF_ERR_MEMORY;
     for (size_t i = 0; i < places->n && !st; i++)
         if (places->direction[i] % f->n == fold) f->held_out[places->direction[i]] += cost[i];
     free(cost);
@@ -39,36 +37,32 @@ static ff_status add_held_out(const folds *f, size_t fold, const double *shape, 
 
 static void fit_fold(void *context, size_t fold, int worker)
 {
+    static const ff_effort effort = {.tolerance = FOLD_TOLERANCE, .max_iterations = FOLD_ITERATIONS};
     const folds *f = context;
-    const ff_layout *l = &f->point->l;
-    const size_t size = l->n_channels * l->m->n_channel;
     const struct ff_problem *p = &f->resampled->problem[worker];
-    double shape[FF_MAX_SHAPE], *channel = malloc((size + 1) * sizeof *channel);
-    int *at_bound = malloc((l->P + 1) * sizeof *at_bound);
-    ff_solution solution;
-    ff_status st = channel && at_bound ? ff_fit_cancelled(f->o) ? FF_ERR_CANCELLED : FF_OK : FF_ERR_MEMORY;
+    const ff_plan plan = ff_plan_on(&f->fit->plan, p);
+    ff_point at = {0};
+    ff_status st = ff_plan_cancelled(&plan) ? FF_ERR_CANCELLED : ff_point_new(&plan, &at);
     if (!st) {
         float *multiplier = f->resampled->multiplier + (size_t)worker * p->n_blocks * FF_BLOCK;
         for (size_t i = 0; i < p->n; i++) multiplier[i] = f->places->direction[i] % f->n != fold;
-        memcpy(shape, f->point->shape, sizeof shape);
-        memcpy(channel, f->point->channel, size * sizeof *channel);
-        st = ff_solve(l, p, f->o, 0, 0, FOLD_TOLERANCE, FOLD_ITERATIONS, shape, channel, at_bound, &solution, NULL);
+        ff_point_set(&plan, f->fit->at.shape, f->fit->at.channel, &at);
+        st = ff_solve(&plan, &effort, &at, NULL);
     }
-    if (!st) st = add_held_out(f, fold, shape, channel);
+    if (!st) st = add_held_out(f, fold, &at);
     f->status[fold] = st;
-    free(channel);
-    free(at_bound);
+    ff_point_free(&at);
 }
 
 /* held_out [n_directions] */
-static ff_status cross_validate(ff_problem *p, const ff_places *places, const ff_fit_options *o, const ff_fit_result *fit, size_t n,
-                                double *held_out, ff_error *err)
+static ff_status cross_validate(const ff_problem *p, const ff_places *places, const ff_fit_options *o, const ff_fit_result *fit,
+                                size_t n, double *held_out, ff_error *err)
 {
-    ff_point point;
+    ff_finished finished;
     ff_resampled resampled = {0};
-    ff_status st = ff_point_new(p, o, fit, &point, err);
+    ff_status st = ff_finished_open_data(p, o, fit, "cross-validation", &finished, err);
     if (st) return st;
-    folds f = {p, &point, places, o, &resampled, n, held_out, calloc(n, sizeof *f.status)};
+    folds f = {&finished, places, &resampled, n, held_out, calloc(n, sizeof *f.status)};
     st = f.status ? ff_resampled_new(p, &resampled) : FF_ERR_MEMORY;
     memset(held_out, 0, places->n_directions * sizeof *held_out);
     if (!st) {
@@ -78,7 +72,7 @@ static ff_status cross_validate(ff_problem *p, const ff_places *places, const ff
     if (st) (void)ff_trust_ended(st, "the cross-validation", err);
     ff_resampled_free(&resampled);
     free(f.status);
-    ff_point_free(&point);
+    ff_finished_close(&finished);
     return st;
 }
 
@@ -170,8 +164,8 @@ static void compare_one(const struct ff_problem *p, const ff_places *places, con
     v->told_apart = v->vuong_p < 0.05;
 }
 
-static ff_status compare_all(ff_problem *p, const ff_places *places, const ff_fit_options *o, const ff_fit_result *fits, size_t n,
-                             size_t winner, size_t folds, const arrays *a, ff_versus *out, ff_error *err)
+static ff_status compare_all(const ff_problem *p, const ff_places *places, const ff_fit_options *o, const ff_fit_result *fits,
+                             size_t n, size_t winner, size_t folds, const arrays *a, ff_versus *out, ff_error *err)
 {
     ff_status st = ff_trust_evaluate(p, o, &fits[winner], NULL, NULL, a->winner, err);
     if (!st && folds) st = cross_validate(p, places, o, &fits[winner], folds, a->winner_held_out, err);
@@ -189,19 +183,17 @@ static ff_status compare_all(ff_problem *p, const ff_places *places, const ff_fi
     return st;
 }
 
-ff_status ff_trust_compare(ff_problem *p, const ff_places *places, const ff_fit_options *o, const ff_fit_result *fits, size_t n,
-                           size_t winner, size_t folds, ff_versus *out, ff_error *err)
+ff_status ff_trust_compare(const ff_problem *p, const ff_places *places, const ff_fit_options *o, const ff_fit_result *fits,
+                           size_t n, size_t winner, size_t folds, ff_versus *out, ff_error *err)
 {
     const size_t D = places->n_directions;
     if (winner >= n || folds == 1 || folds > D)
         return ff_error_set(
             err, FF_ERR_RANGE, NULL, 0, -1,
             "cross-validation by incident direction takes 2 to %zu parts, as many as there are directions, found %zu", D, folds);
-    ff_status st = folds ? ff_point_data_alone(o, "cross-validation", err) : FF_OK;
-    if (st) return st;
     double *memory = malloc((4 * p->n + 2 * D) * sizeof *memory); /* no more groups than samples */
     ff_versus *versus = calloc(n, sizeof *versus);
-    st = memory && versus ? FF_OK : ff_error_set(err, FF_ERR_MEMORY, NULL, 0, -1, "out of memory");
+    ff_status st = memory && versus ? FF_OK : ff_error_set(err, FF_ERR_MEMORY, NULL, 0, -1, "out of memory");
     if (!st) {
         const arrays a = {memory, memory + p->n, memory + 2 * p->n, memory + 3 * p->n, memory + 4 * p->n, memory + 4 * p->n + D};
         st = compare_all(p, places, o, fits, n, winner, folds, &a, versus, err);

@@ -1,5 +1,5 @@
 #include "compressed_point.h"
-#include "fit/internal_fit.h"
+#include "pass_of.h"
 
 ff_status compressed_point(const ff_problem *p, const ff_model *m, const ff_fit_options *o, size_t n_channels, const double *shape,
                            const double *channel, double *cost, double *gradient, double *gram)
@@ -8,16 +8,16 @@ ff_status compressed_point(const ff_problem *p, const ff_model *m, const ff_fit_
     ff_pass pass;
     ff_normal normal;
     ff_status st = ff_layout_init(m, n_channels, FF_SHAPE_CORRELATED, 0, &layout, NULL);
-    if (!st) st = ff_normal_new(&layout, &normal);
+    if (!st) st = ff_layout_normal(&layout, &normal);
     if (st) return st;
-    st = ff_layout_pass(&layout, p, o, shape, channel, &pass);
+    st = pass_of(&layout, p, o, shape, channel, &pass);
     if (!st) {
         st = ff_pass_run(&pass, 1, &normal);
         ff_pass_free(&pass);
     }
     if (!st) {
         *cost = 0.5 * normal.cost2;
-        ff_normal_assemble(&layout, &normal, NULL, gram, gradient);
+        assemble(&layout, &normal, NULL, gram, gradient);
     }
     ff_normal_free(&normal);
     return st;

@@ -1,5 +1,5 @@
 #include "data_sets.h"
-#include "fit/internal_fit.h"
+#include "fit/problem/internal_problem.h"
 
 static double between(uint64_t *state, double lo, double hi)
 {

@@ -9,7 +9,7 @@
  * A measurement is a function of (SEED, family, number) alone, so that any of them can be looked at by itself. */
 #define _GNU_SOURCE
 #include "data_sets.h"
-#include "fit/internal_fit.h"
+#include "fit/problem/internal_problem.h"
 #include <pthread.h>
 #include <time.h>
 

@@ -34,6 +34,7 @@ typedef struct ff_image_stack {
     ff_lines lines;
     ff_error *err;
     const char *path;
+    const ff_read_options *options;
     int quantity, isotropic; /* -1 = not said */
     double radians_per_unit;
     ff_encoding said; /* by the comment */

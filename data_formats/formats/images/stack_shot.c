@@ -32,7 +32,8 @@ static ff_status open_beside(ff_image_shot *s, const char *name, ff_image **imag
     if (!S_ISREG(st.st_mode)) return shot_fails(s, FF_ERR_OPEN, "no regular file", "an image");
     ff_error inner = {0};
     const char *kind = NULL;
-    ff_status status = ff_image_check(s->path, &kind, &inner);
+    ff_status status = f->options->ask ? f->options->ask(f->options->ask_context, s->path, &inner) : FF_OK;
+    if (status == FF_OK) status = ff_image_check(s->path, &kind, &inner);
     if (status == FF_OK) status = f->reader->open(s->path, kind, image, info, &inner);
     if (status == FF_OK) return FF_OK;
     return ff_error_set(f->err, status, f->path, f->lines.line, -1, "image %s: %.500s", s->quoted, inner.message);

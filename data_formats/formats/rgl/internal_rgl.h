@@ -29,10 +29,12 @@ ff_status ff_rgl_of_file(ff_tensor_file *file, const char *path, int with_invers
 /** f cos(theta_o) per colour of a half vector at u for light from theta_i, phi_i: ndf / (4 sigma), or 1; 0 where not defined. */
 double ff_rgl_factor(const ff_rgl *r, double theta_i, double phi_i, const double u[2]);
 
-/** Samples of one node of incidence, [height width] each: the directions seen (radians; beyond pi/2 below the horizon), f per colour
- *  (0 where not defined), and the solid angle of the sample's cell as the detector sees it. row: scratch [2 vndf.width]. */
+/** Samples of one node of incidence, [height width] each: the directions seen (radians; beyond pi/2 below the horizon) and f per colour
+ *  (0 where not defined). With mass and density (both or neither NULL): mass is the integral of the sample's share in the function,
+ *  1 at the sample and 0 at its neighbours, times the density of normals, over the solid angle above the horizon; density is that at
+ *  the sample. The sum over all samples of colour times mass / (4 sigma) is the reflectance. row: scratch [2 vndf.width]. */
 typedef struct ff_rgl_slice {
-    double *theta_o, *phi_o, *factor, *solid_angle;
+    double *theta_o, *phi_o, *factor, *mass, *density;
 } ff_rgl_slice;
 void ff_rgl_sample_slice(const ff_rgl *r, size_t p, size_t t, double *row, const ff_rgl_slice *out);
 

@@ -1,0 +1,12 @@
+/* What runs each command. */
+#include "internal_cli.h"
+
+int cli_command_run(const cli_args *args)
+{
+    static int (*const run[COMMAND_COUNT])(const cli_args *args) = {
+#define COMMAND(ID, ...) [COMMAND_##ID] = cmd_##ID,
+#include "commands.def"
+#undef COMMAND
+    };
+    return run[args->command->id](args);
+}

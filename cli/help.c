@@ -1,0 +1,60 @@
+/* --help, from the definitions: examples, then the flags by what they are about. */
+#include "internal_flags.h"
+#include <string.h>
+
+enum { COLUMN = 28 };
+
+static void put_flag(const cli_flag *f, FILE *out)
+{
+    char spelling[64], text[400];
+    const int indent = f->letter ? 2 : 6;
+    const size_t n = (size_t)indent + strlen(cli_flag_spelling(f, spelling, sizeof spelling));
+    snprintf(text, sizeof text, "%s%s%s%s", f->help, f->otherwise ? " (" : "", f->otherwise ? f->otherwise : "",
+             f->otherwise ? ")" : "");
+    fprintf(out, "%*s%s", indent, "", spelling);
+    if (n + 1 >= COLUMN)
+        fprintf(out, "\n%*s", COLUMN, "");
+    else
+        fprintf(out, "%*s", (int)(COLUMN - n), "");
+    cli_wrap(out, text, COLUMN, COLUMN);
+}
+
+static void put_group(const cli_command *command, int group, FILE *out)
+{
+    int any = 0;
+    for (int i = 0; i < FLAG_COUNT; ++i) {
+        const cli_flag f = cli_flag_of((cli_flag_id)i, command);
+        if (!cli_flag_has(&f, command) || (int)f.group != group) continue;
+        if (!any++) fprintf(out, "\n%s:\n", cli_group_name(group));
+        put_flag(&f, out);
+    }
+}
+
+void cli_help_command(const cli_command *command, FILE *out)
+{
+    char usage[128], sentence[160];
+    cli_command_usage(command, usage, sizeof usage);
+    fprintf(out, "facetfit %s %s%s[flags]\n\n%c", command->name, usage, *usage ? " " : "", command->summary[0] - 'a' + 'A');
+    snprintf(sentence, sizeof sentence, "%s.", command->summary + 1);
+    cli_wrap(out, sentence, 1, 0);
+    fputs("\nExamples:\n", out);
+    for (size_t k = 0; k < CLI_EXAMPLES && command->example[k]; ++k) fprintf(out, "  %s\n", command->example[k]);
+    fputc('\n', out);
+    cli_wrap(out, command->more, 0, 0);
+    for (int group = 0; group < GROUP_COUNT; ++group) put_group(command, group, out);
+}
+
+void cli_help(FILE *out)
+{
+    fputs("facetfit finds microfacet BRDF parameters in measured reflectance.\n\nfacetfit COMMAND ...\n\n", out);
+    for (size_t i = 0; i < cli_command_count(); ++i) {
+        fprintf(out, "  %-11s", cli_command_at(i)->name);
+        cli_wrap(out, cli_command_at(i)->summary, 13, 13);
+    }
+    fputs("\n'facetfit COMMAND --help' or 'facetfit help COMMAND' lists the flags of a\n"
+          "command, 'facetfit man COMMAND' says more; 'facetfit --version' prints the\n"
+          "version.\n\n"
+          "Exit status: 0 done, 1 the answer is no (not converged, a check failed),\n"
+          "2 usage, 3 input, 4 output, 5 internal, 130 Ctrl-C.\n",
+          out);
+}

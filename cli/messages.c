@@ -1,0 +1,75 @@
+/* What the program says on stderr, and its exit status. */
+#include "internal_flags.h"
+#include <signal.h>
+#include <stdarg.h>
+#include <string.h>
+
+static void put_message(const char *format, va_list args)
+{
+    fputs("facetfit: ", stderr);
+    vfprintf(stderr, format, args);
+    fputc('\n', stderr);
+}
+
+void cli_message(const char *format, ...)
+{
+    va_list args;
+    va_start(args, format);
+    put_message(format, args);
+    va_end(args);
+}
+
+int cli_usage(const cli_args *args, const char *format, ...)
+{
+    va_list list;
+    va_start(list, format);
+    put_message(format, list);
+    va_end(list);
+    cli_message("see 'facetfit %s --help'", args->command->name);
+    return EXIT_USAGE;
+}
+
+int cli_exit_status(ff_status status)
+{
+    switch (status) {
+    case FF_OK:
+        return EXIT_DONE;
+    case FF_ERR_RANGE:
+    case FF_ERR_UNKNOWN:
+    case FF_ERR_SYNTAX:
+    case FF_ERR_UNSUPPORTED:
+        return EXIT_USAGE;
+    case FF_ERR_OPEN:
+    case FF_ERR_READ:
+    case FF_ERR_FORMAT:
+    case FF_ERR_DATA:
+        return EXIT_INPUT;
+    case FF_ERR_WRITE:
+        return EXIT_OUTPUT;
+    case FF_ERR_CANCELLED:
+        return 128 + SIGINT;
+    default:
+        return EXIT_INTERNAL;
+    }
+}
+
+int cli_failed(ff_status status, const ff_error *err)
+{
+    char text[FF_ERROR_PATH + FF_ERROR_MESSAGE + 64] = "";
+    if (err) {
+        ff_error named = *err;
+        if (!strcmp(named.path, "-")) strcpy(named.path, status == FF_ERR_WRITE ? "standard output" : "standard input");
+        ff_error_format(&named, text, sizeof text);
+    }
+    cli_message("%s", *text ? text : ff_status_str(status));
+    return cli_exit_status(status);
+}
+
+void cli_notes(const char *path, const char *notes)
+{
+    while (*notes) {
+        const size_t n = strcspn(notes, "\n");
+        if (n > 0) cli_message("%s: %.*s", path, (int)n, notes);
+        notes += n + (notes[n] == '\n');
+    }
+}

@@ -1,0 +1,245 @@
+/* Closed lists of words, most of them from the registries of the library, and the nearest word of a list. */
+#include "internal_flags.h"
+#include "ff_convert.h"
+#include "ff_model.h"
+#include "ff_ndf.h"
+#include <string.h>
+
+/* ---- lists of the library -------------------------------------------------------------------- */
+
+const char *cli_words_loss(size_t i)
+{
+    return ff_loss_name((int)i);
+}
+
+/* "auto", which only `fit` knows, is one more loss. */
+const char *cli_words_loss_auto(size_t i)
+{
+    const size_t n = cli_words_count(cli_words_loss);
+    return i == n ? "auto" : i < n ? cli_words_loss(i) : NULL;
+}
+
+const char *cli_words_robust(size_t i)
+{
+    return ff_robust_name((int)i);
+}
+
+const char *cli_words_weighting(size_t i)
+{
+    return ff_weighting_name((int)i);
+}
+
+const char *cli_words_shape(size_t i)
+{
+    return ff_shape_name((int)i);
+}
+
+const char *cli_words_channels(size_t i)
+{
+    return ff_channel_mode_name((int)i);
+}
+
+/* What makes one data set of all channels. */
+const char *cli_words_channels_one(size_t i)
+{
+    return i < FF_CHANNELS_EACH ? ff_channel_mode_name((int)i) : NULL;
+}
+
+const char *cli_words_quantity(size_t i)
+{
+    return ff_quantity_name((int)i);
+}
+
+const char *cli_words_monotone(size_t i)
+{
+    return ff_ndf_monotone_name((int)i);
+}
+
+/* In the order of ff_isa. */
+const char *cli_words_isa(size_t i)
+{
+    return i == FF_ISA_BEST ? "best" : i <= FF_ISA_AVX512 ? ff_isa_name((ff_isa)i) : NULL;
+}
+
+static const char *term(ff_term_kind kind, size_t i)
+{
+    const ff_term *t = ff_term_at(kind, i);
+    return t ? t->name : NULL;
+}
+
+/* A word beside the terms of a kind. */
+static const char *term_or(ff_term_kind kind, size_t i, const char *first, const char *second)
+{
+    const size_t n = ff_term_count(kind);
+    return i < n ? term(kind, i) : i == n ? first : i == n + 1 ? second : NULL;
+}
+
+const char *cli_words_ndf(size_t i)
+{
+    return term_or(FF_NDF, i, "all", NULL);
+}
+
+const char *cli_words_masking(size_t i)
+{
+    return term_or(FF_MASKING, i, "all", NULL);
+}
+
+const char *cli_words_masking_one(size_t i)
+{
+    return term(FF_MASKING, i);
+}
+
+const char *cli_words_fresnel(size_t i)
+{
+    return term_or(FF_FRESNEL, i, "all", NULL);
+}
+
+const char *cli_words_diffuse(size_t i)
+{
+    return term_or(FF_DIFFUSE, i, "all", "none");
+}
+
+/* What an expression may begin with. */
+const char *cli_words_model(size_t i)
+{
+    const size_t n = ff_term_count(FF_NDF), m = n + ff_term_count(FF_DIFFUSE);
+    if (i < n) return term(FF_NDF, i);
+    if (i < m) return term(FF_DIFFUSE, i - n);
+    return i - m < ff_preset_count() ? ff_preset_at(i - m)->name : NULL;
+}
+
+static const char *format(size_t i, int written)
+{
+    for (size_t k = 0; k < ff_format_count(); ++k) {
+        const ff_format *f = ff_format_at(k);
+        if ((written ? f->write != NULL : f->read != NULL) && i-- == 0) return f->name;
+    }
+    return NULL;
+}
+
+const char *cli_words_read(size_t i)
+{
+    return format(i, 0);
+}
+
+const char *cli_words_written(size_t i)
+{
+    return format(i, 1);
+}
+
+/* A word of conversion c. */
+static const char *conversion(size_t c, int which)
+{
+    const ff_conversion *v = ff_conversion_at(c);
+    return which == 0 ? v->from : which == 1 ? v->to : v->by;
+}
+
+/* Each once. */
+static const char *of_conversions(size_t i, int which)
+{
+    for (size_t k = 0; k < ff_conversion_count(); ++k) {
+        int seen = *conversion(k, which) == '\0';
+        for (size_t j = 0; j < k && !seen; ++j) seen = !strcmp(conversion(j, which), conversion(k, which));
+        if (!seen && i-- == 0) return conversion(k, which);
+    }
+    return NULL;
+}
+
+const char *cli_words_from(size_t i)
+{
+    return of_conversions(i, 0);
+}
+
+const char *cli_words_to(size_t i)
+{
+    return of_conversions(i, 1);
+}
+
+const char *cli_words_by(size_t i)
+{
+    return of_conversions(i, 2);
+}
+
+/* ---- lists of the program -------------------------------------------------------------------- */
+
+#define OWN_WORDS(name, ...)                                                                                                       \
+    const char *cli_words_##name(size_t i)                                                                                         \
+    {                                                                                                                              \
+        static const char *const words[] = {__VA_ARGS__};                                                                          \
+        return i < sizeof words / sizeof *words ? words[i] : NULL;                                                                 \
+    }
+OWN_WORDS(negative, "keep", "drop")
+OWN_WORDS(grid, "merl", "goniometer", "scattered")
+OWN_WORDS(reduce, "srgb", "bands", "channels", "mean")
+OWN_WORDS(table, "text", "csv", "tsv", "md", "latex")
+OWN_WORDS(shell, "bash", "zsh", "fish")
+
+/* ---- looking words up ------------------------------------------------------------------------ */
+
+size_t cli_words_count(cli_words *words)
+{
+    size_t n = 0;
+    while (words(n)) ++n;
+    return n;
+}
+
+int cli_words_find(cli_words *words, const char *word, size_t length)
+{
+    for (size_t i = 0; words(i); ++i)
+        if (strlen(words(i)) == length && !strncmp(words(i), word, length)) return (int)i;
+    return -1;
+}
+
+const char *cli_words_list(cli_words *words, char *out, size_t size)
+{
+    size_t used = 0;
+    *out = '\0';
+    for (size_t i = 0; words(i) && used < size; ++i)
+        used += (size_t)snprintf(out + used, size - used, "%s%s", i ? ", " : "", words(i));
+    return out;
+}
+
+/* Levenshtein's distance of two short words; long ones are not near. */
+static size_t distance(const char *a, const char *b)
+{
+    enum { LONGEST = 40 };
+    const size_t na = strlen(a), nb = strlen(b);
+    size_t row[LONGEST + 1];
+    if (na > LONGEST || nb > LONGEST) return LONGEST;
+    for (size_t j = 0; j <= nb; ++j) row[j] = j;
+    for (size_t i = 1; i <= na; ++i) {
+        size_t diagonal = row[0];
+        row[0] = i;
+        for (size_t j = 1; j <= nb; ++j) {
+            const size_t replace = diagonal + (a[i - 1] != b[j - 1]), insert = row[j] + 1, drop = row[j - 1] + 1;
+            diagonal = row[j];
+            row[j] = replace < insert ? replace : insert;
+            if (drop < row[j]) row[j] = drop;
+        }
+    }
+    return row[nb];
+}
+
+const char *cli_nearest(const char *word, const char *const *names, size_t n)
+{
+    const char *nearest = NULL;
+    size_t least = strlen(word) < 4 ? 2 : 3 + strlen(word) / 8; /* one slip in a short word, two in a long one */
+    for (size_t i = 0; i < n; ++i) {
+        const size_t d = distance(word, names[i]);
+        if (d >= least) continue;
+        least = d;
+        nearest = names[i];
+    }
+    return nearest;
+}
+
+const char *cli_words_nearest(cli_words *words, const char *word, size_t length)
+{
+    enum { MANY = 128 };
+    const char *names[MANY];
+    char bare[CLI_NAME];
+    size_t n = 0;
+    for (; n < MANY && words(n); ++n) names[n] = words(n);
+    snprintf(bare, sizeof bare, "%.*s", (int)length, word);
+    return cli_nearest(bare, names, n);
+}

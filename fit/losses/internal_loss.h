@@ -1,0 +1,71 @@
+/* The losses as the fit uses them: a constant descriptor each, which nothing outside fit/losses/ knows more of.
+ *
+ * A new loss is one file loss_<id>.c with its descriptor and one line in ff_losses.def. Everything follows from these: fits, ndf,
+ * --loss auto, the measures of a finished fit, help, JSON and the tests, which also say which row the table of docs/fitting.md lacks.
+ * The files are compiled once per instruction set. What is seldom computed (targets, slopes, factors) is always that of the baseline,
+ * so that the data of a fit do not depend on the processor.
+ *
+ * f model, y datum, x = cos(theta_i); planes may have any length n where it is given and else have FF_BLOCK entries. */
+#ifndef FF_INTERNAL_LOSS_H
+#define FF_INTERNAL_LOSS_H
+#include "ff_loss.h"
+#include "base/internal_isa.h"
+#include <stddef.h>
+
+/* What a loss reads over a block: w, what multiplies g(f) - g(y); t = g(y); x, NULL unless the loss reads it. */
+typedef struct ff_loss_planes {
+    const double *restrict w, *restrict t, *restrict x;
+} ff_loss_planes;
+
+typedef struct ff_loss_descriptor {
+    ff_loss_info info;
+
+    /* What multiplies g(f) - g(y) for a sample of unit weight, [n]; at most one of them, none: 1. mean: of |y| over the channel.
+     * With weights by standard deviations it says nothing: a residual is then in its standard deviations. */
+    void (*factor)(size_t n, const double *x, double *factor);
+    void (*factor_of_datum)(size_t n, const double *y, const double *x, double mean, double *factor);
+
+    /* Linear losses, g(f) = f, have none of what follows; curved ones have target, slope and residuals. */
+
+    int reads_cosine;                                                                 /* x is not given otherwise              */
+    void (*target)(size_t n, const double *y, const double *x, double *g);            /* g(y)                                  */
+    void (*slope)(size_t n, const double *y, const double *x, double *slope);         /* dg/df at f = y                        */
+    int (*has_value)(double y, double x);                                             /* 0: g(y) does not exist; NULL: always 1 */
+    void (*residuals)(const ff_loss_planes *l, const double *f, double *r, double *j); /* r = w (g(f) - t), j = dr/df          */
+
+    /* g(f) - g(y) times the factor, as a measure of every fit; with info.rmse_unit, else NULL. Linear ones may have it too, and read
+     * x, y may be where g has no value. */
+    void (*deviations)(const double *f, const double *y, const double *x, double *e);
+} ff_loss_descriptor;
+
+/* rho(s) of s = r^2 and its scale b. Twice differentiable but for a finite number of s, with rho'' <= 0: the second-order term of
+ * Triggs et al. 1999 is dropped then, as the Ceres Solver does. */
+typedef struct ff_robust_descriptor {
+    ff_robust_info info;
+    double (*rho)(double b, double r);
+    /* rho(r^2) and rho'(r^2) over a block; NULL: nothing is done. */
+    void (*block)(double b, const double *restrict r, double *restrict rho, double *restrict slope);
+} ff_robust_descriptor;
+
+/* As compiled for an instruction set; NULL when it is not available. loss and robust must be valid. */
+const ff_loss_descriptor *ff_loss_of(ff_isa isa, ff_loss loss);
+const ff_robust_descriptor *ff_robust_of(ff_isa isa, ff_robust robust);
+
+/* ---- of the baseline ------------------------------------------------------------------------- */
+
+/* Is g(f) not f? */
+int ff_loss_is_curved(ff_loss loss);
+int ff_loss_reads_cosine(ff_loss loss);
+/* Does every channel need weights of its own, since they depend on its data? */
+int ff_loss_weighs_data(ff_loss loss);
+int ff_loss_has_value(ff_loss loss, double y, double x);
+
+/* g(y), dg/df at f = y, and the factor, [n]. x may be NULL where the loss does not read it; the factor has x. */
+void ff_loss_targets(ff_loss loss, size_t n, const double *y, const double *x, double *g);
+void ff_loss_slopes(ff_loss loss, size_t n, const double *y, const double *x, double *slope);
+void ff_loss_factors(ff_loss loss, size_t n, const double *y, const double *x, double mean, double *factor);
+
+/* rho of a residual r at the scale b. */
+double ff_robust_rho(ff_robust robust, double b, double r);
+
+#endif

@@ -1,0 +1,22 @@
+/* The minimisation of a fit: the way that fits its layout, and lobes of one kind in their order. */
+#include "internal_minimise.h"
+
+/* How far all samples are minimised. */
+#define FF_EXACT 1e-11
+
+ff_status ff_solve(const ff_plan *plan, const ff_effort *effort, ff_point *at, ff_error *err)
+{
+    ff_point_forget(at);
+    return plan->l.arrow ? ff_solve_projected(plan, effort, at, err) : ff_solve_dense(plan, effort, at, err);
+}
+
+/* Should the lobes have changed places on the way, once more from there, which takes a pass. */
+ff_status ff_minimise(const ff_plan *plan, ff_point *at, ff_error *err)
+{
+    ff_effort effort = {.parallel = 1, .speculate = 1, .tolerance = FF_EXACT, .max_iterations = plan->max_iterations};
+    (void)ff_plan_order(plan, at->shape, at->channel);
+    const ff_status st = ff_solve(plan, &effort, at, err);
+    if (st || !ff_plan_order(plan, at->shape, at->channel)) return st;
+    effort.speculate = 0;
+    return ff_solve(plan, &effort, at, err);
+}

@@ -1,0 +1,46 @@
+/* The pass over influences: errors/arrowhead.c has the formulas of an arrow. */
+#ifndef FF_INTERNAL_INFLUENCE_H
+#define FF_INTERNAL_INFLUENCE_H
+#include "internal_pass.h"
+
+/* Runs of neighbouring samples whose errors go together. */
+typedef struct ff_clusters {
+    size_t run;  /* samples of a cluster; 1: they are independent, as far as can be seen            */
+    size_t n;    /* clusters                                                                        */
+    int settled; /* 0: the errors reach further than the longest runs of which there are enough     */
+} ff_clusters;
+
+/* What a pass needs of an information that is kept as an arrow, scaled so that the diagonal of H is 1. P = S + C K parameters. */
+typedef struct ff_arrow {
+    size_t S, K, C, P;   /* parameters that all channels share, the shape; of a channel; channels; all */
+    const double *scale; /* [P] 1 / the root of H's diagonal                                        */
+    double *inverse;     /* [S][S] T^-1; 0 where a parameter is not in use                          */
+    double *own;         /* [C][K][K] D_c^-1                                                        */
+    double *follow;      /* [C][K][S] K_c                                                           */
+    size_t n_columns, place[FF_MAX_COLUMNS]; /* of a channel's columns: the parameter of the shape, or S + that of the channel */
+} ff_arrow;
+
+/* Influence H^-1 s of the score s [P], both scaled. */
+void ff_arrow_apply(const ff_arrow *a, const double *score, double *influence);
+
+/* Lane sums [8] of a chunk: statistics, then products of the scaled influences by their packed triangle: of the shape, and for
+ * each channel [K][S] with the shape's and a triangle of its own. */
+typedef struct ff_influence_sums {
+    double *stat;    /* [FF_STAT_COUNT][8]             */
+    double *shape;   /* [S (S+1)/2][8]                 */
+    double *channel; /* [C][K S + K (K+1)/2][8]        */
+    double *own;     /* [P][8] squares of the scores of single values */
+    double *whole;   /* [S][8] and of the shape's scores of samples   */
+    double *runs;    /* [n_runs][P] of all blocks: sums of the scores */
+    double *score;   /* scratch [S + C K][FF_BLOCK]    */
+} ff_influence_sums;
+
+static inline size_t ff_influence_channel(const ff_arrow *a)
+{
+    return a->K * a->S + a->K * (a->K + 1) / 2;
+}
+
+/* arrow NULL: the statistics alone. */
+typedef void (*ff_influence_chunk_fn)(const ff_pass *pass, const ff_arrow *arrow, size_t first_block, size_t n_blocks,
+                                      const ff_influence_sums *sums);
+#endif

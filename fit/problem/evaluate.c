@@ -1,0 +1,68 @@
+/* The model at every sample of a point, the residual there, and what each sample adds to the objective. */
+#include "fit/losses/internal_loss.h"
+#include "internal_problem.h"
+#include <math.h>
+#include <string.h>
+
+static double half_rho(ff_robust robust, double b, double residual, double unit)
+{
+    return 0.5 * ff_robust_rho(robust, b, residual / unit) * unit * unit;
+}
+
+typedef struct evaluation {
+    const ff_pass *pass;
+    double *model, *residual, *cost;
+} evaluation;
+
+/* w (g - t), or 0 where the datum is known from one side only and the model is there. */
+static double residual_of(const struct ff_problem *p, size_t block, size_t c, size_t i, double g)
+{
+    const double w = ff_problem_plane(p, block, p->weight + p->weight_stride * (int)c)[i],
+                 t = ff_problem_plane(p, block, p->target + (int)c)[i], r = w * (g - t);
+    if (p->side < 0) return r;
+    return ff_problem_plane(p, block, p->side + (int)c)[i] * r > 0 ? 0 : r;
+}
+
+static void evaluate_block(void *context, size_t block, int worker)
+{
+    const evaluation *e = context;
+    const ff_prepared *prepared = &e->pass->prepared;
+    const struct ff_problem *p = e->pass->p;
+    const size_t first = block * FF_BLOCK, n = p->n - first < FF_BLOCK ? p->n - first : FF_BLOCK;
+    ff_block scratch;
+    ff_geometry g;
+    double f[FF_BLOCK] __attribute__((aligned(64))), x[FF_BLOCK], of_f[FF_BLOCK];
+    (void)worker;
+    for (int k = 0; k < FF_G_COUNT; k++) g.plane[k] = p->geometry[k] < 0 ? NULL : ff_problem_plane(p, block, p->geometry[k]);
+    ff_problem_cosines(&g, x);
+    prepared->kernels->block_shape(prepared, &g, FF_BLOCK, &scratch);
+    if (e->cost) memset(e->cost + first, 0, n * sizeof *e->cost);
+    for (size_t c = 0; c < p->n_channels; c++) {
+        prepared->kernels->block_value(prepared, &g, FF_BLOCK, c, &scratch, f);
+        ff_loss_targets(p->loss, n, f, x, of_f);
+        for (size_t i = 0; i < n; i++) {
+            const double r = residual_of(p, block, c, i, of_f[i]);
+            const double unit = p->unit ? (double)p->unit[c * p->n_blocks * FF_BLOCK + first + i] : 1;
+            if (e->model) e->model[c * p->n + first + i] = f[i];
+            if (e->residual) e->residual[c * p->n + first + i] = r;
+            if (e->cost) e->cost[first + i] += half_rho(e->pass->robust, e->pass->robust_scale, r, unit);
+        }
+    }
+}
+
+ff_status ff_point_evaluate(const ff_plan *plan, const ff_point *at, int parallel, double *model, double *residual, double *cost)
+{
+    const struct ff_problem *p = plan->p;
+    ff_plan values = *plan;
+    ff_pass pass;
+    values.l.free = (ff_wanted){0};
+    const ff_status st = ff_plan_pass(&values, at->shape, at->channel, &pass);
+    if (st) return st;
+    evaluation e = {&pass, model, residual, cost};
+    if (parallel)
+        ff_pool_run(p->pool, p->n_blocks, evaluate_block, &e);
+    else
+        for (size_t block = 0; block < p->n_blocks; block++) evaluate_block(&e, block, 0);
+    ff_pass_free(&pass);
+    return FF_OK;
+}

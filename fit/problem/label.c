@@ -1,0 +1,68 @@
+/* Coordinates by the names and places of results. */
+#include "internal_problem.h"
+#include <stdarg.h>
+#include <stdio.h>
+#include <string.h>
+
+void ff_result_warn(ff_fit_result *r, const char *fmt, ...)
+{
+    if (r->n_warnings == FF_MAX_WARNINGS) return;
+    va_list args;
+    va_start(args, fmt);
+    vsnprintf(r->warning[r->n_warnings++], FF_WARNING_LENGTH, fmt, args);
+    va_end(args);
+}
+
+void ff_result_label(const ff_layout *l, const struct ff_problem *p, size_t k, char *out, size_t size)
+{
+    size_t c;
+    const char *name = ff_layout_param(l, k, &c)->name;
+    if (k >= l->n_shared && l->n_channels > 1)
+        snprintf(out, size, "%s (%.32s)", name, p->channel_name[c]);
+    else
+        snprintf(out, size, "%s", name);
+}
+
+int ff_is_of_channel(const ff_model *m, const ff_model_param *p)
+{
+    return p >= m->channel && p < m->channel + m->n_channel;
+}
+
+/* The parameter that others may follow. */
+ff_fit_value *ff_result_value(const ff_layout *l, ff_fit_result *r, size_t k)
+{
+    size_t c;
+    const ff_model_param *p = ff_layout_param(l, k, &c);
+    return ff_is_of_channel(l->m, p) ? &r->channel_value[c * l->m->n_channel + (size_t)(p - l->m->channel)]
+                                     : &r->shape_value[p - l->m->shape];
+}
+
+/* What follows another parameter is as that one is, but for what was said of it before. */
+static void follow(ff_fit_value *v, const ff_fit_value *leader, int follows, size_t channel)
+{
+    const double mean = v->prior_mean, sd = v->prior_sd;
+    *v = *leader;
+    v->tied = 1;
+    v->follows = follows;
+    v->follows_channel = channel;
+    v->prior_mean = mean;
+    v->prior_sd = sd;
+}
+
+void ff_result_copy_tied(const ff_layout *l, ff_fit_result *r)
+{
+    for (uint32_t k = 0; k < l->free.n_shape; k++) {
+        ff_fit_value *v = &r->shape_value[l->free.shape[k]];
+        const uint32_t leader = l->free.shape[l->shape_follows[k] < 0 ? k : (uint32_t)l->shape_follows[k]];
+        if (l->shape_follows[k] >= 0) follow(v, &r->shape_value[leader], (int)leader, 0);
+        if (l->free.tied[k]) follow(v + 1, v, (int)leader, 0); /* alpha_y */
+    }
+    for (size_t c = 0; c < l->n_channels && l->tied; c++)
+        for (uint32_t k = 0; k < l->free.n_channel; k++) {
+            const uint32_t leader = l->channel_follows[k] < 0 ? k : (uint32_t)l->channel_follows[k];
+            const size_t from = l->channel_shared[k] ? 0 : c;
+            if (leader == k && from == c) continue;
+            follow(&r->channel_value[c * l->m->n_channel + l->free.channel[k]],
+                   &r->channel_value[from * l->m->n_channel + l->free.channel[leader]], -1 - (int)l->free.channel[leader], from);
+        }
+}

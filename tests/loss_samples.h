@@ -1,0 +1,75 @@
+/** @file loss_samples.h  The losses a second time, by the C library, as docs/fitting.md states them: what tests compare the program
+ *  with. Of a loss that is not written out here they take its descriptor's word, whose parts loss_registry_test.c holds against each
+ *  other. */
+#ifndef LOSS_SAMPLES_H
+#define LOSS_SAMPLES_H
+#include "fit/losses/internal_loss.h"
+#include "models/internal_model.h"
+#include <math.h>
+
+/** The odd cube root with a finite slope at 0. */
+static inline double loss_cube_root(double t)
+{
+    return t / cbrt(t * t + 1e-16);
+}
+
+/** g(f) at x = cos(theta_i). */
+static inline double loss_g(ff_loss loss, double f, double x)
+{
+    double g;
+    if (loss == FF_LOSS_COSINE || loss == FF_LOSS_RELATIVE || loss == FF_LOSS_PLAIN) return f;
+    if (loss == FF_LOSS_LOG) return log1p(f * x);
+    if (loss == FF_LOSS_CUBE_ROOT) return loss_cube_root(f * x);
+    ff_loss_targets(loss, 1, &f, &x, &g);
+    return g;
+}
+
+/** dg/df. */
+static inline double loss_slope(ff_loss loss, double f, double x)
+{
+    const double u = f * x, s = u * u + 1e-16;
+    double slope;
+    if (loss == FF_LOSS_COSINE || loss == FF_LOSS_RELATIVE || loss == FF_LOSS_PLAIN) return 1;
+    if (loss == FF_LOSS_LOG) return x / (1 + u);
+    if (loss == FF_LOSS_CUBE_ROOT) return x * (u * u / 3 + 1e-16) / (s * cbrt(s));
+    ff_loss_slopes(loss, 1, &f, &x, &slope);
+    return slope;
+}
+
+/** What multiplies g(f) - g(y). mean: of |y| over the channel. */
+static inline double loss_factor(ff_loss loss, double y, double x, double mean)
+{
+    double factor;
+    if (loss == FF_LOSS_COSINE) return x;
+    if (loss == FF_LOSS_RELATIVE) return 1 / fmax(fmax(y, 0.001 * mean), 1e-12);
+    if (loss == FF_LOSS_LOG || loss == FF_LOSS_CUBE_ROOT || loss == FF_LOSS_PLAIN) return 1;
+    ff_loss_factors(loss, 1, &y, &x, mean, &factor);
+    return factor;
+}
+
+/** rho(s) at the scale b. */
+static inline double loss_rho(ff_robust robust, double s, double b)
+{
+    const double b2 = b * b, v = 1 - s / b2;
+    if (robust == FF_ROBUST_NONE) return s;
+    if (robust == FF_ROBUST_HUBER) return s > b2 ? 2 * b * sqrt(s) - b2 : s;
+    if (robust == FF_ROBUST_CAUCHY) return b2 * log1p(s / b2);
+    if (robust == FF_ROBUST_TUKEY) return s > b2 ? b2 / 3 : b2 / 3 * (1 - v * v * v);
+    return ff_robust_rho(robust, b, sqrt(s));
+}
+
+/** rho'(s). */
+static inline double loss_rho_slope(ff_robust robust, double s, double b)
+{
+    const double b2 = b * b, v = 1 - s / b2;
+    double r[FF_BLOCK], rho[FF_BLOCK], slope[FF_BLOCK];
+    if (robust == FF_ROBUST_NONE) return 1;
+    if (robust == FF_ROBUST_HUBER) return s > b2 ? b / sqrt(s) : 1;
+    if (robust == FF_ROBUST_CAUCHY) return 1 / (1 + s / b2);
+    if (robust == FF_ROBUST_TUKEY) return s > b2 ? 0 : v * v;
+    for (int i = 0; i < FF_BLOCK; i++) r[i] = sqrt(s);
+    ff_robust_of(FF_ISA_SCALAR, robust)->block(b, r, rho, slope);
+    return slope[0];
+}
+
+#endif
