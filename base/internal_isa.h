@@ -1,7 +1,7 @@
 /* Names of what is compiled once per instruction set, and the choice among them. */
 #ifndef FF_INTERNAL_ISA_H
 #define FF_INTERNAL_ISA_H
-#include "ff_model.h"
+#include "ff_isa.h"
 
 #define FF_CONCAT_(a, b) a##_##b
 #define FF_CONCAT(a, b)  FF_CONCAT_(a, b)

@@ -8,7 +8,6 @@
 const char *ff_number_read(const char *text, double *value);
 
 enum { FF_NUMBER_TEXT = 32 };
-/** Writes the shortest of 15, 16 or 17 digits that reads back as the same double, without trailing zeros; returns the length
- *  (no '\0'). The value must be finite. */
+/** Writes the fewest digits that read back as the same double; returns the length (no '\0'). The value must be finite. */
 unsigned ff_number_write(double value, char out[FF_NUMBER_TEXT]);
 #endif

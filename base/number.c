@@ -1,4 +1,5 @@
-/* Numbers in text: a short exact path for what files contain, the C library in the C locale for the rest.
+/* Numbers in text. Reading: a short exact path for what files contain, the C library in the C locale for the rest. Writing: the C++
+ * library finds the digits, which are laid out here.
  *
  * A decimal m 10^k is one multiplication or division away from its double. That is correctly rounded when both factors are exact
  * (Clinger 1990: m < 2^53, |k| <= 22). Where long double has a 64-bit significand, m < 2^64 and |k| <= 27 are exact too, and
@@ -9,12 +10,12 @@
  * within that distance. */
 #define _GNU_SOURCE
 #include "internal_number.h"
+#include "number_bridge.h"
 #include <float.h>
 #include <locale.h>
 #include <math.h>
 #include <stddef.h>
 #include <stdint.h>
-#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -160,84 +161,55 @@ const char *ff_number_read(const char *text, double *value)
     return p;
 }
 
-/* Lays out the digits of m 10^k as %g would: fixed point near 1, an exponent elsewhere. m > 0. */
-static unsigned lay_out(uint64_t m, int k, char *out)
+/* "e+05": at least two digits, as %g has them. */
+static unsigned put_exponent(int exponent, char *out)
 {
-    while (m % 10 == 0) m /= 10, k++;
-    char digits[24];
-    int n = 0;
-    for (; m; m /= 10) digits[n++] = (char)('0' + m % 10); /* last digit first */
-    int point = n + k;                                     /* digits before the decimal point */
+    char *p = out;
+    const unsigned size = (unsigned)abs(exponent);
+    *p++ = 'e';
+    *p++ = exponent < 0 ? '-' : '+';
+    if (size >= 100) *p++ = (char)('0' + size / 100);
+    *p++ = (char)('0' + size / 10 % 10);
+    *p++ = (char)('0' + size % 10);
+    return (unsigned)(p - out);
+}
+
+/* Lays out n digits whose decimal point stands behind `point` of them: fixed point near 1, an exponent elsewhere, as %g would. */
+static unsigned lay_out(const char *digits, int n, int point, char *out)
+{
     char *p = out;
     if (point < -4 || point > 17) {
-        *p++ = digits[n - 1];
+        *p++ = digits[0];
         if (n > 1) *p++ = '.';
-        for (int i = n - 2; i >= 0; i--) *p++ = digits[i];
-        return (unsigned)(p - out) + (unsigned)snprintf(p, 6, "e%+03d", point - 1);
+        memcpy(p, digits + 1, (size_t)(n - 1));
+        p += n - 1;
+        return (unsigned)(p - out) + put_exponent(point - 1, p);
     }
     if (point <= 0) {
         *p++ = '0';
         *p++ = '.';
         for (int i = point; i < 0; i++) *p++ = '0';
     }
-    for (int i = n - 1; i >= 0; i--) {
+    for (int i = 0; i < n; i++) {
+        if (i > 0 && i == point) *p++ = '.';
         *p++ = digits[i];
-        if (i > 0 && n - i == point) *p++ = '.';
     }
     for (int i = n; i < point; i++) *p++ = '0';
     return (unsigned)(p - out);
 }
 
-/* Writes the number of `precision` digits next to `value` when it reads back as the same double: its length; 0 = it does not; -1 =
- * the exact arithmetic above cannot tell. decade = floor(log10(value)). */
-static int write_quickly(double value, int decade, int precision, char *out)
-{
-#if HAVE_EXTENDED
-    int k = precision - 1 - decade;
-    if (k < -27 || k > 27) return -1;
-    long double x = k < 0 ? (long double)value / ten_to_extended[-k] : (long double)value * ten_to_extended[k];
-    uint64_t m = (uint64_t)(x + 0.5L);
-    double back;
-    if (m == 0 || !scale_exactly(m, -k, &back)) return -1;
-    return back == value ? (int)lay_out(m, -k, out) : 0;
-#else
-    (void)value, (void)decade, (void)precision, (void)out;
-    return -1;
-#endif
-}
-
-static unsigned write_slowly(double value, char *out)
-{
-    locale_t c_locale = newlocale(LC_ALL_MASK, "C", (locale_t)0), previous = uselocale(c_locale);
-    unsigned length = 0;
-    double back;
-    for (int precision = 15; precision <= 17; precision++) {
-        length = (unsigned)snprintf(out, FF_NUMBER_TEXT - 1, "%.*g", precision, value);
-        ff_number_read(out, &back);
-        if (back == value) break;
-    }
-    uselocale(previous);
-    freelocale(c_locale);
-    return length;
-}
-
 unsigned ff_number_write(double value, char out[FF_NUMBER_TEXT])
 {
     unsigned sign = 0;
-    if (signbit(value)) {
-        out[sign++] = '-';
-        value = -value;
-    }
+    if (signbit(value)) out[sign++] = '-';
     if (value == 0) {
         out[sign] = '0';
         return sign + 1;
     }
-    if (value >= 1e-10 && value <= 1e22) {
-        int decade = (int)floor(log10(value));
-        int length = 0;
-        for (int precision = 15; precision <= 17 && length == 0; precision++)
-            length = write_quickly(value, decade, precision, out + sign);
-        if (length > 0) return sign + (unsigned)length;
-    }
-    return sign + write_slowly(value, out + sign);
+    value = fabs(value);
+    if (value >= 1e-5 && value < 1e15) return sign + ff_number_fixed(value, out + sign);
+    char digits[FF_NUMBER_DIGITS];
+    int exponent;
+    const int n = ff_number_digits(value, digits, &exponent);
+    return sign + lay_out(digits, n, exponent + 1, out + sign);
 }

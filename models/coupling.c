@@ -24,7 +24,7 @@
  *
  * a(mu) is interpolated in mu^(1/3), which takes apart what happens at mu of the order of alpha and of alpha^2. */
 #include "base/internal_gauss.h"
-#include "models/kernels/internal_kernel.h"
+#include "internal_model.h"
 #include <math.h>
 #include <string.h>
 

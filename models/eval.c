@@ -1,5 +1,5 @@
 /* Evaluation of a composed model over any number of direction pairs, block by block. */
-#include "models/kernels/internal_kernel.h"
+#include "internal_model.h"
 #include <math.h>
 #include <string.h>
 

@@ -10,6 +10,8 @@
  *  Threads  descriptors are immutable; every function may be called from many threads at once. */
 #ifndef FF_MODEL_H
 #define FF_MODEL_H
+#include "ff_composition.h"
+#include "ff_isa.h"
 #include "ff_status.h"
 #include <stddef.h>
 #ifdef __cplusplus
@@ -17,50 +19,6 @@ extern "C" {
 #endif
 
 /* ---- the registry: the terms a model is composed of ------------------------------------------ */
-
-typedef enum ff_term_kind { FF_NDF = 0, FF_MASKING = 1, FF_FRESNEL = 2, FF_DIFFUSE = 3 } ff_term_kind;
-enum { FF_TERM_KINDS = 4 };
-
-/** What a term claims; the test suite checks each claim for every term that makes it, and the absence of none. */
-enum {
-    FF_RECIPROCAL = 1u << 0,    /**< f(wi, wo) = f(wo, wi)                                                   */
-    FF_PASSIVE = 1u << 1,       /**< reflects at most what arrives, for parameters in their box              */
-    FF_ISOTROPIC = 1u << 2,     /**< has no direction of its own; makes the lobes of the model isotropic       */
-    FF_WEAK_FURNACE = 1u << 3,  /**< masking: the weak white furnace integral of its G1 is 1; distribution: its
-                                     Lambda is Smith's, so that it is 1 for the Smith forms                    */
-    FF_FURNACE_ONLY = 1u << 4,  /**< masking: exists for the furnace test; `all` does not include it           */
-    FF_NEEDS_CENTRED = 1u << 5, /**< masking: undefined when the mean slope is not zero                       */
-    FF_UNIT_AREA = 1u << 6      /**< distribution: integral D(m) mz dm = 1                                    */
-};
-
-enum {
-    FF_PARAM_PER_CHANNEL = 1u << 0, /**< one value per colour channel                                           */
-    FF_PARAM_LINEAR = 1u << 1,      /**< the model is affine in it: the fit solves for it                        */
-    FF_PARAM_LOG = 1u << 2,         /**< a scale: searched and fitted as ln(p + offset)                          */
-    FF_PARAM_ATANH = 1u << 3,       /**< in (-1, 1): fitted as its inverse hyperbolic tangent                    */
-    FF_PARAM_HELD = 1u << 4         /**< stays at its initial value unless the caller frees it (mean slopes)     */
-};
-
-/** One parameter. The value of the model and its derivative are finite on the whole closed box [lo, hi]. */
-typedef struct ff_param {
-    const char *name;    /**< key in files and on the command line: "alpha_x"     */
-    const char *unit;    /**< "1" where there is none; never NULL                 */
-    const char *meaning; /**< one line, naming the symbol of the source           */
-    double lo, hi, init; /**< lo <= init <= hi                               */
-    uint32_t flags;      /**< FF_PARAM_...                                        */
-    double offset;       /**< of FF_PARAM_LOG; lo + offset > 0                    */
-} ff_param;
-
-/** Everything a person is told about one term. Immutable, static storage. */
-typedef struct ff_term {
-    const char *name;       /**< stable, lower case: "ggx", "smith-height-correlated"        */
-    const char *title;      /**< one line for lists                                           */
-    const char *source;     /**< paper and equations                                          */
-    const char *note;       /**< what a user must know (validity, differences), "" when none  */
-    uint32_t claims;        /**< FF_RECIPROCAL | ...                                          */
-    uint32_t n_params;      /**< length of params                                             */
-    const ff_param *params; /**< of this term alone; NULL when n_params = 0                   */
-} ff_term;
 
 size_t ff_term_count(ff_term_kind kind);                /**< 0 for a kind that does not exist        */
 const ff_term *ff_term_at(ff_term_kind kind, size_t i); /**< NULL when i >= count                    */
@@ -78,48 +36,6 @@ const ff_preset *ff_preset_at(size_t i);           /**< NULL when i >= count */
 const ff_preset *ff_preset_find(const char *name); /**< NULL when unknown    */
 
 /* ---- composition ----------------------------------------------------------------------------- */
-
-enum { FF_MAX_LOBES = 3, FF_MAX_BASES = 2, FF_MAX_SHAPE = 32, FF_MAX_CHANNEL_PARAMS = 16, FF_PARAM_NAME = 32, FF_MODEL_NAME = 256 };
-#define FF_FRESNEL_SHARED (-1) /**< of a second or third lobe: the Fresnel term of the first one, parameters and all */
-
-/** One specular lobe ks D F G / (4 iz oz): indices into the registry. */
-typedef struct ff_lobe {
-    int ndf, masking, fresnel;            /**< fresnel may be FF_FRESNEL_SHARED                        */
-    int isotropic;                        /**< 1: one `alpha` (or the distribution's own width) instead of a stretch  */
-    uint32_t shape0, n_shape;             /**< its slice of the model's shape parameters              */
-    uint32_t channel0, n_channel;         /**< its slice of the per-channel parameters                */
-    const struct ff_profile_table *table; /**< of `tabulated`, borrowed (see ff_profile.h); else NULL */
-} ff_lobe;
-
-/** A term under the lobes: diffuse reflection, or what the lobes scatter more than once. */
-typedef struct ff_base {
-    int diffuse; /**< index into the registry of FF_DIFFUSE */
-    uint32_t shape0, n_shape, channel0, n_channel;
-} ff_base;
-
-/** A parameter of a composed model: as in the registry, with the name it has there ("lobe2.alpha_x" for the second lobe,
- *  "base2.kd" for a second base where the plain name is taken). */
-typedef struct ff_model_param {
-    char name[FF_PARAM_NAME];
-    const ff_param *info; /**< static storage; info->name is the bare name                              */
-    uint32_t lobe;        /**< 0-based; n_lobes + b for base b                                            */
-    double init;          /**< where it starts or is held: info->init unless the model says otherwise    */
-    double lo, hi;        /**< where a fit may go: info->lo, info->hi unless ff_model_bound narrowed them */
-    uint32_t flags;       /**< info->flags, FF_PARAM_HELD as the model has it                            */
-} ff_model_param;
-
-/** A sum of lobes and bases. A plain value: copy it freely.
- *  Its parameters are n_shape shared ones (roughness ...) followed, for each colour channel, by n_channel ones (f0 ..., kd).
- *  Every lobe has per channel a scale ks, 1 and held unless freed; lobes that share their Fresnel term have a `weight` instead,
- *  lobe l's share of what the lobes up to it weigh: weights w2, w3 give (1-w2)(1-w3), w2 (1-w3), w3. */
-typedef struct ff_model {
-    uint32_t n_lobes, n_bases;
-    ff_lobe lobe[FF_MAX_LOBES];
-    ff_base base[FF_MAX_BASES];
-    uint32_t n_shape, n_channel;
-    ff_model_param shape[FF_MAX_SHAPE];
-    ff_model_param channel[FF_MAX_CHANNEL_PARAMS];
-} ff_model;
 
 /** Parses a model expression: the name of a preset, or terms joined by '+', each a lobe NDF[/MASKING[/FRESNEL]] or a diffuse name;
  * left out means smith-height-correlated, schlick, no diffuse term. The Fresnel term `shared` of a later lobe is that of the first.
@@ -169,19 +85,6 @@ ff_status ff_model_check(const ff_model *m, size_t n_channels, const double *sha
 uint32_t ff_model_claims(const ff_model *m, const double *shape);
 
 /* ---- evaluation ------------------------------------------------------------------------------ */
-
-/** n pairs of directions as six planes [n]. A z <= FF_COS_MIN is legal and gives f = df = 0. */
-typedef struct ff_dirs {
-    const double *wix, *wiy, *wiz, *wox, *woy, *woz;
-} ff_dirs;
-#define FF_COS_MIN 1e-8 /**< cosines at or below it count as at or under the horizon */
-
-/** Instruction sets the kernels are built for; FF_ISA_BEST is the widest this processor has. Results of two sets differ by
- * rounding. */
-typedef enum ff_isa { FF_ISA_BEST = 0, FF_ISA_SCALAR = 1, FF_ISA_AVX2 = 2, FF_ISA_AVX512 = 3 } ff_isa;
-int ff_isa_available(ff_isa isa);    /**< 1 when built in and supported by this processor, else 0 */
-const char *ff_isa_name(ff_isa isa); /**< "scalar", "avx2", "avx512"; for FF_ISA_BEST the one it stands for */
-int ff_isa_find(const char *name);   /**< the ff_isa of a name ("best" included), -1 when unknown */
 
 /** Evaluates f and, on request, its derivatives by the parameters.
  *  @param shape    [n_shape]                 see ff_model_check

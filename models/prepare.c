@@ -1,5 +1,5 @@
 /* A model made ready for its samples: everything that its parameters decide once for all blocks. */
-#include "models/kernels/internal_kernel.h"
+#include "internal_model.h"
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -205,6 +205,7 @@ ff_status ff_prepare(const ff_model *m, const ff_kernels *k, ff_stretch_mode mod
     prepare_lobes(&p, mode, shape, wanted ? jac : NULL, curves ? 0 : tan2_lo, curves ? INFINITY : tan2_hi, p.storage);
     if (wanted) prepare_columns(&p, jac, dw);
     if (p.f0) prepare_f0(&p);
+    p.planes = ff_prepared_planes(&p);
     if (curves) ff_coupling_fill(&p);
     *out = p;
     return FF_OK;

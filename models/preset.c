@@ -1,5 +1,5 @@
 /* Models by the names that people know: expressions with parameters held at the values their sources have. */
-#include "models/kernels/internal_kernel.h"
+#include "internal_model.h"
 #include <string.h>
 
 static const ff_preset presets[] = {

@@ -1,5 +1,6 @@
 /* The registry as people see it: every term of models.def by kind, index and name. */
 #define FF_ISA_SUFFIX scalar
+#include "internal_model.h"
 #include "models/terms/internal_terms.h"
 #include <string.h>
 

@@ -2,7 +2,7 @@
  * terms read. Everything runs through the kernels, so that a wrong D, Lambda, G or projected area shows here. */
 #include "model_samples.h"
 #include "ff_albedo.h"
-#include "models/kernels/internal_kernel.h"
+#include "models/internal_model.h"
 
 #define PI MODEL_PI
 enum { SETTINGS = 512 };

@@ -2,7 +2,7 @@
  * of another kind, closed forms, derivatives, and what their tables do at the ends of their ranges. Every distribution in the
  * registry is tested because it is registered, at the corners of the box of its own parameters and within. */
 #include "ff_test.h"
-#include "models/kernels/internal_kernel.h"
+#include "models/internal_model.h"
 #include <float.h>
 
 #define PI 3.14159265358979323846

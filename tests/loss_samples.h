@@ -4,7 +4,7 @@
 #ifndef LOSS_SAMPLES_H
 #define LOSS_SAMPLES_H
 #include "fit/losses/internal_loss.h"
-#include "models/kernels/internal_kernel.h"
+#include "models/internal_model.h"
 #include <math.h>
 
 /** The odd cube root with a finite slope at 0. */

@@ -2,7 +2,7 @@
  * what it does beyond its points, and what it refuses. */
 #include "ff_profile_file.h"
 #include "ff_test.h"
-#include "models/kernels/internal_kernel.h"
+#include "models/internal_model.h"
 
 #define PI 3.14159265358979323846
 

@@ -2,7 +2,7 @@
  * double, derivatives against differences of the values, energy by quadrature, and what happens where a lobe leaves nothing over.
  */
 #include "ff_test.h"
-#include "models/kernels/internal_kernel.h"
+#include "models/internal_model.h"
 
 #define PI 3.14159265358979323846L
 

@@ -51,7 +51,7 @@ enum { FF_SCATTERED_COPIES = 24 };
 ff_found ff_regress(const ff_table *t, const ff_neighbours *tree, int dim, const double *x, uint32_t without, double *value,
                     size_t stride);
 
-/** Calls visit for every measured sample above the horizon. */
+/** Calls visit for every measured sample above the horizon; visit.c. */
 typedef void ff_visitor(void *context, size_t i, const double wi[3], const double wo[3]);
 void ff_each_usable(const ff_table *t, ff_visitor *visit, void *context);
 

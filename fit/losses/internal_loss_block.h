@@ -2,7 +2,7 @@
 #ifndef FF_INTERNAL_LOSS_BLOCK_H
 #define FF_INTERNAL_LOSS_BLOCK_H
 #include "internal_loss.h"
-#include "models/kernels/internal_kernel.h"
+#include "models/internal_model.h"
 
 #define FF_LOSS_ENTRY(NAME, id) extern const ff_loss_descriptor FF_ISA_NAME(ff_loss_##id);
 #include "ff_losses.def"

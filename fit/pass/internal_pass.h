@@ -4,7 +4,7 @@
 #include "base/internal_pool.h"
 #include "ff_fit.h"
 #include "fit/linalg/internal_linalg.h"
-#include "models/kernels/internal_kernel.h"
+#include "models/internal_model.h"
 #include <math.h>
 
 /* ---- samples --------------------------------------------------------------------------------- */

@@ -62,7 +62,7 @@ static void add_loss(const ff_prepared *p, size_t n, uint32_t l, const double *w
 
 void ff_albedo_add(const ff_prepared *p, double mu, const ff_albedo_points *points, uint32_t at)
 {
-    const uint32_t needs = ff_prepared_planes(p);
+    const uint32_t needs = p->planes;
     const size_t n = points->n, losses = p->couples & FF_COUPLE_LOSS ? p->m->n_lobes : 0,
                  albedos = p->couples & FF_COUPLE_ALBEDO ? p->n_channels : 0;
     double w[6][FF_BLOCK], weight[FF_BLOCK], planes[FF_G_COUNT][FF_BLOCK];

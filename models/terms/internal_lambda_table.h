@@ -18,7 +18,7 @@
  * beyond q = 1e6, and the integrals end at q = 2^34. */
 #ifndef FF_INTERNAL_LAMBDA_TABLE_H
 #define FF_INTERNAL_LAMBDA_TABLE_H
-#include "models/kernels/internal_kernel.h"
+#include "internal_term.h"
 
 enum { FF_LAMBDA_OCTAVE_LO = -40, FF_LAMBDA_OCTAVE_HI = 60, FF_LAMBDA_BINS = 16 * (FF_LAMBDA_OCTAVE_HI - FF_LAMBDA_OCTAVE_LO) };
 enum { FF_LAMBDA_C = 11 }; /* the table keeps c[FF_LAMBDA_C] and those behind it for itself */

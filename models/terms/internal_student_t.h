@@ -11,7 +11,7 @@
  * exact derivative. */
 #ifndef FF_INTERNAL_STUDENT_T_H
 #define FF_INTERNAL_STUDENT_T_H
-#include "models/kernels/internal_kernel.h"
+#include "internal_term.h"
 #include "base/internal_vector_math.h"
 
 enum { FF_POLY = 20, FF_STUDENT_T_TABLE = 2 * FF_POLY }; /* coefficients of m and of d m / d nu by rising power of t */

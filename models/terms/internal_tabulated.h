@@ -1,8 +1,7 @@
 /* The kernels of `tabulated` that make its table. */
 #ifndef FF_INTERNAL_TABULATED_H
 #define FF_INTERNAL_TABULATED_H
-#include "ff_profile.h"
-#include "models/kernels/internal_kernel.h"
+#include "internal_term.h"
 
 #define ff_tabulated_lambda FF_ISA_NAME(ff_tabulated_lambda)
 

@@ -6,7 +6,7 @@
  * As published: it has a kink at 1.6, where it comes from below 0 (-5.7e-5). */
 #ifndef FF_INTERNAL_WALTER_H
 #define FF_INTERNAL_WALTER_H
-#include "models/kernels/internal_kernel.h"
+#include "internal_term.h"
 #include "base/internal_vector_math.h"
 
 /* The profile that beckmann-walter shares with beckmann. */

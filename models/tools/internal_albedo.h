@@ -1,7 +1,7 @@
 /* Directional albedos of a model with their derivatives, for fits that conserve energy. */
 #ifndef FF_INTERNAL_ALBEDO_H
 #define FF_INTERNAL_ALBEDO_H
-#include "models/kernels/internal_kernel.h"
+#include "models/internal_model.h"
 
 enum { FF_ALBEDO_COLUMNS = FF_MAX_SHAPE + FF_MAX_CHANNEL_PARAMS };
 

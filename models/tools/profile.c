@@ -1,5 +1,6 @@
 /* The lattice of a tabulated distribution; see ff_profile.h. */
 #define FF_ISA_SUFFIX scalar /* the baseline's kernels: a table is the same on every machine */
+#include "ff_profile.h"
 #include "base/internal_gauss.h"
 #include "models/terms/internal_lambda_table.h"
 #include "models/terms/internal_tabulated.h"

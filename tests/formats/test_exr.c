@@ -4,6 +4,7 @@
 #include "data_formats/table/internal_table.h"
 #include <openexr.h>
 #include <sys/resource.h>
+#include <sys/stat.h>
 #include <time.h>
 
 static const double pi = 3.14159265358979323846;
@@ -716,29 +717,39 @@ static void test_refusals(void)
     ff_table_free(&t);
 }
 
-/* A pipe has no positions: the image is made beside it, and read whole. */
+/* Runs a command beside the test; both ends of a named pipe wait for each other when they open it. A command whose other end never
+ * comes ends by itself. */
+static FILE *start_beside(const char *format, const char *a, const char *b)
+{
+    char command[800];
+    snprintf(command, sizeof command, format, a, b);
+    FILE *started = popen(command, "r");
+    if (!started) exit(1);
+    return started;
+}
+
+/* A pipe has no positions: the image is made beside it, and read whole. The program at its other end is waited for: while it still
+ * reads, it would take what the next one writes, and nothing would be left to read here. */
 static void test_pipe(void)
 {
     image m = list_image();
     const char *path = write_image("list.exr", &m);
     ff_table t;
     ff_error err = {0};
-    char command[600];
     const char *pipe_path = check_path("pipe"), *copy = check_path("copy.exr");
     if (!read_ok("pipe", path, &t)) return;
-    snprintf(command, sizeof command, "mkfifo '%s' && (cat '%s' > '%s' &)", pipe_path, pipe_path, copy);
-    if (system(command) != 0) exit(1);
+    if (mkfifo(pipe_path, 0600) != 0) exit(1);
+    FILE *other_end = start_beside("exec timeout 60 cat '%s' > '%s'", pipe_path, copy);
     CHECK(ff_table_write(pipe_path, "exr", &t, &err) == FF_OK, "to a pipe: %s", err.message);
+    CHECK(pclose(other_end) == 0, "the reader of the pipe failed");
     ff_table_free(&t);
-    snprintf(command, sizeof command, "(cat '%s' > '%s' &)", path, pipe_path);
-    if (system(command) != 0) exit(1);
+    check_list("written to a pipe", copy);
+    other_end = start_beside("exec timeout 60 cat '%s' > '%s'", path, pipe_path);
     if (CHECK(ff_table_read(pipe_path, "exr", &t, &err) == FF_OK, "from a pipe: %s", err.message)) {
         CHECK(t.n == 3 && t.value[1] == 2, "from a pipe");
         ff_table_free(&t);
     }
-    for (int wait = 0; wait < 100 && access(copy, F_OK) != 0; wait++) usleep(10000);
-    usleep(50000);
-    check_list("written to a pipe", copy);
+    CHECK(pclose(other_end) == 0, "the writer of the pipe failed");
 }
 
 /* ---- damaged files --------------------------------------------------------------------------- */

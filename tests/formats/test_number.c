@@ -151,6 +151,17 @@ static void round_trip(double v)
         if (strtod(shortest, NULL) == v) break;
     }
     if (fabs(v) < 1e15) CHECK(digits <= precision, "%.17g was written as '%s', %d digits suffice", v, text, precision);
+    while (digits > 1 && strchr(text, '.') == NULL && text[n - 1] == '0') n--, digits--; /* zeros up to the point are no digits */
+    if (digits < 2) return;
+    snprintf(shortest, sizeof shortest, "%.*e", digits - 2, v);
+    CHECK(strtod(shortest, NULL) != v, "%.17g was written as '%s', '%s' suffices", v, text, shortest);
+}
+
+static void written(double v, const char *expected)
+{
+    char text[FF_NUMBER_TEXT + 1];
+    text[ff_number_write(v, text)] = '\0';
+    CHECK(strcmp(text, expected) == 0, "%.17g was written as '%s', expected '%s'", v, text, expected);
 }
 
 static void test_writing(void)
@@ -192,10 +203,25 @@ static void test_writing(void)
         round_trip(ldexp(0.5 + check_uniform(), (int)(check_random() % 100) - 40));
         round_trip((double)(check_random() % 100000) / 1000);
     }
-    char text[FF_NUMBER_TEXT];
-    CHECK(ff_number_write(0.1, text) == 3 && memcmp(text, "0.1", 3) == 0, "0.1");
-    CHECK(ff_number_write(-250, text) == 4 && memcmp(text, "-250", 4) == 0, "-250");
-    CHECK(ff_number_write(1.5e-9, text) == 7 && memcmp(text, "1.5e-09", 7) == 0, "1.5e-09: %.7s", text);
+    written(0.1, "0.1");
+    written(-250, "-250");
+    written(0, "0");
+    written(-0.0, "-0");
+    written(1.5e-9, "1.5e-09");
+    written(9.999999999999999e-6, "9.999999999999999e-06"); /* the ends of where there is no exponent */
+    written(1e-5, "0.00001");
+    written(-1.2345678901234568e-5, "-0.000012345678901234568");
+    written(999999999999999.9, "999999999999999.9");
+    written(1e15, "1000000000000000");
+    written(1234567890123456.5, "1234567890123456.5");
+    written(12345678901234568, "12345678901234568");
+    written(1e16, "10000000000000000");
+    written(9.9e16, "99000000000000000");
+    written(1e17, "1e+17");
+    written(1.5e300, "1.5e+300");
+    written(2e-308, "2e-308");
+    written(5e-324, "5e-324");                           /* it has no more digits than this one */
+    written(0.24101638793945313, "0.24101638793945312"); /* half-way between two of 17 digits: the even one, as printf has it */
 }
 
 int main(void)

@@ -4,7 +4,7 @@
 #include "ff_table.h"
 #include <openexr.h>
 
-/* ---- names of the layout --------------------------------------------------------------------- */
+/* ---- exr_kept.c: names of the layout, and what a table keeps of it ---------------------------- */
 
 enum { FF_EXR_VERSION = 1, FF_EXR_SOURCE = 32 };
 #define FF_EXR_A(name) "facetfit." name /**< an attribute of the table                                     */

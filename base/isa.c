@@ -1,14 +1,6 @@
 /* The choice of an instruction set, made anew at each call: it costs a few nanoseconds and keeps the library free of state. */
-#include "internal_kernel.h"
+#include "internal_isa.h"
 #include <string.h>
-
-extern const ff_kernels ff_kernels_scalar;
-#ifdef FF_HAVE_AVX2
-extern const ff_kernels ff_kernels_avx2;
-#endif
-#ifdef FF_HAVE_AVX512
-extern const ff_kernels ff_kernels_avx512;
-#endif
 
 int ff_isa_available(ff_isa isa)
 {
@@ -57,9 +49,4 @@ int ff_isa_find(const char *name)
     for (int i = FF_ISA_SCALAR; i <= FF_ISA_AVX512; i++)
         if (strcmp(name, ff_isa_name((ff_isa)i)) == 0) return i;
     return -1;
-}
-
-const ff_kernels *ff_kernels_get(ff_isa isa)
-{
-    return ff_isa_available(isa) ? FF_ISA_PICK(isa, &ff_kernels) : NULL;
 }

@@ -1,7 +1,7 @@
 /* The formats: list, detection by content, reading and writing by name. */
 #define _GNU_SOURCE
 #include "base/internal_input.h"
-#include "internal_table.h"
+#include "data_formats/table/internal_table.h"
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>

@@ -1,0 +1,15 @@
+/* The kernels of the instruction set that is asked for. */
+#include "internal_kernel.h"
+
+extern const ff_kernels ff_kernels_scalar;
+#ifdef FF_HAVE_AVX2
+extern const ff_kernels ff_kernels_avx2;
+#endif
+#ifdef FF_HAVE_AVX512
+extern const ff_kernels ff_kernels_avx512;
+#endif
+
+const ff_kernels *ff_kernels_get(ff_isa isa)
+{
+    return ff_isa_available(isa) ? FF_ISA_PICK(isa, &ff_kernels) : NULL;
+}

@@ -1,0 +1,162 @@
+/* How each strategy draws a direction, and the density with which it does. */
+#define FF_ISA_SUFFIX scalar
+#include "internal_sample.h"
+#include "models/terms/internal_isotropic.h"
+
+/* ---- views ----------------------------------------------------------------------------------- */
+
+/* The view of the unit surface: (l, v0) of the head of sample.c. */
+typedef struct unit_view {
+    double lx, ly, v0;
+} unit_view;
+
+static unit_view unit_view_of(const ff_sample_component *k, const double o[3])
+{
+    const ff_stretch *s = &k->pass->s;
+    return (unit_view){k->l11 * o[0] + k->l21 * o[1], k->l22 * o[1], o[2] - o[0] * s->x0 - o[1] * s->y0};
+}
+
+/* N: the area that the unit surface shows to the view. */
+static double visible_area(const ff_sample_component *k, const unit_view *v)
+{
+    const double l2 = v->lx * v->lx + v->ly * v->ly;
+    if (k->kind == FF_SAMPLE_VISIBLE_GGX) return 0.5 * (v->v0 + sqrt(l2 + v->v0 * v->v0));
+    const double length = sqrt(l2);
+    const ff_gaussian_view g = ff_gaussian_view_of(length, v->v0);
+    return (length + v->v0) * (1 / FF_SQRT_PI) * ff_gaussian_mass(&g);
+}
+
+int ff_sample_sees(const ff_sample_component *k, const double o[3])
+{
+    return o[2] > FF_COS_MIN && (!k->ndf || unit_view_of(k, o).v0 > 0);
+}
+
+/* ---- drawing --------------------------------------------------------------------------------- */
+
+/* wi = 2 (wo.h) h - wo for an h of any length. */
+static void mirror(const double o[3], const double h[3], double wi[3])
+{
+    const double twice = 2 * (o[0] * h[0] + o[1] * h[1] + o[2] * h[2]) / (h[0] * h[0] + h[1] * h[1] + h[2] * h[2]);
+    for (int j = 0; j < 3; j++) wi[j] = twice * h[j] - o[j];
+}
+
+/* From the unit surface to h: m of the direction (-u, 1), of any length. */
+static void mirror_unit(const ff_sample_component *k, const double o[3], double mx, double my, double mz, double wi[3])
+{
+    const ff_stretch *s = &k->pass->s;
+    const double h[3] = {k->l11 * mx - s->x0 * mz, k->l21 * mx + k->l22 * my - s->y0 * mz, mz};
+    mirror(o, h, wi);
+}
+
+static void draw_ggx(const ff_sample_component *k, const double o[3], double u1, double u2, double wi[3])
+{
+    const unit_view v = unit_view_of(k, o);
+    const double inv = 1 / sqrt(v.lx * v.lx + v.ly * v.ly + v.v0 * v.v0), top = v.v0 * inv;
+    const double low = u1 * (1 + top), side = sqrt(low * (2 - low)), turn = 2 * FF_PI * u2; /* in the cap z > -top */
+    mirror_unit(k, o, side * cos(turn) + v.lx * inv, side * sin(turn) + v.ly * inv, (1 - u1) * (1 + top), wi);
+}
+
+static void draw_gaussian(const ff_sample_component *k, const double o[3], double u1, double u2, double wi[3])
+{
+    static const ff_gaussian_view across = {1, 0, -INFINITY};
+    const unit_view v = unit_view_of(k, o);
+    const double length = sqrt(v.lx * v.lx + v.ly * v.ly);
+    const ff_gaussian_view along = ff_gaussian_view_of(length, v.v0);
+    const double ex = length > 0 ? v.lx / length : 1, ey = length > 0 ? v.ly / length : 0;
+    const double x = ff_gaussian_quantile(&along, u1), y = ff_gaussian_quantile(&across, u2);
+    mirror_unit(k, o, x * ex - y * ey, x * ey + y * ex, 1, wi);
+}
+
+static void draw_normal(const ff_sample_component *k, const double o[3], double u1, double u2, double wi[3])
+{
+    const double q2 = k->quantile ? k->quantile(&k->pass->ndf_pass, u1) : ff_sample_radial_quantile(&k->radial, u1);
+    const double q = sqrt(q2 < 1e80 ? q2 : 1e80), turn = 2 * FF_PI * u2;
+    mirror_unit(k, o, q * cos(turn), q * sin(turn), 1, wi);
+}
+
+/* mu^2 with the fraction u of the area under `rest` below it: linear between nodes, so that the integral is quadratic. */
+static double matte_quantile(const ff_sample_component *k, double u)
+{
+    const double area = u * k->below[FF_SAMPLE_MATTE - 1];
+    int j = 0;
+    while (j < FF_SAMPLE_MATTE - 2 && k->below[j + 1] <= area) j++;
+    const double first = ff_matte_node(j), width = ff_matte_node(j + 1) - first, need = (area - k->below[j]) / width;
+    const double r0 = k->rest[j], rise = k->rest[j + 1] - r0, root = sqrt(fmax(r0 * r0 + 2 * rise * need, 0));
+    return fmin(first + width * 2 * need / (r0 + root), 1);
+}
+
+/* Around z: the square of the cosine mu. */
+static void draw_around(double mu2, double u2, double wi[3])
+{
+    const double side = sqrt(1 - mu2), turn = 2 * FF_PI * u2;
+    wi[0] = side * cos(turn);
+    wi[1] = side * sin(turn);
+    wi[2] = sqrt(mu2);
+}
+
+void ff_sample_draw(const ff_sample_component *k, const double o[3], double u1, double u2, double wi[3])
+{
+    switch (k->kind) {
+    case FF_SAMPLE_VISIBLE_GGX:
+        draw_ggx(k, o, u1, u2, wi);
+        break;
+    case FF_SAMPLE_VISIBLE_GAUSSIAN:
+        draw_gaussian(k, o, u1, u2, wi);
+        break;
+    case FF_SAMPLE_NORMALS:
+        draw_normal(k, o, u1, u2, wi);
+        break;
+    case FF_SAMPLE_MATTE_TABLE:
+        draw_around(matte_quantile(k, u1), u2, wi);
+        break;
+    default:
+        draw_around(1 - u1, u2, wi);
+    }
+}
+
+/* ---- densities ------------------------------------------------------------------------------- */
+
+/* Of a lobe. */
+static void density_of_lobe(const ff_sample_component *k, const ff_sample_pairs *b, double *out)
+{
+    const ff_stretch *s = &k->pass->s;
+    const double *sx = b->g.plane[FF_G_SX], *sy = b->g.plane[FF_G_SY], *c = b->g.plane[FF_G_C];
+    const double inv11 = 1 / k->l11, inv22 = 1 / k->l22, inv_det = inv11 * inv22;
+    double q2[FF_BLOCK], p[FF_BLOCK], dlnp[FF_BLOCK];
+    for (size_t i = 0; i < b->n; i++) {
+        const double ux = (sx[i] - s->x0) * inv11, uy = (sy[i] - s->y0 - k->l21 * ux) * inv22;
+        q2[i] = ux * ux + uy * uy;
+    }
+    k->ndf->profile(&k->pass->ndf_pass, b->n, q2, p, dlnp, NULL);
+    for (size_t i = 0; i < b->n; i++) {
+        const double inv_hz2 = 1 + sx[i] * sx[i] + sy[i] * sy[i];
+        out[i] = 0.25 * inv_det * p[i] * inv_hz2 * inv_hz2; /* D / 4 */
+        if (k->kind == FF_SAMPLE_NORMALS) out[i] /= c[i] * (k->unit_area ? sqrt(inv_hz2) : 1) * k->radial.total;
+    }
+    for (size_t i = 0; i < b->n && k->kind != FF_SAMPLE_NORMALS; i++) {
+        const unit_view v = unit_view_of(k, (const double[]){b->w[3][i], b->w[4][i], b->w[5][i]});
+        out[i] = v.v0 > 0 ? out[i] / visible_area(k, &v) : 0;
+    }
+}
+
+/* The density of mu^2 over pi is that of wi over mu. */
+static void density_of_matte(const ff_sample_component *k, const ff_sample_pairs *b, double *out)
+{
+    const double inv = 1 / (FF_PI * k->below[FF_SAMPLE_MATTE - 1]);
+    for (size_t i = 0; i < b->n; i++) {
+        const double mu = b->w[2][i] > 0 ? fmin(b->w[2][i], 1) : 0;
+        const int j = (int)fmin(sqrt(mu) * (FF_SAMPLE_MATTE - 1), FF_SAMPLE_MATTE - 2);
+        const double first = ff_matte_node(j), at = (mu * mu - first) / (ff_matte_node(j + 1) - first);
+        out[i] = mu * inv * (k->rest[j] + at * (k->rest[j + 1] - k->rest[j]));
+    }
+}
+
+void ff_sample_density(const ff_sample_component *k, const ff_sample_pairs *b, double *out)
+{
+    if (k->kind == FF_SAMPLE_MATTE_TABLE)
+        density_of_matte(k, b, out);
+    else if (k->kind == FF_SAMPLE_COSINE)
+        for (size_t i = 0; i < b->n; i++) out[i] = b->w[2][i] * (1 / FF_PI);
+    else
+        density_of_lobe(k, b, out);
+}
