@@ -21,6 +21,8 @@ double PowerOfTwo(double v)
 /// residual has a length near 1 and every column of its Jacobian one near COLUMN, long against those constants as with many
 /// samples. A column that is 0 there keeps its unit.
 constexpr double COLUMN = 1024;
+/// A column that is shorter than this beside the residual moves nothing: in its unit the parameter would take any step.
+constexpr double LEAST = 1e-20;
 
 struct Units {
     double residual = 1;
@@ -33,7 +35,7 @@ struct Units {
         residual = PowerOfTwo(Length(r.data(), p.n + 1, 1));
         for (size_t k = 0; k < p.n; k++) {
             const double length = Length(&jacobian[k], p.n + 1, p.n);
-            if (length > 0) parameter[k] = COLUMN * PowerOfTwo(residual / length);
+            if (length > residual * LEAST) parameter[k] = COLUMN * PowerOfTwo(residual / length);
         }
     }
 
