@@ -23,6 +23,10 @@ double PowerOfTwo(double v)
 constexpr double COLUMN = 1024;
 /// A column that is shorter than this beside the residual moves nothing: in its unit the parameter would take any step.
 constexpr double LEAST = 1e-20;
+/// Residuals of at least this length, and of no more than its inverse, are what those constants are made for: they stay as they are.
+constexpr double ORDINARY = 1e-3;
+/// Unless a parameter has another magnitude than they, and so a column that is fainter than this beside them.
+constexpr double FAINT = 1e-9;
 
 struct Units {
     double residual = 1;
@@ -32,10 +36,17 @@ struct Units {
     {
         std::vector<double> r(p.n + 1), jacobian((p.n + 1) * p.n);
         if (p.evaluate(p.context, x, r.data(), jacobian.data()) != FF_OK) return;
-        residual = PowerOfTwo(Length(r.data(), p.n + 1, 1));
+        const double length = Length(r.data(), p.n + 1, 1);
+        int ordinary = length > ORDINARY && length < 1 / ORDINARY;
         for (size_t k = 0; k < p.n; k++) {
-            const double length = Length(&jacobian[k], p.n + 1, p.n);
-            if (length > residual * LEAST) parameter[k] = COLUMN * PowerOfTwo(residual / length);
+            const double column = Length(&jacobian[k], p.n + 1, p.n);
+            if (column > length * LEAST && column < length * FAINT) ordinary = 0;
+        }
+        if (ordinary) return;
+        residual = PowerOfTwo(length);
+        for (size_t k = 0; k < p.n; k++) {
+            const double column = Length(&jacobian[k], p.n + 1, p.n);
+            if (column > residual * LEAST) parameter[k] = COLUMN * PowerOfTwo(residual / column);
         }
     }
 
