@@ -4,7 +4,8 @@
  *  fitted to the same samples. The result depends on the data and the options, not on the number of threads nor on the run.
  *
  *  Objective  1/2 sum over samples i and channels c of rho(r_ic^2), r_ic = sqrt(w_i) (g(f(p)) - g(y)) with g of the loss
- *             (ff_loss.h) and w of the weighting below; the weights have mean 1, so that the objective of unit weights is the plain half sum.
+ *             (ff_loss.h) and w of the weighting below; the weights have mean 1, so that the objective of unit weights is the
+ *             plain half sum.
  *  Memory     problems and results own their arrays; release with the _free functions.
  *  Errors     ff_status and ff_error. How a fit ended (converged, stalled, ...) is not a status: see ff_outcome.
  *  Threads    a problem may serve one fit at a time; several problems are independent. */

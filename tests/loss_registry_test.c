@@ -158,7 +158,8 @@ static void check_kernel(ff_isa isa, ff_loss loss, uint64_t *state)
     samples s;
     double g[FF_BLOCK], slope[FF_BLOCK];
     fill(loss, state, &s);
-    const ff_loss_planes planes = {s.w, s.t, d->reads_cosine ? s.x : NULL};
+    for (int i = 0; i < FF_BLOCK && !d->reads_cosine; i++) s.x[i] = NAN; /* a fit has none to give */
+    const ff_loss_planes planes = {s.w, s.t, s.x};
     d->residuals(&planes, s.f, s.r, s.j);
     ff_loss_targets(loss, FF_BLOCK, s.f, planes.x, g);
     ff_loss_slopes(loss, FF_BLOCK, s.f, planes.x, slope);
@@ -206,7 +207,7 @@ static void measures(void)
             if (!d) continue;
             FF_CHECK((!d->deviations) == (!d->info.rmse_unit), "%s: a measure without unit, or a unit without measure",
                      d->info.name);
-            if (!d->deviations) continue;
+            if (!d->deviations || !d->info.rmse_unit) continue;
             FF_CHECK(!d->factor_of_datum, "%s: a measure of its own for every datum", d->info.name);
             fill(loss, &state, &s);
             d->deviations(s.f, s.y, s.x, s.r);

@@ -1,9 +1,9 @@
 /** @file ff_loss.h  The losses that a fit can minimise, and their robust forms: numbers, names, and what they are.
  *
- *  A loss says which difference between model and data counts. Least squares of the reflectance itself see little but the peak of a
- *  glossy surface; those of its logarithm see the dark parts as well. Formally: the residual of a sample is r = sqrt(w) (g(f) - g(y)),
- *  f the model and y the datum, both in 1/sr, and a loss is its g. A robust loss rho(r^2), of which half is summed, lets large
- *  residuals, those of outliers, count less than their squares.
+ *  A loss says which difference between model and data counts. Least squares of the reflectance itself see little but the peak of
+ *  a glossy surface; those of its logarithm see the dark parts as well. Formally: the residual of a sample is
+ *  r = sqrt(w) (g(f) - g(y)), f the model and y the datum, both in 1/sr, and a loss is its g. A robust loss rho(r^2), of which half
+ *  is summed, lets large residuals, those of outliers, count less than their squares.
  *
  *  Lists   ff_losses.def and ff_robusts.def; each entry is one file of fit/losses/. Loop from 0 to FF_LOSS_COUNT.
  *  Memory  everything is constant and static.
@@ -14,8 +14,8 @@
 extern "C" {
 #endif
 
-/** FF_LOSS_COSINE = 0, FF_LOSS_LOG = 1, FF_LOSS_CUBE_ROOT = 2, FF_LOSS_RELATIVE = 3, FF_LOSS_PLAIN = 4, and what came later. A number
- *  keeps its meaning for good. */
+/** FF_LOSS_COSINE = 0, FF_LOSS_LOG = 1, FF_LOSS_CUBE_ROOT = 2, FF_LOSS_RELATIVE = 3, FF_LOSS_PLAIN = 4, and what came later. A
+ *  number keeps its meaning for good. */
 typedef enum ff_loss {
 #define FF_LOSS_ENTRY(NAME, id) FF_LOSS_##NAME,
 #include "ff_losses.def"
@@ -55,7 +55,8 @@ typedef struct ff_robust_info {
     double      tuning; /**< b, in standard deviations of the residuals, at which 95 % of the information of normal ones is kept */
 } ff_robust_info;
 
-/** FF_LOSS_COUNT and FF_ROBUST_COUNT of the library that is linked, for programs in other languages. */
+/** FF_LOSS_COUNT and FF_ROBUST_COUNT of the library that is linked, for programs in other languages. Results hold arrays of that
+ *  length. */
 int ff_loss_count(void);
 int ff_robust_count(void);
 

@@ -1,9 +1,9 @@
 /* The losses as the fit uses them: a constant descriptor each, which nothing outside fit/losses/ knows more of.
  *
  * A new loss is one file loss_<id>.c with its descriptor and one line in ff_losses.def. Everything follows from these: fits, ndf,
- * --loss auto, the measures of a finished fit, help, JSON and the tests, which also say which row the table of docs/fitting.md lacks.
- * The files are compiled once per instruction set. What is seldom computed (targets, slopes, factors) is always that of the baseline,
- * so that the data of a fit do not depend on the processor.
+ * --loss auto, the measures of a finished fit, help, JSON and the tests, which also say which row the table of docs/fitting.md
+ * lacks. The files are compiled once per instruction set. What is seldom computed (targets, slopes, factors) is always that of the
+ * baseline, so that the data of a fit do not depend on the processor.
  *
  * f model, y datum, x = cos(theta_i); planes may have any length n where it is given and else have FF_BLOCK entries. */
 #ifndef FF_INTERNAL_LOSS_H
@@ -27,14 +27,14 @@ typedef struct ff_loss_descriptor {
 
     /* Linear losses, g(f) = f, have none of what follows; curved ones have target, slope and residuals. */
 
-    int reads_cosine;                                                                 /* x is not given otherwise              */
-    void (*target)(size_t n, const double *y, const double *x, double *g);            /* g(y)                                  */
-    void (*slope)(size_t n, const double *y, const double *x, double *slope);         /* dg/df at f = y                        */
-    int (*has_value)(double y, double x);                                             /* 0: g(y) does not exist; NULL: always 1 */
-    void (*residuals)(const ff_loss_planes *l, const double *f, double *r, double *j); /* r = w (g(f) - t), j = dr/df          */
+    int reads_cosine;                                                                  /* x is not given otherwise */
+    void (*target)(size_t n, const double *y, const double *x, double *g);             /* g(y)                     */
+    void (*slope)(size_t n, const double *y, const double *x, double *slope);          /* dg/df at f = y           */
+    int (*has_value)(double y, double x);                                              /* NULL: g(y) always exists */
+    void (*residuals)(const ff_loss_planes *l, const double *f, double *r, double *j); /* w (g(f) - t), dr/df      */
 
-    /* g(f) - g(y) times the factor, as a measure of every fit; with info.rmse_unit, else NULL. Linear ones may have it too, and read
-     * x, y may be where g has no value. */
+    /* g(f) - g(y) times the factor, as a measure of every fit; with info.rmse_unit, else NULL. Linear ones may have it too. x is
+     * always given; y may be where g has no value. */
     void (*deviations)(const double *f, const double *y, const double *x, double *e);
 } ff_loss_descriptor;
 

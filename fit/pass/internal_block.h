@@ -79,23 +79,36 @@ static inline void residuals(const ff_pass *pass, size_t block, size_t c, const 
 /* lanes[i mod 8] += w e^2 */
 static void add_squares(const double *restrict w, const double *restrict e, double *restrict lanes)
 {
-    double square[FF_BLOCK] __attribute__((aligned(64)));
-    for (int i = 0; i < FF_BLOCK; i++) square[i] = w[i] * e[i] * e[i];
-    add_to_lanes(square, lanes);
+    v8 sum = *(const v8 *)lanes;
+    for (int i = 0; i < FF_BLOCK; i += 8) {
+        const v8 d = *(const v8 *)(e + i);
+        sum += *(const v8 *)(w + i) * d * d;
+    }
+    *(v8 *)lanes = sum;
+}
+
+/* The larger of both halves of v [n] into the first. */
+static inline void fold_largest(int n, double *v)
+{
+    for (int i = 0; i < n / 2; i++) v[i] = v[i + n / 2] > v[i] ? v[i + n / 2] : v[i];
 }
 
 /* Residuals of the fit's quality, whichever loss is minimised. */
 static void statistics(const double *restrict f, const double *restrict y, const double *restrict x, const double *restrict sw,
                        double *restrict stat)
 {
-    double w[FF_BLOCK] __attribute__((aligned(64))), e[FF_BLOCK], *largest = stat + FF_STAT_MAX * 8;
-    for (int i = 0; i < FF_BLOCK; i++) w[i] = sw[i] * sw[i];
+    double w[FF_BLOCK] __attribute__((aligned(64))), e[FF_BLOCK] __attribute__((aligned(64))), size[FF_BLOCK],
+        *largest = stat + FF_STAT_MAX * 8;
+    for (int i = 0; i < FF_BLOCK; i++) {
+        w[i] = sw[i] * sw[i];
+        e[i] = f[i] - y[i];
+        size[i] = w[i] > 0 ? fabs(e[i]) : 0;
+    }
     add_to_lanes(w, stat + FF_STAT_WEIGHT * 8);
-    for (int i = 0; i < FF_BLOCK; i++) e[i] = f[i] - y[i];
     add_squares(w, e, stat + FF_STAT_PLAIN * 8);
-    for (int i = 0; i < FF_BLOCK; i++) e[i] = w[i] > 0 ? fabs(e[i]) : 0;
-    for (int i = 0; i < FF_BLOCK; i += 8)
-        for (int lane = 0; lane < 8; lane++) largest[lane] = e[i + lane] > largest[lane] ? e[i + lane] : largest[lane];
+#pragma GCC unroll 4
+    for (int n = FF_BLOCK; n > 8; n /= 2) fold_largest(n, size);
+    for (int lane = 0; lane < 8; lane++) largest[lane] = size[lane] > largest[lane] ? size[lane] : largest[lane];
     for (int loss = 0; loss < FF_LOSS_COUNT; loss++) {
         const ff_loss_descriptor *d = FF_ISA_NAME(ff_losses)[loss];
         if (!d->deviations) continue;
