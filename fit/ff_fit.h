@@ -97,8 +97,12 @@ typedef struct ff_constraints {
 } ff_constraints;
 
 /** Whether the constraints make sense for m. FF_ERR_UNKNOWN names the parameter that m lacks (not with where_present); FF_ERR_RANGE
- *  for bounds (see ff_model_bound; those of tied parameters must overlap) and priors out of range; FF_ERR_UNSUPPORTED for a tie of
- *  unlike parameters, or of one that is held apart, and for a model that no parameters make conserve energy. */
+ *  for bounds (see ff_model_bound; those of tied parameters must overlap), priors and held values out of range; FF_ERR_UNSUPPORTED
+ *  for a tie of unlike parameters, or of one that is held apart, for a channel of a parameter that has one value for all, and for a
+ *  model that no parameters make conserve energy. Channels themselves, and the number of held values, are looked at by
+ *  ff_problem_fit, which knows the data: FF_ERR_UNKNOWN for a channel that is none, FF_ERR_RANGE for another number of values than
+ *  channels, FF_ERR_UNSUPPORTED for single channels of a tied parameter or of channels that are averaged. A bound of one channel
+ *  takes the place of that of all. Fitted alone (only_channel), a channel takes what is its own. */
 ff_status ff_constraints_check(const ff_constraints *c, const ff_model *m, ff_error *err);
 
 /** Options of the selection (used by ff_problem_new) and of the fit. Fill with ff_fit_options_init, then change. */
