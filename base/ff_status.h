@@ -28,6 +28,17 @@ enum {
     FF_ERR_INTERNAL = 12    /**< a defect of this library                                           */
 };
 
+/** What the caller can say to help, where something can be said. A message does not name it, for every program has its own way of
+ *  being told: ff_words_hint has the words of the program `facetfit`. The numbers are explicit and never reused. */
+typedef enum ff_hint {
+    FF_HINT_NONE = 0,
+    FF_HINT_SCALE = 1,            /**< what one unit of the file's numbers is, in 1/sr: ff_read_options.scale     */
+    FF_HINT_QUANTITY = 2,         /**< what the file's numbers are: ff_read_options.quantity                       */
+    FF_HINT_QUANTITY_BRDF = 3,    /**< that they are the BRDF, should they not be what was assumed                 */
+    FF_HINT_QUANTITY_BRDF_COS = 4 /**< that they are the BRDF times cos(theta_o), should they not be what was assumed */
+} ff_hint;
+enum { FF_HINT_COUNT = 5 };
+
 enum { FF_ERROR_PATH = 512, FF_ERROR_MESSAGE = 768 };
 
 /** What went wrong and where. Zero-initialise; a call fills it only when it returns a status other than FF_OK. */
@@ -37,12 +48,13 @@ typedef struct ff_error {
     long line;                      /**< 1-based line of a text file, 0 = not known            */
     int64_t byte;                   /**< 0-based offset in a binary file, -1 = not known       */
     char message[FF_ERROR_MESSAGE]; /**< one sentence: what was found, what was expected   */
+    ff_hint hint;                   /**< what the caller can say, FF_HINT_NONE mostly       */
 } ff_error;
 
 /** Name of a status ("out of range"), for messages. Never NULL, also for numbers that are no status. */
 const char *ff_status_str(ff_status status);
 
-/** Fills *err (may be NULL) and returns code, so that a failing path reads `return ff_error_set(...)`.
+/** Fills *err (may be NULL), without a hint, and returns code, so that a failing path reads `return ff_error_set(...)`.
  *  @param path  file concerned or NULL
  *  @param line  1-based, 0 = not known
  *  @param byte  0-based, -1 = not known
@@ -52,6 +64,9 @@ ff_status ff_error_set(ff_error *err, ff_status code, const char *path, long lin
     __attribute__((format(printf, 6, 7)))
 #endif
     ;
+
+/** Adds to *err (may be NULL) what would help, and returns code: `return ff_error_hint(err, ff_error_set(...), hint)`. */
+ff_status ff_error_hint(ff_error *err, ff_status code, ff_hint hint);
 
 /** Writes "PATH:LINE: MESSAGE", "PATH: byte N: MESSAGE" or "MESSAGE" into out [size], always terminated. */
 void ff_error_format(const ff_error *err, char *out, unsigned long size);

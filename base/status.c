@@ -79,6 +79,13 @@ ff_status ff_error_set(ff_error *err, ff_status code, const char *path, long lin
     err->code = code;
     err->line = line;
     err->byte = byte;
+    err->hint = FF_HINT_NONE;
+    return code;
+}
+
+ff_status ff_error_hint(ff_error *err, ff_status code, ff_hint hint)
+{
+    if (err) err->hint = hint;
     return code;
 }
 

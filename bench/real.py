@@ -74,7 +74,7 @@ def compare_file(program, folder, path, ndfs, words):
         seconds += run([program, "compare", path, "--ndf", ",".join(ndfs), "--masking", "all", "--loss", loss, "--json",
                         f"{base}.{loss}.json", *words])
     seconds += run([program, "ndf", path, "--loss", LOSSES[0], "-o", f"{base}.table"])
-    seconds += run([program, "compare", path, "--ndf", RETRIEVED, "--masking", "all", "--loss", LOSSES[0], "--table", f"{base}.table",
+    seconds += run([program, "compare", path, "--ndf", RETRIEVED, "--masking", "all", "--loss", LOSSES[0], "--ndf-table", f"{base}.table",
                     "--json", f"{base}.{RETRIEVED}.json", *words])
     seconds += run([program, "info", path, "--json", f"{base}.info.json"])
     return Paint(path, {loss: load(f"{base}.{loss}.json") for loss in LOSSES}, load(f"{base}.{RETRIEVED}.json"), load(f"{base}.info.json"),

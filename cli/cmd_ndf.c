@@ -217,8 +217,9 @@ static ff_status write_text(const void *context, FILE *out)
     if (status == FF_OK) status = put_channels(n, out);
     fputc('\n', out);
     if (status == FF_OK) status = put_fits(n->r, out);
-    if (n->r->n_warnings) fputc('\n', out);
-    for (size_t i = 0; i < n->r->n_warnings; ++i) fprintf(out, "  warning: %s\n", n->r->warning[i]);
+    const ff_words_subject subject = {.problem = n->f->problem[0], .retrieved = n->r};
+    if (n->r->warnings.n) fputc('\n', out);
+    ff_report_warnings_text(&subject, &n->r->warnings, out);
     return status;
 }
 
@@ -335,7 +336,7 @@ static ff_status write_json(const void *context, FILE *out)
     ff_json j;
     ff_json_begin(&j, out);
     ff_json_object(&j, NULL, FF_JSON_BLOCK);
-    ff_report_head_json(&j, "facetfit.ndf/1", &n->args->head);
+    ff_report_head_json(&j, "facetfit.ndf/2", &n->args->head);
     json_data(&j, n);
     ff_json_string(&j, "loss", ff_loss_name((int)n->f->options.loss));
     ff_json_string(&j, "masking", ff_term_at(FF_MASKING, (size_t)n->options->masking)->name);
@@ -355,9 +356,8 @@ static ff_status write_json(const void *context, FILE *out)
     ff_json_number(&j, "objective", r->objective);
     json_fits(&j, r);
     json_rows(&j, r);
-    ff_json_array(&j, "warnings", FF_JSON_BLOCK);
-    for (size_t i = 0; i < r->n_warnings; ++i) ff_json_string(&j, NULL, r->warning[i]);
-    ff_json_close(&j);
+    const ff_words_subject subject = {.problem = n->f->problem[0], .retrieved = r};
+    ff_report_warnings_json(&j, &subject, &r->warnings);
     ff_json_close(&j);
     ff_json_end(&j);
     return FF_OK;

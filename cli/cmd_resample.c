@@ -27,7 +27,7 @@ static int report_conversion(const result *r)
 {
     const char *json = cli_value(r->args, FLAG_JSON, NULL);
     if (strcmp(r->args->word[1], "-")) return cli_write_both(r->args, write_json, write_text, r);
-    cli_notes(r->args->word[0], r->out->note);
+    cli_notes(r->args->word[0], r->out);
     return json ? cli_write(json, write_json, r) : EXIT_DONE;
 }
 

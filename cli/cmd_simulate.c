@@ -37,7 +37,7 @@ int cmd_simulate(const cli_args *args)
     cli_scene_free(&scene);
     if (failed != FF_OK) return cli_failed(failed, &err);
     failed = ff_table_write(path, format->name, &table, &err);
-    if (failed == FF_OK) cli_notes(path, table.note);
+    if (failed == FF_OK) cli_notes(path, &table);
     ff_table_free(&table);
     return failed == FF_OK ? EXIT_DONE : cli_failed(failed, &err);
 }

@@ -117,8 +117,3 @@ int cli_kind_is_file(cli_kind kind)
 {
     return kind == KIND_INPUT_FILE || kind == KIND_OUTPUT_FILE;
 }
-
-int cli_kind_is_number(cli_kind kind)
-{
-    return kind == KIND_NUMBER || kind == KIND_ANGLE || kind == KIND_INTEGER || kind == KIND_NUMBERS;
-}

@@ -38,10 +38,12 @@ void cli_tables_free(cli_tables *tables);
 /* Gives the lobes of m their tables, which must outlive it. FF_ERR_UNSUPPORTED when one is needed and there is none. */
 ff_status cli_tables_give(const cli_tables *tables, ff_model *m, ff_error *err);
 
-/* --free, and --fix with one value, on a model; where_present: a name that this model does not have is not an error. Exit status. */
+/* --free, and --fix with one value, on a model; where_present: a name that this model does not have is not an error. Exit
+ * status. */
 int cli_hold_and_free(const cli_args *args, ff_model *m, int where_present);
-/* What --bound, --prior, --tie, --energy-conserving and --fix with values by channel say, for fits of n models; where_present: what a model lacks is left out, as
- * long as one has it. Exit status; to be freed whatever it is. The names are those of the command line. */
+/* What --bound, --prior, --tie, --energy-conserving and --fix with values by channel say, for fits of n models; where_present: what
+ * a model lacks is left out, as long as one has it. Exit status; to be freed whatever it is. The names are those of the command
+ * line. */
 typedef struct cli_constraints {
     ff_constraints c;
     ff_bound      *bound;
@@ -77,8 +79,8 @@ const char *cli_channel_suffix(size_t n_channels, size_t c, char out[24]);
 
 /* ---- measured data -----------------------------------------------------------------------------------------------------------*/
 
-/* Reads `path` with the options of the flags, reduced as --reduce says; notes as messages when with_notes. Exit status; the table is
- * to be freed after EXIT_DONE. */
+/* Reads `path` with the options of the flags, reduced as --reduce says; notes as messages when with_notes. Exit status; the table
+ * is to be freed after EXIT_DONE. */
 int cli_read(const cli_args *args, const char *path, int with_notes, ff_table *out);
 
 /* The format to write `path` in: by the flag, or by its extension; CSV for "-". Exit status. */

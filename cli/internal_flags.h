@@ -34,14 +34,14 @@ typedef enum cli_kind {
     KIND_TEXT          /* the command reads it; `words` are suggestions                                  */
 } cli_kind;
 int cli_kind_is_file(cli_kind kind);
-int cli_kind_is_number(cli_kind kind); /* KIND_NUMBERS included */
 
 /* The i-th word of a closed list, NULL after the last. */
 typedef const char *cli_words(size_t i);
-cli_words cli_words_loss, cli_words_loss_auto, cli_words_robust, cli_words_weighting, cli_words_shape, cli_words_channels, cli_words_channels_one,
-    cli_words_isa, cli_words_quantity, cli_words_monotone, cli_words_negative, cli_words_ndf, cli_words_masking, cli_words_masking_one,
-    cli_words_fresnel, cli_words_diffuse, cli_words_model, cli_words_read, cli_words_written, cli_words_grid, cli_words_reduce,
-    cli_words_from, cli_words_to, cli_words_by, cli_words_table, cli_words_shell;
+cli_words cli_words_loss, cli_words_loss_auto, cli_words_robust, cli_words_weighting, cli_words_shape, cli_words_channels,
+    cli_words_channels_one, cli_words_isa, cli_words_quantity, cli_words_monotone, cli_words_negative, cli_words_ndf,
+    cli_words_masking, cli_words_masking_one, cli_words_fresnel, cli_words_diffuse, cli_words_model, cli_words_read,
+    cli_words_written, cli_words_grid, cli_words_reduce, cli_words_from, cli_words_to, cli_words_by, cli_words_table,
+    cli_words_shell;
 
 int    cli_words_find(cli_words *words, const char *word, size_t length); /* index, -1 = none of them */
 size_t cli_words_count(cli_words *words);
@@ -160,8 +160,8 @@ typedef struct cli_args {
     ff_report_head     head;   /* the whole command line         */
 } cli_args;
 
-/* Takes argv apart for `command` (argv[0] is its first word); every value is one of its kind. Exit status; cli_args_free afterwards,
- * whatever it is. */
+/* Takes argv apart for `command` (argv[0] is its first word); every value is one of its kind. Exit status; cli_args_free
+ * afterwards, whatever it is. */
 int  cli_args_parse(const cli_command *command, int argc, char **argv, cli_args *out);
 void cli_args_free(cli_args *args);
 
@@ -205,8 +205,8 @@ size_t cli_list_read(const char *text, size_t most, double *out);
 /* Is it "{...}"? */
 int cli_is_list(const char *text);
 
-/* Calls apply for every word of every such flag, in order, until a status is not EXIT_DONE; returns it. Words are separated by commas
- * outside of braces. */
+/* Calls apply for every word of every such flag, in order, until a status is not EXIT_DONE; returns it. Words are separated by
+ * commas outside of braces. */
 int cli_each_word(const cli_args *args, cli_flag_id flag, int (*apply)(const cli_args *args, const char *word, void *context),
                   void *context);
 
@@ -232,5 +232,5 @@ void cli_message(const char *format, ...) __attribute__((format(printf, 1, 2)));
 int  cli_usage(const cli_args *args, const char *format, ...) __attribute__((format(printf, 2, 3))); /* with a hint; EXIT_USAGE */
 int  cli_exit_status(ff_status status);
 int  cli_failed(ff_status status, const ff_error *err); /* message and exit status */
-void cli_notes(const char *path, const char *notes);    /* lines of a table's note, as messages */
+void cli_notes(const char *path, const ff_table *t);    /* notes of a table, as messages */
 #endif

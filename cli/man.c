@@ -4,26 +4,34 @@
 
 /* ---- text in troff --------------------------------------------------------------------------- */
 
-/* Text as it is: no character of it commands. At the start of a line a point or an apostrophe would. */
+/* Characters that would command, as they are. */
+static size_t put_char(FILE *out, char c)
+{
+    static const struct {
+        char c;
+        const char *escape;
+    } special[] = {{'\\', "\\e"}, {'-', "\\-"}, {'\'', "\\(aq"}, {'`', "\\(ga"}, {'^', "\\(ha"}, {'~', "\\(ti"}};
+    for (size_t i = 0; i < sizeof special / sizeof *special; ++i)
+        if (c == special[i].c) {
+            fputs(special[i].escape, out);
+            return strlen(special[i].escape);
+        }
+    fputc(c, out);
+    return 1;
+}
+
+/* At the start of a line a point commands too. */
+static size_t put_word(FILE *out, const char *word, size_t length, int first)
+{
+    size_t n = 0;
+    if (first && *word == '.') n += (size_t)fprintf(out, "\\&");
+    for (size_t i = 0; i < length; ++i) n += put_char(out, word[i]);
+    return n;
+}
+
 static void put(FILE *out, const char *text)
 {
-    if (*text == '.' || *text == '\'') fputs("\\&", out);
-    for (; *text; ++text) {
-        if (*text == '\\')
-            fputs("\\e", out);
-        else if (*text == '-')
-            fputs("\\-", out);
-        else if (*text == '\'')
-            fputs("\\(aq", out);
-        else if (*text == '`')
-            fputs("\\(ga", out);
-        else if (*text == '^')
-            fputs("\\(ha", out);
-        else if (*text == '~')
-            fputs("\\(ti", out);
-        else
-            fputc(*text, out);
-    }
+    put_word(out, text, strlen(text), 1);
 }
 
 static void put_line(FILE *out, const char *text)
@@ -32,11 +40,24 @@ static void put_line(FILE *out, const char *text)
     fputc('\n', out);
 }
 
-/* A sentence out of a phrase: a large first letter and a point at the end, unless it begins with a name. */
-static void put_sentence(FILE *out, const char *phrase)
+/* A phrase in lines of a source that people can read, with a point at its end unless it has one. */
+static void put_text(FILE *out, const char *text)
 {
-    put(out, phrase);
-    fputs(phrase[strlen(phrase) - 1] == '.' ? "\n" : ".\n", out);
+    enum { LONGEST = 64 }; /* escapes come on top */
+    size_t column = 0;
+    const int ends = text[strlen(text) - 1] == '.';
+    while (*text) {
+        const size_t n = strcspn(text, " ");
+        if (column + n > LONGEST) {
+            fputc('\n', out);
+            column = 0;
+        } else if (column) {
+            column += put_char(out, ' ');
+        }
+        column += put_word(out, text, n, column == 0);
+        text += n + (text[n] != '\0');
+    }
+    fputs(ends ? "\n" : ".\n", out);
 }
 
 static void section(FILE *out, const char *name)
@@ -88,7 +109,7 @@ void cli_man(const char *version, FILE *out)
     section(out, "SYNOPSIS");
     fputs(".B facetfit\n.I COMMAND\n[\\fIflags\\fR] ...\n", out);
     section(out, "DESCRIPTION");
-    put_line(out,
+    put_text(out,
              "facetfit finds microfacet BRDF parameters in measured reflectance: roughness, reflectance at normal incidence and a "
              "diffuse part, each with its standard error, for every distribution of normals under every masking.");
     section(out, "COMMANDS");
@@ -105,6 +126,7 @@ void cli_man(const char *version, FILE *out)
 
 static void put_option(const cli_flag *f, FILE *out)
 {
+    char otherwise[128];
     fputs(".TP\n.B ", out);
     if (f->letter) fprintf(out, "\\-%c, ", f->letter);
     fputs(f->negatable ? "\\-\\-[no\\-]" : "\\-\\-", out);
@@ -115,12 +137,12 @@ static void put_option(const cli_flag *f, FILE *out)
         fputs("\\fR", out);
     }
     fputc('\n', out);
-    put_sentence(out, f->help);
-    if (f->more) put_line(out, f->more);
-    if (f->repeatable) put_line(out, "Can be given several times.");
+    put_text(out, f->help);
+    if (f->more) put_text(out, f->more);
+    if (f->repeatable) put_text(out, "Can be given several times");
     if (!f->otherwise) return;
-    fputs("Otherwise: ", out);
-    put_sentence(out, f->otherwise);
+    snprintf(otherwise, sizeof otherwise, "Otherwise: %s", f->otherwise);
+    put_text(out, otherwise);
 }
 
 static void put_group(const cli_command *command, int group, FILE *out)
@@ -144,7 +166,7 @@ void cli_man_command(const cli_command *command, const char *version, FILE *out)
     if (*cli_command_usage(command, usage, sizeof usage)) put_line(out, usage);
     fputs("[\\fIflags\\fR]\n", out);
     section(out, "DESCRIPTION");
-    put_line(out, command->more);
+    put_text(out, command->more);
     section(out, "EXAMPLES");
     fputs(".nf\n", out);
     for (size_t k = 0; k < CLI_EXAMPLES && command->example[k]; ++k) put_line(out, command->example[k]);

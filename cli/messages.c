@@ -1,5 +1,6 @@
 /* What the program says on stderr, and its exit status. */
 #include "internal_flags.h"
+#include "ff_words.h"
 #include <signal.h>
 #include <stdarg.h>
 #include <string.h>
@@ -55,21 +56,18 @@ int cli_exit_status(ff_status status)
 
 int cli_failed(ff_status status, const ff_error *err)
 {
-    char text[FF_ERROR_PATH + FF_ERROR_MESSAGE + 64] = "";
+    char text[FF_ERROR_PATH + FF_ERROR_MESSAGE + 128] = "";
     if (err) {
         ff_error named = *err;
         if (!strcmp(named.path, "-")) strcpy(named.path, status == FF_ERR_WRITE ? "standard output" : "standard input");
-        ff_error_format(&named, text, sizeof text);
+        ff_words_error(&named, text, sizeof text);
     }
     cli_message("%s", *text ? text : ff_status_str(status));
     return cli_exit_status(status);
 }
 
-void cli_notes(const char *path, const char *notes)
+void cli_notes(const char *path, const ff_table *t)
 {
-    while (*notes) {
-        const size_t n = strcspn(notes, "\n");
-        if (n > 0) cli_message("%s: %.*s", path, (int)n, notes);
-        notes += n + (notes[n] == '\n');
-    }
+    char text[FF_WORDS_SENTENCE];
+    for (size_t k = 0; ff_words_note(t, k, text); ++k) cli_message("%s: %s", path, text);
 }

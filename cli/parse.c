@@ -73,10 +73,12 @@ static int which_table(const cli_args *args, int *id, const char *value)
     *id = FLAG_NDF_TABLE;
     if (!strcmp(value, "-") || access(value, F_OK) == 0) return EXIT_DONE;
     char known[128];
+    const char *nearest = cli_words_nearest(format->words, value, strlen(value));
+    cli_words_list(format->words, known, sizeof known);
     return cli_usage(args,
-                     "--table %s: neither a form of tables (%s) nor a file that exists (the profile of `tabulated`: "
-                     "--ndf-table FILE)",
-                     value, cli_words_list(format->words, known, sizeof known));
+                     "--table %s: neither a form of tables (%s) nor a file that exists (the profile of `tabulated`: --ndf-table "
+                     "FILE)%s%s%s",
+                     value, known, nearest ? "; did you mean '" : "", nearest ? nearest : "", nearest ? "'?" : "");
 }
 
 static int has_no_value(const char *next)
@@ -163,14 +165,27 @@ static int check_places(const cli_args *args)
     return EXIT_DONE;
 }
 
+/* "; '--json a.csv' writes to a.csv": a flag that can do without a value has taken the word that is missing. "" when none has. */
+static const char *who_took_it(const cli_args *args, char *out, size_t size)
+{
+    *out = '\0';
+    for (size_t i = 0; i < args->n_given; ++i) {
+        const cli_flag *f = cli_flag_at((cli_flag_id)args->flag[i]);
+        if (f->without && strcmp(args->value[i], f->without))
+            snprintf(out, size, "; '--%s %s' writes to %s, and --%s alone goes last", f->name, args->value[i], args->value[i],
+                     f->name);
+    }
+    return out;
+}
+
 static int check_words(const cli_args *args)
 {
-    char usage[128];
+    char usage[128], taken[512];
     const cli_command *command = args->command;
     if (args->n_words < least_words(command)) {
         cli_command_usage(command, usage, sizeof usage);
-        return cli_usage(args, "%s is missing: facetfit %s %s", args->n_words ? command->place[args->n_words].name : usage,
-                         command->name, usage);
+        return cli_usage(args, "%s is missing: facetfit %s %s%s", args->n_words ? command->place[args->n_words].name : usage,
+                         command->name, usage, who_took_it(args, taken, sizeof taken));
     }
     if (args->n_words > most_words(command)) return cli_usage(args, "unexpected '%s'", args->word[most_words(command)]);
     return check_places(args);

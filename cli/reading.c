@@ -39,7 +39,7 @@ int cli_read(const cli_args *args, const char *path, int with_notes, ff_table *o
         if (!err.path[0]) snprintf(err.path, sizeof err.path, "%s", path);
         return cli_failed(failed, &err);
     }
-    if (with_notes) cli_notes(path, t.note);
+    if (with_notes) cli_notes(path, &t);
     *out = t;
     return EXIT_DONE;
 }

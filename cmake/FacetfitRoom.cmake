@@ -1,6 +1,7 @@
 # facetfit_room(NAME [ISA_SOURCES glob...] [LEFT_OUT glob...])
-#   compiles every *.c and *.cpp of a room, sub-folders included, into objects of the library. Headers named ff_*.h, and the
-#   lists ff_*.def that they include, are public and installed. ISA_SOURCES are compiled once per instruction set, with FF_ISA_SUFFIX defined to scalar, avx2 or avx512.
+#   compiles every *.c and *.cpp of a room, sub-folders included, into objects of the library. Headers named ff_*.h, and the lists
+#   ff_*.def that they include, are public and installed. ISA_SOURCES are compiled once per instruction set, with FF_ISA_SUFFIX
+#   defined to scalar, avx2 or avx512.
 #   The rooms made so far are listed, lowest first, in the global property FACETFIT_ROOMS.
 #   `scalar` is the baseline of the target and always there; the others exist on x86-64 only.
 set(FACETFIT_ISAS scalar)

@@ -13,6 +13,7 @@
 #include "ff_loss.h"
 #include "ff_model.h"
 #include "ff_table.h"
+#include "ff_warning.h"
 #ifdef __cplusplus
 extern "C" {
 #endif
@@ -194,8 +195,6 @@ typedef struct ff_fit_value {
     int column;                  /**< index into correlation, -1 when it has none                        */
 } ff_fit_value;
 
-enum { FF_MAX_WARNINGS = 16, FF_WARNING_LENGTH = 240 };
-
 /** Weighted root-mean-square residuals over all used samples and channels, whichever loss was minimised. */
 typedef struct ff_residual {
     double objective;      /**< what was minimised                                   */
@@ -246,8 +245,7 @@ typedef struct ff_fit_result {
     int correlation_settled; /**< 0: further than can be seen; the standard errors are then lower bounds */
     double aic, bic;         /**< n ln(2 objective / n) + 2k and + k ln n over n = used * channels residuals, k = n_free + 1;
                                   with sigma weights 2 objective + 2 n_free, + n_free ln n     */
-    size_t n_warnings;
-    char warning[FF_MAX_WARNINGS][FF_WARNING_LENGTH];
+    ff_warnings warnings;    /**< what it should be taken with                            */
 } ff_fit_result;
 
 /** Estimates the scale of a robust loss from the residuals of m: for every value a standard deviation, by the median absolute

@@ -6,7 +6,7 @@
 /* The parameters that lobes have from being lobes. */
 static const ff_param alpha_param = {"alpha", "1", "roughness, the same in every direction", 1e-4, 4, 0.3, FF_PARAM_LOG, 0};
 static const ff_param scale_param = {
-    "ks", "1", "scale of the lobe", 0, 1e6, 1, FF_PARAM_PER_CHANNEL | FF_PARAM_LINEAR | FF_PARAM_HELD, 0};
+    "ks", "1", "scale of the lobe", 0, 1e15, 1, FF_PARAM_PER_CHANNEL | FF_PARAM_LINEAR | FF_PARAM_HELD, 0};
 static const ff_param weight_param = {"weight", "1", "share of the lobe among those with the same Fresnel term", 0, 1, 0.5, 0, 0};
 
 /* prefix: "lobe2", NULL for none. */

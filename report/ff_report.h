@@ -13,6 +13,7 @@
 #include "ff_picture.h"
 #include "ff_resample.h"
 #include "ff_trust.h"
+#include "ff_words.h"
 #ifdef __cplusplus
 extern "C" {
 #endif
@@ -59,6 +60,11 @@ typedef struct ff_report_fits {
 /** Indices of the fits of problem p by rising objective, into rank [n_fits / n_problems]; equal ones keep their order. */
 void ff_report_rank(const ff_report_fits *r, size_t p, size_t *rank);
 
+/** Warnings of s: a line each, "  warning: ...", or the key "warnings" of the open object of j, an array of {"code", "severity",
+ *  "parameter" or "parameters", "channel" or "channels", "values": {name: number}, "text"}; those that do not apply are absent. */
+void ff_report_warnings_text(const ff_words_subject *s, const ff_warnings *w, FILE *out);
+void ff_report_warnings_json(ff_json *j, const ff_words_subject *s, const ff_warnings *w);
+
 /** Fits one after another: parameters, ellipse, residuals, warnings. */
 ff_status ff_report_fit_text(const ff_report_fits *r, FILE *out);
 
@@ -68,7 +74,7 @@ ff_status ff_report_compare_text(const ff_report_fits *r, FILE *out);
 /** Writes the root mean squares of r into the open object of j, a key for every loss that has one: "cosine_rmse", "cube_root_rmse". */
 void ff_report_rmses_json(ff_json *j, const ff_residual *r);
 
-/** Schema facetfit.fit/1, of `fit` and `compare`. */
+/** Schema facetfit.fit/2, of `fit` and `compare`. */
 ff_status ff_report_fits_json(const ff_report_fits *r, FILE *out);
 
 /** Residuals of a fit, a row a sample that it used, as CSV: angles in degrees (theta_i, phi_i, theta_o, phi_o, theta_h, theta_d), then for

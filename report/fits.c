@@ -9,6 +9,13 @@ const char *ff_report_key(const char *name, const char *channel, char out[FF_REP
     return out;
 }
 
+int ff_report_all_held(const ff_fit_result *f, uint32_t k)
+{
+    int held = 1;
+    for (size_t c = 0; c < f->n_channels; ++c) held &= f->channel_value[c * f->model.n_channel + k].held;
+    return held;
+}
+
 double ff_report_degrees(double radians)
 {
     const double degrees = radians * 180 / 3.14159265358979323846;

@@ -1,4 +1,4 @@
-/* Schema facetfit.fit/1: one document for `fit` and `compare`. */
+/* Schema facetfit.fit/2: one document for `fit` and `compare`. */
 #include "ff_report.h"
 #include "internal_report.h"
 #include <math.h>
@@ -165,6 +165,16 @@ static void put_shape(ff_json *j, const ff_fit_result *f)
     }
 }
 
+/* The last channel, with the prior that all have; a prior of some stands with the constraints. */
+static ff_fit_value known_of_channels(const ff_fit_result *f, uint32_t k)
+{
+    const size_t stride = f->model.n_channel;
+    ff_fit_value known = f->channel_value[(f->n_channels - 1) * stride + k];
+    for (size_t c = 0; c < f->n_channels; ++c)
+        if (f->channel_value[c * stride + k].prior_sd != known.prior_sd) known.prior_sd = NAN;
+    return known;
+}
+
 static void put_channels(ff_json *j, const ff_fit_result *f)
 {
     const size_t n = f->n_channels, stride = f->model.n_channel;
@@ -187,8 +197,9 @@ static void put_channels(ff_json *j, const ff_fit_result *f)
         ff_json_array(j, "at_bound", FF_JSON_LINE);
         for (size_t c = 0; c < n; ++c) put_bound(j, NULL, v[c * stride].at_bound);
         ff_json_close(j);
-        ff_json_bool(j, "held", v->held);
-        put_known(j, f, &f->model.channel[k], v + (n - 1) * stride);
+        ff_json_bool(j, "held", ff_report_all_held(f, k));
+        const ff_fit_value known = known_of_channels(f, k);
+        put_known(j, f, &f->model.channel[k], &known);
         ff_json_close(j);
     }
 }
@@ -197,20 +208,22 @@ static void put_channels(ff_json *j, const ff_fit_result *f)
 static void put_channel_correlation(ff_json *j, const ff_fit_result *f)
 {
     const size_t N = f->model.n_channel, width = f->n_columns + N;
+    int held[FF_MAX_CHANNEL_PARAMS];
+    for (uint32_t k = 0; k < N; ++k) held[k] = ff_report_all_held(f, k);
     ff_json_array(j, "channel_names", FF_JSON_LINE);
     for (uint32_t k = 0; k < N; ++k)
-        if (!f->channel_value[k].held) ff_json_string(j, NULL, f->model.channel[k].name);
+        if (!held[k]) ff_json_string(j, NULL, f->model.channel[k].name);
     ff_json_close(j);
     ff_json_array(j, "channels", FF_JSON_BLOCK);
     for (size_t c = 0; c < f->n_channels; ++c) {
         ff_json_array(j, NULL, FF_JSON_LINE);
         for (uint32_t k = 0; k < N; ++k) {
             const double *row = f->channel_correlation + (c * N + k) * width;
-            if (f->channel_value[k].held) continue;
+            if (held[k]) continue;
             ff_json_array(j, NULL, FF_JSON_LINE);
             for (size_t i = 0; i < f->n_columns; ++i) ff_json_number(j, NULL, row[i]);
             for (uint32_t i = 0; i < N; ++i)
-                if (!f->channel_value[i].held) ff_json_number(j, NULL, row[f->n_columns + i]);
+                if (!held[i]) ff_json_number(j, NULL, row[f->n_columns + i]);
             ff_json_close(j);
         }
         ff_json_close(j);
@@ -348,9 +361,8 @@ static void put_fit(ff_json *j, const ff_report_fits *r, size_t i)
     ff_json_number(j, "bic", f->bic);
     ff_report_trust_json(j, r, i);
     put_correlation(j, p, f);
-    ff_json_array(j, "warnings", FF_JSON_BLOCK);
-    for (size_t i = 0; i < f->n_warnings; ++i) ff_json_string(j, NULL, f->warning[i]);
-    ff_json_close(j);
+    const ff_words_subject subject = {.problem = p, .fit = f};
+    ff_report_warnings_json(j, &subject, &f->warnings);
     ff_json_close(j);
 }
 
@@ -380,7 +392,7 @@ ff_status ff_report_fits_json(const ff_report_fits *r, FILE *out)
     if (!rank) return FF_ERR_MEMORY;
     ff_json_begin(&j, out);
     ff_json_object(&j, NULL, FF_JSON_BLOCK);
-    ff_report_head_json(&j, "facetfit.fit/1", &r->head);
+    ff_report_head_json(&j, "facetfit.fit/2", &r->head);
     put_selection(&j, r);
     put_loss(&j, r->options, r->adaptive);
     put_constraints(&j, r->options->constraints);

@@ -259,10 +259,10 @@ static ff_status put_residual(const ff_fit_result *f, FILE *out)
     return ff_text_print(&t, out, "  ");
 }
 
-static void put_warnings(const ff_fit_result *f, FILE *out)
+static void put_warnings(const ff_report_fits *r, size_t i, FILE *out)
 {
-    if (f->n_warnings > 0) fputc('\n', out);
-    for (size_t i = 0; i < f->n_warnings; ++i) fprintf(out, "  warning: %s\n", f->warning[i]);
+    const ff_words_subject subject = {.problem = r->problem[i / (r->n_fits / r->n_problems)], .fit = &r->fit[i]};
+    ff_report_warnings_text(&subject, &r->fit[i].warnings, out);
 }
 
 static ff_status put_fit(const ff_report_fits *r, size_t i, FILE *out)
@@ -281,7 +281,8 @@ static ff_status put_fit(const ff_report_fits *r, size_t i, FILE *out)
     fputc('\n', out);
     if (status == FF_OK) status = put_residual(f, out);
     ff_report_trust_of_fit(r, i, out);
-    put_warnings(f, out);
+    if (f->warnings.n > 0) fputc('\n', out);
+    put_warnings(r, i, out);
     return status;
 }
 
@@ -353,7 +354,7 @@ static void channel_cells(const ff_fit_result *f, int of_lobes, const char *lone
     for (uint32_t k = 0; k < f->model.n_channel && at < size; ++k) {
         const ff_model_param *p = &f->model.channel[k];
         char cell[FF_TEXT_CELL];
-        if ((p->lobe < f->model.n_lobes) != of_lobes || f->channel_value[k].held) continue;
+        if ((p->lobe < f->model.n_lobes) != of_lobes || ff_report_all_held(f, k)) continue;
         channel_cell(f, k, cell, sizeof cell);
         if (strcmp(p->name, lone))
             at += (size_t)snprintf(out + at, size - at, "%s%s=%s", at ? " " : "", p->name, cell);
@@ -542,12 +543,13 @@ static ff_status put_bands(const ff_report_fits *r, const size_t *rank, size_t n
 }
 
 /* Warnings are many in a comparison: those of the winner. */
-static void put_winner(const ff_fit_result *f, FILE *out)
+static void put_winner(const ff_report_fits *r, size_t i, FILE *out)
 {
+    const ff_fit_result *f = &r->fit[i];
     char expression[FF_MODEL_NAME];
     ff_model_expression(&f->model, expression, sizeof expression);
     fprintf(out, "\n* best: %s, %s\n", expression, ff_shape_name((int)f->shape));
-    for (size_t i = 0; i < f->n_warnings; ++i) fprintf(out, "  warning: %s\n", f->warning[i]);
+    put_warnings(r, i, out);
 }
 
 ff_status ff_report_compare_text(const ff_report_fits *r, FILE *out)
@@ -565,7 +567,7 @@ ff_status ff_report_compare_text(const ff_report_fits *r, FILE *out)
         if (status == FF_OK) status = put_maskings(r, rank, n, out);
         if (status == FF_OK && r->trust) status = put_bands(r, rank, n, out);
         if (r->trust && r->trust[rank[0]].has_outliers) ff_report_outliers_text(r, rank[0], out);
-        put_winner(&r->fit[rank[0]], out);
+        put_winner(r, rank[0], out);
     }
     if (status == FF_OK) put_legend(r, out);
     free(rank);

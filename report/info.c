@@ -206,13 +206,10 @@ static ff_status put_channels(const ff_table *t, const table_summary *s, FILE *o
     return ff_text_print(&rows, out, "  ");
 }
 
-static void put_notes(const char *note, FILE *out)
+static void put_notes(const ff_table *t, FILE *out)
 {
-    while (*note) {
-        const size_t n = strcspn(note, "\n");
-        if (n > 0) fprintf(out, "note: %.*s\n", (int)n, note);
-        note += n + (note[n] == '\n');
-    }
+    char text[FF_WORDS_SENTENCE];
+    for (size_t k = 0; ff_words_note(t, k, text); ++k) fprintf(out, "note: %s\n", text);
 }
 
 ff_status ff_report_table_text(const char *path, const ff_table *t, FILE *out)
@@ -245,7 +242,7 @@ ff_status ff_report_table_text(const char *path, const ff_table *t, FILE *out)
     put_symmetry("reciprocity", "values with light and detector exchanged", &s.survey.reciprocity, out);
     put_cosine(&s.survey, out);
     if (t->note[0]) fputc('\n', out);
-    put_notes(t->note, out);
+    put_notes(t, out);
     summary_free(&s);
     return status;
 }
@@ -308,16 +305,11 @@ static void survey_json(ff_json *j, const ff_table *t, const ff_survey *s)
     ff_json_close(j);
 }
 
-static void notes_json(ff_json *j, const char *note)
+static void notes_json(ff_json *j, const ff_table *t)
 {
+    char text[FF_WORDS_SENTENCE];
     ff_json_array(j, "notes", FF_JSON_BLOCK);
-    while (*note) {
-        char line[sizeof((ff_table *)NULL)->note];
-        const size_t n = strcspn(note, "\n");
-        snprintf(line, sizeof line, "%.*s", (int)n, note);
-        if (n > 0) ff_json_string(j, NULL, line);
-        note += n + (note[n] == '\n');
-    }
+    for (size_t k = 0; ff_words_note(t, k, text); ++k) ff_json_string(j, NULL, text);
     ff_json_close(j);
 }
 
@@ -355,7 +347,7 @@ ff_status ff_report_table_json(const ff_report_head *head, const char *path, con
     }
     ff_json_close(&j);
     survey_json(&j, t, &s.survey);
-    notes_json(&j, t->note);
+    notes_json(&j, t);
     ff_json_close(&j);
     ff_json_end(&j);
     summary_free(&s);
@@ -400,7 +392,7 @@ ff_status ff_report_resample_text(const char *in, const char *out_path, const ff
         put_prediction("each sample predicted from the others", &r->near, out);
         put_prediction("from the incidences on both sides, twice as far apart", &r->across, out);
     }
-    put_notes(made->note, out);
+    put_notes(made, out);
     return FF_OK;
 }
 
@@ -428,7 +420,7 @@ ff_status ff_report_resample_json(const ff_report_head *head, const char *in, co
     prediction_json(&j, "error_between_incidences", &r->across);
     ff_json_integer(&j, "invalid", (int64_t)r->invalid);
     ff_json_integer(&j, "negative_raised", (int64_t)r->raised);
-    notes_json(&j, made->note);
+    notes_json(&j, made);
     ff_json_close(&j);
     ff_json_end(&j);
     return FF_OK;

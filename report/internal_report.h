@@ -9,6 +9,9 @@ enum { FF_REPORT_KEY = 144 };
 /* "f0", or "f0[r]" of a constraint that names a channel. Returns name or out. */
 const char *ff_report_key(const char *name, const char *channel, char out[FF_REPORT_KEY]);
 
+/* Is per-channel parameter k held in every channel? */
+int ff_report_all_held(const ff_fit_result *f, uint32_t k);
+
 /* From more channels than these on, text has a row for each channel, and a comparison the range of a parameter over them. */
 enum { FF_REPORT_CHANNELS = 8 };
 

@@ -1,4 +1,4 @@
-/* How far fits can be trusted, as programs read it: keys of a fit in facetfit.fit/1. */
+/* How far fits can be trusted, as programs read it: keys of a fit in facetfit.fit/2. */
 #include "internal_report.h"
 #include <math.h>
 

@@ -1,19 +1,13 @@
 /* What is known besides the data: bounds, ties, priors and the conservation of energy, each against a second way to the same
  * answer. */
 #include "model_samples.h"
+#include "warnings.h"
 #include "ff_albedo.h"
 #include "fit/start/internal_start.h"
 #include "models/tools/internal_albedo.h"
 #include "pass_of.h"
 
 /* ---- one fit --------------------------------------------------------------------------------- */
-
-static int has_warning(const ff_fit_result *r, const char *words)
-{
-    for (size_t i = 0; i < r->n_warnings; i++)
-        if (strstr(r->warning[i], words)) return 1;
-    return 0;
-}
 
 /* The fit has to work. */
 static ff_fit_result fitted(const char *what, const ff_table *t, const ff_model *m, const ff_fit_options *o)
@@ -110,7 +104,7 @@ static void bounds_hold(void)
     ff_fit_result r = fitted("wide bounds", &t, &s.model, &o);
     for (size_t k = 0; k < r.model.n_channel; k++) check_same("inactive", &r.channel_value[k], &plain.channel_value[k], 1e-3);
     check_same("inactive", &r.shape_value[0], &plain.shape_value[0], 1e-3);
-    FF_CHECK(!has_warning(&r, "bound"), "a bound is warned of that nothing runs into");
+    FF_CHECK(!has_warning(&r, FF_WARNING_AT_BOUND, NULL), "a bound is warned of that nothing runs into");
     ff_fit_result_free(&r);
     /* and those that bind are as good as the parameter held there; alpha_y speaks of the one alpha */
     const ff_bound narrow[] = {{"alpha_y", 0.05, 0.2, NULL}, {"kd", 0.15, 0.25, NULL}};
@@ -119,8 +113,13 @@ static void bounds_hold(void)
     const ff_fit_value *alpha = value_of(&r, "alpha_x", 0);
     FF_CHECK(alpha->value == 0.2 && alpha->at_bound == 1 && isnan(alpha->std_error), "alpha is %.17g, bound %d", alpha->value,
              alpha->at_bound);
-    FF_CHECK(has_warning(&r, "alpha_x is on the given upper bound, 0.2"), "%s", r.n_warnings ? r.warning[0] : "no warning");
-    FF_CHECK(has_warning(&r, "the given"), "the bound of kd goes without a word");
+    const ff_warning *w = find_warning(&r, FF_WARNING_AT_BOUND, "alpha_x"), *of_kd = find_warning(&r, FF_WARNING_AT_BOUND, "kd");
+    FF_CHECK(w && w->value[0] == 0.2 && w->value[1] == 1 && w->value[2] == 1, "alpha on the given upper bound, and no warning");
+    FF_CHECK(w && w->severity == FF_SEVERITY_WARNING && w->n_parameters == 1 && w->n_channels == 0,
+             "a shared parameter has channels");
+    FF_CHECK(of_kd && of_kd->value[2] == 1 && of_kd->n_channels > 0, "the bound of kd goes without a word");
+    for (size_t k = 0; of_kd && k < of_kd->n_channels; k++)
+        FF_CHECK(value_of(&r, "kd", of_kd->channel[k])->at_bound == (int)of_kd->value[1], "channel %zu", of_kd->channel[k]);
     for (size_t i = 0; i < 2; i++) {
         const ff_fit_value *kd = value_of(&r, "kd", i);
         FF_CHECK(kd->value >= 0.15 && kd->value <= 0.25, "kd is %g", kd->value);
@@ -666,7 +665,7 @@ static void prior_by_hand(void)
                 FF_CHECK_CLOSE(r.channel_value[0].value, l.value[0] + error[0], 1e-6, 0);
                 FF_CHECK_CLOSE(r.channel_value[0].std_error, error[0] / sqrt(2), 0.03, 0);
             }
-            FF_CHECK(!has_warning(&r, "disagree"), "a prior of 2 standard deviations is no disagreement");
+            FF_CHECK(!has_warning(&r, FF_WARNING_PRIOR_DISAGREES, NULL), "a prior of 2 standard deviations is no disagreement");
             ff_fit_result_free(&r);
         }
         ff_table_free(&l.t);
@@ -695,8 +694,8 @@ static void priors_in_their_limits(void)
     r = fitted("a prior that is certain", &t, &s.model, &o);
     FF_CHECK_CLOSE(r.shape_value[0].value, 0.23, 0, 1e-7);
     FF_CHECK_CLOSE(r.shape_value[0].std_error, 1e-7, 1e-3, 0);
-    FF_CHECK(has_warning(&r, "data and prior disagree about alpha_x"), "alpha_x moved without a word");
-    FF_CHECK(has_warning(&r, "data and prior disagree about f0"), "f0 moved without a word");
+    FF_CHECK(has_warning(&r, FF_WARNING_PRIOR_DISAGREES, "alpha_x"), "alpha_x moved without a word");
+    FF_CHECK(has_warning(&r, FF_WARNING_PRIOR_DISAGREES, "f0"), "f0 moved without a word");
     ff_model held = s.model;
     ff_model_hold(&held, "alpha_x", 0.23, NULL);
     ff_model_hold(&held, "f0", 0.5, NULL);
@@ -906,7 +905,7 @@ static void energy_is_conserved(void)
         FF_CHECK(before > 1.02, "%s: the data alone do not ask for too much (%g)", cases[i].model, before);
         FF_CHECK(after <= 1 + 1e-4, "%s: albedo %.8f", cases[i].model, after);
         FF_CHECK(after >= 1 - (turns > 1 ? 3e-3 : 1e-4), "%s: albedo %.8f, less than was asked", cases[i].model, after);
-        FF_CHECK(r.residual.objective >= plain.residual.objective && has_warning(&r, "the data alone ask for an albedo"),
+        FF_CHECK(r.residual.objective >= plain.residual.objective && has_warning(&r, FF_WARNING_ALBEDO_ABOVE_ONE, NULL),
                  "%s: nothing is said of it", cases[i].model);
         ff_fit_result_free(&plain);
         ff_fit_result_free(&r);
@@ -972,7 +971,7 @@ static void energy_that_does_not_bind(void)
         FF_CHECK(r.shape_value[k].value == plain.shape_value[k].value, "shape %zu moved", k);
     for (size_t k = 0; k < 2 * r.model.n_channel; k++)
         FF_CHECK(r.channel_value[k].value == plain.channel_value[k].value, "channel parameter %zu moved", k);
-    FF_CHECK(r.residual.objective == plain.residual.objective && r.n_warnings == plain.n_warnings && r.passes == plain.passes,
+    FF_CHECK(r.residual.objective == plain.residual.objective && r.warnings.n == plain.warnings.n && r.passes == plain.passes,
              "something else happened: %d passes, %d without", r.passes, plain.passes);
     ff_fit_result_free(&r);
     ff_fit_result_free(&plain);
@@ -1037,7 +1036,7 @@ static void errors(void)
     o.constraints = &both;
     ff_fit_result r = fitted("held together", &t, &two, &o);
     FF_CHECK(value_of(&r, "f0", 0)->held && value_of(&r, "f0", 0)->value == 0.31, "f0 = %g", value_of(&r, "f0", 0)->value);
-    FF_CHECK(has_warning(&r, "the prior of f0 has no effect"), "a prior without effect goes without a word");
+    FF_CHECK(has_warning(&r, FF_WARNING_PRIOR_WITHOUT_EFFECT, "f0"), "a prior without effect goes without a word");
     ff_fit_result_free(&r);
     ff_table_free(&t);
 }

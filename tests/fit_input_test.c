@@ -1,5 +1,6 @@
 /* What a fit does with too little, unusable or odd data, with wrong options, and when it is told to stop. */
 #include "fit_samples.h"
+#include "warnings.h"
 #include <pthread.h>
 #include <time.h>
 
@@ -157,9 +158,8 @@ static void zero_channels(void)
                 FF_CHECK(r.channel_value[3 * c].at_bound == -1 && r.channel_value[3 * c + 2].at_bound == -1,
                          "%s, channel %zu: f0 = %g, kd = %g", ff_loss_name(loss), c, r.channel_value[3 * c].value,
                          r.channel_value[3 * c + 2].value);
-            int said = 0;
-            for (size_t k = 0; k < r.n_warnings; k++) said += strstr(r.warning[k], "is zero everywhere") != NULL;
-            FF_CHECK(said == (all ? 3 : 1), "%s: %d of the dark channels are named", ff_loss_name(loss), said);
+            const size_t said = count_warnings(&r.warnings, FF_WARNING_DARK_CHANNEL);
+            FF_CHECK(said == (all ? 3 : 1), "%s: %zu of the dark channels are named", ff_loss_name(loss), said);
             /* Schlick's law reflects at grazing even with f0 = 0, so a channel of zeros does pull the shape; the bright ones hold
              * it */
             if (!all && loss == FF_LOSS_COSINE)
@@ -259,9 +259,7 @@ static void the_same_sample_again_and_again(void)
     if (!st) {
         check_sane("one direction", &r);
         FF_CHECK(r.n_columns < r.n_free, "9 parameters from 3 numbers: %zu of %zu have a standard error", r.n_columns, r.n_free);
-        int said = 0;
-        for (size_t k = 0; k < r.n_warnings; k++) said += strstr(r.warning[k], "not determined") != NULL;
-        FF_CHECK(said > 0, "%zu warnings, none of an undetermined parameter", r.n_warnings);
+        FF_CHECK(has_warning(&r, FF_WARNING_NOT_DETERMINED, NULL), "%zu warnings, none of an undetermined parameter", r.warnings.n);
         ff_fit_result_free(&r);
     }
     ff_table_free(&t);
@@ -501,10 +499,9 @@ static void limit_of_iterations(void)
         const ff_status st = fit_table(&t, &s.model, &o, &r, NULL, &err);
         FF_CHECK(st == FF_OK, "%s", err.message);
         if (st) continue;
-        int said = 0;
-        for (size_t w = 0; w < r.n_warnings; w++) said += strstr(r.warning[w], "iterations") != NULL;
-        FF_CHECK(r.outcome == FF_LIMIT && r.iterations == limits[k] && said == 1, "limit %d: %s after %d, %d warnings", limits[k],
-                 ff_outcome_name((int)r.outcome), r.iterations, said);
+        const ff_warning *said = find_warning(&r, FF_WARNING_ITERATION_LIMIT, NULL);
+        FF_CHECK(r.outcome == FF_LIMIT && r.iterations == limits[k] && said && said->value[0] == limits[k], "limit %d: %s after %d",
+                 limits[k], ff_outcome_name((int)r.outcome), r.iterations);
         check_sane("limit", &r);
         ff_fit_result_free(&r);
     }

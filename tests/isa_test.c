@@ -1,5 +1,6 @@
 /* The same answer from every instruction set, up to rounding, and the same bits from any number of threads and in every run. */
 #include "model_samples.h"
+#include "warnings.h"
 
 static const ff_isa isas[] = {FF_ISA_SCALAR, FF_ISA_AVX2, FF_ISA_AVX512, FF_ISA_BEST};
 enum { ISAS = sizeof isas / sizeof *isas };
@@ -167,8 +168,8 @@ static int same_fit(const ff_fit_result *a, const ff_fit_result *b)
     for (size_t k = 0; k < n_channel; k++) same &= same_value(&a->channel_value[k], &b->channel_value[k]);
     same = same && memcmp(a->correlation, b->correlation, a->n_columns * a->n_columns * sizeof *a->correlation) == 0;
     same = same && memcmp(&a->residual, &b->residual, sizeof a->residual) == 0 && memcmp(&a->aic, &b->aic, sizeof a->aic) == 0;
-    same = same && memcmp(&a->bic, &b->bic, sizeof a->bic) == 0 && a->n_warnings == b->n_warnings;
-    for (size_t k = 0; same && k < a->n_warnings; k++) same &= strcmp(a->warning[k], b->warning[k]) == 0;
+    same = same && memcmp(&a->bic, &b->bic, sizeof a->bic) == 0 && a->warnings.n == b->warnings.n;
+    for (size_t k = 0; same && k < a->warnings.n; k++) same &= same_warning(&a->warnings.item[k], &b->warnings.item[k]);
     return same;
 }
 

@@ -3,6 +3,7 @@
 #include "ff_picture.h"
 #include "ff_simulate.h"
 #include "fit/losses/internal_loss.h"
+#include "warnings.h"
 
 static const double pi = 3.14159265358979323846;
 
@@ -425,8 +426,7 @@ static void choices(void)
         if (cases[k].best != FF_LOSS_COSINE) /* not by a hair */
             FF_CHECK(cosine > 2 * best && cosine > candidate(&a, FF_LOSS_CUBE_ROOT)->difference, "%s: %g of cosine, %g of the best",
                      cases[k].surface, cosine, best);
-        FF_CHECK(a.candidate[a.chosen].fit.n_warnings == 0 || !strstr(a.candidate[a.chosen].fit.warning[0], "few pixels"),
-                 "a warning of coverage");
+        FF_CHECK(!has_warning(&a.candidate[a.chosen].fit, FF_WARNING_FEW_PIXELS, NULL), "a warning of coverage");
         ff_adaptive_free(&a);
         ff_table_free(&t);
     }
@@ -494,7 +494,8 @@ static void options(void)
     printf("  %zu of %zu pixels\n", a.coverage.measured, a.coverage.pixels);
     FF_CHECK(a.coverage.measured > 0 && (double)a.coverage.measured < 0.25 * (double)a.coverage.pixels, "%zu of %zu",
              a.coverage.measured, a.coverage.pixels);
-    FF_CHECK(fit->n_warnings > 0 && strstr(fit->warning[fit->n_warnings - 1], "few pixels"), "no warning");
+    const ff_warning *few = find_warning(fit, FF_WARNING_FEW_PIXELS, NULL);
+    FF_CHECK(few && few->value[0] == (double)a.coverage.measured && few->value[1] == (double)a.coverage.pixels, "no warning");
     ff_adaptive_free(&a);
     ff_table_free(&t);
 }

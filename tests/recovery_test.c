@@ -1,5 +1,6 @@
 /* Simulated measurements give their parameters back: exactly without noise, within the stated errors with it. */
 #include "model_samples.h"
+#include "warnings.h"
 
 /* One experiment: a surface, its measurement, how it is fitted, and what is asked of the answer. */
 typedef struct experiment {
@@ -312,9 +313,8 @@ static void parameters_on_their_bounds(void)
                 FF_CHECK_CLOSE(r.channel_value[k].value, s.channel[k], near, beyond ? 0.02 : 0);
             }
             FF_CHECK(r.n_free == 7 && r.n_columns == 7, "%zu free, %zu with errors", r.n_free, r.n_columns);
-            int warned = 0;
-            for (size_t k = 0; k < r.n_warnings; k++) warned += strstr(r.warning[k], "bound") != NULL;
-            FF_CHECK(warned == 2, "%d warnings of bounds", warned);
+            const size_t warned = count_warnings(&r.warnings, FF_WARNING_AT_BOUND);
+            FF_CHECK(warned == 2, "%zu warnings of bounds", warned);
             ff_fit_result_free(&r);
         }
         ff_table_free(&t);

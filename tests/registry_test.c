@@ -341,6 +341,10 @@ static void refused_assignments(void)
                                          "alpha_x= 0.5",
                                          "alpha_x=0.5x",
                                          "alpha_x=0x",
+                                         "alpha_x=0x1p-2",
+                                         "alpha_x=nan",
+                                         "alpha_x=inf",
+                                         "kd=NaN",
                                          "f0=0.5:",
                                          "f0=:0.5",
                                          "f0=0.5::0.5",
@@ -352,9 +356,8 @@ static void refused_assignments(void)
     for (size_t k = 0; k < sizeof syntax / sizeof *syntax; k++) refuse_assignment(&m, syntax[k], FF_ERR_SYNTAX, "");
     refuse_assignment(&m, "alpha_x=1,5", FF_ERR_SYNTAX, "1,5");
     refuse_assignment(&m, "f0=0.1:0.2", FF_ERR_SYNTAX, "(3)");
-    static const char *const range[] = {"alpha_x=0", "alpha=5",      "alpha=-0.3", "alpha_x=nan",   "alpha_x=inf",
-                                        "r_xy=1",    "r_xy=-0.9991", "gamma=1.5",  "gamma=101",     "f0=1.01",
-                                        "f0=-0.01",  "f0=0.5:0.5:2", "kd=NaN",     "slope_x=1e300", "gamma=1e999"};
+    static const char *const range[] = {"alpha_x=0", "alpha=5", "alpha=-0.3", "r_xy=1",       "r_xy=-0.9991",  "gamma=1.5",
+                                        "gamma=101", "f0=1.01", "f0=-0.01",   "f0=0.5:0.5:2", "slope_x=1e300", "gamma=1e999"};
     for (size_t k = 0; k < sizeof range / sizeof *range; k++) refuse_assignment(&m, range[k], FF_ERR_RANGE, "[");
     refuse_assignment(&m, "gamma=1.5", FF_ERR_RANGE, "[1.51, 100]");
     static const char *const unknown[] = {

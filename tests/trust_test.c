@@ -4,6 +4,7 @@
 #include "ff_resample.h"
 #include "ff_trust.h"
 #include "base/internal_statistics.h"
+#include "warnings.h"
 
 /* ---- a measurement with its problem and one fit ---------------------------------------------- */
 
@@ -222,9 +223,9 @@ static void not_determined(void)
     narrow.max_theta = 25;
     measured m;
     if (!measure("ks and f0", scan_measure(&s, &narrow), &s.model, &o, &m)) return;
-    int named = 0;
-    for (size_t k = 0; k < m.fit.n_warnings; k++) named |= strstr(m.fit.warning[k], "f0") && strstr(m.fit.warning[k], "ks");
-    FF_CHECK(named, "no warning of f0 and ks; condition %g", m.fit.condition);
+    const ff_warning *pair = find_warning(&m.fit, FF_WARNING_CORRELATED, "f0");
+    FF_CHECK((pair && warning_names(&m.fit, pair, "ks")) || has_warning(&m.fit, FF_WARNING_COMBINATION_NOT_DETERMINED, "ks"),
+             "no warning of f0 and ks; condition %g", m.fit.condition);
     FF_CHECK(m.fit.condition > 30, "condition %g", m.fit.condition);
     FF_CHECK(ff_trust_profile(m.p, &o, &m.fit, &err) == FF_OK, "%s", err.message);
     const ff_fit_value *f0 = &m.fit.channel_value[0];

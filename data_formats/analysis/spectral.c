@@ -414,6 +414,7 @@ static ff_status copy_frame(const reduction *r, ff_table *out)
     if (status != FF_OK) return status;
     memcpy(out->format, t->format, sizeof out->format);
     memcpy(out->note, t->note, sizeof out->note);
+    memcpy(out->note_hint, t->note_hint, sizeof out->note_hint);
     memcpy(out->valid, t->valid, t->n);
     if (t->weight) memcpy(out->weight, t->weight, t->n * sizeof *t->weight);
     for (int k = 0; k < 4 && !t->grid; k++) memcpy(out->angle[k], t->angle[k], t->n * sizeof *t->angle[k]);

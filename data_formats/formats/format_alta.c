@@ -117,10 +117,10 @@ static ff_status read_param_out(alta *a, const char *key, char *value)
     if (strcmp(value, "ENERGY") != 0)
         return bad_key(a, key, value, "INV_STERADIAN, INV_STERADIAN_COSINE_FACTOR, RGB_COLOR or XYZ_COLOR");
     if (a->options->quantity >= 0) return FF_OK;
-    return ff_error_set(
-        a->err, FF_ERR_UNSUPPORTED, a->path, line_of(a), -1,
-        "#PARAM_OUT: found ENERGY, which ALTA does not define, expected INV_STERADIAN or the like; --quantity says what "
-        "the values are");
+    return ff_error_hint(a->err,
+                         ff_error_set(a->err, FF_ERR_UNSUPPORTED, a->path, line_of(a), -1,
+                                      "#PARAM_OUT: found ENERGY, which ALTA does not define, expected INV_STERADIAN or the like"),
+                         FF_HINT_QUANTITY);
 }
 
 static ff_status read_vs(alta *a, const char *key, char *value)
@@ -306,8 +306,8 @@ static void describe(const alta *a, ff_table *t)
     t->isotropic = a->isotropic >= 0 ? a->isotropic : a->in->isotropic || ff_table_one_incidence_azimuth(t);
     if (a->in->note) ff_table_note(t, a->in->note, a->in->name);
     if (!a->out[0] && a->options->quantity < 0)
-        ff_table_note(
-            t, "there is no #PARAM_OUT: the values are taken as the BRDF without a cosine; --quantity brdf-cos says otherwise");
+        ff_table_note_hint(t, FF_HINT_QUANTITY_BRDF_COS,
+                           "there is no #PARAM_OUT: the values are taken as the BRDF without a cosine");
     if (a->n_no_pair) ff_table_note(t, "%zu samples have coordinates of no pair of directions and are left out", a->n_no_pair);
     if (a->with_sigma)
         check_sigmas(t);

@@ -421,8 +421,9 @@ static ff_status read_utia(ff_exr_file *f, const ff_read_options *o, ff_table *o
     ff_table_note(&t,
                   "an image of 288 x 288 pixels without our attributes is taken for one of the UTIA BRDF database, lines the light "
                   "and columns the detector");
-    ff_table_note(&t, "its numbers are taken to be linear, in the sRGB primaries%s; their scale is not documented (--scale)",
-                  o->quantity >= 0 ? "" : ", and the BRDF in 1/sr");
+    ff_table_note_hint(&t, FF_HINT_SCALE,
+                       "its numbers are taken to be linear, in the sRGB primaries%s; their scale is not documented",
+                       o->quantity >= 0 ? "" : ", and the BRDF in 1/sr");
     return finish(f, planes, 3, ff_read_quantity(o, FF_BRDF), &t, out);
 }
 

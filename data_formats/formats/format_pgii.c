@@ -128,11 +128,10 @@ static ff_status read_format(pgii *g, char *value)
     g->has_format = 1;
     const ff_status s = read_kind(g, word[2]);
     if (s != FF_OK || !g->raw || !isnan(g->options->scale)) return s;
-    return ff_error_set(
-        g->err, FF_ERR_UNSUPPORTED, g->path, g->lines.line, -1,
-        "#format: found readings of the detector in '%s', not calibrated, expected a BRDF; say --scale, the 1/sr of one "
-        "of them",
-        g->unit);
+    return ff_error_hint(g->err,
+                         ff_error_set(g->err, FF_ERR_UNSUPPORTED, g->path, g->lines.line, -1,
+                                      "#format: found readings of the detector in '%s', not calibrated, expected a BRDF", g->unit),
+                         FF_HINT_SCALE);
 }
 
 static ff_status read_comment(pgii *g, char *text)
@@ -230,10 +229,11 @@ static void describe(const pgii *g, ff_table *t)
     t->radians_per_unit = degree;
     t->isotropic = 1; /* one incidence */
     ff_table_set_quantity(t, ff_read_quantity(g->options, g->quantity));
+    const int said = g->options->quantity >= 0;
     if (g->raw)
-        ff_table_note(t, "the values are readings of the detector in %s: taken as proportional to %s", g->unit,
-                      g->options->quantity >= 0 ? "what --quantity says"
-                                                : "f cos(theta_o), the power on the detector; --quantity brdf says otherwise");
+        ff_table_note_hint(t, said ? FF_HINT_NONE : FF_HINT_QUANTITY_BRDF,
+                           "the values are readings of the detector in %s: taken as proportional to %s", g->unit,
+                           said ? "what the option 'quantity' says" : "f cos(theta_o), the power on the detector");
     if (g->behind) ff_table_note(t, "the light is behind the sample: the frame is turned over about x");
     if (g->n_transmitted)
         ff_table_note(t, "%zu samples on the other side than the light are transmission and left out", g->n_transmitted);

@@ -51,6 +51,7 @@ ff_status ff_table_copy(const ff_table *t, ff_table *out, ff_error *err)
     c.n_negative = t->n_negative;
     memcpy(c.format, t->format, sizeof c.format);
     memcpy(c.note, t->note, sizeof c.note);
+    memcpy(c.note_hint, t->note_hint, sizeof c.note_hint);
     if (t->kept && t->kept_share) {
         c.kept = t->kept_share(t->kept);
         c.kept_free = t->kept_free;

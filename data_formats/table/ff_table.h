@@ -15,7 +15,7 @@
 extern "C" {
 #endif
 
-enum { FF_CHANNEL_NAME = 64 };
+enum { FF_CHANNEL_NAME = 64, FF_TABLE_NOTES = 64 };
 
 /** One colour channel. */
 typedef struct ff_channel {
@@ -80,6 +80,7 @@ typedef struct ff_table {
     size_t       n_invalid;      /**< samples with valid = 0                                                         */
     size_t       n_negative;     /**< valid samples with a negative value in at least one channel: kept, as noise    */
     char         note[2048];     /**< what a reader had to assume, sentences separated by newlines; "" when nothing  */
+    unsigned char note_hint[FF_TABLE_NOTES]; /**< ff_hint of the k-th sentence: what the caller can say to it        */
     void        *kept;           /**< what `format` needs to write the same file again; NULL for most                */
     void       (*kept_free)(void *kept);
     void      *(*kept_share)(void *kept); /**< for a copy of the table: a copy, or the same with one owner more; NULL = no memory */

@@ -56,6 +56,8 @@ const char *ff_names_list(const ff_names *names, char out[FF_NAMES_LIST]);
 
 /** Appends a sentence to t->note, on a line of its own; what does not fit any more is left out whole. */
 void ff_table_note(ff_table *t, const char *fmt, ...) __attribute__((format(printf, 2, 3)));
+/** The same, with what the caller can say to it. */
+void ff_table_note_hint(ff_table *t, ff_hint hint, const char *fmt, ...) __attribute__((format(printf, 3, 4)));
 
 /** The four angles of samples first .. first+count-1 in another unit (radians per unit): as stored where it is the same, so that
  *  writing loses nothing; of a grid from its directions. out[k] [count]. */

@@ -126,23 +126,40 @@ int ff_table_channel_find(const ff_table *t, const char *name)
 /* ---- shared by the formats ------------------------------------------------------------------- */
 
 /* Numbers have a decimal point in every locale, as in the messages of errors. */
-void ff_table_note(ff_table *t, const char *fmt, ...)
+static void add_note(ff_table *t, ff_hint hint, const char *fmt, va_list args)
 {
     char sentence[sizeof t->note];
     locale_t c_locale = newlocale(LC_ALL_MASK, "C", (locale_t)0);
     locale_t previous = c_locale ? uselocale(c_locale) : (locale_t)0;
-    va_list args;
-    va_start(args, fmt);
     int length = vsnprintf(sentence, sizeof sentence, fmt, args);
-    va_end(args);
     if (c_locale) {
         uselocale(previous);
         freelocale(c_locale);
     }
-    size_t used = strlen(t->note);
+    size_t used = strlen(t->note), before = 0;
     if (length < 0 || used + (size_t)length + 2 > sizeof t->note) return;
-    if (used) t->note[used++] = '\n';
+    for (const char *p = t->note; (p = strchr(p, '\n')); p++) before++;
+    if (used) t->note[used++] = '\n', before++;
     memcpy(t->note + used, sentence, (size_t)length + 1);
+    if (before >= FF_TABLE_NOTES) return;
+    memset(t->note_hint + before, FF_HINT_NONE, FF_TABLE_NOTES - before); /* of notes that were cleared, and of further lines */
+    t->note_hint[before] = (unsigned char)hint;
+}
+
+void ff_table_note(ff_table *t, const char *fmt, ...)
+{
+    va_list args;
+    va_start(args, fmt);
+    add_note(t, FF_HINT_NONE, fmt, args);
+    va_end(args);
+}
+
+void ff_table_note_hint(ff_table *t, ff_hint hint, const char *fmt, ...)
+{
+    va_list args;
+    va_start(args, fmt);
+    add_note(t, hint, fmt, args);
+    va_end(args);
 }
 
 static int any_sign(const double *v, size_t n)

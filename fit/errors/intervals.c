@@ -3,9 +3,7 @@
 #include "base/internal_statistics.h"
 #include "internal_errors.h"
 #include <math.h>
-#include <stdio.h>
 #include <stdlib.h>
-#include <string.h>
 
 static double clamp(const ff_param *info, double v)
 {
@@ -82,24 +80,20 @@ ff_status ff_intervals_fill(const ff_plan *plan, const ff_point *at, ff_fit_resu
 /* Share that a parameter has in it at least to be named. */
 #define FF_SHARE 0.25
 
-static void name_flat_direction(const ff_plan *plan, const double *share, double value, ff_fit_result *r)
+/* The parameters that have a share in the flattest direction trade off. */
+static ff_status warn_of_flat_direction(const ff_layout *l, const double *share, double value, ff_fit_result *r)
 {
-    char names[150] = "", label[80];
-    int count = 0;
-    for (size_t k = 0; k < plan->l.P; k++) {
-        if (fabs(share[k]) < FF_SHARE) continue;
-        ff_result_label(&plan->l, plan->p, k, label, sizeof label);
-        const size_t used = strlen(names);
-        snprintf(names + used, sizeof names - used, "%s%s", count ? ", " : "", label);
-        count++;
-    }
-    if (value <= FF_NOTHING) {
-        if (count > 1) ff_result_warn(r, "%s trade off: of one combination of them the data say nothing", names);
-        return;
-    }
-    if (count < 3) return; /* pairs have a warning of their own */
-    ff_result_warn(r, "%s trade off: along one combination of them the data say %.0f times less than of each alone", names,
-                   1 / sqrt(fmax(value, 1e-30)));
+    const int nothing = value <= FF_NOTHING;
+    ff_warning_parameter *named = malloc((l->P + 1) * sizeof *named);
+    ff_warning w = {.code = nothing ? FF_WARNING_COMBINATION_NOT_DETERMINED : FF_WARNING_TRADE_OFF,
+                    .parameter = named,
+                    .value = {nothing ? 0 : 1 / sqrt(value)}};
+    for (size_t k = 0; k < l->P && named; k++)
+        if (fabs(share[k]) >= FF_SHARE) named[w.n_parameters++] = ff_layout_warned(l, k);
+    ff_status s = named ? FF_OK : FF_ERR_MEMORY;
+    if (!s && w.n_parameters > (nothing ? 1 : 2)) s = ff_warnings_add(&r->warnings, &w); /* pairs are warned of as correlated */
+    free(named);
+    return s;
 }
 
 ff_status ff_condition_fill(const ff_plan *plan, const ff_point *at, ff_fit_result *r)
@@ -107,7 +101,7 @@ ff_status ff_condition_fill(const ff_plan *plan, const ff_point *at, ff_fit_resu
     double *share = malloc((plan->l.P + 1) * sizeof *share), curvature = 1;
     ff_status st = share ? ff_information_condition(plan, at, &r->rank, &r->condition) : FF_ERR_MEMORY;
     if (!st && r->condition > 1 / sqrt(FF_FLAT)) st = ff_information_flattest(plan, at, &curvature, share);
-    if (!st && curvature < FF_FLAT) name_flat_direction(plan, share, curvature, r);
+    if (!st && curvature < FF_FLAT) st = warn_of_flat_direction(&plan->l, share, curvature, r);
     free(share);
     return st;
 }

@@ -6,7 +6,7 @@
 
 static void inverse(size_t n, const double *y, const double *x, double mean, double *factor)
 {
-    const double floor = fmax(FLOOR * mean, 1e-12);
+    const double floor = mean > 0 ? FLOOR * mean : 1;
     (void)x;
     for (size_t i = 0; i < n; i++) factor[i] = 1 / fmax(y[i], floor);
 }

@@ -2,6 +2,7 @@
 
 #include <cmath>
 #include <exception>
+#include <limits>
 #include <vector>
 
 #include <ceres/ceres.h>
@@ -9,11 +10,65 @@
 namespace
 {
 
+/// The power of two next below v: multiplying by it rounds nothing, so that a point comes back as it was given.
+double PowerOfTwo(double v)
+{
+    return v > 0 && std::isfinite(v) ? std::ldexp(1.0, std::ilogb(v)) : 1;
+}
+
+/// What the residual and the parameters are measured in. Ceres has constants of its own (a 1 that is added to the lengths of
+/// columns, the least diagonal of its damping, one norm over all parameters), so it gets a problem without units: at the start the
+/// residual has a length near 1 and every column of its Jacobian one near COLUMN, long against those constants as with many
+/// samples. A column that is 0 there keeps its unit.
+constexpr double COLUMN = 1024;
+/// A column that is shorter than this beside the residual moves nothing: in its unit the parameter would take any step.
+constexpr double LEAST = 1e-20;
+/// Residuals of at least this length, and of no more than its inverse, are what those constants are made for: they stay as they are.
+constexpr double ORDINARY = 1e-3;
+/// Unless a parameter has another magnitude than they, and so a column that is fainter than this beside them.
+constexpr double FAINT = 1e-9;
+
+struct Units {
+    double residual = 1;
+    std::vector<double> parameter;
+
+    Units(const ff_ceres_problem &p, const double *x) : parameter(p.n, 1)
+    {
+        std::vector<double> r(p.n + 1), jacobian((p.n + 1) * p.n);
+        if (p.evaluate(p.context, x, r.data(), jacobian.data()) != FF_OK) return;
+        const double length = Length(r.data(), p.n + 1, 1);
+        int ordinary = length > ORDINARY && length < 1 / ORDINARY;
+        for (size_t k = 0; k < p.n; k++) {
+            const double column = Length(&jacobian[k], p.n + 1, p.n);
+            if (column > length * LEAST && column < length * FAINT) ordinary = 0;
+        }
+        if (ordinary) return;
+        residual = PowerOfTwo(length);
+        for (size_t k = 0; k < p.n; k++) {
+            const double column = Length(&jacobian[k], p.n + 1, p.n);
+            if (column > residual * LEAST) parameter[k] = COLUMN * PowerOfTwo(residual / column);
+        }
+    }
+
+    static double Length(const double *v, size_t n, size_t stride)
+    {
+        double sum = 0;
+        for (size_t i = 0; i < n; i++) sum += v[i * stride] * v[i * stride];
+        return std::sqrt(sum);
+    }
+
+    /// Of a point that was refused it is the largest number there is, in any unit.
+    double Cost(double cost) const
+    {
+        return std::fmin(cost * residual * residual, std::numeric_limits<double>::max());
+    }
+};
+
 /// The caller's compressed residuals as one cost function of one parameter block.
 class CompressedCost final : public ceres::CostFunction
 {
   public:
-    explicit CompressedCost(const ff_ceres_problem &problem) : problem_(problem)
+    CompressedCost(const ff_ceres_problem &problem, const Units &units) : problem_(problem), units_(units)
     {
         set_num_residuals(static_cast<int>(problem.n) + 1);
         mutable_parameter_block_sizes()->push_back(static_cast<int>(problem.n));
@@ -22,29 +77,39 @@ class CompressedCost final : public ceres::CostFunction
     bool Evaluate(double const *const *parameters, double *residuals, double **jacobians) const override
     {
         double *jacobian = jacobians != nullptr ? jacobians[0] : nullptr;
-        return problem_.evaluate(problem_.context, parameters[0], residuals, jacobian) == FF_OK;
+        const size_t n = problem_.n;
+        std::vector<double> x(n);
+        for (size_t k = 0; k < n; k++) x[k] = parameters[0][k] * units_.parameter[k];
+        if (problem_.evaluate(problem_.context, x.data(), residuals, jacobian) != FF_OK) return false;
+        for (size_t i = 0; i <= n; i++) {
+            residuals[i] /= units_.residual;
+            for (size_t k = 0; k < n && jacobian != nullptr; k++) jacobian[i * n + k] *= units_.parameter[k] / units_.residual;
+        }
+        return true;
     }
 
   private:
     const ff_ceres_problem &problem_;
+    const Units &units_;
 };
 
 class Iterated final : public ceres::IterationCallback
 {
   public:
-    explicit Iterated(const ff_ceres_problem &problem) : problem_(problem)
+    Iterated(const ff_ceres_problem &problem, const Units &units) : problem_(problem), units_(units)
     {
     }
 
     ceres::CallbackReturnType operator()(const ceres::IterationSummary &summary) override
     {
-        const int answer = problem_.iterated(problem_.context, summary.iteration, summary.cost);
+        const int answer = problem_.iterated(problem_.context, summary.iteration, units_.Cost(summary.cost));
         if (answer < 0) return ceres::SOLVER_ABORT;
         return answer > 0 ? ceres::SOLVER_TERMINATE_SUCCESSFULLY : ceres::SOLVER_CONTINUE;
     }
 
   private:
     const ff_ceres_problem &problem_;
+    const Units &units_;
 };
 
 /// What Ceres would answer with an abort of the process.
@@ -59,16 +124,20 @@ bool Acceptable(const ff_ceres_problem &p, const double *x)
 
 void Solve(const ff_ceres_problem &p, double *x, ff_ceres_summary *out)
 {
-    CompressedCost cost(p);
-    Iterated iterated(p);
+    const Units units(p, x);
+    CompressedCost cost(p, units);
+    Iterated iterated(p, units);
     ceres::Problem::Options ownership;
     ownership.cost_function_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
     ceres::Problem problem(ownership);
-    std::vector<double> at(x, x + p.n);
+    std::vector<double> at(p.n);
+    for (size_t i = 0; i < p.n; i++) at[i] = x[i] / units.parameter[i];
     problem.AddResidualBlock(&cost, nullptr, at.data());
     for (size_t i = 0; i < p.n; i++) {
-        if (std::isfinite(p.lower[i])) problem.SetParameterLowerBound(at.data(), static_cast<int>(i), p.lower[i]);
-        if (std::isfinite(p.upper[i])) problem.SetParameterUpperBound(at.data(), static_cast<int>(i), p.upper[i]);
+        if (std::isfinite(p.lower[i]))
+            problem.SetParameterLowerBound(at.data(), static_cast<int>(i), p.lower[i] / units.parameter[i]);
+        if (std::isfinite(p.upper[i]))
+            problem.SetParameterUpperBound(at.data(), static_cast<int>(i), p.upper[i] / units.parameter[i]);
     }
     ceres::Solver::Options options;
     options.linear_solver_type = ceres::DENSE_QR;
@@ -82,7 +151,7 @@ void Solve(const ff_ceres_problem &p, double *x, ff_ceres_summary *out)
     ceres::Solver::Summary summary;
     ceres::Solve(options, &problem, &summary);
     out->iterations = static_cast<int>(summary.iterations.size()) - 1;
-    out->cost = summary.final_cost;
+    out->cost = units.Cost(summary.final_cost);
     switch (summary.termination_type) {
     case ceres::CONVERGENCE:
     case ceres::USER_SUCCESS:
@@ -97,7 +166,7 @@ void Solve(const ff_ceres_problem &p, double *x, ff_ceres_summary *out)
     default:
         out->end = FF_CERES_FAILED;
     }
-    for (size_t i = 0; i < p.n; i++) x[i] = at[i];
+    for (size_t i = 0; i < p.n; i++) x[i] = at[i] * units.parameter[i];
 }
 
 } // namespace

@@ -31,6 +31,9 @@ ff_status ff_solve_projected(const ff_plan *plan, const ff_effort *effort, ff_po
 double ff_compress(const double *H, const double *g, size_t P, const size_t *index, size_t n, double cost2, double *work,
                    double *residual, double *jacobian);
 
+/* -1, +1 where coordinate k of x [P] sits on its bound, else 0; g: what a pass at x has left. */
+int ff_bound_of(const ff_layout *l, const ff_gram *g, const double *x, double lower, double upper, size_t k);
+
 /* How a solve ended, from the words of the solver. */
 ff_outcome ff_solve_outcome(ff_ceres_end end);
 

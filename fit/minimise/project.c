@@ -85,6 +85,16 @@ static double reach(const solver *s, size_t k, double distance)
     return linear || fabs(distance) < 1e-6 * (s->upper[k] - s->lower[k]) ? distance : 0.5 * distance;
 }
 
+/* What the damping multiplies for coordinate a of a channel with gram G: its curvature and, where that may vanish at a bound, that
+ * of a coordinate of which 1 is as much as the residuals. Linear ones have the units of the data, so that 1 says nothing of them,
+ * and a curvature that stays. */
+static double stiffness(const solver *s, const double *G, size_t a)
+{
+    const size_t at = s->S + a, m = s->S + s->K;
+    const int linear = (ff_layout_param(s->l, at, NULL)->flags & FF_PARAM_LINEAR) != 0;
+    return G[ff_tri(at, at)] + (linear ? 0 : G[ff_tri(m, m)]);
+}
+
 /* The step of channel c's coordinates for a step ds [S] of the shape: within bounds, damped. limited [K]: 1 where it goes as far as
  * it may. Returns what the channel gains by it from the point where the shape has moved and the channel has not. */
 static double channel_step(const solver *s, size_t c, const double *ds, double damping, double *step, int *limited)
@@ -97,9 +107,9 @@ static double channel_step(const solver *s, size_t c, const double *ds, double d
         double slope = G[ff_tri(m, S + a)];
         for (size_t k = 0; k < S; k++) slope += G[ff_tri(S + a, k)] * ds[k];
         for (size_t b = 0; b <= a; b++) small[ff_tri(a, b)] = G[ff_tri(S + a, S + b)];
-        small[ff_tri(a, a)] += damping * (G[ff_tri(S + a, S + a)] + G[ff_tri(m, m)]);
-        small[ff_tri(K, a)] = slope;
         const size_t k = S + c * K + a;
+        small[ff_tri(a, a)] += damping * stiffness(s, G, a);
+        small[ff_tri(K, a)] = slope;
         lo[a] = reach(s, k, s->lower[k] - s->base[k]);
         hi[a] = reach(s, k, s->upper[k] - s->base[k]);
     }
@@ -143,7 +153,7 @@ static void eliminate(solver *s, size_t c, double damping)
         if (!limited[a]) in[n++] = S + a;
     for (size_t i = 0; i < n; i++) {
         for (size_t j = 0; j < n; j++) A[i * n + j] = G[ff_tri(in[i], in[j])];
-        A[i * n + i] += damping * (G[ff_tri(in[i], in[i])] + G[ff_tri(m, m)]);
+        A[i * n + i] += damping * stiffness(s, G, in[i] - S);
         for (size_t k = 0; k < S; k++) B[i * S + k] = G[ff_tri(in[i], k)];
     }
     ff_solve_symmetric(A, n, B, S, X);
@@ -193,11 +203,27 @@ static void make_base(solver *s)
     look_around(s);
 }
 
+/* Length of the step from the base to x relative to that of the base, each coordinate by what it does to the residuals: they have
+ * no unit in common. */
+static double relative_step(const solver *s)
+{
+    const size_t S = s->S, K = s->K;
+    double step2 = 0, at2 = 0;
+    for (size_t c = 0; c < s->l->n_channels; c++)
+        for (size_t a = 0; a < S + K; a++) {
+            const size_t k = a < S ? a : a + c * K;
+            const double weight = s->base_gram.local[c * s->base_gram.tri + ff_tri(a, a)], step = s->x[k] - s->base[k];
+            step2 += weight * step * step;
+            at2 += weight * s->base[k] * s->base[k];
+        }
+    return at2 > 0 ? sqrt(step2 / at2) : INFINITY;
+}
+
 /* A pass at the shape coordinates t [S], with the channels that the base foretells for them. */
 static ff_status try_shape(solver *s, const double *t)
 {
     const size_t S = s->S, K = s->K;
-    double ds[FF_MAX_SHARED], step[FF_MAX_CHANNEL_PARAMS], step2 = 0, at2 = 0;
+    double ds[FF_MAX_SHARED], step[FF_MAX_CHANNEL_PARAMS];
     int limited[FF_MAX_CHANNEL_PARAMS];
     for (size_t k = 0; k < S; k++) {
         ds[k] = t[k] - s->base[k];
@@ -207,11 +233,7 @@ static ff_status try_shape(solver *s, const double *t)
         channel_step(s, c, ds, s->damping, step, limited);
         for (size_t a = 0; a < K; a++) s->x[S + c * K + a] = stepped(s, S + c * K + a, step[a]);
     }
-    for (size_t k = 0; k < s->l->P; k++) {
-        step2 += (s->x[k] - s->base[k]) * (s->x[k] - s->base[k]);
-        at2 += s->base[k] * s->base[k];
-    }
-    s->moved = sqrt(step2) / (sqrt(at2) + 1e-300);
+    s->moved = relative_step(s);
     const ff_status st = pass_here(s);
     if (s->exact) return st;
     if (st || s->gram.cost2 > s->base_gram.cost2)
@@ -326,8 +348,7 @@ static ff_status settle_channels(solver *s, int max_iterations, ff_outcome *outc
 
 static int bound_of(const solver *s, size_t k)
 {
-    const double span = s->upper[k] - s->lower[k], near = 1e-10 * span;
-    return s->base[k] <= s->lower[k] + near ? -1 : s->base[k] >= s->upper[k] - near ? 1 : 0;
+    return ff_bound_of(s->l, &s->base_gram, s->base, s->lower[k], s->upper[k], k);
 }
 
 static int pulls_inside(const solver *s, size_t k, int bound)

@@ -106,11 +106,10 @@ static int iterated(void *context, int iteration, double cost)
 
 /* ---- bounds ---------------------------------------------------------------------------------- */
 
-/* -1, +1 where a coordinate sits on its bound, else 0. */
+/* Of a solver, at its point. */
 static int bound_of(const solver *s, size_t k)
 {
-    const double span = s->upper[k] - s->lower[k], near = 1e-10 * span;
-    return s->x[k] <= s->lower[k] + near ? -1 : s->x[k] >= s->upper[k] - near ? 1 : 0;
+    return ff_bound_of(s->l, &s->gram, s->x, s->lower[k], s->upper[k], k);
 }
 
 /* Would the objective fall if a coordinate on its bound moved inside? Judged against the rounding of the gradient. */

@@ -94,8 +94,7 @@ typedef struct ff_ndf_result {
     double time_s;              /**< wall clock, the fits included                                                   */
     ff_profile_table *profile;  /**< made of the rows; fit[FF_NDF_TABULATED].model refers to it                      */
     ff_fit_result fit[FF_NDF_FITS];
-    size_t n_warnings;
-    char warning[FF_MAX_WARNINGS][FF_WARNING_LENGTH];
+    ff_warnings warnings;       /**< what it should be taken with                                                    */
 } ff_ndf_result;
 
 /** Retrieves D from the samples of p. FF_ERR_DATA (too few samples or half vectors, no specular peak), FF_ERR_RANGE,

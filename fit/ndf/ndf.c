@@ -230,7 +230,7 @@ static void fill_box(ff_ndf_fit *f, ff_ndf_monotone monotone)
     falls[top - 1] = fmax(falls[top - 1], -MOST_RISE * f->curve->step);
     for (size_t k = 0; k < f->P; k++) {
         f->lower[k] = fmin(falls[k], 0);
-        f->upper[k] = k < top ? 1e3 : (k - top) % 2 == 0 && f->scaled ? 1e6 : 1;
+        f->upper[k] = k < top ? 1e3 : (k - top) % 2 == 0 && f->scaled ? INFINITY : 1;
     }
 }
 
@@ -409,5 +409,6 @@ void ff_ndf_result_free(ff_ndf_result *r)
     free(r->row);
     free(r->channel);
     free(r->profile);
+    ff_warnings_free(&r->warnings);
     memset(r, 0, sizeof *r);
 }

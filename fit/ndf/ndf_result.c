@@ -1,8 +1,6 @@
 /* What is said of a retrieved distribution: rows with errors, channels, measures of roughness, warnings. */
 #include "internal_ndf.h"
 #include <math.h>
-#include <stdarg.h>
-#include <stdio.h>
 #include <stdlib.h>
 
 static const double pi = 3.14159265358979323846;
@@ -106,58 +104,51 @@ static void fill_measures(const ff_ndf_fit *f, ff_ndf_result *r)
 
 /* ---- warnings -------------------------------------------------------------------------------- */
 
-static void warn(ff_ndf_result *r, const char *fmt, ...) __attribute__((format(printf, 2, 3)));
-static void warn(ff_ndf_result *r, const char *fmt, ...)
-{
-    if (r->n_warnings == FF_MAX_WARNINGS) return;
-    va_list args;
-    va_start(args, fmt);
-    vsnprintf(r->warning[r->n_warnings++], FF_WARNING_LENGTH, fmt, args);
-    va_end(args);
-}
-
 /* Runs of nodes where what must not rise does not fall: it would rise. */
-static void warn_level(const ff_ndf_fit *f, ff_ndf_monotone monotone, ff_ndf_result *r)
+static ff_status warn_level(const ff_ndf_fit *f, ff_ndf_monotone monotone, ff_ndf_result *r)
 {
-    const int top = f->curve->top, of_d = monotone == FF_NDF_MONOTONE_D;
-    for (int k = 0, end; k < top; k = end + 1) {
+    const int top = f->curve->top;
+    const ff_warning_code code = monotone == FF_NDF_MONOTONE_D ? FF_WARNING_D_KEPT_LEVEL : FF_WARNING_SLOPES_KEPT_LEVEL;
+    ff_status s = FF_OK;
+    for (int k = 0, end; k < top && !s; k = end + 1) {
         for (end = k; end < top && f->held[end] && f->u[end] <= f->lower[end];) end++;
-        if (end - k < 3) continue;
-        warn(r, "the data would have %s rise from %.3g to %.3g degrees; it is kept level there%s",
-             of_d ? "D" : "the density of slopes", degrees(atan(ff_curve_node(f->curve, k))),
-             degrees(atan(ff_curve_node(f->curve, end))), of_d ? " (the default, --monotone slopes, lets D rise)" : "");
+        const double value[] = {degrees(atan(ff_curve_node(f->curve, k))), degrees(atan(ff_curve_node(f->curve, end)))};
+        if (end - k >= 3) s = ff_warnings_say(&r->warnings, code, value);
     }
+    return s;
 }
 
-static void fill_warnings(const ff_ndf_fit *f, const struct ff_problem *p, ff_ndf_monotone monotone, ff_ndf_result *r)
+static ff_status warn_of_start(ff_ndf_result *r)
 {
-    const ff_ndf_measures *m = &r->measures;
-    const double power = 0 - f->u[f->curve->top - 1] / f->curve->step;
-    const char *little = m->beyond > 0.01 ? "" : ", with less than 1 % of the area";
-    if (r->outcome != FF_CONVERGED) warn(r, "the minimisation stopped before it converged: D may not be the best one");
-    if (!r->from_back_scatter)
-        warn(r,
-             "these data have %zu samples that look back along the light, too few for the power iteration: the start is the best "
-             "parametric fit",
-             r->back_samples);
-    if (r->first > 0.5 * m->half_width)
-        warn(r, "no half vector is nearer to the normal than %.3g degrees: the peak of D is the smooth continuation to there",
-             degrees(r->first));
-    if (r->sure < r->reach)
-        warn(r, "beyond %.3g degrees the data say little: D follows %s there as far as they let it", degrees(r->sure),
-             ff_term_at(FF_NDF, (size_t)r->fit[r->reference].model.lobe[0].ndf)->name);
-    if (r->reach < FF_NDF_END && power != 0)
-        warn(r, "no half vector lies beyond %.3g degrees: D goes on from there as tan(theta)^%.3g%s", degrees(r->reach), power,
-             little);
-    if (r->reach < FF_NDF_END && power == 0)
-        warn(r, "no half vector lies beyond %.3g degrees: D goes on level from there%s", degrees(r->reach), little);
-    if (r->reach < FF_NDF_END && m->beyond > 0.01)
-        warn(r, "%.2g %% of the projected area lies beyond the data: F0 and the masking depend on that continuation",
-             100 * m->beyond);
-    warn_level(f, monotone, r);
-    if (r->scaled) warn(r, "the data ask for F0 > 1: F = 1 and a scale ks instead, in all fits; are the data in 1/sr?");
-    if (!p->selection.isotropic)
-        warn(r, "these data may show a direction; D is isotropic, the mean over the azimuths as the samples have them");
+    const double samples = (double)r->back_samples;
+    ff_status s = FF_OK;
+    if (r->outcome != FF_CONVERGED) s = ff_warnings_say(&r->warnings, FF_WARNING_RETRIEVAL_NOT_CONVERGED, NULL);
+    if (!s && !r->from_back_scatter) s = ff_warnings_say(&r->warnings, FF_WARNING_PARAMETRIC_START, &samples);
+    return s;
+}
+
+/* Where D is more the continuation's than the data's. */
+static ff_status warn_of_reach(const ff_ndf_fit *f, ff_ndf_result *r)
+{
+    const double power = 0 - f->u[f->curve->top - 1] / f->curve->step, first = degrees(r->first), sure = degrees(r->sure),
+                 beyond = r->measures.beyond, tail[] = {degrees(r->reach), power, beyond};
+    const int ends = r->reach < FF_NDF_END;
+    ff_status s = FF_OK;
+    if (r->first > 0.5 * r->measures.half_width) s = ff_warnings_say(&r->warnings, FF_WARNING_PEAK_CONTINUED, &first);
+    if (!s && r->sure < r->reach) s = ff_warnings_say(&r->warnings, FF_WARNING_TAIL_UNCERTAIN, &sure);
+    if (!s && ends) s = ff_warnings_say(&r->warnings, FF_WARNING_TAIL_CONTINUED, tail);
+    if (!s && ends && beyond > 0.01) s = ff_warnings_say(&r->warnings, FF_WARNING_AREA_BEYOND_DATA, &beyond);
+    return s;
+}
+
+static ff_status fill_warnings(const ff_ndf_fit *f, const struct ff_problem *p, ff_ndf_monotone monotone, ff_ndf_result *r)
+{
+    ff_status s = warn_of_start(r);
+    if (!s) s = warn_of_reach(f, r);
+    if (!s) s = warn_level(f, monotone, r);
+    if (!s && r->scaled) s = ff_warnings_say(&r->warnings, FF_WARNING_SCALE_ABOVE_ONE, NULL);
+    if (!s && !p->selection.isotropic) s = ff_warnings_say(&r->warnings, FF_WARNING_DIRECTION_AVERAGED, NULL);
+    return s;
 }
 
 /* ---- the whole ------------------------------------------------------------------------------- */
@@ -176,6 +167,5 @@ ff_status ff_ndf_result_fill(ff_ndf_fit *f, const struct ff_problem *p, ff_ndf_m
     r->iterations = f->iterations;
     r->passes = f->passes;
     fill_measures(f, r);
-    fill_warnings(f, p, monotone, r);
-    return FF_OK;
+    return fill_warnings(f, p, monotone, r);
 }

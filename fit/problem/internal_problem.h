@@ -3,6 +3,7 @@
 #ifndef FF_INTERNAL_PROBLEM_H
 #define FF_INTERNAL_PROBLEM_H
 #include "fit/pass/internal_pass.h"
+#include "fit/warning/internal_warning.h"
 
 /* ---- samples --------------------------------------------------------------------------------- */
 
@@ -338,17 +339,23 @@ int ff_penalties_prior(const ff_penalties *e, int at, size_t c, double *mean, do
 /* What the priors add to the objective at the optimum. */
 double ff_penalties_penalty(const ff_penalties *e);
 
-/* The k-th thing to say of the terms of plan where the data's objective is this; 0 when there are no more. */
-int ff_penalties_warning(const ff_plan *plan, double objective, size_t k, char out[FF_WARNING_LENGTH]);
+/* Warnings of the terms of plan where the data's objective is this. FF_ERR_MEMORY. */
+ff_status ff_penalties_warnings(const ff_plan *plan, double objective, ff_warnings *out);
+
+/* ---- warnings -------------------------------------------------------------------------------- */
+
+/* Parameter k < P as a warning of several names it: with its channel where it is one of several channels' own. */
+ff_warning_parameter ff_layout_warned(const ff_layout *l, size_t k);
+
+/* A warning of parameter k < P alone; value [those the code has]. FF_ERR_MEMORY. */
+ff_status ff_layout_warn(const ff_layout *l, size_t k, ff_warning_code code, const double *value, ff_warnings *out);
 
 /* ---- results by coordinate -------------------------------------------------------------------- */
 
-/* Of parameter k < P: its place in a result, and "f0 (r)" or "alpha_x". */
+/* Of parameter k < P: its place in a result. */
 ff_fit_value *ff_result_value(const ff_layout *l, ff_fit_result *r, size_t k);
-/* Is it a parameter that every channel has its own of? */
+/* Is p one of m's parameters that every channel has? */
 int ff_is_of_channel(const ff_model *m, const ff_model_param *p);
 /* Error and interval of alpha_x to the alpha_y that moves with it. */
 void ff_result_copy_tied(const ff_layout *l, ff_fit_result *r);
-void ff_result_label(const ff_layout *l, const struct ff_problem *p, size_t k, char *out, size_t size);
-void ff_result_warn(ff_fit_result *r, const char *fmt, ...) __attribute__((format(printf, 2, 3)));
 #endif

@@ -1,27 +1,5 @@
-/* Coordinates by the names and places of results. */
+/* Coordinates by the places of results. */
 #include "internal_problem.h"
-#include <stdarg.h>
-#include <stdio.h>
-#include <string.h>
-
-void ff_result_warn(ff_fit_result *r, const char *fmt, ...)
-{
-    if (r->n_warnings == FF_MAX_WARNINGS) return;
-    va_list args;
-    va_start(args, fmt);
-    vsnprintf(r->warning[r->n_warnings++], FF_WARNING_LENGTH, fmt, args);
-    va_end(args);
-}
-
-void ff_result_label(const ff_layout *l, const struct ff_problem *p, size_t k, char *out, size_t size)
-{
-    size_t c;
-    const char *name = ff_layout_param(l, k, &c)->name;
-    if (k >= l->n_shared && l->n_channels > 1)
-        snprintf(out, size, "%s (%.32s)", name, p->channel_name[c]);
-    else
-        snprintf(out, size, "%s", name);
-}
 
 int ff_is_of_channel(const ff_model *m, const ff_model_param *p)
 {

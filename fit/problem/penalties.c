@@ -12,7 +12,6 @@
 #include "internal_penalties.h"
 #include "models/tools/internal_albedo.h"
 #include <math.h>
-#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -287,56 +286,38 @@ double ff_penalties_penalty(const ff_penalties *e)
     return sum;
 }
 
-/* Each says whether there is anything to say. */
-static int say_held(const ff_layout *l, const ff_named_prior *n, char out[FF_WARNING_LENGTH])
+static ff_status warn_of_held(const ff_named_prior *n, ff_warnings *out)
 {
-    const char *name = n->at >= 0 ? l->m->shape[n->at].name : l->m->channel[-1 - n->at].name;
-    if (n->is_free) return 0;
-    snprintf(out, FF_WARNING_LENGTH, "the prior of %s has no effect: it is held", name);
-    return 1;
+    const ff_warning_parameter parameter = {n->at, FF_NO_CHANNEL};
+    const ff_warning w = {.code = FF_WARNING_PRIOR_WITHOUT_EFFECT, .n_parameters = 1, .parameter = &parameter};
+    return n->is_free ? FF_OK : ff_warnings_add(out, &w);
 }
 
-static int say_disagreement(const ff_layout *l, const struct ff_problem *p, const ff_prior_term *t, char out[FF_WARNING_LENGTH])
+static ff_status warn_of_disagreement(const ff_layout *l, const ff_prior_term *t, ff_warnings *out)
 {
-    char label[80];
     const double moved = fabs(t->value - t->alone), rounding = 1e-6 * t->sd; /* of data without noise */
-    if (!(moved > 3 * t->error) || moved < rounding) return 0;               /* also where the data do not determine it */
-    ff_result_label(l, p, t->coordinate, label, sizeof label);
-    snprintf(out, FF_WARNING_LENGTH,
-             "data and prior disagree about %s: by the data alone it is %.5g +- %.2g, the prior says %.5g +- %.2g", label, t->alone,
-             t->error, t->mean, t->sd);
-    return 1;
+    if (!(moved > 3 * t->error) || moved < rounding) return FF_OK;           /* also where the data do not determine it */
+    const double value[] = {t->alone, t->error, t->mean, t->sd};
+    return ff_layout_warn(l, t->coordinate, FF_WARNING_PRIOR_DISAGREES, value, out);
 }
 
-static int say_energy(const ff_energy *e, const struct ff_problem *p, double objective, char out[FF_WARNING_LENGTH])
+static ff_status warn_of_energy(const ff_energy *e, double objective, ff_warnings *out)
 {
-    if (!e->binds) return 0;
-    char channel[80] = "";
-    if (e->C > 1) snprintf(channel, sizeof channel, " of channel %.60s", p->channel_name[e->alone_channel]);
-    snprintf(out, FF_WARNING_LENGTH,
-             "the data alone ask for an albedo%s of %.4g at %.3g degrees; conserving energy makes the objective %.4g times theirs",
-             channel, e->alone, acos(fmin(e->alone_mu, 1)) * 180 / PI, 2 * objective / fmax(e->alone_cost2, 1e-300));
-    return 1;
+    const double theta = acos(fmin(e->alone_mu, 1)) * 180 / PI, ratio = 2 * objective / fmax(e->alone_cost2, 1e-300);
+    const ff_warning w = {.code = FF_WARNING_ALBEDO_ABOVE_ONE,
+                          .n_channels = e->C > 1,
+                          .channel = &e->alone_channel,
+                          .value = {e->alone, theta, ratio}};
+    const ff_status s = e->binds ? ff_warnings_add(out, &w) : FF_OK;
+    return s || !(e->left > 2 * FF_ALBEDO_LEFT) ? s : ff_warnings_say(out, FF_WARNING_ENERGY_NOT_CONSERVED, &e->left);
 }
 
-static int say_left(const ff_energy *e, char out[FF_WARNING_LENGTH])
-{
-    if (!(e->left > 2 * FF_ALBEDO_LEFT)) return 0;
-    snprintf(out, FF_WARNING_LENGTH,
-             "the albedo still exceeds 1 by %.2g: no parameters in their bounds were found that conserve energy", e->left);
-    return 1;
-}
-
-int ff_penalties_warning(const ff_plan *plan, double objective, size_t k, char out[FF_WARNING_LENGTH])
+ff_status ff_penalties_warnings(const ff_plan *plan, double objective, ff_warnings *out)
 {
     const ff_penalties *e = plan->penalties;
-    const ff_layout *l = &plan->l;
-    const struct ff_problem *p = plan->p;
-    if (!e) return 0;
-    for (size_t i = 0; i < e->n_named; i++)
-        if (say_held(l, &e->named[i], out) && k-- == 0) return 1;
-    for (size_t i = 0; i < e->n_priors; i++)
-        if (say_disagreement(l, p, &e->prior[i], out) && k-- == 0) return 1;
-    if (say_energy(&e->energy, p, objective, out) && k-- == 0) return 1;
-    return say_left(&e->energy, out) && k == 0;
+    ff_status s = FF_OK;
+    if (!e) return s;
+    for (size_t i = 0; i < e->n_named && !s; i++) s = warn_of_held(&e->named[i], out);
+    for (size_t i = 0; i < e->n_priors && !s; i++) s = warn_of_disagreement(&plan->l, &e->prior[i], out);
+    return s ? s : warn_of_energy(&e->energy, objective, out);
 }

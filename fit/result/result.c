@@ -1,8 +1,6 @@
-/* What is said of an optimum: values, errors, the ellipse, residuals, and the words that go with the numbers. */
+/* What is said of an optimum: values, errors, the ellipse, residuals. */
 #include "internal_result.h"
 #include <math.h>
-#include <stdarg.h>
-#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -100,147 +98,6 @@ static void fill_criteria(const struct ff_problem *p, size_t n_free, ff_fit_resu
     }
 }
 
-/* Parameters of one channel (or the shape) that the data cannot tell apart. */
-static void warn_correlated(const ff_layout *l, const struct ff_problem *p, ff_fit_result *r)
-{
-    char a[80], b[80];
-    for (size_t i = 0; i < l->P; i++)
-        for (size_t j = 0; j < i; j++) {
-            const int x = ff_result_value(l, r, i)->column, y = ff_result_value(l, r, j)->column;
-            if (x < 0 || y < 0) continue;
-            const double c = r->correlation[(size_t)x * r->n_columns + (size_t)y];
-            if (fabs(c) < 0.99) continue;
-            ff_result_label(l, p, i, a, sizeof a);
-            ff_result_label(l, p, j, b, sizeof b);
-            ff_result_warn(r, "%s and %s are correlated by %.4f: these data hardly tell them apart", b, a, c);
-        }
-}
-
-/* Is the bound one that the caller gave? */
-static int is_given(const ff_model_param *p, int bound)
-{
-    return bound < 0 ? p->lo != p->info->lo : p->hi != p->info->hi;
-}
-
-static double bound_at(const ff_layout *l, size_t c, uint32_t k, int bound)
-{
-    return bound < 0 ? ff_layout_lo(l, c, k) : ff_layout_hi(l, c, k);
-}
-
-/* The channels whose parameter k lies on the bound that it has in `first`, which is one of them, into mark [n_channels]. */
-static void mark_same_bound(const ff_layout *l, const ff_fit_result *r, uint32_t k, int bound, size_t first, unsigned char *mark)
-{
-    for (size_t c = 0; c < l->n_channels; c++) {
-        const ff_fit_value *v = &r->channel_value[c * l->m->n_channel + k];
-        mark[c] = v->at_bound == bound && !v->tied && bound_at(l, c, k, bound) == bound_at(l, first, k, bound);
-    }
-}
-
-/* One warning for all channels whose parameter k lies on the same bound as in channel `first`, unless an earlier one does. */
-static void warn_channels_at_bound(const ff_layout *l, const struct ff_problem *p, uint32_t k, int bound, size_t first,
-                                   ff_fit_result *r)
-{
-    char names[120];
-    const ff_fit_value *of_first = &r->channel_value[first * l->m->n_channel + k];
-    if (of_first->at_bound != bound || of_first->tied) return;
-    unsigned char *mark = malloc(l->n_channels + 1);
-    int any = mark != NULL;
-    if (any) mark_same_bound(l, r, k, bound, first, mark);
-    for (size_t c = 0; c < first && any; c++) any = !mark[c];
-    if (any) ff_channels_label(p, mark, names, sizeof names);
-    free(mark);
-    if (!any) return;
-    const double value = of_first->value;
-    const int several = l->n_channels > 1 && r->channel_value[l->m->n_channel + k].follows != -1 - (int)k; /* else one for all */
-    const ff_param *info = l->m->channel[k].info;
-    const int given = bound_at(l, first, k, bound) != (bound < 0 ? info->lo : info->hi);
-    const int too_bright = bound > 0 && !given && (l->m->channel[k].info->flags & FF_PARAM_LINEAR);
-    ff_result_warn(r, "%s%s%s%s is on %s %s bound, %g%s", l->m->channel[k].name, several ? " (" : "", several ? names : "",
-                   several ? ")" : "", given ? "the given" : "its", bound < 0 ? "lower" : "upper", value,
-                   too_bright ? "; are the data in 1/sr?" : "");
-}
-
-static void warn_dark_channels(const struct ff_problem *p, ff_fit_result *r)
-{
-    char names[120];
-    unsigned char *mark = calloc(p->n_channels + 1, 1);
-    int any = 0;
-    for (size_t c = 0; c < p->n_channels && p->n_channels > 1 && mark; c++) {
-        mark[c] = p->channel_mean[c] == 0;
-        any |= mark[c];
-        if (mark[c] && p->n_channels <= FF_CHANNELS_NAMED)
-            ff_result_warn(r,
-                           "channel %.64s is zero everywhere, which no lobe is: it pulls the shape of the others; --channels each "
-                           "keeps them apart",
-                           p->channel_name[c]);
-    }
-    if (any && p->n_channels > FF_CHANNELS_NAMED)
-        ff_result_warn(r,
-                       "channels that are zero everywhere (%s), which no lobe is, pull the shape of the others; --channels each "
-                       "keeps them apart",
-                       ff_channels_label(p, mark, names, sizeof names));
-    free(mark);
-}
-
-static void fill_warnings(const ff_plan *plan, ff_fit_result *r)
-{
-    const ff_layout *l = &plan->l;
-    const struct ff_problem *p = plan->p;
-    char label[80], text[FF_WARNING_LENGTH];
-    const int many = l->arrow && l->n_channels > FF_CHANNELS_NAMED;
-    if (r->outcome == FF_LIMIT)
-        ff_result_warn(r, "stopped after %d iterations before it converged; --max-iterations allows more", r->iterations);
-    if (r->outcome == FF_STALLED)
-        ff_result_warn(r, "the solver found no step that lowers the objective; the parameters may not be the best ones");
-    for (size_t k = 0; k < l->P; k++) {
-        const ff_fit_value *v = ff_result_value(l, r, k);
-        ff_result_label(l, p, k, label, sizeof label);
-        const ff_model_param *param = ff_layout_param(l, k, NULL);
-        if (!ff_is_of_channel(l->m, param) && v->at_bound)
-            ff_result_warn(r, "%s is on %s %s bound, %g", label, is_given(param, v->at_bound) ? "the given" : "its",
-                           v->at_bound < 0 ? "lower" : "upper", v->value);
-        if (many && ff_is_of_channel(l->m, param)) continue; /* they are named together */
-        if (!v->at_bound && !v->held && r->correlation && isnan(v->std_error))
-            ff_result_warn(r, "%s is not determined by these data; --profile says how far it may go", label);
-    }
-    if (many && r->correlation) ff_result_warn_undetermined(l, p, r);
-    for (uint32_t k = 0; k < l->m->n_channel; k++) {
-        if (l->m->channel[k].flags & FF_PARAM_HELD) continue;
-        for (int bound = -1; bound <= 1; bound += 2)
-            for (size_t c = 0; c < l->n_channels; c++) warn_channels_at_bound(l, p, k, bound, c, r);
-    }
-    if (r->channel_correlation)
-        ff_result_warn_channels_correlated(l, p, r);
-    else if (r->correlation)
-        warn_correlated(l, p, r);
-    for (size_t k = 0; ff_penalties_warning(plan, r->residual.objective, k, text); k++) ff_result_warn(r, "%s", text);
-    if (r->correlation && r->has_ellipse && !l->m->lobe[0].isotropic && l->mode != FF_ISOTROPIC_MODE && !r->ellipse.phi_determined)
-        ff_result_warn(r, "the two roughness axes differ by less than their error: the orientation is undetermined");
-    if (r->correlation && !r->correlation_settled)
-        ff_result_warn(
-            r,
-            "the residuals go together over more than %zu neighbouring samples, as far as can be seen: the true errors are "
-            "larger than the standard errors",
-            r->correlated_over);
-    if (p->selection.at_top)
-        ff_result_warn(
-            r, "%zu samples at different places share the largest value, %g: is the detector saturated? --saturation %g says so",
-            p->selection.at_top, p->selection.top, p->selection.top);
-    warn_dark_channels(p, r);
-    if (p->selection.negative)
-        ff_result_warn(r, "%zu of the samples have negative values; they are kept as noise", p->selection.negative);
-    const size_t n = p->n * p->n_channels;
-    if (p->selection.weighting == FF_WEIGHT_SIGMA && n > l->P) {
-        const double chi2 = 2 * r->residual.objective / (double)(n - l->P);
-        if (chi2 > 2 || chi2 < 0.5)
-            ff_result_warn(
-                r,
-                "chi^2 per degree of freedom is %.3g: the standard deviations of the data do not match the residuals, and the "
-                "standard errors follow them",
-                chi2);
-    }
-}
-
 /* What it took to come there, and what is left. */
 static void fill_outcome(const ff_plan *plan, const ff_point *at, ff_fit_result *r)
 {
@@ -261,8 +118,7 @@ ff_status ff_result_fill(const ff_plan *plan, const ff_point *at, int errors, ff
     const ff_status st = errors ? ff_result_errors(plan, at, r) : FF_OK;
     if (st) return st;
     fill_ellipse(&plan->l, at->shape, errors ? at->information : NULL, r);
-    fill_warnings(plan, r);
-    return FF_OK;
+    return ff_result_warnings(plan, r);
 }
 
 ff_status ff_result_new(const ff_plan *plan, ff_fit_result *out)
@@ -286,5 +142,6 @@ void ff_fit_result_free(ff_fit_result *r)
     free(r->channel_value);
     free(r->correlation);
     free(r->channel_correlation);
+    ff_warnings_free(&r->warnings);
     memset(r, 0, sizeof *r);
 }

@@ -26,8 +26,8 @@ static double step_channels(const ff_layout *l, const ff_normal *normal, const d
             const uint32_t i = l->free.channel[k];
             const int product = products && is_scaled(l, (uint32_t)k);
             const double lowest = ff_layout_lo(l, c, i);
-            lo[k] = (!product ? lowest : lowest < 0 ? -1e9 : 0) - at[c * stride + i];
-            hi[k] = (product ? 1e9 : ff_layout_hi(l, c, i)) - at[c * stride + i];
+            lo[k] = (!product ? lowest : lowest < 0 ? -INFINITY : 0) - at[c * stride + i];
+            hi[k] = (product ? INFINITY : ff_layout_hi(l, c, i)) - at[c * stride + i];
         }
         sum += n ? ff_bounded_least_squares(gram, n, lo, hi, step) : gram[0];
         for (size_t k = 0; k < n; k++) {

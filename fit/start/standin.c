@@ -68,6 +68,22 @@ static void tie_shape(const ff_layout *l, ff_layout *standin)
     ff_layout_tie(standin, &ties);
 }
 
+static ff_model_param *scale_of(ff_model *m, uint32_t lobe)
+{
+    return &m->channel[m->lobe[lobe].channel0 + m->lobe[lobe].n_channel - 1];
+}
+
+/* Where the scale of a lobe is free, so is that of its stand-in: F0 and the scale together are linear, and the data may be of any
+ * magnitude. Lobes that share a Fresnel term share its scale. */
+static void free_scales(const ff_model *m, ff_model *standin)
+{
+    for (uint32_t k = 0; k < m->n_lobes; k++) {
+        const ff_lobe *own = &m->lobe[m->lobe[k].fresnel == FF_FRESNEL_SHARED ? 0 : k];
+        if (!(m->channel[own->channel0 + own->n_channel - 1].flags & FF_PARAM_HELD))
+            scale_of(standin, k)->flags &= ~(uint32_t)FF_PARAM_HELD;
+    }
+}
+
 /* What channels differ in, for the parameters that the stand-in has too. */
 static ff_status take_limits(const ff_layout *l, ff_standin *out)
 {
@@ -123,6 +139,7 @@ ff_status ff_standin_make(const ff_plan *plan, ff_standin *out)
         out->model.channel[-1 - i].init = m->channel[k].init;
         out->model.channel[-1 - i].flags = m->channel[k].flags;
     }
+    free_scales(m, &out->model);
     const int mean_slope = l->mode == FF_TILTED_MODE;
     ff_shape shape = FF_SHAPE_ISOTROPIC;
     for (uint32_t k = 0; k < l->free.n_shape; k++) {
@@ -156,30 +173,45 @@ uint32_t ff_standin_variants(const ff_layout *l)
     return 1;
 }
 
-/* Channel parameters of the lobes' Fresnel terms for one channel. */
-static void start_fresnel(const ff_layout *l, const ff_standin *s, uint32_t variant, const double *from, double *channel)
+/* F0 of a lobe of the stand-in times its scale. */
+static double normal_reflectance(const ff_model *m, uint32_t lobe, const double *channel)
 {
-    const ff_model *m = l->m;
-    for (uint32_t k = 0; k < m->n_lobes; k++) {
-        const ff_lobe *lobe = &m->lobe[k], *stand = &s->model.lobe[k];
-        if (lobe->fresnel == FF_FRESNEL_SHARED) continue;
-        const ff_fresnel *term = ff_fresnel_at(lobe->fresnel);
-        double *out = channel + lobe->channel0, f0 = from[stand->channel0];
-        for (uint32_t other = 1; k == 0 && other < m->n_lobes; other++) /* it will be shared out by the weights */
-            if (m->lobe[other].fresnel == FF_FRESNEL_SHARED) f0 += from[s->model.lobe[other].channel0];
-        const ff_model_param *scale = &m->channel[lobe->channel0 + lobe->n_channel - 1];
-        if (!term->like_schlick) {
-            for (uint32_t i = 0; i < term->term.n_params; i++) out[i] = from[stand->channel0 + i];
-            if (term->term.n_params) out[0] = clamp(&term->term.params[0], f0);
-            continue;
-        }
-        double params[FF_FRESNEL_PARAMS];
-        const double share = scale->flags & FF_PARAM_HELD ? f0 : f0_tried[variant]; /* a free scale takes the rest */
-        term->like_schlick(fmin(fmax(share, 1e-3), 0.999), params);
-        for (uint32_t i = 0; i < term->term.n_params; i++)
-            if (!(m->channel[lobe->channel0 + i].flags & FF_PARAM_HELD)) out[i] = clamp(&term->term.params[i], params[i]);
-        if (!(scale->flags & FF_PARAM_HELD)) out[term->term.n_params] = clamp(scale->info, fmax(f0 / share, 1e-4));
+    const double *own = channel + m->lobe[lobe].channel0, ks = own[m->lobe[lobe].n_channel - 1];
+    return m->lobe[lobe].n_channel > 1 ? own[0] * ks : ks;
+}
+
+/* That of lobe k and of the lobes that share its Fresnel term: it will be shared out by the weights. */
+static double joint_reflectance(const ff_layout *l, const ff_standin *s, uint32_t k, const double *from)
+{
+    double sum = normal_reflectance(&s->model, k, from);
+    for (uint32_t other = 1; k == 0 && other < l->m->n_lobes; other++)
+        if (l->m->lobe[other].fresnel == FF_FRESNEL_SHARED) sum += normal_reflectance(&s->model, other, from);
+    return sum;
+}
+
+/* Channel parameters of the Fresnel term of lobe k for one channel; a free scale takes what F0 leaves. */
+static void start_fresnel(const ff_layout *l, const ff_standin *s, uint32_t k, uint32_t variant, const double *from,
+                          double *channel)
+{
+    const ff_lobe *lobe = &l->m->lobe[k], *stand = &s->model.lobe[k];
+    const ff_fresnel *term = ff_fresnel_at(lobe->fresnel);
+    const uint32_t n = term->term.n_params;
+    const ff_model_param *own = &l->m->channel[lobe->channel0];
+    const int scaled = !(own[n].flags & FF_PARAM_HELD);
+    const double sum = joint_reflectance(l, s, k, from), alone = normal_reflectance(&s->model, k, from),
+                 ks = from[stand->channel0 + stand->n_channel - 1], f0 = ks > 0 ? sum / ks : from[stand->channel0];
+    double *out = channel + lobe->channel0, params[FF_FRESNEL_PARAMS];
+    if (!term->like_schlick) {
+        for (uint32_t i = 0; i < n; i++) out[i] = from[stand->channel0 + i];
+        if (n && !scaled) out[0] = clamp(own[0].info, f0);
+        if (scaled) out[n] = clamp(own[n].info, alone > 0 ? ks * (sum / alone) : ks);
+        return;
     }
+    const double share = scaled ? f0_tried[variant] : f0;
+    term->like_schlick(fmin(fmax(share, 1e-3), 0.999), params);
+    for (uint32_t i = 0; i < n; i++)
+        if (!(own[i].flags & FF_PARAM_HELD)) out[i] = clamp(own[i].info, params[i]);
+    if (scaled) out[n] = clamp(own[n].info, fmax(sum / share, 1e-4 * ks));
 }
 
 /* Those of the bases: by name, else Lambert's kd for the first of them. */
@@ -209,12 +241,13 @@ void ff_standin_start(const ff_layout *l, const ff_standin *s, uint32_t variant,
     double sum[FF_MAX_LOBES] = {0};
     for (size_t c = 0; c < l->n_channels; c++) {
         const double *from = from_channel + c * s->model.n_channel;
-        for (uint32_t k = 0; k < m->n_lobes; k++) sum[k] += from[s->model.lobe[k].channel0];
+        for (uint32_t k = 0; k < m->n_lobes; k++) sum[k] += normal_reflectance(&s->model, k, from);
         if (l->linear) {
             memcpy(channel + c * m->n_channel, from, m->n_channel * sizeof *channel);
             continue;
         }
-        start_fresnel(l, s, variant, from, channel + c * m->n_channel);
+        for (uint32_t k = 0; k < m->n_lobes; k++)
+            if (m->lobe[k].fresnel != FF_FRESNEL_SHARED) start_fresnel(l, s, k, variant, from, channel + c * m->n_channel);
         start_bases(l, s, from, channel + c * m->n_channel);
     }
     double up_to = m->n_lobes ? sum[0] : 0;

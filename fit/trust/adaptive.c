@@ -1,6 +1,7 @@
 /* The loss of a fit by the pictures that the fits make. */
 #include "ff_picture.h"
 #include "fit/losses/internal_loss.h"
+#include "fit/warning/internal_warning.h"
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -67,13 +68,13 @@ static int stands_for_another(ff_loss loss, ff_weighting weighting)
     return 0;
 }
 
-static void warn_of_coverage(ff_adaptive *a)
+static ff_status warn_of_coverage(ff_adaptive *a)
 {
     ff_fit_result *r = &a->candidate[a->chosen].fit;
     const ff_picture_coverage c = a->coverage;
-    if ((double)c.measured >= FF_PICTURE_COVERED * (double)c.pixels || r->n_warnings == FF_MAX_WARNINGS) return;
-    snprintf(r->warning[r->n_warnings++], FF_WARNING_LENGTH,
-             "the loss was chosen by few pixels: the data cover %zu of %zu of the pictures of a lit sphere", c.measured, c.pixels);
+    const double value[] = {(double)c.measured, (double)c.pixels};
+    if (value[0] >= FF_PICTURE_COVERED * value[1]) return FF_OK;
+    return ff_warnings_say(&r->warnings, FF_WARNING_FEW_PIXELS, value);
 }
 
 ff_status ff_fit_adaptive(const ff_table *t, const ff_model *m, const ff_fit_options *o, ff_adaptive *out, ff_error *err)
@@ -95,10 +96,11 @@ ff_status ff_fit_adaptive(const ff_table *t, const ff_model *m, const ff_fit_opt
     if (!st) {
         a.chosen = choose(&a);
         a.coverage = ff_picture_covered(picture);
-        warn_of_coverage(&a);
+        st = warn_of_coverage(&a);
+        if (st) ff_error_set(err, st, NULL, 0, -1, "out of memory");
         /* The samples once more rather than those of every loss all along: there may be millions. */
         one.loss = a.candidate[a.chosen].loss;
-        st = ff_problem_new(t, m, 1, &one, &a.problem, err);
+        if (!st) st = ff_problem_new(t, m, 1, &one, &a.problem, err);
     }
     ff_picture_free(picture);
     if (st)

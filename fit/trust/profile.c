@@ -122,7 +122,7 @@ static size_t lay_out_ends(const profile *f, const ff_information *u, ff_fit_res
     return n;
 }
 
-static void take_ends(const profile *f, size_t n, ff_fit_result *fit)
+static ff_status take_ends(const profile *f, size_t n, ff_fit_result *fit)
 {
     const ff_layout *l = &f->fit->plan.l;
     double lower = 0;
@@ -136,8 +136,8 @@ static void take_ends(const profile *f, size_t n, ff_fit_result *fit)
         lower = fmin(lower, e->lower);
     }
     ff_result_copy_tied(l, fit);
-    if (lower < -1e-6)
-        ff_result_warn(fit, "the profile met an objective that is lower by %.2g of itself: the fit is not the best one", -lower);
+    const double share = -lower;
+    return share > 1e-6 ? ff_warnings_say(&fit->warnings, FF_WARNING_LOWER_OBJECTIVE, &share) : FF_OK;
 }
 
 ff_status ff_trust_profile(const ff_problem *p, const ff_fit_options *o, ff_fit_result *fit, ff_error *err)
@@ -155,10 +155,8 @@ ff_status ff_trust_profile(const ff_problem *p, const ff_fit_options *o, ff_fit_
         ff_pool_run(p->pool, n, profile_end, &f);
         for (size_t i = 0; i < n && !st; i++) st = f.ends[i].status;
     }
-    if (!st)
-        take_ends(&f, n, fit);
-    else
-        (void)ff_trust_ended(st, "the profile", err);
+    if (!st) st = take_ends(&f, n, fit);
+    if (st) (void)ff_trust_ended(st, "the profile", err);
     free(info);
     free(f.ends);
     ff_finished_close(&finished);

@@ -68,6 +68,9 @@ def check_fit(f):
         check(all(b in (None, "lower", "upper") for b in bounds), "bounds of " + name)
         if name in ("f0", "kd"):
             check(isinstance(p["value"], list) and len(values) == len(f["channels"]), name + " per channel")
+    per_channel = ["%s[%s]" % (name, c) for name in f["parameters"] for c in f["channels"]]
+    for w in f["warnings"]:
+        check_warning(w, list(f["parameters"]) + per_channel, f["channels"])
     c = f["correlation"]
     n = len(c["names"])
     check(n == len(set(c["names"])) and len(c["matrix"]) == n and all(len(r) == n for r in c["matrix"]), "correlation of %s" % f["model"])
@@ -76,8 +79,19 @@ def check_fit(f):
             check(abs(c["matrix"][i][j] - c["matrix"][j][i]) < 1e-6 and abs(c["matrix"][i][j]) < 1 + 1e-9, "correlation %d %d" % (i, j))
 
 
+def check_warning(w, names, channels):
+    """A code with its numbers, and of what: for programs; and the sentence that people read."""
+    keys(w, "code severity values text", "warning")
+    check(set(w) <= set("code severity parameter parameters channel channels values text".split()), "keys of warning %s" % w)
+    check(w["code"].replace("-", "").islower() and w["severity"] in ("note", "warning", "problem") and len(w["text"]) > 20, "warning %s" % w)
+    check(all(number(v) for v in w["values"].values()), "values of warning %s" % w)
+    for one, many, known in (("parameter", "parameters", names), ("channel", "channels", channels)):
+        check(not (one in w and many in w) and (many not in w or len(w[many]) > 1), "%s of warning %s" % (one, w))
+        check(all(n in known for n in w.get(many, [w[one]] if one in w else [])), "%s of warning %s" % (one, w))
+
+
 def check_fits(d, path, n_fits, loss="cosine", robust=None, max_theta=80):
-    check(d["schema"] == "facetfit.fit/1", "schema")
+    check(d["schema"] == "facetfit.fit/2", "schema")
     keys(d, "data loss fits ranking", "document")
     keys(d["data"], "path format samples used rejected channels isotropic", "data")
     check(d["data"]["path"] == path, "path %r" % d["data"]["path"])
@@ -183,7 +197,15 @@ def fits(directory):
                  "--energy-conserving")
     check_fits(d, path, 1)
     check(d["constraints"] == {"bounds": {"alpha": [0.05, 0.9]}, "priors": {"f0": {"mean": 0.5, "sd": 0.2}},
-                               "ties": [["kd", None], ["alpha_y", "alpha_x"]], "energy_conserving": True}, "constraints")
+                               "ties": [["kd", None], ["alpha_y", "alpha_x"]], "fixed": {}, "energy_conserving": True}, "constraints")
+    of = d["data"]["channels"]
+    e = document("fit", path, "--fix", "f0[%s]=0.45" % of[1], "--bound", "kd[%s]=0:0.9" % of[0], "--prior", "f0[%s]=0.5+-0.2" % of[0])
+    check(e["constraints"]["fixed"] == {"f0[%s]" % of[1]: [0.45]} and e["constraints"]["bounds"] == {"kd[%s]" % of[0]: [0, 0.9]}, "of channels")
+    f0 = e["fits"][0]["parameters"]["f0"]
+    check(f0["value"][1] == 0.45 and f0["std_error"][1] is None and f0["std_error"][0] > 0 and not f0["held"] and f0["prior"] is None, "f0")
+    every = ":".join("0.%d" % (4 + c) for c in range(len(of)))
+    e = document("fit", path, "--fix", "f0=" + every)
+    check(e["fits"][0]["parameters"]["f0"]["held"] and e["fits"][0]["parameters"]["f0"]["value"] == [float(v) for v in every.split(":")], "f0 by channel")
     p = d["fits"][0]["parameters"]
     check(p["alpha_y"]["tied_to"] == "alpha_x" and p["alpha_y"]["tied"] and p["alpha_y"]["bounds"] == [0.05, 0.9], "alpha_y")
     check(p["kd"]["tied_to"] == "kd" and len(set(p["kd"]["value"])) == 1 and p["kd"]["prior"] is None, "kd")
@@ -198,6 +220,36 @@ def fits(directory):
     check(len(pairs) >= 80 and len(set(pairs)) == len(pairs), "%d combinations" % len(pairs))
     check(("ggx", "hammon") in pairs and ("beckmann", "hammon") not in pairs, "terms that do not go together")
     return path
+
+
+def warnings(directory, path):
+    """Warnings as programs read them: of one channel and of several, of one parameter and of a pair, with and without numbers."""
+    def of(code, *args, status=0):
+        found = [w for w in document("fit", path, *args, status=status)["fits"][0]["warnings"] if w["code"] == code]
+        check(found, "no warning '%s' of %s" % (code, args))
+        return found[0] if found else {}
+
+    w = of("at-bound", "--shape", "isotropic", "--bound", "alpha=0.01:0.1")
+    check(abs(w["values"].pop("bound") - 0.1) < 1e-12, "the bound of a shared parameter")
+    check(w == {"code": "at-bound", "severity": "warning", "parameter": "alpha_x", "values": {"side": 1, "given": 1},
+                "text": "alpha_x is on the given upper bound, 0.1"}, "of a shared parameter: %s" % w)
+    w = of("at-bound", "--shape", "axis", "--bound", "kd=0.3:0.4")
+    check(w["parameter"] == "kd" and w["channels"] == ["r", "g", "b"] and w["values"] == {"bound": 0.3, "side": -1, "given": 1},
+          "of several channels: %s" % w)
+    w = of("prior-disagrees", "--prior", "f0=0.1+-0.0001", "--channels", "mean")
+    check(w["parameter"] == "f0" and "channel" not in w and w["values"]["mean"] == 0.1 and w["values"]["sd"] == 1e-4, "prior: %s" % w)
+    w = of("prior-disagrees", "--prior", "f0=0.1+-0.0001")
+    check(w["parameter"] == "f0" and w["channel"] == "r" and w["text"].startswith("data and prior disagree about f0 (r)"), "prior: %s" % w)
+    w = of("correlated", "--free", "ks", "--channels", "mean")
+    check(len(w["parameters"]) == 2 and abs(w["values"]["correlation"]) > 0.99, "a pair: %s" % w)
+    w = of("correlated", "--free", "ks")
+    check(all(p[-3:] in ("[r]", "[g]", "[b]") for p in w["parameters"]) and "channel" not in w, "a pair of channels: %s" % w)
+    w = of("iteration-limit", "--model", "ggx+beckmann+lambert", "--max-iterations", "1", status=1)
+    check(w["severity"] == "problem" and w["values"] == {"iterations": 1} and "--max-iterations" in w["text"], "limit: %s" % w)
+    d = document("ndf", path, "-o", os.path.join(directory, "t.csv"))
+    check(d["schema"] == "facetfit.ndf/2" and any(w["code"] == "direction-averaged" for w in d["warnings"]), "of a retrieval")
+    for w in d["warnings"]:
+        check_warning(w, [], [])
 
 
 def spectra(directory):
@@ -221,6 +273,9 @@ def spectra(directory):
     with open(few, "w") as target:
         target.writelines(",".join(w[:12] if len(w) > 12 else w) + "\n" for w in lines)
     check("channels" not in document("fit", few)["fits"][0]["correlation"], "eight channels are few")
+    w = document("fit", path, "--bound", "kd=0.2:0.3")["fits"][0]["warnings"][0]
+    check(w["code"] == "at-bound" and w["channels"] == ["c%d" % c for c in range(12)] and "(12 of 12 channels, c0 to c11)" in w["text"],
+          "channels of a warning: %s" % w)
 
 
 def hostile_paths(directory, path):
@@ -259,6 +314,7 @@ def others(path):
 
 with tempfile.TemporaryDirectory() as directory:
     path = fits(directory)
+    warnings(directory, path)
     spectra(directory)
     hostile_paths(directory, path)
     others(path)

@@ -13,10 +13,10 @@ import sys
 import tempfile
 
 program = os.path.abspath(sys.argv[1])
-FILE_WORDS = {"FILE", "FILE|-", "IN", "OUT", "TABLE", "DIR"}
+FILE_WORDS = {"FILE", "FILE|-", "[FILE|-]", "IN", "OUT", "TABLE", "DIR"}
 INPUTS = {("fit", "FILE"), ("compare", "FILE"), ("ndf", "FILE"), ("info", "FILE"), ("eval", "FILE"), ("resample", "IN"),
-          ("fit", "--table"), ("compare", "--table"), ("eval", "--table"), ("simulate", "--table"), ("furnace", "--table"),
-          ("sample", "--table")}
+          ("fit", "--ndf-table"), ("compare", "--ndf-table"), ("eval", "--ndf-table"), ("simulate", "--ndf-table"),
+          ("furnace", "--ndf-table"), ("sample", "--ndf-table")}
 failures = pairs = 0
 
 

@@ -557,7 +557,7 @@ static void test_utia(void)
         CHECK(t.angle[0][i] == 45 && t.angle[1][i] == 52.5 && t.angle[2][i] == 75 && t.angle[3][i] == 150, "utia: %g %g %g %g",
               t.angle[0][i], t.angle[1][i], t.angle[2][i], t.angle[3][i]);
         CHECK(t.value[i] == (double)i && t.value[t.n + i] == line && t.value[2 * t.n + i] == column, "utia: values");
-        CHECK(strstr(t.note, "UTIA") && strstr(t.note, "linear") && strstr(t.note, "--scale"), "utia: note '%s'", t.note);
+        CHECK(strstr(t.note, "UTIA") && strstr(t.note, "linear") && t.note_hint[1] == FF_HINT_SCALE, "utia: note '%s'", t.note);
         ff_table_free(&t);
     }
     m.compression = 0;

@@ -17,7 +17,7 @@ static void test_reading(void)
                  {"DSF", HEAD("DSF") ROWS, 2, NAN, FF_BRDF_COS, -1, ""},
                  {"BSDF that is none", HEAD("BSDF") ROWS, 2, NAN, FF_BRDF_COS, FF_BRDF_COS, ""},
                  {"current", HEAD("[uA]") ROWS, 20, 10, FF_BRDF_COS, -1, "in uA: taken as proportional to f cos(theta_o)"},
-                 {"current like f", HEAD("[uA]") ROWS, 10, 10, FF_BRDF, FF_BRDF, "what --quantity says"},
+                 {"current like f", HEAD("[uA]") ROWS, 10, 10, FF_BRDF, FF_BRDF, "what the option 'quantity' says"},
                  {"the light by its parts", "#intheta 30\r\n#inphi:\t15\r\n#format: theta phi BSDF\r\n" ROWS, 1, NAN, FF_BRDF, -1,
                   "datapoints_in_file is missing"},
                  {"fewer rows", "#datapoints_in_file 9\n#incident_angle 30 15\n#format: theta phi BSDF\n" ROWS "# end\n", 1, NAN,
@@ -79,7 +79,7 @@ static void test_refusals(void)
     check_refuses("pgii", "#format: phi theta BSDF\n", FF_ERR_FORMAT, 1, WORDS("'phi'", "theta phi"));
     check_refuses("pgii", "#format: theta phi volts\n", FF_ERR_FORMAT, 1, WORDS("'volts'", "BSDF, BRDF, DSF"));
     check_refuses("pgii", HEAD("BTDF") ROWS, FF_ERR_UNSUPPORTED, 5, WORDS("BTDF", "transmission"));
-    check_refuses("pgii", HEAD("[uA]") ROWS, FF_ERR_UNSUPPORTED, 5, WORDS("in 'uA'", "not calibrated", "--scale"));
+    check_refuses("pgii", HEAD("[uA]") ROWS, FF_ERR_UNSUPPORTED, 5, WORDS("in 'uA'", "not calibrated"));
     check_refuses("pgii", "#colorimetry: CIE-Lab\n", FF_ERR_FORMAT, 1, WORDS("'CIE-Lab'", "CIE-XYZ"));
     check_refuses("pgii", "#datapoints_in_file some\n", FF_ERR_FORMAT, 1, WORDS("'some'", "whole number"));
     check_refuses("pgii", HEAD("BSDF") "1 2\n", FF_ERR_FORMAT, 6, WORDS("found 2 numbers", "expected 3"));
@@ -104,7 +104,8 @@ static int test_real(void)
     ff_read_options o;
     ff_read_options_init(&o);
     ff_status s = ff_table_read_with(path, &o, &t, &err);
-    CHECK(s == FF_ERR_UNSUPPORTED && strstr(err.message, "uA") && strstr(err.message, "--scale"), "%d %s", s, err.message);
+    CHECK(s == FF_ERR_UNSUPPORTED && strstr(err.message, "uA") && err.hint == FF_HINT_SCALE, "%d %s, hint %d", s, err.message,
+          (int)err.hint);
     o.scale = 2;
     if (!CHECK(ff_table_read_with(path, &o, &t, &err) == FF_OK, "%s:%ld: %s", path, err.line, err.message)) return 1;
     size_t size, n = 0, negative = 0, brightest = 0;

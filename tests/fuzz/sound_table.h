@@ -14,6 +14,8 @@ static inline const char *unsound_table(const ff_table *t, const char *format)
     if (strcmp(t->format, format)) UNSOUND("format '%s', expected '%s'", t->format, format);
     if (t->n == 0 || t->n_channels == 0 || !t->channels || !t->value || !t->valid) UNSOUND("%zu samples, %zu channels", t->n, t->n_channels);
     if (!memchr(t->note, '\0', sizeof t->note)) UNSOUND("the note has no end");
+    for (size_t k = 0; k < FF_TABLE_NOTES; k++)
+        if (t->note_hint[k] >= FF_HINT_COUNT) UNSOUND("note %zu has no such hint", k);
     size_t invalid = 0, negative = 0;
     for (size_t i = 0; i < t->n; i++) {
         int below_zero = 0;

@@ -1,0 +1,251 @@
+/* What a result should be taken with: how it ended, bounds, what the data do not determine or tell apart, samples that pull. */
+#include "internal_result.h"
+#include <math.h>
+#include <stdlib.h>
+
+/* Parameters that go together by this much can hardly be told apart. */
+#define CORRELATED 0.99
+
+/* ---- of many channels ------------------------------------------------------------------------ */
+
+/* Channels with the same trouble. */
+typedef struct channels {
+    size_t n, *at; /* [n] rising */
+} channels;
+
+static ff_status channels_new(const ff_fit_result *r, channels *out)
+{
+    *out = (channels){0, malloc((r->n_channels + 1) * sizeof *out->at)};
+    return out->at ? FF_OK : FF_ERR_MEMORY;
+}
+
+/* Nothing where there are none. */
+static ff_status say_of_channels(ff_warning_code code, const ff_warning_parameter *parameter, size_t n_parameters,
+                                 const channels *c, const double *value, ff_fit_result *r)
+{
+    ff_warning w = {.code = code, .n_parameters = n_parameters, .n_channels = c->n, .parameter = parameter, .channel = c->at};
+    for (size_t k = 0; k < FF_WARNING_VALUES && ff_warning_kind_of((int)code)->value[k]; k++) w.value[k] = value[k];
+    return c->n ? ff_warnings_add(&r->warnings, &w) : FF_OK;
+}
+
+static ff_warning_parameter of_channel(uint32_t k)
+{
+    return (ff_warning_parameter){-1 - (int)k, FF_NO_CHANNEL};
+}
+
+/* ---- bounds ---------------------------------------------------------------------------------- */
+
+/* Is the bound one that the caller gave? */
+static int is_given(const ff_model_param *p, int bound)
+{
+    return bound < 0 ? p->lo != p->info->lo : p->hi != p->info->hi;
+}
+
+static ff_status warn_at_bound(const ff_layout *l, size_t k, ff_fit_result *r)
+{
+    const ff_model_param *param = ff_layout_param(l, k, NULL);
+    const ff_fit_value *v = ff_result_value(l, r, k);
+    if (ff_is_of_channel(l->m, param) || !v->at_bound) return FF_OK; /* those of channels are named together */
+    const double value[] = {v->value, v->at_bound, is_given(param, v->at_bound)};
+    return ff_layout_warn(l, k, FF_WARNING_AT_BOUND, value, &r->warnings);
+}
+
+static double bound_at(const ff_layout *l, size_t c, uint32_t k, int bound)
+{
+    return bound < 0 ? ff_layout_lo(l, c, k) : ff_layout_hi(l, c, k);
+}
+
+/* Is parameter k of channel c on the bound that it has in channel `first`? */
+static int is_on_bound(const ff_layout *l, const ff_fit_result *r, uint32_t k, int bound, size_t first, size_t c)
+{
+    const ff_fit_value *v = &r->channel_value[c * l->m->n_channel + k];
+    return v->at_bound == bound && !v->tied && bound_at(l, c, k, bound) == bound_at(l, first, k, bound);
+}
+
+/* One warning for all channels whose parameter k lies on the same bound as in channel `first`, unless an earlier one does. */
+static ff_status warn_channels_at_bound(const ff_layout *l, uint32_t k, int bound, size_t first, ff_fit_result *r)
+{
+    const ff_warning_parameter parameter = of_channel(k);
+    const ff_param *info = l->m->channel[k].info;
+    const double value[] = {r->channel_value[first * l->m->n_channel + k].value, bound,
+                            bound_at(l, first, k, bound) != (bound < 0 ? info->lo : info->hi)};
+    channels on;
+    if (!is_on_bound(l, r, k, bound, first, first)) return FF_OK;
+    ff_status s = channels_new(r, &on);
+    for (size_t c = 0; c < r->n_channels && !s; c++)
+        if (is_on_bound(l, r, k, bound, first, c)) on.at[on.n++] = c;
+    const int one_for_all = r->n_channels == 1 || r->channel_value[l->m->n_channel + k].follows == -1 - (int)k,
+              said = !s && on.at[0] < first;
+    const ff_warning w = {
+        .code = FF_WARNING_AT_BOUND, .n_parameters = 1, .parameter = &parameter, .value = {value[0], value[1], value[2]}};
+    if (!s && !said && one_for_all) s = ff_warnings_add(&r->warnings, &w);
+    if (!s && !said && !one_for_all) s = say_of_channels(FF_WARNING_AT_BOUND, &parameter, 1, &on, value, r);
+    free(on.at);
+    return s;
+}
+
+/* ---- what the data say nothing of ------------------------------------------------------------ */
+
+static ff_status warn_undetermined(const ff_layout *l, size_t k, ff_fit_result *r)
+{
+    const ff_fit_value *v = ff_result_value(l, r, k);
+    if (v->at_bound || v->held || !r->correlation || !isnan(v->std_error)) return FF_OK;
+    return ff_layout_warn(l, k, FF_WARNING_NOT_DETERMINED, NULL, &r->warnings);
+}
+
+/* Index in the model of a channel's own coordinate k. */
+static uint32_t own_index(const ff_layout *l, size_t k)
+{
+    return (uint32_t)(ff_layout_param(l, l->n_shared + k, NULL) - l->m->channel);
+}
+
+/* One warning for all channels whose own coordinate k is not determined. */
+static ff_status warn_channels_undetermined(const ff_layout *l, size_t k, ff_fit_result *r)
+{
+    const ff_warning_parameter parameter = of_channel(own_index(l, k));
+    channels in;
+    ff_status s = channels_new(r, &in);
+    for (size_t c = 0; c < r->n_channels && !s; c++) {
+        const ff_fit_value *v = ff_result_value(l, r, l->n_shared + c * l->n_own + k);
+        if (!v->at_bound && !v->held && isnan(v->std_error)) in.at[in.n++] = c;
+    }
+    if (!s) s = say_of_channels(FF_WARNING_NOT_DETERMINED, &parameter, 1, &in, NULL, r);
+    free(in.at);
+    return s;
+}
+
+/* ---- what the data do not tell apart --------------------------------------------------------- */
+
+static ff_status warn_pair(ff_warning_parameter a, ff_warning_parameter b, double correlation, ff_fit_result *r)
+{
+    const ff_warning_parameter pair[] = {a, b};
+    const ff_warning w = {.code = FF_WARNING_CORRELATED, .n_parameters = 2, .parameter = pair, .value = {correlation}};
+    return fabs(correlation) >= CORRELATED ? ff_warnings_add(&r->warnings, &w) : FF_OK;
+}
+
+/* Pairs of the first n parameters. */
+static ff_status warn_correlated(const ff_layout *l, size_t n, ff_fit_result *r)
+{
+    ff_status s = FF_OK;
+    for (size_t i = 0; i < n; i++)
+        for (size_t j = 0; j < i && !s; j++) {
+            const int x = ff_result_value(l, r, i)->column, y = ff_result_value(l, r, j)->column;
+            if (x < 0 || y < 0) continue;
+            s = warn_pair(ff_layout_warned(l, j), ff_layout_warned(l, i), r->correlation[(size_t)x * r->n_columns + (size_t)y], r);
+        }
+    return s;
+}
+
+/* One warning for all channels in which parameter k goes with `other`, a column of the shape or (from n_columns on) a parameter of
+ * the channel. */
+static ff_status warn_channels_pair(const ff_layout *l, uint32_t k, size_t other, ff_warning_parameter name, ff_fit_result *r)
+{
+    const size_t N = l->m->n_channel, width = r->n_columns + N;
+    const ff_warning_parameter pair[] = {name, of_channel(k)};
+    double most = 0;
+    channels in;
+    ff_status s = channels_new(r, &in);
+    for (size_t c = 0; c < r->n_channels && !s; c++) {
+        const double v = r->channel_correlation[(c * N + k) * width + other];
+        if (!(fabs(v) >= CORRELATED)) continue;
+        in.at[in.n++] = c;
+        if (fabs(v) > fabs(most)) most = v;
+    }
+    if (!s) s = say_of_channels(FF_WARNING_CORRELATED, pair, 2, &in, &most, r);
+    free(in.at);
+    return s;
+}
+
+static ff_status warn_channels_correlated(const ff_layout *l, ff_fit_result *r)
+{
+    ff_status s = warn_correlated(l, l->n_shared, r);
+    for (size_t k = 0; k < l->n_own; k++) {
+        for (size_t j = 0; j < l->n_shared && !s; j++) {
+            const ff_fit_value *v = ff_result_value(l, r, j);
+            if (v->column >= 0) s = warn_channels_pair(l, own_index(l, k), (size_t)v->column, ff_layout_warned(l, j), r);
+        }
+        for (size_t j = 0; j < k && !s; j++)
+            s = warn_channels_pair(l, own_index(l, k), r->n_columns + own_index(l, j), of_channel(own_index(l, j)), r);
+    }
+    return s;
+}
+
+/* ---- parameters ------------------------------------------------------------------------------ */
+
+static ff_status warn_of_parameters(const ff_layout *l, ff_fit_result *r)
+{
+    const int many = l->arrow && l->n_channels > FF_CHANNELS_NAMED;
+    ff_status s = FF_OK;
+    for (size_t k = 0; k < l->P && !s; k++) {
+        s = warn_at_bound(l, k, r);
+        if (many && ff_is_of_channel(l->m, ff_layout_param(l, k, NULL))) continue; /* they are named together */
+        if (!s) s = warn_undetermined(l, k, r);
+    }
+    for (size_t k = 0; k < l->n_own && many && r->correlation && !s; k++) s = warn_channels_undetermined(l, k, r);
+    for (uint32_t k = 0; k < l->m->n_channel && !s; k++) {
+        if (l->m->channel[k].flags & FF_PARAM_HELD) continue;
+        for (int bound = -1; bound <= 1; bound += 2)
+            for (size_t c = 0; c < l->n_channels && !s; c++) s = warn_channels_at_bound(l, k, bound, c, r);
+    }
+    if (s || !r->correlation) return s;
+    return r->channel_correlation ? warn_channels_correlated(l, r) : warn_correlated(l, l->P, r);
+}
+
+/* ---- samples --------------------------------------------------------------------------------- */
+
+static ff_status warn_of_dark_channels(const struct ff_problem *p, ff_fit_result *r)
+{
+    channels dark, one = {.n = 1};
+    ff_status s = channels_new(r, &dark);
+    for (size_t c = 0; c < p->n_channels && p->n_channels > 1 && !s; c++)
+        if (p->channel_mean[c] == 0) dark.at[dark.n++] = c;
+    if (!s && p->n_channels > FF_CHANNELS_NAMED) s = say_of_channels(FF_WARNING_DARK_CHANNEL, NULL, 0, &dark, NULL, r);
+    for (size_t k = 0; k < dark.n && p->n_channels <= FF_CHANNELS_NAMED && !s; k++) {
+        one.at = &dark.at[k];
+        s = say_of_channels(FF_WARNING_DARK_CHANNEL, NULL, 0, &one, NULL, r);
+    }
+    free(dark.at);
+    return s;
+}
+
+static ff_status warn_of_sigma(const ff_layout *l, const struct ff_problem *p, ff_fit_result *r)
+{
+    const size_t n = p->n * p->n_channels;
+    if (p->selection.weighting != FF_WEIGHT_SIGMA || n <= l->P) return FF_OK;
+    const double chi2 = 2 * r->residual.objective / (double)(n - l->P);
+    return chi2 > 2 || chi2 < 0.5 ? ff_warnings_say(&r->warnings, FF_WARNING_SIGMA_MISMATCH, &chi2) : FF_OK;
+}
+
+static ff_status warn_of_samples(const struct ff_problem *p, ff_fit_result *r)
+{
+    const double run = (double)r->correlated_over, top[] = {(double)p->selection.at_top, p->selection.top},
+                 negative = (double)p->selection.negative;
+    ff_status s = FF_OK;
+    if (r->correlation && !r->correlation_settled) s = ff_warnings_say(&r->warnings, FF_WARNING_ERRORS_TOO_SMALL, &run);
+    if (!s && p->selection.at_top) s = ff_warnings_say(&r->warnings, FF_WARNING_SATURATED, top);
+    if (!s) s = warn_of_dark_channels(p, r);
+    if (!s && negative > 0) s = ff_warnings_say(&r->warnings, FF_WARNING_NEGATIVE_VALUES, &negative);
+    return s;
+}
+
+/* ---- the whole ------------------------------------------------------------------------------- */
+
+static ff_status warn_of_outcome(ff_fit_result *r)
+{
+    const double iterations = r->iterations;
+    if (r->outcome == FF_LIMIT) return ff_warnings_say(&r->warnings, FF_WARNING_ITERATION_LIMIT, &iterations);
+    return r->outcome == FF_STALLED ? ff_warnings_say(&r->warnings, FF_WARNING_STALLED, NULL) : FF_OK;
+}
+
+ff_status ff_result_warnings(const ff_plan *plan, ff_fit_result *r)
+{
+    const ff_layout *l = &plan->l;
+    const struct ff_problem *p = plan->p;
+    const int turns = r->correlation && r->has_ellipse && !l->m->lobe[0].isotropic && l->mode != FF_ISOTROPIC_MODE;
+    ff_status s = warn_of_outcome(r);
+    if (!s) s = warn_of_parameters(l, r);
+    if (!s) s = ff_penalties_warnings(plan, r->residual.objective, &r->warnings);
+    if (!s && turns && !r->ellipse.phi_determined) s = ff_warnings_say(&r->warnings, FF_WARNING_ORIENTATION_NOT_DETERMINED, NULL);
+    if (!s) s = warn_of_samples(p, r);
+    return s ? s : warn_of_sigma(l, p, r);
+}

@@ -1,0 +1,44 @@
+/** @file ff_words.h  What a person reads of the codes of the library: one sentence of a warning, an error or a reader's note.
+ *
+ *  The library says what is so, in codes and numbers. Here it becomes a sentence, which may name flags of the program `facetfit`;
+ *  a program with other ways to be told makes its own sentences of the same codes.
+ *  Numbers  do not depend on the locale.
+ *  Threads  no global state. */
+#ifndef FF_WORDS_H
+#define FF_WORDS_H
+#include "ff_fit.h"
+#include "ff_ndf.h"
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/** Longest text of a sentence, its end included: of 16 parameters in channels with the longest names, and of the longest note. */
+enum { FF_WORDS_SENTENCE = 2560 };
+
+/** What a warning is about: a fit or a retrieved distribution, one of them NULL, and the problem whose channels it counts. */
+typedef struct ff_words_subject {
+    const ff_problem *problem;
+    const ff_fit_result *fit;
+    const ff_ndf_result *retrieved;
+} ff_words_subject;
+
+/** A warning of s as a sentence without a full stop: "kd (12 of 121 channels, 400nm to 500nm) is on its lower bound, 0". Returns
+ *  out. */
+const char *ff_words_warning(const ff_words_subject *s, const ff_warning *w, char out[FF_WORDS_SENTENCE]);
+
+/** Name of a parameter of a fit: "alpha_x". */
+const char *ff_words_parameter(const ff_fit_result *fit, const ff_warning_parameter *p);
+
+/** What follows the message that has the hint: "; say --scale, the 1/sr of one of them", "" for FF_HINT_NONE and what is none. */
+const char *ff_words_hint(ff_hint hint);
+
+/** As ff_error_format, with what the hint says behind it. */
+void ff_words_error(const ff_error *err, char *out, size_t size);
+
+/** The k-th note of t with what its hint says behind it, into out; NULL when there are not so many. Returns out. */
+const char *ff_words_note(const ff_table *t, size_t k, char out[FF_WORDS_SENTENCE]);
+
+#ifdef __cplusplus
+}
+#endif
+#endif
