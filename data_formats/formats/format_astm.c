@@ -12,7 +12,9 @@
 #include "ff_output.h"
 #include "base/internal_input.h"
 #include "base/internal_number.h"
+#include "base/internal_tokens.h"
 #include "data_formats/table/internal_table.h"
+#include <limits.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -63,11 +65,15 @@ static int probe(const unsigned char *head, size_t n, int64_t file_size)
 
 static ff_status read_points(astm *a, const char *text)
 {
-    char found[FF_QUOTE];
-    double points = 0;
-    const char *end = ff_number_read(text, &points);
-    if (end) end += strspn(end, " \t");
-    if (!end || *end != '\0' || !(points >= 1 && points <= 9007199254740992.0) || points != floor(points))
+    char found[FF_QUOTE], word[32];
+    uint64_t points = 0;
+    const size_t length = strcspn(text, " \t");
+    if (length < sizeof word && text[length + strspn(text + length, " \t")] == '\0') {
+        memcpy(word, text, length);
+        word[length] = '\0';
+        if (!ff_whole_number(word, LONG_MAX - 1, &points)) points = 0;
+    }
+    if (points < 1)
         return ff_error_set(a->err, FF_ERR_FORMAT, a->path, a->lines.line, -1, "NUM_POINTS: found %s, expected a whole number >= 1",
                             ff_quote(text, strlen(text), found));
     a->points = (long)points;

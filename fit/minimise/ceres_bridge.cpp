@@ -19,14 +19,11 @@ double PowerOfTwo(double v)
 /// What the residual and the parameters are measured in. Ceres has constants of its own (a 1 that is added to the lengths of
 /// columns, the least diagonal of its damping, one norm over all parameters), so it gets a problem without units: at the start the
 /// residual has a length near 1 and every column of its Jacobian one near COLUMN, long against those constants as with many
-/// samples. A column that is 0 there keeps its unit.
+/// samples. No unit is larger than the parameter itself or 1, what a roughness, a reflectance or a logarithm is measured in: a
+/// parameter that moves little at a bad start (eta in a conductor's valley) would take steps over its whole range.
 constexpr double COLUMN = 1024;
-/// A column that is shorter than this beside the residual moves nothing: in its unit the parameter would take any step.
+/// A column that is shorter than this beside the residual moves nothing, and its parameter keeps its unit.
 constexpr double LEAST = 1e-20;
-/// Residuals of at least this length, and of no more than its inverse, are what those constants are made for: they stay as they are.
-constexpr double ORDINARY = 1e-3;
-/// Unless a parameter has another magnitude than they, and so a column that is fainter than this beside them.
-constexpr double FAINT = 1e-9;
 
 struct Units {
     double residual = 1;
@@ -36,17 +33,10 @@ struct Units {
     {
         std::vector<double> r(p.n + 1), jacobian((p.n + 1) * p.n);
         if (p.evaluate(p.context, x, r.data(), jacobian.data()) != FF_OK) return;
-        const double length = Length(r.data(), p.n + 1, 1);
-        int ordinary = length > ORDINARY && length < 1 / ORDINARY;
+        residual = PowerOfTwo(Length(r.data(), p.n + 1, 1));
         for (size_t k = 0; k < p.n; k++) {
-            const double column = Length(&jacobian[k], p.n + 1, p.n);
-            if (column > length * LEAST && column < length * FAINT) ordinary = 0;
-        }
-        if (ordinary) return;
-        residual = PowerOfTwo(length);
-        for (size_t k = 0; k < p.n; k++) {
-            const double column = Length(&jacobian[k], p.n + 1, p.n);
-            if (column > residual * LEAST) parameter[k] = COLUMN * PowerOfTwo(residual / column);
+            const double column = Length(&jacobian[k], p.n + 1, p.n), most = PowerOfTwo(std::fmax(1, std::fabs(x[k])));
+            if (column > residual * LEAST) parameter[k] = std::fmin(COLUMN * PowerOfTwo(residual / column), most);
         }
     }
 
