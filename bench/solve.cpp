@@ -84,10 +84,9 @@ Start make_start(const ff_model &m, std::size_t n_channels)
     return start;
 }
 
-double parameter(const ff_model &m, const ff_fit_result &fit, const char *name)
+double parameter(const ff_fit_result &fit, const char *name)
 {
-    const int k = ff_model_param_find(&m, name);
-    return k >= 0 ? fit.shape_value[k].value : fit.channel_value[-1 - k].value;
+    return ff_fit_result_find(&fit, name, 0)->value;
 }
 
 /** One repeat: a new problem and a fit; prints its object. */
@@ -105,8 +104,8 @@ void run(const ff_table &t, const ff_model &m, const ff_fit_options &o)
                 "\"%s\", \"cost\": "
                 "%.17g, \"parameters\": [%.17g, %.17g, %.17g, %.17g]}",
                 o.threads, made - begin, end - made, fit.iterations, fit.passes, ff_outcome_name(fit.outcome),
-                fit.residual.objective, parameter(m, fit, "alpha_x"), parameter(m, fit, "alpha_y"), parameter(m, fit, "r_xy"),
-                parameter(m, fit, "f0"));
+                fit.residual.objective, parameter(fit, "alpha_x"), parameter(m, fit, "alpha_y"), parameter(m, fit, "r_xy"),
+                parameter(fit, "f0"));
     ff_fit_result_free(&fit);
     ff_problem_free(problem);
 }

@@ -177,12 +177,12 @@ static ff_status put_channels(const ndf_report *n, FILE *out)
 static void shape_cell(ff_text_table *t, const ff_fit_result *fit, int retrieved)
 {
     char alpha[FF_TEXT_NUMBER], gamma[FF_TEXT_NUMBER];
-    const int g = ff_model_param_find(&fit->model, "gamma");
+    const ff_fit_value *g = ff_fit_result_find(fit, "gamma", 0);
     ff_text_number(fit->shape_value[0].value, 4, alpha);
     if (retrieved)
         ff_text_cell(t, "-");
-    else if (g >= 0)
-        ff_text_cell(t, "%s gamma=%s", alpha, ff_text_number(fit->shape_value[g].value, 4, gamma));
+    else if (g)
+        ff_text_cell(t, "%s gamma=%s", alpha, ff_text_number(g->value, 4, gamma));
     else
         ff_text_cell(t, "%s", alpha);
 }
@@ -302,7 +302,7 @@ static void json_fits(ff_json *j, const ff_ndf_result *r)
         ff_json_object(j, NULL, FF_JSON_LINE);
         ff_json_string(j, "model", expression);
         ff_json_number(j, "alpha", fit->shape_value[0].value);
-        if (i == FF_NDF_STUDENT_T) ff_json_number(j, "gamma", fit->shape_value[ff_model_param_find(&fit->model, "gamma")].value);
+        if (i == FF_NDF_STUDENT_T) ff_json_number(j, "gamma", ff_fit_result_find(fit, "gamma", 0)->value);
         ff_json_number(j, "objective", fit->residual.objective);
         ff_json_number(j, "rmse", fit->residual.rmse);
         ff_report_rmses_json(j, &fit->residual);

@@ -194,7 +194,7 @@ typedef struct ff_fit_value {
     int at_bound;                /**< -1 on its lower bound, +1 on its upper, 0 otherwise                */
     int held;                    /**< 1: not fitted (fixed by the shape, or held at its initial value)   */
     int tied;                    /**< 1: not a parameter of its own, equal to another one (alpha_y of an isotropic shape) */
-    int follows;                 /**< of a tied one: that parameter, as ff_model_param_find says; else FF_PARAM_NONE */
+    ff_param_ref follows;        /**< of a tied one: that parameter; else none                                 */
     size_t follows_channel;      /**< and its channel, 0 for a shared one                                      */
     double prior_mean, prior_sd; /**< NaN where it had no prior                                           */
     int column;                  /**< index into correlation, -1 when it has none                        */
@@ -252,6 +252,13 @@ typedef struct ff_fit_result {
                                   with sigma weights 2 objective + 2 n_free, + n_free ln n     */
     ff_warnings warnings;    /**< what it should be taken with                            */
 } ff_fit_result;
+
+/** A number of the result: the parameter at a place of its model, in channel c where it has a value in each (else c is not read).
+ *  It belongs to r. NULL when there is no such parameter or channel. */
+const ff_fit_value *ff_fit_result_at(const ff_fit_result *r, ff_param_ref ref, size_t c);
+
+/** The same by the name of the parameter: "alpha_x", "lobe2.f0". */
+const ff_fit_value *ff_fit_result_find(const ff_fit_result *r, const char *name, size_t c);
 
 /** Estimates the scale of a robust loss from the residuals of m: for every value a standard deviation, by the median absolute
  * residual of values of about its magnitude (Hampel 1974). It stays with p and serves all fits whose robust_scale is 0, so that

@@ -61,7 +61,7 @@ static ff_status add_base(ff_model *m, uint32_t b, ff_error *err)
     base->channel0 = m->n_channel;
     const ff_term *term = &ff_diffuse_at(base->diffuse)->term;
     int taken = 0; /* a name that the first base has: the second one's say whose they are */
-    for (uint32_t i = 0; i < term->n_params; i++) taken |= ff_model_param_find(m, term->params[i].name) != FF_PARAM_NONE;
+    for (uint32_t i = 0; i < term->n_params; i++) taken |= ff_model_param_find(m, term->params[i].name).kind != FF_PARAM_NONE;
     const ff_status s = add_params(m, term, 0, m->n_lobes + b, taken ? "base2" : NULL, err);
     base->n_shape = m->n_shape - base->shape0;
     base->n_channel = m->n_channel - base->channel0;

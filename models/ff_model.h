@@ -65,10 +65,12 @@ uint32_t ff_model_set_table(ff_model *m, const struct ff_profile_table *table);
 /** Initial values: shape [n_shape], channel [n_channels][n_channel]. Either may be NULL. */
 void ff_model_defaults(const ff_model *m, size_t n_channels, double *shape, double *channel);
 
-/** Index of a parameter by name: >= 0 into shape; -1 - k for per-channel parameter k; FF_PARAM_NONE when unknown.
- *  "alpha" is not a parameter (see ff_model_set). */
-enum { FF_PARAM_NONE = INT32_MIN };
-int ff_model_param_find(const ff_model *m, const char *name);
+/** Place of a parameter by name; kind FF_PARAM_NONE when unknown. "alpha" is not a parameter where there are two axes (see
+ *  ff_model_set). */
+ff_param_ref ff_model_param_find(const ff_model *m, const char *name);
+
+/** The parameter at a place of m; NULL when there is none. */
+const ff_model_param *ff_model_param_at(const ff_model *m, ff_param_ref ref);
 
 /** Applies one assignment "name=v" or, for a per-channel parameter, "name=v1:v2:..." with one value (all channels) or n_channels.
  *  "alpha=v" sets alpha_x and alpha_y (also "lobe2.alpha=v"). Numbers are decimal, with an exponent or without, in any locale.

@@ -33,6 +33,25 @@ void ff_model_weights(const ff_model *m, const double *shape, double *weight, do
 
 /* ---- parameters.c ---------------------------------------------------------------------------- */
 
+/* Do both mean the same parameter of a model? */
+static inline int ff_param_is(ff_param_ref a, ff_param_ref b)
+{
+    return a.kind == b.kind && a.index == b.index;
+}
+
+/* Place of a parameter that is one of m's. */
+static inline ff_param_ref ff_model_param_ref(const ff_model *m, const ff_model_param *p)
+{
+    return p >= m->channel && p < m->channel + m->n_channel ? (ff_param_ref){FF_PARAM_CHANNEL, (uint32_t)(p - m->channel)}
+                                                            : (ff_param_ref){FF_PARAM_SHAPE, (uint32_t)(p - m->shape)};
+}
+
+/* The parameter at a place that m has, to be changed. */
+static inline ff_model_param *ff_model_param_of(ff_model *m, ff_param_ref ref)
+{
+    return ref.kind == FF_PARAM_SHAPE ? &m->shape[ref.index] : &m->channel[ref.index];
+}
+
 /* FF_ERR_UNKNOWN with the names that exist. */
 ff_status ff_model_unknown_param(const ff_model *m, const char *name, ff_error *err);
 

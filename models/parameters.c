@@ -25,13 +25,25 @@ uint32_t ff_model_set_table(ff_model *m, const struct ff_profile_table *table)
     return count;
 }
 
-int ff_model_param_find(const ff_model *m, const char *name)
+ff_param_ref ff_model_param_find(const ff_model *m, const char *name)
 {
     for (uint32_t k = 0; k < m->n_shape; k++)
-        if (strcmp(m->shape[k].name, name) == 0) return (int)k;
+        if (strcmp(m->shape[k].name, name) == 0) return (ff_param_ref){FF_PARAM_SHAPE, k};
     for (uint32_t k = 0; k < m->n_channel; k++)
-        if (strcmp(m->channel[k].name, name) == 0) return -1 - (int)k;
-    return FF_PARAM_NONE;
+        if (strcmp(m->channel[k].name, name) == 0) return (ff_param_ref){FF_PARAM_CHANNEL, k};
+    return (ff_param_ref){FF_PARAM_NONE, 0};
+}
+
+const ff_model_param *ff_model_param_at(const ff_model *m, ff_param_ref ref)
+{
+    if (ref.kind == FF_PARAM_SHAPE && ref.index < m->n_shape) return &m->shape[ref.index];
+    if (ref.kind == FF_PARAM_CHANNEL && ref.index < m->n_channel) return &m->channel[ref.index];
+    return NULL;
+}
+
+static int has(const ff_model *m, const char *name)
+{
+    return ff_model_param_find(m, name).kind != FF_PARAM_NONE;
 }
 
 static ff_status out_of_box(const ff_model_param *p, double value, ff_error *err)
@@ -67,16 +79,15 @@ static int alpha_axis(const char *name, char axis, char *out, size_t size)
 
 int ff_model_alpha_axes(const ff_model *m, const char *name, char x[FF_PARAM_NAME], char y[FF_PARAM_NAME])
 {
-    if (strlen(name) >= FF_PARAM_NAME - 2 || ff_model_param_find(m, name) != FF_PARAM_NONE) return 0;
-    return alpha_axis(name, 'x', x, FF_PARAM_NAME) && alpha_axis(name, 'y', y, FF_PARAM_NAME) &&
-           ff_model_param_find(m, x) != FF_PARAM_NONE;
+    if (strlen(name) >= FF_PARAM_NAME - 2 || has(m, name)) return 0;
+    return alpha_axis(name, 'x', x, FF_PARAM_NAME) && alpha_axis(name, 'y', y, FF_PARAM_NAME) && has(m, x);
 }
 
 static ff_status hold_one(ff_model *m, const char *name, int held, double value, ff_error *err)
 {
-    const int k = ff_model_param_find(m, name);
-    if (k == FF_PARAM_NONE) return ff_model_unknown_param(m, name, err);
-    ff_model_param *p = k >= 0 ? &m->shape[k] : &m->channel[-1 - k];
+    const ff_param_ref at = ff_model_param_find(m, name);
+    if (at.kind == FF_PARAM_NONE) return ff_model_unknown_param(m, name, err);
+    ff_model_param *p = ff_model_param_of(m, at);
     if (held && !inside(p->info, value)) return out_of_box(p, value, err);
     if (held) p->init = value;
     p->flags = held ? p->flags | FF_PARAM_HELD : p->flags & ~(uint32_t)FF_PARAM_HELD;
@@ -104,9 +115,9 @@ ff_status ff_model_free(ff_model *m, const char *name, ff_error *err)
 
 static ff_status bound_one(ff_model *m, const char *name, double lo, double hi, ff_error *err)
 {
-    const int k = ff_model_param_find(m, name);
-    if (k == FF_PARAM_NONE) return ff_model_unknown_param(m, name, err);
-    ff_model_param *p = k >= 0 ? &m->shape[k] : &m->channel[-1 - k];
+    const ff_param_ref at = ff_model_param_find(m, name);
+    if (at.kind == FF_PARAM_NONE) return ff_model_unknown_param(m, name, err);
+    ff_model_param *p = ff_model_param_of(m, at);
     if (!(lo < hi))
         return ff_error_set(err, FF_ERR_RANGE, NULL, 0, -1, "the bounds of %s must rise, found %g and %g", p->name, lo, hi);
     if (!inside(p->info, lo) || !inside(p->info, hi))
@@ -136,20 +147,20 @@ ff_status ff_model_bound(ff_model *m, const char *name, double lo, double hi, ff
 static ff_status set_one(const ff_model *m, size_t n_channels, const char *name, const double *values, size_t n_values,
                          double *shape, double *channel, ff_error *err)
 {
-    const int k = ff_model_param_find(m, name);
-    if (k == FF_PARAM_NONE) return ff_model_unknown_param(m, name, err);
-    const ff_model_param *p = k >= 0 ? &m->shape[k] : &m->channel[-1 - k];
-    if (k >= 0 && n_values != 1)
+    const ff_param_ref at = ff_model_param_find(m, name);
+    const ff_model_param *p = ff_model_param_at(m, at);
+    if (!p) return ff_model_unknown_param(m, name, err);
+    if (at.kind == FF_PARAM_SHAPE && n_values != 1)
         return ff_error_set(err, FF_ERR_SYNTAX, NULL, 0, -1, "%s takes one value, found %zu", name, n_values);
-    if (k < 0 && n_values != 1 && n_values != n_channels)
+    if (at.kind == FF_PARAM_CHANNEL && n_values != 1 && n_values != n_channels)
         return ff_error_set(err, FF_ERR_SYNTAX, NULL, 0, -1, "%s takes one value or one per channel (%zu), found %zu", name,
                             n_channels, n_values);
     for (size_t i = 0; i < n_values; i++)
         if (!inside(p->info, values[i])) return out_of_box(p, values[i], err);
-    if (k >= 0)
-        shape[k] = values[0];
+    if (at.kind == FF_PARAM_SHAPE)
+        shape[at.index] = values[0];
     else
-        for (size_t c = 0; c < n_channels; c++) channel[c * m->n_channel + (size_t)(-1 - k)] = values[n_values == 1 ? 0 : c];
+        for (size_t c = 0; c < n_channels; c++) channel[c * m->n_channel + at.index] = values[n_values == 1 ? 0 : c];
     return FF_OK;
 }
 
@@ -179,7 +190,7 @@ ff_status ff_model_set(const ff_model *m, size_t n_channels, const char *assignm
         if (s) return s;
         text = colon ? colon + 1 : NULL;
     }
-    if (ff_model_param_find(m, name) != FF_PARAM_NONE || !alpha_axis(name, 'x', axis, sizeof axis))
+    if (has(m, name) || !alpha_axis(name, 'x', axis, sizeof axis))
         return set_one(m, n_channels, name, values, n_values, shape, channel, err);
     /* both axes or, when one is refused, neither: they have the same box and the same number of values */
     ff_status s = set_one(m, n_channels, axis, values, n_values, shape, channel, err);

@@ -50,7 +50,7 @@ const char *ff_report_channel_param(const ff_problem *p, const ff_fit_result *f,
 
 const ff_model_param *ff_report_followed(const ff_fit_result *f, const ff_fit_value *v)
 {
-    return v->follows >= 0 ? &f->model.shape[v->follows] : &f->model.channel[-1 - v->follows];
+    return ff_model_param_at(&f->model, v->follows);
 }
 
 /* Has channel parameter k one value for all channels? */

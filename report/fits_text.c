@@ -88,9 +88,9 @@ static const char *value_note(const ff_problem *p, const ff_fit_result *f, const
 {
     char name[FF_REPORT_NAME], mean[FF_TEXT_NUMBER], sd[FF_TEXT_NUMBER];
     if (v->tied) {
-        const char *followed = v->follows >= 0
-                                   ? f->model.shape[v->follows].name
-                                   : ff_report_channel_param(p, f, (uint32_t)(-1 - v->follows), v->follows_channel, name);
+        const char *followed = v->follows.kind == FF_PARAM_SHAPE
+                                   ? f->model.shape[v->follows.index].name
+                                   : ff_report_channel_param(p, f, v->follows.index, v->follows_channel, name);
         snprintf(out, FF_TEXT_CELL, "= %s", followed);
         return out;
     }

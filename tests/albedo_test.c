@@ -47,11 +47,11 @@ static void furnace(const lobe *l, tally *t, const char *what)
             double wo[3];
             ff_integral out = {NAN, NAN};
             ff_error err = {0};
-            const int x = ff_model_param_find(&l->model, "slope_x"), y = ff_model_param_find(&l->model, "slope_y");
-            const int directed = ff_model_param_find(&l->model, "alpha_x") != FF_PARAM_NONE;
+            const ff_param_ref x = ff_model_param_find(&l->model, "slope_x"), y = ff_model_param_find(&l->model, "slope_y");
+            const int directed = ff_model_param_find(&l->model, "alpha_x").kind != FF_PARAM_NONE;
             if (p > 0 && (i == 0 || !directed)) continue;
             view(thetas[i], phis[p], wo);
-            const double seen = wo[2] - (x >= 0 ? l->shape[x] * wo[0] : 0) - (y >= 0 ? l->shape[y] * wo[1] : 0);
+            const double seen = wo[2] - (x.kind ? l->shape[x.index] * wo[0] : 0) - (y.kind ? l->shape[y.index] * wo[1] : 0);
             const ff_status status = ff_albedo_weak_furnace(&l->model, FF_ISA_BEST, l->shape, 0, wo, &out, &err);
             if (seen <= 0) { /* the mesosurface is seen from below: refused */
                 FF_CHECK(status == FF_ERR_RANGE, "%s: theta %g phi %g", what, thetas[i], phis[p]);
@@ -81,7 +81,7 @@ static void furnace_stretched(const lobe *base, int centred, tally *t)
     static const double alphas[][2] = {{0.05, 0.05}, {0.05, 1.5}, {1.5, 0.05}, {0.4, 0.2}, {1.5, 1.5}}, rs[] = {0, 0.9, -0.9};
     static const double slopes[][2] = {{0, 0}, {0.2, -0.1}, {-0.3, 0.25}};
     static const char *const gammas[] = {"gamma=1.6 ", "gamma=3.7 ", "gamma=12 "};
-    const int tails = ff_model_param_find(&base->model, "gamma") != FF_PARAM_NONE;
+    const int tails = ff_model_param_find(&base->model, "gamma").kind != FF_PARAM_NONE;
     for (size_t a = 0; a < sizeof alphas / sizeof alphas[0]; ++a)
         for (size_t r = 0; r < sizeof rs / sizeof rs[0]; ++r) {
             const size_t s = centred ? 0 : (a + r) % 3;
@@ -126,7 +126,7 @@ static void weak_furnace_is_one(void)
                 continue;
             }
             const int first = (masking->claims & FF_WEAK_FURNACE) != 0;
-            if (first && ff_model_param_find(&l.model, "alpha_x") != FF_PARAM_NONE)
+            if (first && ff_model_param_find(&l.model, "alpha_x").kind != FF_PARAM_NONE)
                 furnace_stretched(&l, (masking->claims & FF_NEEDS_CENTRED) != 0, &t);
             furnace_anywhere(&l, first ? 3 : 0, &state, &t);
             ++pairs;

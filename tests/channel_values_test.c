@@ -21,9 +21,9 @@ static ff_fit_result fitted(const char *what, const ff_table *t, const ff_model 
 
 static const ff_fit_value *value_of(const ff_fit_result *r, const char *name, size_t c)
 {
-    const int k = ff_model_param_find(&r->model, name);
-    if (k == FF_PARAM_NONE) exit(1);
-    return k >= 0 ? &r->shape_value[k] : &r->channel_value[c * r->model.n_channel + (size_t)(-1 - k)];
+    const ff_fit_value *v = ff_fit_result_find(r, name, c);
+    if (!v) exit(1);
+    return v;
 }
 
 /* Is there a warning of a given upper bound at this value? */
@@ -53,10 +53,10 @@ static void check_same(const char *what, const ff_fit_value *a, const ff_fit_val
 static fit_surface surface(const char *expression, size_t n_channels, const char *shape, const char *name, double from, double to)
 {
     fit_surface s = fit_surface_make(expression, n_channels, shape);
-    const int k = -1 - ff_model_param_find(&s.model, name);
-    if (k < 0 || k >= FF_MAX_CHANNEL_PARAMS) exit(1);
+    const ff_param_ref at = ff_model_param_find(&s.model, name);
+    if (at.kind != FF_PARAM_CHANNEL) exit(1);
     for (size_t c = 0; c < n_channels; c++)
-        s.channel[c * s.model.n_channel + (size_t)k] = from + (to - from) * (double)c / (double)(n_channels - 1);
+        s.channel[c * s.model.n_channel + at.index] = from + (to - from) * (double)c / (double)(n_channels - 1);
     return s;
 }
 

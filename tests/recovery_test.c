@@ -467,7 +467,7 @@ static void held_axes(void)
         const ff_status st = fit_table(&t, &fixed.model, &o, &r, NULL, &err);
         FF_CHECK(st == FF_OK, "%s", err.message);
         if (st) continue;
-        const ff_fit_value *v = &r.shape_value[ff_model_param_find(&s.model, held[i].name)];
+        const ff_fit_value *v = ff_fit_result_find(&r, held[i].name, 0);
         FF_CHECK(v->held && v->value == held[i].value, "%s is %g, held at %g", held[i].name, v->value, held[i].value);
         ff_fit_result_free(&r);
     }

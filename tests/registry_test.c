@@ -100,10 +100,16 @@ static void check_round_trip(const ff_model *m, const char *expression)
         FF_CHECK(again.lobe[l].ndf == m->lobe[l].ndf && again.lobe[l].masking == m->lobe[l].masking &&
                      again.lobe[l].fresnel == m->lobe[l].fresnel,
                  "%s, lobe %u", expression, l + 1);
-    for (uint32_t k = 0; k < m->n_shape; k++)
-        FF_CHECK(ff_model_param_find(m, m->shape[k].name) == (int)k, "%s: %s", expression, m->shape[k].name);
-    for (uint32_t k = 0; k < m->n_channel; k++)
-        FF_CHECK(ff_model_param_find(m, m->channel[k].name) == -1 - (int)k, "%s: %s", expression, m->channel[k].name);
+    for (uint32_t k = 0; k < m->n_shape + m->n_channel; k++) {
+        const ff_param_ref at = k < m->n_shape ? (ff_param_ref){FF_PARAM_SHAPE, k} : (ff_param_ref){FF_PARAM_CHANNEL, k - m->n_shape};
+        const ff_model_param *p = ff_model_param_at(m, at);
+        const ff_param_ref found = ff_model_param_find(m, p->name);
+        FF_CHECK(found.kind == at.kind && found.index == at.index, "%s: %s", expression, p->name);
+    }
+    FF_CHECK(!ff_model_param_at(m, (ff_param_ref){FF_PARAM_SHAPE, m->n_shape}) &&
+                 !ff_model_param_at(m, (ff_param_ref){FF_PARAM_CHANNEL, m->n_channel}) &&
+                 !ff_model_param_at(m, (ff_param_ref){FF_PARAM_NONE, 0}),
+             "%s: a parameter that it does not have", expression);
 }
 
 static void round_trips(void)
@@ -366,7 +372,7 @@ static void refused_assignments(void)
         refuse_assignment(&m, unknown[k], FF_ERR_UNKNOWN, "lobe2.alpha_x");
     refuse_assignment(&isotropic, "alpha=0.3", FF_ERR_UNKNOWN, "n");
     refuse_assignment(&isotropic, "f0=0.3", FF_ERR_UNKNOWN, "n");
-    FF_CHECK(ff_model_param_find(&m, "alpha") == FF_PARAM_NONE && ff_model_param_find(&m, "") == FF_PARAM_NONE,
+    FF_CHECK(ff_model_param_find(&m, "alpha").kind == FF_PARAM_NONE && ff_model_param_find(&m, "").kind == FF_PARAM_NONE,
              "alpha is not a parameter");
 }
 
@@ -427,7 +433,7 @@ static void claims_of_models(void)
         FF_CHECK((centred & FF_RECIPROCAL) == (both & FF_RECIPROCAL), "%s", label);
         FF_CHECK(!(centred & FF_PASSIVE) || (both & FF_PASSIVE), "%s", label);
         FF_CHECK(centred & FF_ISOTROPIC, "%s: initially round", label);
-        if (ff_model_param_find(&m, "slope_x") < 0) continue;
+        if (ff_model_param_find(&m, "slope_x").kind != FF_PARAM_SHAPE) continue;
         assigned(&m, &v, "slope_x=0.1");
         FF_CHECK((ff_model_claims(&m, v.shape) & (FF_RECIPROCAL | FF_PASSIVE | FF_ISOTROPIC)) == 0, "%s: a mean slope", label);
         v = defaults(&m);

@@ -349,7 +349,7 @@ static void every_distribution(void)
             move_parameters(&s, fractions[k]);
             check_scene(&s);
         }
-        if (ff_model_param_find(&s.model, "r_xy") == FF_PARAM_NONE) continue;
+        if (ff_model_param_find(&s.model, "r_xy").kind == FF_PARAM_NONE) continue;
         ff_model_defaults(&s.model, 1, s.shape, s.channel);
         set(&s, "alpha_x=0.15"), set(&s, "alpha_y=0.6"), set(&s, "r_xy=0.7");
         check_scene(&s);

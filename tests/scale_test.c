@@ -163,7 +163,7 @@ static void check_case(const scale_case *k)
     ff_table t = fit_measure(&s, &how);
     ff_fit_result plain = fitted(k->what, &t, &m, &o);
     for (size_t i = 0; i < sizeof scales / sizeof *scales; i++) {
-        if (scales[i] > 1 && ff_model_param_find(&m, "kd") != FF_PARAM_NONE) continue;
+        if (scales[i] > 1 && ff_model_param_find(&m, "kd").kind != FF_PARAM_NONE) continue;
         ff_table scaled = fit_measure(&s, &how);
         multiply(&scaled, scales[i]);
         from = fit_surface_make(k->model, k->n_channels, k->from ? k->from : "");

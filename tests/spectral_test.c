@@ -179,10 +179,10 @@ static void compare(const experiment *e)
     ff_status st = FF_OK;
     size_t made = 0;
     if (e->fit) s = fit_surface_make(e->fit, e->n_channels, "");
-    const int held = e->hold ? ff_model_param_find(&s.model, e->hold) : -1;
-    if (held >= 0) {
-        s.model.shape[held].flags |= FF_PARAM_HELD;
-        s.model.shape[held].init = s.shape[held];
+    const ff_param_ref held = e->hold ? ff_model_param_find(&s.model, e->hold) : (ff_param_ref){FF_PARAM_NONE, 0};
+    if (held.kind == FF_PARAM_SHAPE) {
+        s.model.shape[held.index].flags |= FF_PARAM_HELD;
+        s.model.shape[held.index].init = s.shape[held.index];
     }
     double shape[FF_MAX_SHAPE], channel[FIT_CHANNELS * FF_MAX_CHANNEL_PARAMS];
     ff_model_defaults(&s.model, e->n_channels, NULL, channel);
@@ -409,10 +409,10 @@ static void outcome_limit(void)
 static int covariance_at(const experiment *e, int dark)
 {
     fit_surface s = surface_of(e);
-    const int scale = -1 - ff_model_param_find(&s.model, "ks");
+    const uint32_t scale = ff_model_param_find(&s.model, "ks").index;
     if (dark >= 0) {
         s.model.channel[scale].flags &= ~(uint32_t)FF_PARAM_HELD;
-        s.channel[(size_t)dark * s.model.n_channel + (size_t)scale] = 0;
+        s.channel[(size_t)dark * s.model.n_channel + scale] = 0;
     }
     int lost = 0;
     ff_table t = data_of(e, &s);

@@ -11,11 +11,16 @@ static inline size_t count_warnings(const ff_warnings *w, ff_warning_code code)
     return n;
 }
 
+static inline int same_parameter(ff_param_ref a, ff_param_ref b)
+{
+    return a.kind == b.kind && a.index == b.index;
+}
+
 static inline int warning_names(const ff_fit_result *r, const ff_warning *w, const char *parameter)
 {
-    const int at = ff_model_param_find(&r->model, parameter);
+    const ff_param_ref at = ff_model_param_find(&r->model, parameter);
     for (size_t k = 0; k < w->n_parameters; k++)
-        if (w->parameter[k].parameter == at) return 1;
+        if (same_parameter(w->parameter[k].parameter, at)) return 1;
     return 0;
 }
 
@@ -39,7 +44,7 @@ static inline int same_warning(const ff_warning *a, const ff_warning *b)
     int same = a->code == b->code && a->severity == b->severity && a->n_parameters == b->n_parameters &&
                a->n_channels == b->n_channels && !memcmp(a->value, b->value, sizeof a->value);
     for (size_t k = 0; same && k < a->n_parameters; k++)
-        same &= a->parameter[k].parameter == b->parameter[k].parameter && a->parameter[k].channel == b->parameter[k].channel;
+        same &= same_parameter(a->parameter[k].parameter, b->parameter[k].parameter) && a->parameter[k].channel == b->parameter[k].channel;
     for (size_t k = 0; same && k < a->n_channels; k++) same &= a->channel[k] == b->channel[k];
     return same;
 }

@@ -160,7 +160,7 @@ static range range_of(const struct ff_problem *p)
 
 static double parameter(const ff_fit_result *r, const char *name)
 {
-    return r->shape_value[ff_model_param_find(&r->model, name)].value;
+    return ff_fit_result_find(r, name, 0)->value;
 }
 
 /* The density of slopes of a parametric fit: (1 + q^2 / core2)^-gamma, or e^(-q^2 / core2) with gamma infinite. */
@@ -238,16 +238,13 @@ static void fill_box(ff_ndf_fit *f, ff_ndf_monotone monotone)
 static void fill_start(const struct ff_problem *p, reference t, const ff_fit_result *from, ff_ndf_fit *f, ff_ndf_result *r)
 {
     const ff_curve *curve = f->curve;
-    const size_t C = p->n_channels, top = (size_t)curve->top, stride = from->model.n_channel;
+    const size_t C = p->n_channels, top = (size_t)curve->top;
     double ln_d[FF_NDF_MOST_TOP + 1], *channel = f->u + top, *kd = f->work;
     for (int k = 0; k <= curve->top; k++) ln_d[k] = reference_ln_d(t, pow(ff_curve_node(curve, k), 2));
     ff_ndf_falls(curve, ln_d, f->reference);
-    const int f0 = -1 - ff_model_param_find(&from->model, "f0"), ks = -1 - ff_model_param_find(&from->model, "ks"),
-              diffuse = -1 - ff_model_param_find(&from->model, "kd");
     for (size_t c = 0; c < C; c++) {
-        const ff_fit_value *v = from->channel_value + c * stride;
-        channel[2 * c] = v[f->scaled ? ks : f0].value;
-        kd[c] = channel[2 * c + 1] = v[diffuse].value;
+        channel[2 * c] = ff_fit_result_find(from, f->scaled ? "ks" : "f0", c)->value;
+        kd[c] = channel[2 * c + 1] = ff_fit_result_find(from, "kd", c)->value;
     }
     r->from_back_scatter = ff_ndf_back_scatter(p, curve, kd, f->u, r);
     if (!r->from_back_scatter) memcpy(f->u, f->reference, top * sizeof *f->u);

@@ -5,18 +5,13 @@
 
 /* ---- names ----------------------------------------------------------------------------------- */
 
-static ff_model_param *param_at(ff_model *m, int at)
-{
-    return at >= 0 ? &m->shape[at] : &m->channel[-1 - at];
-}
-
-int ff_constraints_named(const ff_model *m, ff_shape shape, const char *name, int at[2])
+int ff_constraints_named(const ff_model *m, ff_shape shape, const char *name, ff_param_ref at[2])
 {
     char x[FF_PARAM_NAME], y[FF_PARAM_NAME];
     const int axes = ff_model_alpha_axes(m, name, x, y), isotropic = shape == FF_SHAPE_ISOTROPIC;
     at[0] = ff_model_param_find(m, axes ? x : name);
-    if (at[0] == FF_PARAM_NONE) return 0;
-    if (isotropic && at[0] > 0 && strcmp(m->shape[at[0]].info->name, "alpha_y") == 0) at[0]--; /* it is alpha_x */
+    if (at[0].kind == FF_PARAM_NONE) return 0;
+    if (isotropic && strcmp(ff_model_param_at(m, at[0])->info->name, "alpha_y") == 0) at[0].index--; /* it is alpha_x */
     if (!axes || isotropic) return 1;
     at[1] = ff_model_param_find(m, y);
     return 2;
@@ -43,8 +38,7 @@ static ff_status share_bounds(ff_model_param *a, ff_model_param *b, ff_error *er
 /* A value or a bound of its channels is one of a parameter that has such. */
 static ff_status check_per_channel(const ff_model *m, const char *name, ff_error *err)
 {
-    const int at = ff_model_param_find(m, name);
-    if (at < 0 && at != FF_PARAM_NONE) return FF_OK;
+    if (ff_model_param_find(m, name).kind == FF_PARAM_CHANNEL) return FF_OK;
     return ff_error_set(err, FF_ERR_UNSUPPORTED, NULL, 0, -1, "%s has one value for all channels", name);
 }
 
@@ -55,7 +49,7 @@ static ff_status apply_fixed(const ff_constraints *c, ff_model *m, ff_error *err
     ff_status s = FF_OK;
     for (size_t i = 0; i < c->n_fixed && !s; i++) {
         const ff_fixed *f = &c->fixed[i];
-        const int known = ff_model_param_find(m, f->name) != FF_PARAM_NONE;
+        const int known = ff_model_param_find(m, f->name).kind != FF_PARAM_NONE;
         if (!known && c->where_present) continue;
         ff_model one = *m;
         for (size_t k = f->n; k-- > 0 && !s;) s = ff_model_hold(&one, f->name, f->value[k], err);
@@ -69,9 +63,9 @@ static ff_status apply_fixed(const ff_constraints *c, ff_model *m, ff_error *err
 static ff_status check_fixed(const ff_constraints *c, const ff_model *m, ff_error *err)
 {
     for (size_t i = 0; i < c->n_fixed; i++) {
-        const int at = ff_model_param_find(m, c->fixed[i].name);
-        if (at >= 0 || at == FF_PARAM_NONE) continue;
-        const ff_model_param *p = &m->channel[-1 - at];
+        const ff_param_ref at = ff_model_param_find(m, c->fixed[i].name);
+        if (at.kind != FF_PARAM_CHANNEL) continue;
+        const ff_model_param *p = &m->channel[at.index];
         for (size_t k = 0; k < c->fixed[i].n; k++)
             if (!(c->fixed[i].value[k] >= p->lo && c->fixed[i].value[k] <= p->hi))
                 return ff_error_set(err, FF_ERR_RANGE, NULL, 0, -1, "%s is held at %g, outside its bounds [%g, %g]", p->name,
@@ -110,34 +104,35 @@ static int alike(const ff_param *a, const ff_param *b)
     return (a->flags & kind) == (b->flags & kind) && (!(a->flags & FF_PARAM_LOG) || a->offset == b->offset);
 }
 
-static ff_status tie_two(ff_model *m, int a, int b, ff_ties *ties, ff_error *err)
+static ff_status tie_two(const ff_model *m, ff_param_ref a, ff_param_ref b, ff_ties *ties, ff_error *err)
 {
-    const ff_model_param *x = param_at(m, a), *y = param_at(m, b);
-    if ((a < 0) != (b < 0))
+    const ff_model_param *x = ff_model_param_at(m, a), *y = ff_model_param_at(m, b);
+    if (a.kind != b.kind)
         return ff_error_set(err, FF_ERR_UNSUPPORTED, NULL, 0, -1,
                             "%s and %s cannot be tied: one has a value for each channel, the other one for all", x->name, y->name);
     if (!alike(x->info, y->info))
         return ff_error_set(err, FF_ERR_UNSUPPORTED, NULL, 0, -1,
                             "%s and %s cannot be tied: they are fitted in different coordinates", x->name, y->name);
-    uint32_t *follows = a < 0 ? ties->channel : ties->shape;
-    const uint32_t i = root_of(follows, (uint32_t)(a < 0 ? -1 - a : a)), k = root_of(follows, (uint32_t)(b < 0 ? -1 - b : b));
+    uint32_t *follows = a.kind == FF_PARAM_CHANNEL ? ties->channel : ties->shape;
+    const uint32_t i = root_of(follows, a.index), k = root_of(follows, b.index);
     follows[i] = k;
-    if (a < 0) ties->shared[k] |= ties->shared[i];
+    if (a.kind == FF_PARAM_CHANNEL) ties->shared[k] |= ties->shared[i];
     return FF_OK;
 }
 
-static ff_status tie_channels(const ff_model *m, const int at, ff_ties *ties, ff_error *err)
+static ff_status tie_channels(const ff_model *m, ff_param_ref at, ff_ties *ties, ff_error *err)
 {
-    if (at >= 0)
+    if (at.kind == FF_PARAM_SHAPE)
         return ff_error_set(err, FF_ERR_UNSUPPORTED, NULL, 0, -1,
-                            "%s has one value for all channels as it is; a tie needs another name", m->shape[at].name);
-    ties->shared[root_of(ties->channel, (uint32_t)(-1 - at))] = 1;
+                            "%s has one value for all channels as it is; a tie needs another name", m->shape[at.index].name);
+    ties->shared[root_of(ties->channel, at.index)] = 1;
     return FF_OK;
 }
 
-static ff_status add_tie(const ff_constraints *c, const ff_tie *tie, ff_shape shape, ff_model *m, ff_ties *ties, ff_error *err)
+static ff_status add_tie(const ff_constraints *c, const ff_tie *tie, ff_shape shape, const ff_model *m, ff_ties *ties,
+                         ff_error *err)
 {
-    int a[2], b[2];
+    ff_param_ref a[2], b[2];
     const int n = ff_constraints_named(m, shape, tie->name, a), n_to = tie->to ? ff_constraints_named(m, shape, tie->to, b) : n;
     if (n == 0 || n_to == 0) return c->where_present ? FF_OK : ff_model_unknown_param(m, n ? tie->to : tie->name, err);
     if (n != n_to)
@@ -199,7 +194,7 @@ static ff_status check_energy(const ff_model *m, ff_error *err)
 
 static ff_status check_priors(const ff_constraints *c, const ff_model *m, ff_shape shape, ff_error *err)
 {
-    int at[2];
+    ff_param_ref at[2];
     for (size_t i = 0; i < c->n_priors; i++) {
         const ff_prior *p = &c->prior[i];
         if (!isfinite(p->mean) || !(p->sd > 0) || !isfinite(p->sd))

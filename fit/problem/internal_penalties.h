@@ -12,9 +12,10 @@ typedef struct ff_prior_term {
     double value;         /* with the prior                                       */
 } ff_prior_term;
 
-/* A prior and a parameter that it was given to, as ff_model_param_find says; is_free: it has a term. */
+/* A prior and a parameter that it was given to; is_free: it has a term. */
 typedef struct ff_named_prior {
-    int at, is_free, channel; /* channel -1: all */
+    ff_param_ref at;
+    int is_free, channel; /* channel -1: all */
     double mean, sd;
 } ff_named_prior;
 

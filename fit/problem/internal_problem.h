@@ -125,9 +125,9 @@ ff_status ff_channel_find(const struct ff_problem *p, const char *name, const ch
 /* Ties of l's model: before anything is made of l's coordinates. */
 void ff_layout_tie(ff_layout *l, const ff_ties *ties);
 
-/* What a name of the constraints stands for: one or two parameters as ff_model_param_find says, "alpha" for both axes, which an
- * isotropic shape has one of. The count; 0 when m has none of that name. */
-int ff_constraints_named(const ff_model *m, ff_shape shape, const char *name, int at[2]);
+/* What a name of the constraints stands for: one or two parameters, "alpha" for both axes, which an isotropic shape has one of. The
+ * count; 0 when m has none of that name. */
+int ff_constraints_named(const ff_model *m, ff_shape shape, const char *name, ff_param_ref at[2]);
 
 /* Moves free parameters into their bounds and tied ones to what they follow; channel may be NULL. */
 void ff_layout_project(const ff_layout *l, double *shape, double *channel);
@@ -333,8 +333,8 @@ double ff_penalties_noise(const ff_plan *plan, size_t k);
 /* The information that priors give of coordinate k by itself, in the units of J^T J. */
 double ff_penalties_weight(const ff_plan *plan, size_t k);
 
-/* The prior of a parameter, as ff_model_param_find says, in channel c; 0 when it has none. */
-int ff_penalties_prior(const ff_penalties *e, int at, size_t c, double *mean, double *sd);
+/* The prior of a parameter in channel c; 0 when it has none. */
+int ff_penalties_prior(const ff_penalties *e, ff_param_ref at, size_t c, double *mean, double *sd);
 
 /* What the priors add to the objective at the optimum. */
 double ff_penalties_penalty(const ff_penalties *e);

@@ -16,7 +16,7 @@ ff_fit_value *ff_result_value(const ff_layout *l, ff_fit_result *r, size_t k)
 }
 
 /* What follows another parameter is as that one is, but for what was said of it before. */
-static void follow(ff_fit_value *v, const ff_fit_value *leader, int follows, size_t channel)
+static void follow(ff_fit_value *v, const ff_fit_value *leader, ff_param_ref follows, size_t channel)
 {
     const double mean = v->prior_mean, sd = v->prior_sd;
     *v = *leader;
@@ -31,16 +31,17 @@ void ff_result_copy_tied(const ff_layout *l, ff_fit_result *r)
 {
     for (uint32_t k = 0; k < l->free.n_shape; k++) {
         ff_fit_value *v = &r->shape_value[l->free.shape[k]];
-        const uint32_t leader = l->free.shape[l->shape_follows[k] < 0 ? k : (uint32_t)l->shape_follows[k]];
-        if (l->shape_follows[k] >= 0) follow(v, &r->shape_value[leader], (int)leader, 0);
-        if (l->free.tied[k]) follow(v + 1, v, (int)leader, 0); /* alpha_y */
+        const ff_param_ref leader = {FF_PARAM_SHAPE, l->free.shape[l->shape_follows[k] < 0 ? k : (uint32_t)l->shape_follows[k]]};
+        if (l->shape_follows[k] >= 0) follow(v, &r->shape_value[leader.index], leader, 0);
+        if (l->free.tied[k]) follow(v + 1, v, leader, 0); /* alpha_y */
     }
     for (size_t c = 0; c < l->n_channels && l->tied; c++)
         for (uint32_t k = 0; k < l->free.n_channel; k++) {
             const uint32_t leader = l->channel_follows[k] < 0 ? k : (uint32_t)l->channel_follows[k];
             const size_t from = l->channel_shared[k] ? 0 : c;
             if (leader == k && from == c) continue;
+            const ff_param_ref at = {FF_PARAM_CHANNEL, l->free.channel[leader]};
             follow(&r->channel_value[c * l->m->n_channel + l->free.channel[k]],
-                   &r->channel_value[from * l->m->n_channel + l->free.channel[leader]], -1 - (int)l->free.channel[leader], from);
+                   &r->channel_value[from * l->m->n_channel + at.index], at, from);
         }
 }

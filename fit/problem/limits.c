@@ -85,8 +85,8 @@ ff_status ff_channel_find(const struct ff_problem *p, const char *name, const ch
 /* Index of the per-channel parameter, -1 for one that the model lacks, which ff_constraints_apply has refused or let pass. */
 static int parameter(const ff_model *m, const char *name)
 {
-    const int at = ff_model_param_find(m, name);
-    return at < 0 && at != FF_PARAM_NONE ? -1 - at : -1;
+    const ff_param_ref at = ff_model_param_find(m, name);
+    return at.kind == FF_PARAM_CHANNEL ? (int)at.index : -1;
 }
 
 /* What is tied has one value where it is. */

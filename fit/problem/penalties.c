@@ -21,12 +21,19 @@
 /* ---- making ---------------------------------------------------------------------------------- */
 
 /* Place of a model's parameter among the free ones, -1 when it is held. */
-static int free_place(const ff_layout *l, int at)
+static int free_place(const ff_layout *l, ff_param_ref at)
 {
-    const uint32_t *index = at >= 0 ? l->free.shape : l->free.channel, n = at >= 0 ? l->free.n_shape : l->free.n_channel;
+    const int is_shape = at.kind == FF_PARAM_SHAPE;
+    const uint32_t *index = is_shape ? l->free.shape : l->free.channel, n = is_shape ? l->free.n_shape : l->free.n_channel;
     for (uint32_t k = 0; k < n; k++)
-        if (index[k] == (uint32_t)(at >= 0 ? at : -1 - at)) return (int)k;
+        if (index[k] == at.index) return (int)k;
     return -1;
+}
+
+/* The first column of the parameters of its kind. */
+static size_t first_column(const ff_layout *l, ff_param_ref at)
+{
+    return at.kind == FF_PARAM_SHAPE ? 0 : l->free.n_shape;
 }
 
 /* Of one word there is one term for a coordinate. */
@@ -38,31 +45,31 @@ static void add_term(ff_penalties *e, size_t from, const ff_prior_term *term)
 }
 
 /* Is parameter `at` of a lobe tied to that in its place in another one? */
-static int is_tied_across(const ff_layout *l, int at, uint32_t lobe, uint32_t other)
+static int is_tied_across(const ff_layout *l, ff_param_ref at, uint32_t lobe, uint32_t other)
 {
     const ff_lobe *from = &l->m->lobe[lobe], *to = &l->m->lobe[other];
-    const int shift = at >= 0 ? (int)to->shape0 - (int)from->shape0 : (int)from->channel0 - (int)to->channel0;
-    const int i = free_place(l, at), k = free_place(l, at + shift);
-    const size_t columns = at >= 0 ? 0 : l->free.n_shape;
+    const uint32_t shift = at.kind == FF_PARAM_SHAPE ? to->shape0 - from->shape0 : to->channel0 - from->channel0;
+    const int i = free_place(l, at), k = free_place(l, (ff_param_ref){at.kind, at.index + shift});
+    const size_t columns = first_column(l, at);
     return i >= 0 && k >= 0 && ff_layout_coordinate(l, 0, columns + (size_t)i) == ff_layout_coordinate(l, 0, columns + (size_t)k);
 }
 
 /* channel: the one that it names, -1 = all. */
 static void add_prior(ff_penalties *e, const ff_layout *l, ff_shape shape, const ff_prior *p, int channel)
 {
-    int at[2];
+    ff_param_ref at[2];
     const int n = ff_constraints_named(l->m, shape, p->name, at);
     const size_t from = e->n_priors;
     for (int i = 0; i < n; i++) {
         const int k = free_place(l, at[i]);
         e->named[e->n_named++] = (ff_named_prior){at[i], k >= 0, channel, p->mean, p->sd};
         ff_prior_term t = {.mean = p->mean, .sd = p->sd, .alone = NAN, .error = NAN};
-        t.lobe = at[i] >= 0 ? l->m->shape[at[i]].lobe : l->m->channel[-1 - at[i]].lobe;
+        t.lobe = ff_model_param_at(l->m, at[i])->lobe;
         for (uint32_t other = 0; other < l->m->n_lobes && t.lobe < l->m->n_lobes; other++)
             t.apart |= (uint32_t)(other != t.lobe && !is_tied_across(l, at[i], t.lobe, other)) << other;
-        for (size_t c = 0; c < (at[i] >= 0 ? 1 : l->n_channels) && k >= 0; c++) {
+        for (size_t c = 0; c < (at[i].kind == FF_PARAM_SHAPE ? 1 : l->n_channels) && k >= 0; c++) {
             if (channel >= 0 && c != (size_t)channel) continue;
-            t.coordinate = ff_layout_coordinate(l, c, (size_t)k + (at[i] >= 0 ? 0 : l->free.n_shape));
+            t.coordinate = ff_layout_coordinate(l, c, first_column(l, at[i]) + (size_t)k);
             add_term(e, from, &t);
         }
     }
@@ -126,10 +133,10 @@ int ff_penalties_tell_apart(const ff_plan *plan, uint32_t a, uint32_t b)
     return 0;
 }
 
-int ff_penalties_prior(const ff_penalties *e, int at, size_t c, double *mean, double *sd)
+int ff_penalties_prior(const ff_penalties *e, ff_param_ref at, size_t c, double *mean, double *sd)
 {
     for (size_t i = 0; e && i < e->n_named; i++)
-        if (e->named[i].at == at && (e->named[i].channel < 0 || (size_t)e->named[i].channel == c)) {
+        if (ff_param_is(e->named[i].at, at) && (e->named[i].channel < 0 || (size_t)e->named[i].channel == c)) {
             *mean = e->named[i].mean;
             *sd = e->named[i].sd;
             return 1;

@@ -4,8 +4,7 @@
 ff_warning_parameter ff_layout_warned(const ff_layout *l, size_t k)
 {
     size_t c;
-    const ff_model_param *param = ff_layout_param(l, k, &c);
-    const int at = ff_is_of_channel(l->m, param) ? -1 - (int)(param - l->m->channel) : (int)(param - l->m->shape);
+    const ff_param_ref at = ff_model_param_ref(l->m, ff_layout_param(l, k, &c));
     return (ff_warning_parameter){at, k >= l->n_shared && l->n_channels > 1 ? c : FF_NO_CHANNEL};
 }
 

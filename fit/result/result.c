@@ -9,12 +9,14 @@ static void fill_priors(const ff_plan *plan, ff_fit_result *r)
 {
     const ff_layout *l = &plan->l;
     for (uint32_t k = 0; k < l->m->n_shape; k++)
-        if (!ff_penalties_prior(plan->penalties, (int)k, 0, &r->shape_value[k].prior_mean, &r->shape_value[k].prior_sd))
+        if (!ff_penalties_prior(plan->penalties, (ff_param_ref){FF_PARAM_SHAPE, k}, 0, &r->shape_value[k].prior_mean,
+                                &r->shape_value[k].prior_sd))
             r->shape_value[k].prior_mean = r->shape_value[k].prior_sd = NAN;
     for (uint32_t k = 0; k < l->m->n_channel; k++)
         for (size_t c = 0; c < l->n_channels; c++) {
             ff_fit_value *v = &r->channel_value[c * l->m->n_channel + k];
-            if (!ff_penalties_prior(plan->penalties, -1 - (int)k, c, &v->prior_mean, &v->prior_sd)) v->prior_mean = v->prior_sd = NAN;
+            if (!ff_penalties_prior(plan->penalties, (ff_param_ref){FF_PARAM_CHANNEL, k}, c, &v->prior_mean, &v->prior_sd))
+                v->prior_mean = v->prior_sd = NAN;
         }
     r->prior_penalty = ff_penalties_penalty(plan->penalties);
 }
@@ -23,10 +25,10 @@ static void fill_values(const ff_layout *l, const ff_point *at, ff_fit_result *r
 {
     for (uint32_t k = 0; k < l->m->n_shape; k++)
         r->shape_value[k] = (ff_fit_value){
-            .value = at->shape[k], .std_error = NAN, .low = NAN, .high = NAN, .held = 1, .follows = FF_PARAM_NONE, .column = -1};
+            .value = at->shape[k], .std_error = NAN, .low = NAN, .high = NAN, .held = 1, .column = -1};
     for (size_t k = 0; k < l->n_channels * l->m->n_channel; k++)
         r->channel_value[k] = (ff_fit_value){
-            .value = at->channel[k], .std_error = NAN, .low = NAN, .high = NAN, .held = 1, .follows = FF_PARAM_NONE, .column = -1};
+            .value = at->channel[k], .std_error = NAN, .low = NAN, .high = NAN, .held = 1, .column = -1};
     for (size_t k = 0; k < l->P; k++) {
         ff_fit_value *v = ff_result_value(l, r, k);
         v->held = ff_layout_is_fixed(l, k);

@@ -30,7 +30,7 @@ static ff_status say_of_channels(ff_warning_code code, const ff_warning_paramete
 
 static ff_warning_parameter of_channel(uint32_t k)
 {
-    return (ff_warning_parameter){-1 - (int)k, FF_NO_CHANNEL};
+    return (ff_warning_parameter){{FF_PARAM_CHANNEL, k}, FF_NO_CHANNEL};
 }
 
 /* ---- bounds ---------------------------------------------------------------------------------- */
@@ -74,7 +74,7 @@ static ff_status warn_channels_at_bound(const ff_layout *l, uint32_t k, int boun
     ff_status s = channels_new(r, &on);
     for (size_t c = 0; c < r->n_channels && !s; c++)
         if (is_on_bound(l, r, k, bound, first, c)) on.at[on.n++] = c;
-    const int one_for_all = r->n_channels == 1 || r->channel_value[l->m->n_channel + k].follows == -1 - (int)k,
+    const int one_for_all = r->n_channels == 1 || ff_param_is(r->channel_value[l->m->n_channel + k].follows, parameter.parameter),
               said = !s && on.at[0] < first;
     const ff_warning w = {
         .code = FF_WARNING_AT_BOUND, .n_parameters = 1, .parameter = &parameter, .value = {value[0], value[1], value[2]}};

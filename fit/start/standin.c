@@ -42,14 +42,21 @@ static void expression_of(const ff_model *m, char *out, size_t size)
     }
 }
 
-/* Index of the parameter of the same name, or of alpha_x for an isotropic lobe's alpha; FF_PARAM_NONE. */
+/* Index of the shape parameter of the same name, or of alpha_x for an isotropic lobe's alpha; -1 = none. */
 static int find_like(const ff_model *m, const char *name)
 {
     char axis[FF_PARAM_NAME + 2];
-    const int k = ff_model_param_find(m, name);
-    if (k != FF_PARAM_NONE) return k;
+    ff_param_ref at = ff_model_param_find(m, name);
     snprintf(axis, sizeof axis, "%s_x", name);
-    return ff_model_param_find(m, axis);
+    if (at.kind == FF_PARAM_NONE) at = ff_model_param_find(m, axis);
+    return at.kind == FF_PARAM_SHAPE ? (int)at.index : -1;
+}
+
+/* Index of the per-channel parameter of that name; -1 = none. */
+static int find_channel(const ff_model *m, const char *name)
+{
+    const ff_param_ref at = ff_model_param_find(m, name);
+    return at.kind == FF_PARAM_CHANNEL ? (int)at.index : -1;
 }
 
 /* Shape parameters that are tied are so in the stand-in; channel parameters, which may be others there, are not: ff_standin_start
@@ -92,9 +99,8 @@ static ff_status take_limits(const ff_layout *l, ff_standin *out)
     out->limits = ff_limits_new(&out->model, l->n_channels);
     if (!out->limits) return FF_ERR_MEMORY;
     for (uint32_t k = 0; k < m->n_channel; k++) {
-        const int i = ff_model_param_find(&out->model, m->channel[k].name);
-        if (i != FF_PARAM_NONE && i < 0)
-            ff_limits_copy(l->limits, m->n_channel, k, l->n_channels, out->limits, out->model.n_channel, (size_t)(-1 - i));
+        const int i = find_channel(&out->model, m->channel[k].name);
+        if (i >= 0) ff_limits_copy(l->limits, m->n_channel, k, l->n_channels, out->limits, out->model.n_channel, (size_t)i);
     }
     out->plan.l.limits = out->limits;
     return FF_OK;
@@ -131,13 +137,13 @@ ff_status ff_standin_make(const ff_plan *plan, ff_standin *out)
         out->model.shape[i].hi = m->shape[k].hi;
     }
     for (uint32_t k = 0; k < m->n_channel; k++) {
-        const int i = ff_model_param_find(&out->model, m->channel[k].name);
-        if (i == FF_PARAM_NONE || i >= 0) continue;
-        out->model.channel[-1 - i].lo = m->channel[k].lo;
-        out->model.channel[-1 - i].hi = m->channel[k].hi;
+        const int i = find_channel(&out->model, m->channel[k].name);
+        if (i < 0) continue;
+        out->model.channel[i].lo = m->channel[k].lo;
+        out->model.channel[i].hi = m->channel[k].hi;
         if (!(m->channel[k].flags & FF_PARAM_HELD)) continue;
-        out->model.channel[-1 - i].init = m->channel[k].init;
-        out->model.channel[-1 - i].flags = m->channel[k].flags;
+        out->model.channel[i].init = m->channel[k].init;
+        out->model.channel[i].flags = m->channel[k].flags;
     }
     free_scales(m, &out->model);
     const int mean_slope = l->mode == FF_TILTED_MODE;
@@ -221,10 +227,10 @@ static void start_bases(const ff_layout *l, const ff_standin *s, const double *f
         const ff_base *base = &l->m->base[b];
         for (uint32_t k = 0; k < base->n_channel; k++) {
             const ff_model_param *p = &l->m->channel[base->channel0 + k];
-            int i = ff_model_param_find(&s->model, p->name);
-            if (i == FF_PARAM_NONE && k == 0) i = ff_model_param_find(&s->model, "kd");
-            if (i == FF_PARAM_NONE || i >= 0 || (p->flags & FF_PARAM_HELD)) continue;
-            channel[base->channel0 + k] = clamp(p->info, from[-1 - i]);
+            ff_param_ref at = ff_model_param_find(&s->model, p->name);
+            if (at.kind == FF_PARAM_NONE && k == 0) at = ff_model_param_find(&s->model, "kd");
+            if (at.kind != FF_PARAM_CHANNEL || (p->flags & FF_PARAM_HELD)) continue;
+            channel[base->channel0 + k] = clamp(p->info, from[at.index]);
         }
     }
 }

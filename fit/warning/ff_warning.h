@@ -6,6 +6,7 @@
  *  Threads  no global state. */
 #ifndef FF_WARNING_H
 #define FF_WARNING_H
+#include "ff_composition.h"
 #include <stddef.h>
 #ifdef __cplusplus
 extern "C" {
@@ -39,8 +40,8 @@ typedef struct ff_warning_kind {
 
 /** A parameter that a warning is about. */
 typedef struct ff_warning_parameter {
-    int parameter;  /**< as ff_model_param_find says                                          */
-    size_t channel; /**< where it is a channel's own: index into the problem's; else FF_NO_CHANNEL */
+    ff_param_ref parameter; /**< of the model that was fitted                                         */
+    size_t channel;         /**< where it is a channel's own: index into the problem's; else FF_NO_CHANNEL */
 } ff_warning_parameter;
 #define FF_NO_CHANNEL ((size_t)-1)
 

@@ -25,6 +25,19 @@ typedef struct ff_base {
     uint32_t shape0, n_shape, channel0, n_channel;
 } ff_base;
 
+/** Which of a model's two lists of parameters. */
+typedef enum ff_param_kind {
+    FF_PARAM_NONE = 0,   /**< neither: there is no such parameter                  */
+    FF_PARAM_SHAPE = 1,  /**< one value for all channels: roughness, ...            */
+    FF_PARAM_CHANNEL = 2 /**< a value in each channel: f0, kd, ...                  */
+} ff_param_kind;
+
+/** A parameter of a model by its place. A zeroed one is none. */
+typedef struct ff_param_ref {
+    ff_param_kind kind;
+    uint32_t index; /**< into that list; 0 of none                            */
+} ff_param_ref;
+
 /** A parameter of a composed model: as in the registry, with the name it has there ("lobe2.alpha_x" for the second lobe,
  *  "base2.kd" for a second base where the plain name is taken). */
 typedef struct ff_model_param {

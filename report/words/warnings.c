@@ -42,7 +42,7 @@ static const char *channel_name(const sentence *s, size_t c)
 
 static const ff_model_param *param_of(const ff_fit_result *fit, const ff_warning_parameter *p)
 {
-    return p->parameter >= 0 ? &fit->model.shape[p->parameter] : &fit->model.channel[-1 - p->parameter];
+    return ff_model_param_at(&fit->model, p->parameter);
 }
 
 const char *ff_words_parameter(const ff_fit_result *fit, const ff_warning_parameter *p)
@@ -100,7 +100,7 @@ static void lower_objective(sentence *s)
 static int is_too_bright(const sentence *s)
 {
     const ff_warning_parameter *p = &s->w->parameter[0];
-    return p->parameter < 0 && s->w->value[1] > 0 && s->w->value[2] == 0 &&
+    return p->parameter.kind == FF_PARAM_CHANNEL && s->w->value[1] > 0 && s->w->value[2] == 0 &&
            (param_of(s->of->fit, p)->info->flags & FF_PARAM_LINEAR) != 0;
 }
 

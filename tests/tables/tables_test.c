@@ -23,19 +23,18 @@ typedef struct counts {
 
 static double *parameter(fit_surface *s, const char *name, size_t c)
 {
-    const int k = ff_model_param_find(&s->model, name);
-    if (k == FF_PARAM_NONE) {
+    const ff_param_ref at = ff_model_param_find(&s->model, name);
+    if (at.kind == FF_PARAM_NONE) {
         printf("the test itself is wrong: no parameter %s\n", name);
         exit(1);
     }
-    return k >= 0 ? &s->shape[k] : &s->channel[c * s->model.n_channel + (size_t)(-1 - k)];
+    return at.kind == FF_PARAM_SHAPE ? &s->shape[at.index] : &s->channel[c * s->model.n_channel + at.index];
 }
 
 /* Sets a parameter to the nearest value of its box. */
 static void set(fit_surface *s, const char *name, size_t c, double value)
 {
-    const int k = ff_model_param_find(&s->model, name);
-    const ff_param *info = k >= 0 ? s->model.shape[k].info : s->model.channel[-1 - k].info;
+    const ff_param *info = ff_model_param_at(&s->model, ff_model_param_find(&s->model, name))->info;
     *parameter(s, name, c) = fmin(fmax(value, info->lo), info->hi);
 }
 

@@ -133,7 +133,7 @@ int main(int argc, char **argv)
         ff_model m;
         snprintf(expression, sizeof expression, "%s+lambert", name);
         if (!is_asked_for(argc > 2 ? argv[2] : NULL, name) || ff_model_parse(expression, &m, NULL)) continue;
-        if (ff_model_param_find(&m, "alpha_x") >= 0 || ff_model_param_find(&m, "alpha") >= 0)
+        if (ff_model_param_find(&m, "alpha_x").kind == FF_PARAM_SHAPE || ff_model_param_find(&m, "alpha").kind == FF_PARAM_SHAPE)
             snprintf(words, sizeof words, "alpha=0.3 f0=0.5 kd=0.1");
         try_model(expression, words, repeats, pool);
     }

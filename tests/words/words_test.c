@@ -60,7 +60,7 @@ static void registry(void)
 static void make(size_t k, size_t channel[3], ff_warning_parameter parameter[2], ff_warning *w)
 {
     for (size_t i = 0; i < 3; i++) channel[i] = 10 * k + i;
-    for (size_t i = 0; i < 2; i++) parameter[i] = (ff_warning_parameter){(int)(k + i), FF_NO_CHANNEL};
+    for (size_t i = 0; i < 2; i++) parameter[i] = (ff_warning_parameter){{FF_PARAM_SHAPE, (uint32_t)(k + i)}, FF_NO_CHANNEL};
     *w = (ff_warning){.code = FF_WARNING_CORRELATED,
                       .severity = FF_SEVERITY_WARNING,
                       .n_parameters = k % 3,
@@ -180,7 +180,7 @@ static void every_code_has_a_sentence(void)
     ff_problem *p = problem_of(3, &fit.model);
     if (!p) return;
     const ff_words_subject of_fit = {.problem = p, .fit = &fit}, of_ndf = {.problem = p, .retrieved = &retrieved};
-    const ff_warning_parameter both[] = {{0, FF_NO_CHANNEL}, {-1, FF_NO_CHANNEL}};
+    const ff_warning_parameter both[] = {{{FF_PARAM_SHAPE, 0}, FF_NO_CHANNEL}, {{FF_PARAM_CHANNEL, 0}, FF_NO_CHANNEL}};
     const size_t channel[] = {1};
     for (int code = 0; code < FF_WARNING_COUNT; code++) {
         const ff_words_subject *of = code < FF_WARNING_RETRIEVAL_NOT_CONVERGED ? &of_fit : &of_ndf;
@@ -210,8 +210,9 @@ static void channels_in_sentences(void)
 {
     ff_fit_result fit = {.n_channels = 3};
     FF_CHECK(ff_model_parse("ggx+lambert", &fit.model, NULL) == FF_OK, "model");
-    const int kd = ff_model_param_find(&fit.model, "kd"), f0 = ff_model_param_find(&fit.model, "f0");
-    const ff_warning_parameter pair[] = {{kd, FF_NO_CHANNEL}, {f0, FF_NO_CHANNEL}}, own[] = {{kd, 0}, {f0, 2}, {0, FF_NO_CHANNEL}};
+    const ff_param_ref kd = ff_model_param_find(&fit.model, "kd"), f0 = ff_model_param_find(&fit.model, "f0");
+    const ff_warning_parameter pair[] = {{kd, FF_NO_CHANNEL}, {f0, FF_NO_CHANNEL}},
+                               own[] = {{kd, 0}, {f0, 2}, {{FF_PARAM_SHAPE, 0}, FF_NO_CHANNEL}};
     const size_t channel[] = {0, 2, 5, 11};
     const ff_warning on = {.code = FF_WARNING_AT_BOUND, .n_parameters = 1, .parameter = pair, .value = {1, 1, 0}};
     ff_warning some = on, unknown = {.code = FF_WARNING_NOT_DETERMINED, .n_parameters = 1, .parameter = pair};

@@ -62,8 +62,7 @@ int main(void)
         char name[FF_PARAM_NAME];
         double expected;
         if (sscanf(truth[i], "%31[a-z_0]=%lf", name, &expected) != 2) return 1;
-        const int k = ff_model_param_find(&model, name);
-        const double found = k >= 0 ? fit.shape_value[k].value : fit.channel_value[-1 - k].value;
+        const double found = ff_fit_result_find(&fit, name, 0)->value;
         printf("%-8s %.6f, is %.6f\n", name, found, expected);
         wrong |= !(fabs(found - expected) < 1e-4);
     }
