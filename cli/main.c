@@ -1,5 +1,6 @@
 /* facetfit: chooses the command. */
 #include "internal_cli.h"
+#include "ff_version.h"
 #include <string.h>
 
 static ff_status write_help(const void *context, FILE *out)
@@ -34,7 +35,7 @@ static int run(const cli_command *command, int argc, char **argv)
 {
     cli_args args;
     int status = cli_args_parse(command, argc - 1, argv + 1, &args);
-    args.head = (ff_report_head){FACETFIT_VERSION, (size_t)argc, (const char *const *)argv};
+    args.head = (ff_report_head){ff_version(), (size_t)argc, (const char *const *)argv};
     const int help = cli_given(&args, FLAG_HELP) > 0;
     if (status == EXIT_DONE && !help) status = cli_files_check(&args);
     if (status == EXIT_DONE) status = help ? cli_write("-", write_help, command) : cli_command_run(&args);
@@ -53,7 +54,7 @@ int main(int argc, char **argv)
         const cli_command *command = argc > 2 ? cli_command_find(argv[2]) : NULL;
         return argc > 2 && !command ? unknown_command(argv[2]) : cli_write("-", write_help, command);
     }
-    if (!strcmp(word, "--version")) return cli_write("-", write_version, FACETFIT_VERSION);
+    if (!strcmp(word, "--version")) return cli_write("-", write_version, ff_version());
     const cli_command *command = cli_command_find(word);
     return command ? run(command, argc, argv) : unknown_command(word);
 }
