@@ -5,6 +5,7 @@
  *  Threads  every function may be called from many threads at once; an ff_error belongs to one of them. */
 #ifndef FF_STATUS_H
 #define FF_STATUS_H
+#include "ff_api.h"
 #include <stdint.h>
 #ifdef __cplusplus
 extern "C" {
@@ -52,24 +53,24 @@ typedef struct ff_error {
 } ff_error;
 
 /** Name of a status ("out of range"), for messages. Never NULL, also for numbers that are no status. */
-const char *ff_status_str(ff_status status);
+FF_API const char *ff_status_str(ff_status status);
 
 /** Fills *err (may be NULL), without a hint, and returns code, so that a failing path reads `return ff_error_set(...)`.
  *  @param path  file concerned or NULL
  *  @param line  1-based, 0 = not known
  *  @param byte  0-based, -1 = not known
  *  @param fmt   printf format of the message */
-ff_status ff_error_set(ff_error *err, ff_status code, const char *path, long line, int64_t byte, const char *fmt, ...)
+FF_API ff_status ff_error_set(ff_error *err, ff_status code, const char *path, long line, int64_t byte, const char *fmt, ...)
 #if defined(__GNUC__)
     __attribute__((format(printf, 6, 7)))
 #endif
     ;
 
 /** Adds to *err (may be NULL) what would help, and returns code: `return ff_error_hint(err, ff_error_set(...), hint)`. */
-ff_status ff_error_hint(ff_error *err, ff_status code, ff_hint hint);
+FF_API ff_status ff_error_hint(ff_error *err, ff_status code, ff_hint hint);
 
 /** Writes "PATH:LINE: MESSAGE", "PATH: byte N: MESSAGE" or "MESSAGE" into out [size], always terminated. */
-void ff_error_format(const ff_error *err, char *out, unsigned long size);
+FF_API void ff_error_format(const ff_error *err, char *out, unsigned long size);
 
 #ifdef __cplusplus
 }

@@ -1,4 +1,4 @@
-/** @file ff_output.h  An output file that appears whole or not at all.
+/** @file internal_output.h  An output file that appears whole or not at all.
  *
  *  The content goes to a temporary name in the same directory ("PATH.part-PID-N") and takes its name only when every byte has
  *  reached the disk. "-" is standard output; devices and pipes (/dev/null) are written directly, since a rename would replace them.
@@ -14,8 +14,8 @@
  *           commit or abort, and is NULL where no temporary file exists.
  *  Errors   FF_ERR_WRITE with path and the system's reason (no space left, permission denied); FF_ERR_MEMORY.
  *  Threads  an ff_output belongs to one thread at a time; any number may be open, also on the same path (the last commit wins). */
-#ifndef FF_OUTPUT_H
-#define FF_OUTPUT_H
+#ifndef FF_INTERNAL_OUTPUT_H
+#define FF_INTERNAL_OUTPUT_H
 #include "ff_status.h"
 #include <stdio.h>
 #ifdef __cplusplus

@@ -1,6 +1,6 @@
 /* Output files that appear whole or not at all. */
 #define _GNU_SOURCE
-#include "ff_output.h"
+#include "internal_output.h"
 #include <errno.h>
 #include <fcntl.h>
 #include <stdio_ext.h>

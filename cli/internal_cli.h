@@ -4,7 +4,7 @@
 #include "internal_flags.h"
 #include "ff_fit.h"
 #include "ff_model.h"
-#include "ff_output.h"
+#include "base/internal_output.h"
 #include "ff_picture.h"
 #include "ff_report.h"
 #include "ff_status.h"

@@ -1,6 +1,6 @@
-# facetfit_room(NAME [ISA_SOURCES glob...] [LEFT_OUT glob...])
+# facetfit_room(NAME [ISA_SOURCES glob...] [LEFT_OUT glob...] [INSIDE header...])
 #   compiles every *.c and *.cpp of a room, sub-folders included, into objects of the library. Headers named ff_*.h, and the lists
-#   ff_*.def that they include, are public and installed. ISA_SOURCES are compiled once per instruction set, with FF_ISA_SUFFIX
+#   ff_*.def that they include, are public and installed, but those that are INSIDE the project. ISA_SOURCES are compiled once per instruction set, with FF_ISA_SUFFIX
 #   defined to scalar, avx2 or avx512.
 #   The rooms made so far are listed, lowest first, in the global property FACETFIT_ROOMS.
 #   `scalar` is the baseline of the target and always there; the others exist on x86-64 only.
@@ -25,13 +25,15 @@ endforeach()
 # What a file of a room sees: its own folder by plain names, everything else by the path from the top, public headers by name.
 function(facetfit_room_target target)
   target_include_directories(${target} PRIVATE ${PROJECT_SOURCE_DIR} $<TARGET_PROPERTY:facetfit_headers,INTERFACE_INCLUDE_DIRECTORIES>)
+  # A shared library exports what a header declares FF_API, and nothing else.
+  set_target_properties(${target} PROPERTIES C_VISIBILITY_PRESET hidden CXX_VISIBILITY_PRESET hidden VISIBILITY_INLINES_HIDDEN ON)
   set_property(GLOBAL APPEND PROPERTY FACETFIT_OBJECTS $<TARGET_OBJECTS:${target}>)
 endfunction()
 
 add_library(facetfit_headers INTERFACE)
 
 function(facetfit_room name)
-  cmake_parse_arguments(A "" "" "ISA_SOURCES;LEFT_OUT" ${ARGN})
+  cmake_parse_arguments(A "" "" "ISA_SOURCES;LEFT_OUT;INSIDE" ${ARGN})
   set(here ${CMAKE_CURRENT_SOURCE_DIR})
   file(GLOB_RECURSE sources CONFIGURE_DEPENDS ${here}/*.c ${here}/*.cpp)
   file(GLOB_RECURSE headers CONFIGURE_DEPENDS ${here}/ff_*.h ${here}/ff_*.def)
@@ -59,8 +61,15 @@ function(facetfit_room name)
     target_include_directories(facetfit_headers INTERFACE ${folder})
   endforeach()
   set_property(GLOBAL APPEND PROPERTY FACETFIT_ROOMS ${name})
+  list(TRANSFORM A_INSIDE PREPEND ${here}/)
+  list(REMOVE_ITEM headers ${A_INSIDE} "")
   set_property(GLOBAL APPEND PROPERTY FACETFIT_PUBLIC_HEADERS ${headers})
 endfunction()
+
+# C++ templates of namespace std are exported whatever the flags say; a list of names keeps them in.
+include(CheckLinkerFlag)
+set(FACETFIT_EXPORTS ${CMAKE_CURRENT_LIST_DIR}/facetfit.exports)
+check_linker_flag(C LINKER:--version-script=${FACETFIT_EXPORTS} FACETFIT_HAS_VERSION_SCRIPT)
 
 # The library of all rooms made so far. facetfit is what is installed; facetfit_inside shows the project's own tests what a shared
 # library hides.
@@ -74,6 +83,10 @@ function(facetfit_library)
                                              $<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}>)
   set_target_properties(facetfit PROPERTIES VERSION ${PROJECT_VERSION} SOVERSION ${PROJECT_VERSION_MAJOR}.${PROJECT_VERSION_MINOR})
   if(BUILD_SHARED_LIBS)
+    if(FACETFIT_HAS_VERSION_SCRIPT)
+      target_link_options(facetfit PRIVATE LINKER:--version-script=${FACETFIT_EXPORTS})
+      set_target_properties(facetfit PROPERTIES LINK_DEPENDS ${FACETFIT_EXPORTS})
+    endif()
     add_library(facetfit_inside STATIC ${objects})
     target_include_directories(facetfit_inside PUBLIC $<TARGET_PROPERTY:facetfit_headers,INTERFACE_INCLUDE_DIRECTORIES>)
     target_link_libraries(facetfit_inside PRIVATE ${A_LINK})

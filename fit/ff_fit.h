@@ -11,6 +11,7 @@
  *  Threads    a problem may serve one fit at a time; several problems are independent. */
 #ifndef FF_FIT_H
 #define FF_FIT_H
+#include "ff_api.h"
 #include "ff_loss.h"
 #include "ff_model.h"
 #include "ff_table.h"
@@ -38,12 +39,12 @@ typedef enum ff_channel_mode { FF_CHANNELS_RGB = 0, FF_CHANNELS_MEAN = 1, FF_CHA
 enum { FF_CHANNELS_COUNT = 3 };
 
 /** Names as on the command line; NULL for a number that is none. The _find functions return -1 when unknown. */
-const char *ff_weighting_name(int weighting);
-const char *ff_shape_name(int shape);
-const char *ff_channel_mode_name(int mode);
-int ff_weighting_find(const char *name);
-int ff_shape_find(const char *name);
-int ff_channel_mode_find(const char *name);
+FF_API const char *ff_weighting_name(int weighting);
+FF_API const char *ff_shape_name(int shape);
+FF_API const char *ff_channel_mode_name(int mode);
+FF_API int ff_weighting_find(const char *name);
+FF_API int ff_shape_find(const char *name);
+FF_API int ff_channel_mode_find(const char *name);
 
 /** How a fit ended. */
 typedef enum ff_outcome {
@@ -52,7 +53,7 @@ typedef enum ff_outcome {
     FF_LIMIT = 2,     /**< max_iterations was reached                                                 */
     FF_CANCELLED = 3  /**< the caller asked to stop                                                   */
 } ff_outcome;
-const char *ff_outcome_name(int outcome);
+FF_API const char *ff_outcome_name(int outcome);
 
 /** What is known of a parameter besides the data. Names are those of the model ("alpha_x", "lobe2.f0"); "alpha" and "lobe2.alpha"
  *  stand for both axes, a per-channel name for all channels or, with a `channel` as the table names it, for that one. */
@@ -103,7 +104,7 @@ typedef struct ff_constraints {
  *  ff_problem_fit, which knows the data: FF_ERR_UNKNOWN for a channel that is none, FF_ERR_RANGE for another number of values than
  *  channels, FF_ERR_UNSUPPORTED for single channels of a tied parameter or of channels that are averaged. A bound of one channel
  *  takes the place of that of all. Fitted alone (only_channel), a channel takes what is its own. */
-ff_status ff_constraints_check(const ff_constraints *c, const ff_model *m, ff_error *err);
+FF_API ff_status ff_constraints_check(const ff_constraints *c, const ff_model *m, ff_error *err);
 
 /** Options of the selection (used by ff_problem_new) and of the fit. Fill with ff_fit_options_init, then change. */
 typedef struct ff_fit_options {
@@ -140,7 +141,7 @@ typedef struct ff_fit_options {
     size_t dense_channels;
 } ff_fit_options;
 enum { FF_DENSE_CHANNELS = 8 };
-void ff_fit_options_init(ff_fit_options *o);
+FF_API void ff_fit_options_init(ff_fit_options *o);
 
 /** What was kept and why the rest was not. */
 typedef struct ff_selection {
@@ -167,11 +168,11 @@ typedef struct ff_problem ff_problem;
  *  only these may be fitted to it. t and models may be freed afterwards.
  *  FF_ERR_DATA when nothing usable is left (the message counts why), FF_ERR_RANGE for an option, FF_ERR_UNSUPPORTED for
  *  a weighting the table does not offer, FF_ERR_MEMORY. *out is written only on FF_OK. */
-ff_status ff_problem_new(const ff_table *t, const ff_model *models, size_t n_models, const ff_fit_options *o, ff_problem **out,
+FF_API ff_status ff_problem_new(const ff_table *t, const ff_model *models, size_t n_models, const ff_fit_options *o, ff_problem **out,
                          ff_error *err);
-void ff_problem_free(ff_problem *p);
-void ff_problem_selection(const ff_problem *p, ff_selection *out);
-const char *ff_problem_channel_name(const ff_problem *p, size_t c);
+FF_API void ff_problem_free(ff_problem *p);
+FF_API void ff_problem_selection(const ff_problem *p, ff_selection *out);
+FF_API const char *ff_problem_channel_name(const ff_problem *p, size_t c);
 
 /** What a 95 % interval rests on. */
 typedef enum ff_interval {
@@ -183,7 +184,7 @@ typedef enum ff_interval {
     FF_INTERVAL_BOOTSTRAP = 4  /**< refits to resampled incident directions: ff_trust_bootstrap         */
 } ff_interval;
 enum { FF_INTERVAL_COUNT = 5 };
-const char *ff_interval_name(int interval);
+FF_API const char *ff_interval_name(int interval);
 
 /** One fitted number. */
 typedef struct ff_fit_value {
@@ -255,21 +256,21 @@ typedef struct ff_fit_result {
 
 /** A number of the result: the parameter at a place of its model, in channel c where it has a value in each (else c is not read).
  *  It belongs to r. NULL when there is no such parameter or channel. */
-const ff_fit_value *ff_fit_result_at(const ff_fit_result *r, ff_param_ref ref, size_t c);
+FF_API const ff_fit_value *ff_fit_result_at(const ff_fit_result *r, ff_param_ref ref, size_t c);
 
 /** The same by the name of the parameter: "alpha_x", "lobe2.f0". */
-const ff_fit_value *ff_fit_result_find(const ff_fit_result *r, const char *name, size_t c);
+FF_API const ff_fit_value *ff_fit_result_find(const ff_fit_result *r, const char *name, size_t c);
 
 /** Estimates the scale of a robust loss from the residuals of m: for every value a standard deviation, by the median absolute
  * residual of values of about its magnitude (Hampel 1974). It stays with p and serves all fits whose robust_scale is 0, so that
  * these minimise the same objective; a first such fit makes it by its own model when there is none. Errors as ff_problem_fit. */
-ff_status ff_problem_estimate_scale(ff_problem *p, const ff_model *m, const ff_fit_options *o, ff_error *err);
+FF_API ff_status ff_problem_estimate_scale(ff_problem *p, const ff_model *m, const ff_fit_options *o, ff_error *err);
 
 /** Fits m to the samples of p. FF_ERR_UNKNOWN and others as ff_constraints_check. Options must be those p was made with, as far as
  * they concern the selection. FF_ERR_DATA (fewer residuals than parameters), FF_ERR_RANGE, FF_ERR_UNSUPPORTED (a shape the model
  * cannot take), FF_ERR_CANCELLED, FF_ERR_MEMORY. *out is written only on FF_OK; release it with ff_fit_result_free. */
-ff_status ff_problem_fit(const ff_problem *p, const ff_model *m, const ff_fit_options *o, ff_fit_result *out, ff_error *err);
-void ff_fit_result_free(ff_fit_result *r);
+FF_API ff_status ff_problem_fit(const ff_problem *p, const ff_model *m, const ff_fit_options *o, ff_fit_result *out, ff_error *err);
+FF_API void ff_fit_result_free(ff_fit_result *r);
 
 #ifdef __cplusplus
 }

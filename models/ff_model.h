@@ -10,6 +10,7 @@
  *  Threads  descriptors are immutable; every function may be called from many threads at once. */
 #ifndef FF_MODEL_H
 #define FF_MODEL_H
+#include "ff_api.h"
 #include "ff_composition.h"
 #include "ff_isa.h"
 #include "ff_status.h"
@@ -20,10 +21,10 @@ extern "C" {
 
 /* ---- the registry: the terms a model is composed of ------------------------------------------ */
 
-size_t ff_term_count(ff_term_kind kind);                /**< 0 for a kind that does not exist        */
-const ff_term *ff_term_at(ff_term_kind kind, size_t i); /**< NULL when i >= count                    */
-int ff_term_find(ff_term_kind kind, const char *name);  /**< index, or -1 when unknown          */
-const char *ff_term_kind_name(ff_term_kind kind);       /**< "distribution", "masking", ...          */
+FF_API size_t ff_term_count(ff_term_kind kind);                /**< 0 for a kind that does not exist        */
+FF_API const ff_term *ff_term_at(ff_term_kind kind, size_t i); /**< NULL when i >= count                    */
+FF_API int ff_term_find(ff_term_kind kind, const char *name);  /**< index, or -1 when unknown          */
+FF_API const char *ff_term_kind_name(ff_term_kind kind);       /**< "distribution", "masking", ...          */
 
 /** A model by the name that people know: an expression, and parameters held at the values of the source. Immutable. */
 typedef struct ff_preset {
@@ -31,9 +32,9 @@ typedef struct ff_preset {
     const char *expression;
     const char *hold[3]; /**< "ks=4"; NULL = no more                         */
 } ff_preset;
-size_t ff_preset_count(void);
-const ff_preset *ff_preset_at(size_t i);           /**< NULL when i >= count */
-const ff_preset *ff_preset_find(const char *name); /**< NULL when unknown    */
+FF_API size_t ff_preset_count(void);
+FF_API const ff_preset *ff_preset_at(size_t i);           /**< NULL when i >= count */
+FF_API const ff_preset *ff_preset_find(const char *name); /**< NULL when unknown    */
 
 /* ---- composition ----------------------------------------------------------------------------- */
 
@@ -41,50 +42,50 @@ const ff_preset *ff_preset_find(const char *name); /**< NULL when unknown    */
  * left out means smith-height-correlated, schlick, no diffuse term. The Fresnel term `shared` of a later lobe is that of the first.
  *  FF_ERR_UNKNOWN names the word and what is known; FF_ERR_SYNTAX; FF_ERR_UNSUPPORTED says what is allowed (too many lobes or
  *  diffuse terms, a masking that is not made for the distribution, a coupled diffuse term without a lobe). */
-ff_status ff_model_parse(const char *expr, ff_model *out, ff_error *err);
+FF_API ff_status ff_model_parse(const char *expr, ff_model *out, ff_error *err);
 
 /** Composes one lobe (indices into the registry) and a diffuse term (-1 = none). FF_ERR_RANGE for an index out of range,
  *  FF_ERR_UNSUPPORTED as ff_model_parse. */
-ff_status ff_model_compose(int ndf, int masking, int fresnel, int diffuse, ff_model *out, ff_error *err);
+FF_API ff_status ff_model_compose(int ndf, int masking, int fresnel, int diffuse, ff_model *out, ff_error *err);
 
 /** Writes the full expression of m, every default spelled out, into out [size]; always terminated. */
-void ff_model_expression(const ff_model *m, char *out, size_t size);
+FF_API void ff_model_expression(const ff_model *m, char *out, size_t size);
 
 /** Holds a parameter at a value, or frees it for fits; by name, "alpha" for both axes. FF_ERR_UNKNOWN, FF_ERR_RANGE. */
-ff_status ff_model_hold(ff_model *m, const char *name, double value, ff_error *err);
-ff_status ff_model_free(ff_model *m, const char *name, ff_error *err);
+FF_API ff_status ff_model_hold(ff_model *m, const char *name, double value, ff_error *err);
+FF_API ff_status ff_model_free(ff_model *m, const char *name, ff_error *err);
 
 /** Narrows the range in which a fit may move a parameter, by name, "alpha" for both axes; its initial value moves inside.
  * Evaluation knows nothing of it. FF_ERR_UNKNOWN; FF_ERR_RANGE when not lo < hi, when they lie outside the parameter's box (the
  * message has it), or when the parameter is held outside them. m is changed only on FF_OK. */
-ff_status ff_model_bound(ff_model *m, const char *name, double lo, double hi, ff_error *err);
+FF_API ff_status ff_model_bound(ff_model *m, const char *name, double lo, double hi, ff_error *err);
 
 /** Gives every `tabulated` lobe its table, which must outlive m and its copies; the count of such lobes. */
-uint32_t ff_model_set_table(ff_model *m, const struct ff_profile_table *table);
+FF_API uint32_t ff_model_set_table(ff_model *m, const struct ff_profile_table *table);
 
 /** Initial values: shape [n_shape], channel [n_channels][n_channel]. Either may be NULL. */
-void ff_model_defaults(const ff_model *m, size_t n_channels, double *shape, double *channel);
+FF_API void ff_model_defaults(const ff_model *m, size_t n_channels, double *shape, double *channel);
 
 /** Place of a parameter by name; kind FF_PARAM_NONE when unknown. "alpha" is not a parameter where there are two axes (see
  *  ff_model_set). */
-ff_param_ref ff_model_param_find(const ff_model *m, const char *name);
+FF_API ff_param_ref ff_model_param_find(const ff_model *m, const char *name);
 
 /** The parameter at a place of m; NULL when there is none. */
-const ff_model_param *ff_model_param_at(const ff_model *m, ff_param_ref ref);
+FF_API const ff_model_param *ff_model_param_at(const ff_model *m, ff_param_ref ref);
 
 /** Applies one assignment "name=v" or, for a per-channel parameter, "name=v1:v2:..." with one value (all channels) or n_channels.
  *  "alpha=v" sets alpha_x and alpha_y (also "lobe2.alpha=v"). Numbers are decimal, with an exponent or without, in any locale.
  *  FF_ERR_SYNTAX, FF_ERR_UNKNOWN (with the names that exist), FF_ERR_RANGE (with the box). */
-ff_status ff_model_set(const ff_model *m, size_t n_channels, const char *assignment, double *shape, double *channel, ff_error *err);
+FF_API ff_status ff_model_set(const ff_model *m, size_t n_channels, const char *assignment, double *shape, double *channel, ff_error *err);
 
 /** Checks that every value is finite and in its box and that the combination has a meaning (V-cavity with a mean slope has none).
  *  @param shape    [n_shape]
  *  @param channel  [n_channels][n_channel] */
-ff_status ff_model_check(const ff_model *m, size_t n_channels, const double *shape, const double *channel, ff_error *err);
+FF_API ff_status ff_model_check(const ff_model *m, size_t n_channels, const double *shape, const double *channel, ff_error *err);
 
 /** Claims of the whole model for these parameters: FF_RECIPROCAL (not with a mean slope), FF_PASSIVE (for ks <= 1), FF_ISOTROPIC.
  */
-uint32_t ff_model_claims(const ff_model *m, const double *shape);
+FF_API uint32_t ff_model_claims(const ff_model *m, const double *shape);
 
 /* ---- evaluation ------------------------------------------------------------------------------ */
 
@@ -97,7 +98,7 @@ uint32_t ff_model_claims(const ff_model *m, const double *shape);
  *             where the model has a kink (max, min), the derivative of the branch taken
  *  @param ld  stride of a plane, >= n
  *  FF_ERR_RANGE / FF_ERR_UNSUPPORTED as ff_model_check; FF_ERR_UNSUPPORTED for an isa that is not available; FF_ERR_MEMORY. */
-ff_status ff_model_eval(const ff_model *m, ff_isa isa, size_t n_channels, const double *shape, const double *channel,
+FF_API ff_status ff_model_eval(const ff_model *m, ff_isa isa, size_t n_channels, const double *shape, const double *channel,
                         const ff_dirs *w, size_t n, double *f, double *df, size_t ld);
 
 /** The factors of one lobe, planes [n] each, any of them NULL = not needed. */
@@ -110,7 +111,7 @@ typedef struct ff_terms {
 } ff_terms;
 
 /** The factors of lobe `lobe` for colour channel `c` (parameters as ff_model_eval). 0 in all planes below the horizon. */
-ff_status ff_model_terms(const ff_model *m, ff_isa isa, size_t n_channels, const double *shape, const double *channel,
+FF_API ff_status ff_model_terms(const ff_model *m, ff_isa isa, size_t n_channels, const double *shape, const double *channel,
                          uint32_t lobe, size_t c, const ff_dirs *w, size_t n, const ff_terms *out);
 
 #ifdef __cplusplus

@@ -8,6 +8,7 @@
  *  Threads  no global state; every function may be called from many threads at once. */
 #ifndef FF_SIMULATE_H
 #define FF_SIMULATE_H
+#include "ff_api.h"
 #include "ff_model.h"
 #include "ff_table.h"
 #ifdef __cplusplus
@@ -32,7 +33,7 @@ typedef struct ff_sampling {
 
 /** Reads "merl", "goniometer", "goniometer:STEP" (5 degrees unless given), "scattered:N" or "scattered:N:FRACTION".
  *  FF_ERR_UNKNOWN, FF_ERR_SYNTAX, FF_ERR_RANGE say what was expected. */
-ff_status ff_sampling_parse(const char *text, ff_sampling *out, ff_error *err);
+FF_API ff_status ff_sampling_parse(const char *text, ff_sampling *out, ff_error *err);
 
 /** Options; fill with ff_simulate_options_init, then change. */
 typedef struct ff_simulate_options {
@@ -47,22 +48,22 @@ typedef struct ff_simulate_options {
     ff_isa      isa;         /**< FF_ISA_BEST                                                                    */
     const volatile int *cancel; /**< polled; not NULL and != 0 ends with FF_ERR_CANCELLED                        */
 } ff_simulate_options;
-void ff_simulate_options_init(ff_simulate_options *o);
+FF_API void ff_simulate_options_init(ff_simulate_options *o);
 
 /** Makes a table of n_channels channels (named r, g, b when there are three, "f" when there is one, c0 ... otherwise).
  *  @param shape    [n_shape]                 see ff_model_check
  *  @param channel  [n_channels][n_channel]
  *  *out is overwritten, not freed; release it with ff_table_free. Samples whose f is not finite do not occur.
  *  FF_ERR_RANGE, FF_ERR_UNSUPPORTED (parameters, options), FF_ERR_MEMORY, FF_ERR_CANCELLED. */
-ff_status ff_simulate(const ff_model *m, size_t n_channels, const double *shape, const double *channel,
+FF_API ff_status ff_simulate(const ff_model *m, size_t n_channels, const double *shape, const double *channel,
                       const ff_simulate_options *o, ff_table *out, ff_error *err);
 
 /** Standard normal number `index` of stream `stream` under a seed: the generator that ff_simulate uses, with stream = channel and
  *  index = 2 sample for g1, 2 sample + 1 for g2. Philox4x32-10 (Salmon et al. 2011), inverted by AS 241 (Wichura 1988). */
-double ff_random_normal(uint64_t seed, uint32_t stream, uint64_t index);
+FF_API double ff_random_normal(uint64_t seed, uint32_t stream, uint64_t index);
 
 /** Uniform number in (0, 1) of the same generator. */
-double ff_random_uniform(uint64_t seed, uint32_t stream, uint64_t index);
+FF_API double ff_random_uniform(uint64_t seed, uint32_t stream, uint64_t index);
 
 #ifdef __cplusplus
 }

@@ -6,6 +6,7 @@
  *  Between its wavelengths f is taken to be linear. */
 #ifndef FF_SPECTRAL_H
 #define FF_SPECTRAL_H
+#include "ff_api.h"
 #include "ff_table.h"
 #ifdef __cplusplus
 extern "C" {
@@ -26,7 +27,7 @@ extern "C" {
  *  FF_ERR_SYNTAX, FF_ERR_UNKNOWN (a channel that is not there), FF_ERR_UNSUPPORTED (a channel without wavelength or two of the same
  *  for bands and srgb; a band outside of the wavelengths; wavelengths with less than half of Y), FF_ERR_RANGE (a band that is
  *  none), FF_ERR_DATA (no valid sample), FF_ERR_MEMORY. Any number of threads may reduce a table at once. */
-ff_status ff_table_reduce(const ff_table *t, const char *text, ff_table *out, ff_error *err);
+FF_API ff_status ff_table_reduce(const ff_table *t, const char *text, ff_table *out, ff_error *err);
 
 #ifdef __cplusplus
 }

@@ -7,6 +7,7 @@
  *  Threads  no global state. */
 #ifndef FF_SURVEY_H
 #define FF_SURVEY_H
+#include "ff_api.h"
 #include "ff_table.h"
 #ifdef __cplusplus
 extern "C" {
@@ -52,13 +53,13 @@ typedef struct ff_survey {
 } ff_survey;
 
 /** FF_ERR_MEMORY. *out is overwritten; release with ff_survey_free. A table without a usable sample has an empty survey. */
-ff_status ff_survey_new(const ff_table *t, ff_survey *out, ff_error *err);
-void      ff_survey_free(ff_survey *s);
+FF_API ff_status ff_survey_new(const ff_table *t, ff_survey *out, ff_error *err);
+FF_API void      ff_survey_free(ff_survey *s);
 
 /** 1 when reciprocity says that a cosine is still in the values, -1 that one was divided out that was not there, 0 when it says
  *  nothing: three quarters of the deviation must go, and it must be above that of interpolation. (Glossy materials are less reciprocal
  *  as measured than one would think: half is not enough to tell.) */
-int ff_survey_cosine(const ff_survey *s);
+FF_API int ff_survey_cosine(const ff_survey *s);
 
 #ifdef __cplusplus
 }

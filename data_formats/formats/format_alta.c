@@ -25,7 +25,7 @@
  * Both are read. The intervals have no stated level: half their width is taken as the standard deviation.
  * Samples that were not measured and weights are not written: the format has no place for them. */
 #define _GNU_SOURCE
-#include "ff_output.h"
+#include "base/internal_output.h"
 #include "base/internal_input.h"
 #include "base/internal_number.h"
 #include "data_formats/table/internal_table.h"

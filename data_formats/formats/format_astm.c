@@ -9,7 +9,7 @@
  * of VARS but not out of the rows: a row of exactly one number more is read as such, and the table says so. Negative values are
  * noise and stay. */
 #define _GNU_SOURCE
-#include "ff_output.h"
+#include "base/internal_output.h"
 #include "base/internal_input.h"
 #include "base/internal_number.h"
 #include "base/internal_tokens.h"

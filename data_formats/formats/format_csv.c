@@ -18,7 +18,7 @@
  * Columns come in any order. Numbers have a decimal point, cells are separated by commas. Written files hold the brdf. Tables with
  * other names are read through a mapping of their columns: csv_columns.c. */
 #define _GNU_SOURCE
-#include "ff_output.h"
+#include "base/internal_output.h"
 #include "data_formats/formats/csv/internal_csv.h"
 #include "base/internal_input.h"
 #include "base/internal_number.h"

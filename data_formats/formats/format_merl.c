@@ -6,7 +6,7 @@
  * f = scale x stored in 1/sr without the cosine, scale = 1/1500, 1.15/1500, 1.66/1500. A negative number in any plane means that
  * the cell was not measured. The planes are kept as stored: reading and writing again gives the same file. */
 #define _GNU_SOURCE
-#include "ff_output.h"
+#include "base/internal_output.h"
 #include "base/internal_bytes.h"
 #include "data_formats/table/internal_table.h"
 #include <math.h>

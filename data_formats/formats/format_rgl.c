@@ -30,7 +30,7 @@
  * Writing turns f back into colours. What was read gives the same bytes; for other tables rgl_layout.c makes the fields. Colours
  * of samples below the horizon are then 0, which is where those above it go: they are those of f cos(theta_o). */
 #define _GNU_SOURCE
-#include "ff_output.h"
+#include "base/internal_output.h"
 #include "base/internal_input.h"
 #include "base/internal_number.h"
 #include "data_formats/formats/rgl/internal_rgl.h"

@@ -14,7 +14,7 @@
  * clip numbers above one and below zero, which a conversion of linear colours gives and an encoded image does not.
  * Negative numbers are noise or colours outside of sRGB: other readers set them to 0, this one keeps them. */
 #define _GNU_SOURCE
-#include "ff_output.h"
+#include "base/internal_output.h"
 #include "base/internal_bytes.h"
 #include "data_formats/table/internal_table.h"
 #include <math.h>

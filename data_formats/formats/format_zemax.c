@@ -31,7 +31,7 @@
  * otherwise it is the integral of f cos(theta_o) over the cells of the grid, plane-symmetrical halves counted twice.
  * Each sample has the solid angle of the directions nearest to it, where the azimuths are dense enough to speak of cells. */
 #define _GNU_SOURCE
-#include "ff_output.h"
+#include "base/internal_output.h"
 #include "ff_model.h"
 #include "base/internal_number.h"
 #include "data_formats/formats/zemax/internal_zemax.h"

@@ -19,6 +19,7 @@
  *  Threads  an interpolant is immutable; any number of threads may evaluate it. The table must outlive it. */
 #ifndef FF_INTERPOLATE_H
 #define FF_INTERPOLATE_H
+#include "ff_api.h"
 #include "ff_table.h"
 #ifdef __cplusplus
 extern "C" {
@@ -39,37 +40,37 @@ typedef struct ff_interpolant ff_interpolant;
 
 /** @param scattered  1: regression (slices or scattered) whatever the structure of the table
  *  FF_ERR_DATA when no valid sample lies above the horizon, FF_ERR_MEMORY. *out is released with ff_interpolant_free. */
-ff_status ff_interpolant_new(const ff_table *t, int scattered, ff_interpolant **out, ff_error *err);
-void      ff_interpolant_free(ff_interpolant *p);
+FF_API ff_status ff_interpolant_new(const ff_table *t, int scattered, ff_interpolant **out, ff_error *err);
+FF_API void      ff_interpolant_free(ff_interpolant *p);
 
 /** Values of all channels for n pairs of directions.
  *  @param w      six planes [n] wix wiy wiz wox woy woz, unit vectors
  *  @param value  [n_channels][n] out, 1/sr
  *  @param found  [n] out, ff_found; may be NULL */
-void ff_interpolant_eval(const ff_interpolant *p, const double *const w[6], size_t n, double *value, unsigned char *found);
+FF_API void ff_interpolant_eval(const ff_interpolant *p, const double *const w[6], size_t n, double *value, unsigned char *found);
 
 /** The same, with light and detector exchanged where the pair as given is beyond the data (FF_FOUND_RECIPROCAL). */
-void ff_interpolant_eval_reciprocal(const ff_interpolant *p, const double *const w[6], size_t n, double *value, unsigned char *found);
+FF_API void ff_interpolant_eval_reciprocal(const ff_interpolant *p, const double *const w[6], size_t n, double *value, unsigned char *found);
 
 /** The method in words: static storage. */
-const char *ff_interpolant_method(const ff_interpolant *p);
+FF_API const char *ff_interpolant_method(const ff_interpolant *p);
 
 /** 1 where values come from regression over neighbours, 0 where they are interpolated along axes. */
-int ff_interpolant_regresses(const ff_interpolant *p);
+FF_API int ff_interpolant_regresses(const ff_interpolant *p);
 
 /** What the other samples say of sample i, by regression: value [n_channels]; an ff_found. Of a product of axes, the sample itself. */
-ff_found ff_interpolant_without(const ff_interpolant *p, size_t i, double *value);
+FF_API ff_found ff_interpolant_without(const ff_interpolant *p, size_t i, double *value);
 
 /** What the incidences on both sides say of sample i, its own left out: FF_FOUND_BETWEEN, or FF_FOUND_BEYOND where there are none on one
  *  side, and where the samples do not come in slices or the table is not isotropic. */
-ff_found ff_interpolant_without_incidence(const ff_interpolant *p, size_t i, double *value);
+FF_API ff_found ff_interpolant_without_incidence(const ff_interpolant *p, size_t i, double *value);
 
 /** Up to `most` incident directions (degrees) at which exits can be interpolated: those of the slices, spread over theta_i, each
  *  theta_i once; without slices, round ones within the data. Their number. */
-size_t ff_interpolant_incidences(const ff_interpolant *p, size_t most, double *theta_i, double *phi_i);
+FF_API size_t ff_interpolant_incidences(const ff_interpolant *p, size_t most, double *theta_i, double *phi_i);
 
 /** 1 when a slice of that incident direction (unit vector; to `within` degrees, of theta_i alone where the table is isotropic) exists. */
-int ff_interpolant_is_incidence(const ff_interpolant *p, const double wi[3], double within);
+FF_API int ff_interpolant_is_incidence(const ff_interpolant *p, const double wi[3], double within);
 
 #ifdef __cplusplus
 }

@@ -8,6 +8,7 @@
  *  Threads  no global state. */
 #ifndef FF_RESAMPLE_H
 #define FF_RESAMPLE_H
+#include "ff_api.h"
 #include "ff_table.h"
 #ifdef __cplusplus
 extern "C" {
@@ -22,7 +23,7 @@ typedef struct ff_resample_options {
     int         threads; /**< 0 = as many as the system lets run; the result does not depend on it                     */
     const volatile int *cancel; /**< polled; not NULL and != 0 ends with FF_ERR_CANCELLED                              */
 } ff_resample_options;
-void ff_resample_options_init(ff_resample_options *o);
+FF_API void ff_resample_options_init(ff_resample_options *o);
 
 /** Samples predicted from others: |ln(predicted / measured)| of channel means; NaN where n is 0. */
 typedef struct ff_prediction {
@@ -44,11 +45,11 @@ typedef struct ff_resample_report {
 /** Makes *out from t for the format `to`, which must be writable. *out is overwritten, not freed.
  *  FF_ERR_UNSUPPORTED when the format cannot hold such data, FF_ERR_SYNTAX, FF_ERR_RANGE for a grid that is none, FF_ERR_DATA when
  *  nothing can be interpolated, FF_ERR_MEMORY, FF_ERR_CANCELLED. */
-ff_status ff_resample(const ff_table *t, const ff_format *to, const ff_resample_options *o, ff_table *out, ff_resample_report *report,
+FF_API ff_status ff_resample(const ff_table *t, const ff_format *to, const ff_resample_options *o, ff_table *out, ff_resample_report *report,
                       ff_error *err);
 
 /** A copy of the table, `kept` included. FF_ERR_MEMORY. */
-ff_status ff_table_copy(const ff_table *t, ff_table *out, ff_error *err);
+FF_API ff_status ff_table_copy(const ff_table *t, ff_table *out, ff_error *err);
 
 #ifdef __cplusplus
 }

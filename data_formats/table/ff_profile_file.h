@@ -11,6 +11,7 @@
  *  - There is no global state. */
 #ifndef FF_PROFILE_FILE_H
 #define FF_PROFILE_FILE_H
+#include "ff_api.h"
 #include "ff_profile.h"
 #ifdef __cplusplus
 extern "C" {
@@ -19,11 +20,11 @@ extern "C" {
 /** Reads a file ("-": standard input) and makes its table. *out is written only on FF_OK.
  *  FF_ERR_OPEN, FF_ERR_READ, FF_ERR_MEMORY; FF_ERR_FORMAT for another header or count of cells; FF_ERR_DATA for a cell that is no
  *  number and for what ff_profile_make refuses, with its line. */
-ff_status ff_profile_read(const char *path, ff_profile_table *out, ff_error *err);
+FF_API ff_status ff_profile_read(const char *path, ff_profile_table *out, ff_error *err);
 
 /** Writes n points, x [n] (theta_m in radians, or q2) and y [n], after `comment` (lines without '#', NULL = none).
  *  FF_ERR_DATA for a number that is not finite; FF_ERR_WRITE. "-" is standard output. */
-ff_status ff_profile_write(const char *path, ff_profile_kind kind, size_t n, const double *x, const double *y, const char *comment,
+FF_API ff_status ff_profile_write(const char *path, ff_profile_kind kind, size_t n, const double *x, const double *y, const char *comment,
                            ff_error *err);
 
 #ifdef __cplusplus

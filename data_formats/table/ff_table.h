@@ -9,6 +9,7 @@
  *  Threads  no global state; a const table may be read from many threads at once. */
 #ifndef FF_TABLE_H
 #define FF_TABLE_H
+#include "ff_api.h"
 #include "ff_status.h"
 #include <stddef.h>
 #ifdef __cplusplus
@@ -32,7 +33,7 @@ typedef enum ff_quantity {
 } ff_quantity;
 
 /** "brdf", "brdf-cos", "reflectance-factor"; NULL for a number that is none. */
-const char *ff_quantity_name(int quantity);
+FF_API const char *ff_quantity_name(int quantity);
 
 struct ff_table;
 
@@ -90,27 +91,27 @@ typedef struct ff_table {
 } ff_table;
 
 /** Releases what the table owns and zeroes it. A zeroed table and NULL are legal. */
-void ff_table_free(ff_table *t);
+FF_API void ff_table_free(ff_table *t);
 
 /** Allocates arrays for n samples (n >= 1) and n_channels (>= 1): values 0, all valid, scale 1, wavelengths NaN, names "c0"...
  *  With a grid, n must be grid->n and no angle planes are made. with_sigma, with_weight: also those planes. FF_ERR_MEMORY
  *  also when the sizes overflow. *out is overwritten, not freed. */
-ff_status ff_table_new(size_t n, size_t n_channels, const ff_grid *grid, int with_sigma, int with_weight, ff_table *out, ff_error *err);
+FF_API ff_status ff_table_new(size_t n, size_t n_channels, const ff_grid *grid, int with_sigma, int with_weight, ff_table *out, ff_error *err);
 
 /** Unit vectors of samples first .. first+count-1 into six planes [count] wix wiy wiz wox woy woz. first+count <= n. */
-void ff_table_directions(const ff_table *t, size_t first, size_t count, double *const planes[6]);
+FF_API void ff_table_directions(const ff_table *t, size_t first, size_t count, double *const planes[6]);
 
 /** Values of channel c in 1/sr into out [count]; sigma likewise (requires t->sigma). */
-void ff_table_values(const ff_table *t, size_t c, size_t first, size_t count, double *out);
-void ff_table_sigmas(const ff_table *t, size_t c, size_t first, size_t count, double *out);
+FF_API void ff_table_values(const ff_table *t, size_t c, size_t first, size_t count, double *out);
+FF_API void ff_table_sigmas(const ff_table *t, size_t c, size_t first, size_t count, double *out);
 
 /** 1 when the table defines solid-angle weights (a grid, or a weight plane). */
-int ff_table_has_weights(const ff_table *t);
+FF_API int ff_table_has_weights(const ff_table *t);
 /** Solid-angle weights into out [count]; requires ff_table_has_weights. */
-void ff_table_weights(const ff_table *t, size_t first, size_t count, double *out);
+FF_API void ff_table_weights(const ff_table *t, size_t first, size_t count, double *out);
 
 /** Index of a channel by name, -1 when there is none. */
-int ff_table_channel_find(const ff_table *t, const char *name);
+FF_API int ff_table_channel_find(const ff_table *t, const char *name);
 
 /* ---- formats --------------------------------------------------------------------------------- */
 
@@ -128,7 +129,7 @@ typedef struct ff_read_options {
     ff_status (*ask)(const void *context, const char *path, ff_error *err);
     const void *ask_context;
 } ff_read_options;
-void ff_read_options_init(ff_read_options *o);
+FF_API void ff_read_options_init(ff_read_options *o);
 
 /** Options that a format understands beyond `format` and `scale`; giving another is an error. */
 enum { FF_READS_COLUMNS = 1 << 0, FF_READS_GRID = 1 << 1, FF_READS_PART = 1 << 2, FF_READS_QUANTITY = 1 << 3 };
@@ -168,25 +169,25 @@ typedef struct ff_format {
     ff_status (*write)(const char *path, const ff_table *t, ff_error *err);
 } ff_format;
 
-size_t           ff_format_count(void);
-const ff_format *ff_format_at(size_t i);           /**< NULL when i >= count */
-const ff_format *ff_format_find(const char *name); /**< NULL when unknown    */
+FF_API size_t           ff_format_count(void);
+FF_API const ff_format *ff_format_at(size_t i);           /**< NULL when i >= count */
+FF_API const ff_format *ff_format_find(const char *name); /**< NULL when unknown    */
 
 /** The format whose probe is most confident about the content of path. FF_ERR_OPEN, FF_ERR_READ, FF_ERR_FORMAT (none recognised it;
  *  the message says what the first bytes look like and which formats exist). */
-ff_status ff_format_detect(const char *path, const ff_format **out, ff_error *err);
+FF_API ff_status ff_format_detect(const char *path, const ff_format **out, ff_error *err);
 
 /** The format that a name to be written asks for by its extension; NULL when none does. */
-const ff_format *ff_format_for_writing(const char *path);
+FF_API const ff_format *ff_format_for_writing(const char *path);
 
 /** Reads path with the named format, or by content when format is NULL. *out is overwritten, not freed; untouched on failure. */
-ff_status ff_table_read(const char *path, const char *format, ff_table *out, ff_error *err);
+FF_API ff_status ff_table_read(const char *path, const char *format, ff_table *out, ff_error *err);
 
 /** The same with all options (NULL: none). FF_ERR_UNSUPPORTED also for an option that the format does not understand. */
-ff_status ff_table_read_with(const char *path, const ff_read_options *o, ff_table *out, ff_error *err);
+FF_API ff_status ff_table_read_with(const char *path, const ff_read_options *o, ff_table *out, ff_error *err);
 
 /** Writes with the named format, or by extension when format is NULL. The file appears whole or not at all. */
-ff_status ff_table_write(const char *path, const char *format, const ff_table *t, ff_error *err);
+FF_API ff_status ff_table_write(const char *path, const char *format, const ff_table *t, ff_error *err);
 
 /** The 90 x 90 x 180 half/difference-angle grid of Matusik et al. 2003 (samples at cell centres). */
 extern const ff_grid ff_grid_merl;

@@ -1,7 +1,7 @@
 /* Files of a tabulated distribution. */
 #define _GNU_SOURCE
 #include "ff_profile_file.h"
-#include "ff_output.h"
+#include "base/internal_output.h"
 #include "base/internal_input.h"
 #include "base/internal_number.h"
 #include "internal_table.h"

@@ -18,6 +18,7 @@ extern "C" {
  *  number keeps its meaning for good. */
 typedef enum ff_loss {
 #define FF_LOSS_ENTRY(NAME, id) FF_LOSS_##NAME,
+#include "ff_api.h"
 #include "ff_losses.def"
 } ff_loss;
 enum {
@@ -57,20 +58,20 @@ typedef struct ff_robust_info {
 
 /** FF_LOSS_COUNT and FF_ROBUST_COUNT of the library that is linked, for programs in other languages. Results hold arrays of that
  *  length. */
-int ff_loss_count(void);
-int ff_robust_count(void);
+FF_API int ff_loss_count(void);
+FF_API int ff_robust_count(void);
 
 /** NULL for a number that is none. */
-const ff_loss_info   *ff_loss_at(int loss);
-const ff_robust_info *ff_robust_at(int robust);
+FF_API const ff_loss_info   *ff_loss_at(int loss);
+FF_API const ff_robust_info *ff_robust_at(int robust);
 
 /** The name alone; NULL for a number that is none. */
-const char *ff_loss_name(int loss);
-const char *ff_robust_name(int robust);
+FF_API const char *ff_loss_name(int loss);
+FF_API const char *ff_robust_name(int robust);
 
 /** The number of a name; -1 when it is unknown. Case counts. */
-int ff_loss_find(const char *name);
-int ff_robust_find(const char *name);
+FF_API int ff_loss_find(const char *name);
+FF_API int ff_robust_find(const char *name);
 
 #ifdef __cplusplus
 }

@@ -14,6 +14,7 @@
  *  Memory, errors, threads: as ff_fit.h. */
 #ifndef FF_NDF_H
 #define FF_NDF_H
+#include "ff_api.h"
 #include "ff_fit.h"
 #include "ff_profile.h"
 #ifdef __cplusplus
@@ -26,14 +27,14 @@ enum { FF_NDF_MODELS = FF_NDF_FITS + 1 };
 
 /** The models that a problem must be made for: those of the fits, each with `masking` (index into the registry), schlick and
  *  lambert, and lambert alone. FF_ERR_RANGE; FF_ERR_UNSUPPORTED for a masking that is made for one distribution only. */
-ff_status ff_ndf_models(int masking, ff_model out[FF_NDF_MODELS], ff_error *err);
+FF_API ff_status ff_ndf_models(int masking, ff_model out[FF_NDF_MODELS], ff_error *err);
 
 /** What must not rise with the angle: the density of slopes D cos^4, which lets D rise as that of ggx with alpha > 1 or of student-t
  *  with gamma < 2 does, or D itself. */
 typedef enum ff_ndf_monotone { FF_NDF_MONOTONE_SLOPES = 0, FF_NDF_MONOTONE_D = 1 } ff_ndf_monotone;
 enum { FF_NDF_MONOTONE_COUNT = 2 };
-const char *ff_ndf_monotone_name(int monotone); /**< as on the command line; NULL for a number that is none */
-int ff_ndf_monotone_find(const char *name);     /**< -1 when unknown                                         */
+FF_API const char *ff_ndf_monotone_name(int monotone); /**< as on the command line; NULL for a number that is none */
+FF_API int ff_ndf_monotone_find(const char *name);     /**< -1 when unknown                                         */
 
 enum { FF_NDF_NODES_MIN = 31, FF_NDF_NODES_MAX = 100 };
 
@@ -46,7 +47,7 @@ typedef struct ff_ndf_options {
     ff_ndf_monotone monotone; /**< FF_NDF_MONOTONE_SLOPES                                                               */
     int nodes;                /**< of the lattice, FF_NDF_NODES_MIN .. FF_NDF_NODES_MAX; 0: by the range of the data      */
 } ff_ndf_options;
-void ff_ndf_options_init(ff_ndf_options *o);
+FF_API void ff_ndf_options_init(ff_ndf_options *o);
 
 /** One angle of the result. */
 typedef struct ff_ndf_row {
@@ -100,8 +101,8 @@ typedef struct ff_ndf_result {
 /** Retrieves D from the samples of p. FF_ERR_DATA (too few samples or half vectors, no specular peak), FF_ERR_RANGE,
  *  FF_ERR_UNSUPPORTED (a robust loss; a problem made for other models or another shape), FF_ERR_CANCELLED, FF_ERR_MEMORY.
  *  *out is written only on FF_OK; release it with ff_ndf_result_free. */
-ff_status ff_ndf_retrieve(const ff_problem *p, const ff_ndf_options *o, ff_ndf_result *out, ff_error *err);
-void ff_ndf_result_free(ff_ndf_result *r);
+FF_API ff_status ff_ndf_retrieve(const ff_problem *p, const ff_ndf_options *o, ff_ndf_result *out, ff_error *err);
+FF_API void ff_ndf_result_free(ff_ndf_result *r);
 
 #ifdef __cplusplus
 }

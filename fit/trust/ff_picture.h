@@ -24,6 +24,7 @@
  *             the number of threads. */
 #ifndef FF_PICTURE_H
 #define FF_PICTURE_H
+#include "ff_api.h"
 #include "ff_fit.h"
 #ifdef __cplusplus
 extern "C" {
@@ -35,7 +36,7 @@ enum { FF_PICTURE_SIZE = 96, FF_PICTURE_LIGHTS = 5 };
 #define FF_PICTURE_SAME     1e-6 /**< differences that are no further apart count as equal: roundings of exact fits */
 
 /** Unit vector to light k < FF_PICTURE_LIGHTS, in the frame of the picture. */
-void ff_picture_light(size_t k, double light[3]);
+FF_API void ff_picture_light(size_t k, double light[3]);
 
 /** Pairs of directions of the pixels whose light and view are within max_theta (radians) of the normal, in the frame of the surface
  *  there (tangent, bitangent, normal).
@@ -43,10 +44,10 @@ void ff_picture_light(size_t k, double light[3]);
  *  @param w      six planes wix wiy wiz wox woy woz, of FF_PICTURE_SIZE^2 at most; NULL: not wanted
  *  @param pixel  [as w]  j FF_PICTURE_SIZE + i; NULL: not wanted
  *  @return how many */
-size_t ff_picture_directions(const double light[3], double max_theta, double *const w[6], size_t *pixel);
+FF_API size_t ff_picture_directions(const double light[3], double max_theta, double *const w[6], size_t *pixel);
 
 /** Tone of an exposed radiance, in [0, 1). */
-double ff_picture_tone(double exposed);
+FF_API double ff_picture_tone(double exposed);
 
 typedef struct ff_picture_coverage {
     size_t pixels;   /**< lit and seen within max_theta, over all lights */
@@ -60,18 +61,18 @@ typedef struct ff_picture ff_picture;
  *  afterwards.
  *  FF_ERR_DATA when no pixel has data or none is brighter than 0, FF_ERR_RANGE for an option, FF_ERR_CANCELLED, FF_ERR_MEMORY.
  *  *out is released with ff_picture_free. */
-ff_status ff_picture_new(const ff_table *t, const ff_fit_options *o, ff_picture **out, ff_error *err);
-void ff_picture_free(ff_picture *p);
-ff_picture_coverage ff_picture_covered(const ff_picture *p);
-size_t ff_picture_channels(const ff_picture *p);
-double ff_picture_exposure(const ff_picture *p); /**< what radiances are multiplied by, sr */
+FF_API ff_status ff_picture_new(const ff_table *t, const ff_fit_options *o, ff_picture **out, ff_error *err);
+FF_API void ff_picture_free(ff_picture *p);
+FF_API ff_picture_coverage ff_picture_covered(const ff_picture *p);
+FF_API size_t ff_picture_channels(const ff_picture *p);
+FF_API double ff_picture_exposure(const ff_picture *p); /**< what radiances are multiplied by, sr */
 
 /** Difference between the pictures of the table and those of a model under the same lights and exposure, over the pixels that have
  *  data.
  *  @param shape    [m->n_shape]                      see ff_model_check
  *  @param channel  [ff_picture_channels][m->n_channel]
  *  Errors as ff_model_eval. */
-ff_status ff_picture_difference(const ff_picture *p, const ff_model *m, const double *shape, const double *channel, double *out,
+FF_API ff_status ff_picture_difference(const ff_picture *p, const ff_model *m, const double *shape, const double *channel, double *out,
                                 ff_error *err);
 
 /* ---- the loss of a fit by pictures ----------------------------------------------------------- */
@@ -100,8 +101,8 @@ typedef struct ff_adaptive {
  *  A warning of the chosen fit says when fewer than FF_PICTURE_COVERED of the pixels have data.
  *  Errors as ff_picture_new, ff_problem_new and ff_problem_fit; a fit that is cancelled is FF_ERR_CANCELLED. *out is released with
  *  ff_adaptive_free. */
-ff_status ff_fit_adaptive(const ff_table *t, const ff_model *m, const ff_fit_options *o, ff_adaptive *out, ff_error *err);
-void ff_adaptive_free(ff_adaptive *a);
+FF_API ff_status ff_fit_adaptive(const ff_table *t, const ff_model *m, const ff_fit_options *o, ff_adaptive *out, ff_error *err);
+FF_API void ff_adaptive_free(ff_adaptive *a);
 
 #ifdef __cplusplus
 }

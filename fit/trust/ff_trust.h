@@ -7,6 +7,7 @@
  *  Threads  as ff_fit.h: one call at a time on a problem. */
 #ifndef FF_TRUST_H
 #define FF_TRUST_H
+#include "ff_api.h"
 #include "ff_fit.h"
 #ifdef __cplusplus
 extern "C" {
@@ -20,7 +21,7 @@ typedef enum ff_grouping {
     FF_GROUP_CELLS = 1,      /**< cells of incident directions, where nearly every sample has its own                */
     FF_GROUP_RUNS = 2        /**< runs of consecutive samples inside an incident direction, where these are too few   */
 } ff_grouping;
-const char *ff_grouping_name(int kind); /**< "incident directions", ...; NULL for a number that is none */
+FF_API const char *ff_grouping_name(int kind); /**< "incident directions", ...; NULL for a number that is none */
 
 enum { FF_PLACE_THETA_I = 0, FF_PLACE_THETA_H = 1, FF_PLACE_THETA_D = 2, FF_PLACE_COUNT = 3 };
 enum { FF_BANDS = 9, FF_BAND_DEGREES = 10 }; /**< [0, 10), [10, 20) ... degrees */
@@ -35,22 +36,22 @@ typedef struct ff_places {
 } ff_places;
 
 /** @param t  the table that p was made from, unchanged.  FF_ERR_MEMORY. */
-ff_status ff_places_new(const ff_problem *p, const ff_table *t, ff_places *out, ff_error *err);
-void ff_places_free(ff_places *places);
+FF_API ff_status ff_places_new(const ff_problem *p, const ff_table *t, ff_places *out, ff_error *err);
+FF_API void ff_places_free(ff_places *places);
 
 /* ---- values ---------------------------------------------------------------------------------- */
 
 /** "theta_i", "theta_h", "theta_d"; NULL for a number that is none */
-const char *ff_place_name(int place);
+FF_API const char *ff_place_name(int place);
 
 /** Place of each used sample in the table: [used], owned by p. */
-const uint32_t *ff_problem_index(const ff_problem *p);
+FF_API const uint32_t *ff_problem_index(const ff_problem *p);
 
 /** The fitted model at the used samples.
  *  @param model     [n_channels][used] out, 1/sr; may be NULL
  *  @param residual  [n_channels][used] out, weighted, as in the objective but before a robust loss; may be NULL
  *  @param cost      [used] out, what each sample adds to the objective; may be NULL */
-ff_status ff_trust_evaluate(const ff_problem *p, const ff_fit_options *o, const ff_fit_result *fit, double *model, double *residual,
+FF_API ff_status ff_trust_evaluate(const ff_problem *p, const ff_fit_options *o, const ff_fit_result *fit, double *model, double *residual,
                             double *cost, ff_error *err);
 
 /** Residuals of one band of angles, all channels, by sample weight: cos(theta_i) (f - y), relative to the mean of cos(theta_i) |y|
@@ -62,12 +63,12 @@ typedef struct ff_band {
 typedef struct ff_bands {
     ff_band band[FF_PLACE_COUNT][FF_BANDS];
 } ff_bands;
-ff_status ff_trust_bands(const ff_problem *p, const ff_places *places, const ff_fit_options *o, const ff_fit_result *fit, ff_bands *out,
+FF_API ff_status ff_trust_bands(const ff_problem *p, const ff_places *places, const ff_fit_options *o, const ff_fit_result *fit, ff_bands *out,
                          ff_error *err);
 
 /** Model minus data (1/sr) as a table with the directions of t, from which p was made: samples that the fit did not use are invalid
  *  there, standard deviations are left out. Release with ff_table_free. */
-ff_status ff_trust_residual_table(const ff_problem *p, const ff_table *t, const ff_fit_options *o, const ff_fit_result *fit,
+FF_API ff_status ff_trust_residual_table(const ff_problem *p, const ff_table *t, const ff_fit_options *o, const ff_fit_result *fit,
                                   ff_table *out, ff_error *err);
 
 /** Values that lie further from the model than FF_OUTLIER standard deviations of a residual there, as the scale of the robust loss
@@ -85,7 +86,7 @@ typedef struct ff_outliers {
     } worst[FF_WORST];
 } ff_outliers;
 /** FF_ERR_UNSUPPORTED without a robust loss. */
-ff_status ff_trust_outliers(const ff_problem *p, const ff_places *places, const ff_fit_options *o, const ff_fit_result *fit,
+FF_API ff_status ff_trust_outliers(const ff_problem *p, const ff_places *places, const ff_fit_options *o, const ff_fit_result *fit,
                             ff_outliers *out, ff_error *err);
 
 /* ---- intervals ------------------------------------------------------------------------------- */
@@ -100,14 +101,14 @@ typedef struct ff_bootstrap {
     size_t n_groups;
     ff_grouping kind;
 } ff_bootstrap;
-ff_status ff_trust_bootstrap(const ff_problem *p, const ff_places *places, const ff_fit_options *o, size_t repeats, uint64_t seed,
+FF_API ff_status ff_trust_bootstrap(const ff_problem *p, const ff_places *places, const ff_fit_options *o, size_t repeats, uint64_t seed,
                              ff_fit_result *fit, ff_bootstrap *out, ff_error *err);
 
 /** Profile of the objective: for every free parameter the values at which the least objective of all others has risen by what 95 %
  * allow: t^2 / 2 times the variance of a residual, corrected as the standard error is (a parameter whose error is twice the
  * textbook's may raise it four times as much). An interval that ends at a bound ends there because the data do not end it. Replaces
  * the intervals of fit. Where a lower objective than that of the fit is found, a warning of fit says so. */
-ff_status ff_trust_profile(const ff_problem *p, const ff_fit_options *o, ff_fit_result *fit, ff_error *err);
+FF_API ff_status ff_trust_profile(const ff_problem *p, const ff_fit_options *o, ff_fit_result *fit, ff_error *err);
 
 /** The same fit with a lower limit of theta: which parameters move by more than their errors? */
 typedef struct ff_cut_off {
@@ -118,9 +119,9 @@ typedef struct ff_cut_off {
                                error there, which what is wrong beyond the limit does not enlarge */
 } ff_cut_off;
 /** FF_ERR_DATA when too few samples are left. */
-ff_status ff_trust_cut_off(const ff_problem *p, const ff_fit_options *o, const ff_fit_result *fit, double max_theta, ff_cut_off *out,
+FF_API ff_status ff_trust_cut_off(const ff_problem *p, const ff_fit_options *o, const ff_fit_result *fit, double max_theta, ff_cut_off *out,
                            ff_error *err);
-void ff_cut_off_free(ff_cut_off *c);
+FF_API void ff_cut_off_free(ff_cut_off *c);
 
 /* ---- comparison ------------------------------------------------------------------------------ */
 
@@ -145,7 +146,7 @@ typedef struct ff_versus {
  *  @param folds  >= 2: cross-validation, each fold every folds-th incident direction; 0: none
  *  @param out    [n] out; out[winner] is all 0
  *  FF_ERR_RANGE for folds = 1 or more than directions. */
-ff_status ff_trust_compare(const ff_problem *p, const ff_places *places, const ff_fit_options *o, const ff_fit_result *fits, size_t n,
+FF_API ff_status ff_trust_compare(const ff_problem *p, const ff_places *places, const ff_fit_options *o, const ff_fit_result *fits, size_t n,
                            size_t winner, size_t folds, ff_versus *out, ff_error *err);
 
 /** Do fits of one model to n channels of the same data differ in their shape by more than their errors? Wald's chi^2 of the free
@@ -155,7 +156,7 @@ typedef struct ff_difference {
     double chi2, p;
     size_t dof;
 } ff_difference;
-ff_status ff_trust_channels_differ(const ff_fit_result *fits, size_t n, ff_difference *out, ff_error *err);
+FF_API ff_status ff_trust_channels_differ(const ff_fit_result *fits, size_t n, ff_difference *out, ff_error *err);
 
 #ifdef __cplusplus
 }

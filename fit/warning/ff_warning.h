@@ -6,6 +6,7 @@
  *  Threads  no global state. */
 #ifndef FF_WARNING_H
 #define FF_WARNING_H
+#include "ff_api.h"
 #include "ff_composition.h"
 #include <stddef.h>
 #ifdef __cplusplus
@@ -62,9 +63,9 @@ typedef struct ff_warnings {
 } ff_warnings;
 
 /** The kind of a code; NULL for a number that is none. */
-const ff_warning_kind *ff_warning_kind_of(int code);
-int ff_warning_find(const char *name); /**< code of a name, -1 when unknown                  */
-const char *ff_severity_name(int severity); /**< "note", "warning", "problem"; NULL for a number that is none */
+FF_API const ff_warning_kind *ff_warning_kind_of(int code);
+FF_API int ff_warning_find(const char *name); /**< code of a name, -1 when unknown                  */
+FF_API const char *ff_severity_name(int severity); /**< "note", "warning", "problem"; NULL for a number that is none */
 
 #ifdef __cplusplus
 }

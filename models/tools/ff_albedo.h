@@ -10,6 +10,7 @@
  *  Threads  every function may be called from many threads at once. */
 #ifndef FF_ALBEDO_H
 #define FF_ALBEDO_H
+#include "ff_api.h"
 #include "ff_model.h"
 #ifdef __cplusplus
 extern "C" {
@@ -27,7 +28,7 @@ typedef struct ff_integral {
  *  @param out  [n_channels] out
  *  FF_ERR_RANGE, FF_ERR_UNSUPPORTED as ff_model_check; FF_ERR_RANGE for a wo that is no unit vector above the horizon;
  *  FF_ERR_MEMORY. */
-ff_status ff_albedo_directional(const ff_model *m, ff_isa isa, size_t n_channels, const double *shape, const double *channel,
+FF_API ff_status ff_albedo_directional(const ff_model *m, ff_isa isa, size_t n_channels, const double *shape, const double *channel,
                                 const double wo[3], ff_integral *out, ff_error *err);
 
 /** Weak white furnace integral of lobe `lobe`: integral of G1(wo) D(h) / (4 |wo.n'|) over all wi, those below the horizon included,
@@ -38,12 +39,12 @@ ff_status ff_albedo_directional(const ff_model *m, ff_isa isa, size_t n_channels
  *  @param shape  [n_shape]
  *  FF_ERR_RANGE also when wo sees the mesosurface from below (wo.z <= slope_x wo.x + slope_y wo.y); FF_ERR_UNSUPPORTED when the
  *  model has no such lobe, or its masking is no product of one direction's by another's (kelemen); FF_ERR_MEMORY. */
-ff_status ff_albedo_weak_furnace(const ff_model *m, ff_isa isa, const double *shape, uint32_t lobe, const double wo[3],
+FF_API ff_status ff_albedo_weak_furnace(const ff_model *m, ff_isa isa, const double *shape, uint32_t lobe, const double wo[3],
                                  ff_integral *out, ff_error *err);
 
 /** 1 where the terms of lobe `lobe` (< m->n_lobes) claim that its weak furnace integral is 1: v-cavity on a distribution with
  *  FF_UNIT_AREA, a Smith form (one that uses the distribution's Lambda) on one with FF_WEAK_FURNACE; else 0. */
-int ff_albedo_weak_furnace_claimed(const ff_model *m, uint32_t lobe);
+FF_API int ff_albedo_weak_furnace_claimed(const ff_model *m, uint32_t lobe);
 
 #ifdef __cplusplus
 }

@@ -8,6 +8,7 @@
  *  Threads  every function may be called from many threads at once. */
 #ifndef FF_CONVERT_H
 #define FF_CONVERT_H
+#include "ff_api.h"
 #include "ff_status.h"
 #include <stddef.h>
 #ifdef __cplusplus
@@ -41,21 +42,21 @@ typedef struct ff_conversion {
     const char *(*doubt)(const double *in, const double *out);
 } ff_conversion;
 
-size_t ff_conversion_count(void);
-const ff_conversion *ff_conversion_at(size_t i); /**< NULL when i >= count */
+FF_API size_t ff_conversion_count(void);
+FF_API const ff_conversion *ff_conversion_at(size_t i); /**< NULL when i >= count */
 
 /** Index of the first conversion at or after `start` that leads from `from` to `to` by the criterion `by` (NULL = any), or -1. */
-int ff_conversion_find(const char *from, const char *to, const char *by, size_t start);
+FF_API int ff_conversion_find(const char *from, const char *to, const char *by, size_t start);
 
 /** Converts.
  *  @param in   [c->n_in]
  *  @param out  [c->n_out] out
  *  FF_ERR_RANGE for an argument that is not finite, lies outside its interval (the message has the interval and what the formula
  *  would give) or whose answer cannot be represented. */
-ff_status ff_conversion_apply(const ff_conversion *c, const double *in, double *out, ff_error *err);
+FF_API ff_status ff_conversion_apply(const ff_conversion *c, const double *in, double *out, ff_error *err);
 
 /** What a person must know about this very answer, NULL when it is in the good range of the conversion. */
-const char *ff_conversion_doubt(const ff_conversion *c, const double *in, const double *out);
+FF_API const char *ff_conversion_doubt(const ff_conversion *c, const double *in, const double *out);
 
 #ifdef __cplusplus
 }

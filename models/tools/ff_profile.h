@@ -16,6 +16,7 @@
  *  - A table that is made is not changed any more and may be read from many threads. */
 #ifndef FF_PROFILE_H
 #define FF_PROFILE_H
+#include "ff_api.h"
 #include "ff_profile_table.h"
 #include "ff_status.h"
 #include <stddef.h>
@@ -39,7 +40,7 @@ enum { FF_PROFILE_POINTS_MIN = 4 };
  *  FF_ERR_DATA  fewer than FF_PROFILE_POINTS_MIN points; one that is not finite, negative, out of range or not beyond that before;
  *               all values zero; a tail too heavy; a width outside 2^-34 .. 2^34 of q2
  *  FF_ERR_MEMORY  for the quadrature of Lambda, which takes some 10 ms */
-ff_status ff_profile_make(ff_profile_kind kind, size_t n, const double *x, const double *y, ff_profile_table *out, size_t *bad,
+FF_API ff_status ff_profile_make(ff_profile_kind kind, size_t n, const double *x, const double *y, ff_profile_table *out, size_t *bad,
                           ff_error *err);
 
 #ifdef __cplusplus

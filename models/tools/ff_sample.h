@@ -22,6 +22,7 @@
  *  Threads  a sampler does not change after it was made; every function may be called from many threads at once. */
 #ifndef FF_SAMPLE_H
 #define FF_SAMPLE_H
+#include "ff_api.h"
 #include "ff_model.h"
 #ifdef __cplusplus
 extern "C" {
@@ -35,9 +36,9 @@ typedef struct ff_sampler ff_sampler;
  *  @param channel  [n_channels][n_channel]
  *  *out is written only on FF_OK. FF_ERR_RANGE, FF_ERR_UNSUPPORTED as ff_model_check; FF_ERR_UNSUPPORTED for an isa that is not
  *  available; FF_ERR_MEMORY. */
-ff_status ff_sampler_new(const ff_model *m, ff_isa isa, size_t n_channels, const double *shape, const double *channel,
+FF_API ff_status ff_sampler_new(const ff_model *m, ff_isa isa, size_t n_channels, const double *shape, const double *channel,
                          ff_sampler **out, ff_error *err);
-void ff_sampler_free(ff_sampler *s); /**< NULL is allowed */
+FF_API void ff_sampler_free(ff_sampler *s); /**< NULL is allowed */
 
 /** Draws n directions wi, one for each wo.
  *  @param wo   [3][ld]  unit vectors; for wo.z <= FF_COS_MIN the sample is lost, with wi = -z
@@ -50,7 +51,7 @@ void ff_sampler_free(ff_sampler *s); /**< NULL is allowed */
  *  @param f       [n_channels][ld] out  the model, 1/sr, as ff_model_eval; NULL = not needed
  *  @param weight  [n_channels][ld] out  f wi.z / pdf, over q with roulette
  *  @param ld      stride of a plane, >= n */
-void ff_sampler_sample(const ff_sampler *s, size_t n, const double *wo, const double *u, const double *roulette, double *wi,
+FF_API void ff_sampler_sample(const ff_sampler *s, size_t n, const double *wo, const double *u, const double *roulette, double *wi,
                        double *pdf, double *f, double *weight, size_t ld);
 
 /** Density with which ff_sampler_sample draws wi for wo, 1/sr over the solid angle of wi; 0 where either is at or below the
@@ -58,7 +59,7 @@ void ff_sampler_sample(const ff_sampler *s, size_t n, const double *wo, const do
  *  @param wo   [3][ld]  unit vectors
  *  @param wi   [3][ld]
  *  @param pdf  [n] out */
-void ff_sampler_pdf(const ff_sampler *s, size_t n, const double *wo, const double *wi, double *pdf, size_t ld);
+FF_API void ff_sampler_pdf(const ff_sampler *s, size_t n, const double *wo, const double *wi, double *pdf, size_t ld);
 
 #ifdef __cplusplus
 }

@@ -6,6 +6,7 @@
  *  Threads  no global state. */
 #ifndef FF_WORDS_H
 #define FF_WORDS_H
+#include "ff_api.h"
 #include "ff_fit.h"
 #include "ff_ndf.h"
 #ifdef __cplusplus
@@ -24,19 +25,19 @@ typedef struct ff_words_subject {
 
 /** A warning of s as a sentence without a full stop: "kd (12 of 121 channels, 400nm to 500nm) is on its lower bound, 0". Returns
  *  out. */
-const char *ff_words_warning(const ff_words_subject *s, const ff_warning *w, char out[FF_WORDS_SENTENCE]);
+FF_API const char *ff_words_warning(const ff_words_subject *s, const ff_warning *w, char out[FF_WORDS_SENTENCE]);
 
 /** Name of a parameter of a fit: "alpha_x". */
-const char *ff_words_parameter(const ff_fit_result *fit, const ff_warning_parameter *p);
+FF_API const char *ff_words_parameter(const ff_fit_result *fit, const ff_warning_parameter *p);
 
 /** What follows the message that has the hint: "; say --scale, the 1/sr of one of them", "" for FF_HINT_NONE and what is none. */
-const char *ff_words_hint(ff_hint hint);
+FF_API const char *ff_words_hint(ff_hint hint);
 
 /** As ff_error_format, with what the hint says behind it. */
-void ff_words_error(const ff_error *err, char *out, size_t size);
+FF_API void ff_words_error(const ff_error *err, char *out, size_t size);
 
 /** The k-th note of t with what its hint says behind it, into out; NULL when there are not so many. Returns out. */
-const char *ff_words_note(const ff_table *t, size_t k, char out[FF_WORDS_SENTENCE]);
+FF_API const char *ff_words_note(const ff_table *t, size_t k, char out[FF_WORDS_SENTENCE]);
 
 #ifdef __cplusplus
 }

@@ -1,6 +1,6 @@
 /* Output files: whole or not at all, and every way in which a disk says no is told. */
 #include "check.h"
-#include "ff_output.h"
+#include "base/internal_output.h"
 #include <errno.h>
 #include <fcntl.h>
 #include <signal.h>

@@ -1,6 +1,6 @@
 /* A table as an OpenEXR image, without compression; docs/exr.md. Numbers in 1/sr. */
 #define _GNU_SOURCE
-#include "ff_output.h"
+#include "base/internal_output.h"
 #include "internal_exr.h"
 #include "base/internal_bytes.h"
 #include "base/internal_input.h"

@@ -8,6 +8,7 @@
  *  Threads  one open file may be evaluated from many threads at once. */
 #ifndef FF_RGL_H
 #define FF_RGL_H
+#include "ff_api.h"
 #include "ff_table.h"
 #ifdef __cplusplus
 extern "C" {
@@ -26,19 +27,19 @@ typedef struct ff_rgl_info {
 
 /** Opens path ("-" is standard input). FF_ERR_OPEN, FF_ERR_READ, FF_ERR_FORMAT, FF_ERR_DATA, FF_ERR_UNSUPPORTED, FF_ERR_MEMORY.
  *  *out is written only on success; release with ff_rgl_free. */
-ff_status ff_rgl_open(const char *path, ff_rgl **out, ff_error *err);
+FF_API ff_status ff_rgl_open(const char *path, ff_rgl **out, ff_error *err);
 
 /** Closes; NULL is legal. */
-void ff_rgl_free(ff_rgl *r);
+FF_API void ff_rgl_free(ff_rgl *r);
 
-ff_rgl_info ff_rgl_about(const ff_rgl *r);
+FF_API ff_rgl_info ff_rgl_about(const ff_rgl *r);
 
 /** f in 1/sr, cosine not included, at n pairs of directions.
  *  @param w      six planes [n] of unit vectors: wix wiy wiz wox woy woz
  *  @param f      [n_channels][ld] out, f[c*ld + i]; 0 where the function is not defined. May be negative: a colour outside the gamut
  *  @param ld     stride of a channel, >= n
  *  @param valid  [n] out: 0 where a direction is not above the horizon or the file holds no density there; NULL = not needed */
-void ff_rgl_eval(const ff_rgl *r, const double *const w[6], size_t n, double *f, size_t ld, unsigned char *valid);
+FF_API void ff_rgl_eval(const ff_rgl *r, const double *const w[6], size_t n, double *f, size_t ld, unsigned char *valid);
 
 #ifdef __cplusplus
 }
