@@ -17,8 +17,8 @@ extern "C" {
 #define FF_VERSION_MINOR 1
 #define FF_VERSION_PATCH 0
 
-#define FF_VERSION_TEXT_(x)           #x
-#define FF_VERSION_JOIN_(a, b, c)     FF_VERSION_TEXT_(a) "." FF_VERSION_TEXT_(b) "." FF_VERSION_TEXT_(c)
+#define FF_VERSION_TEXT_(x)       #x
+#define FF_VERSION_JOIN_(a, b, c) FF_VERSION_TEXT_(a) "." FF_VERSION_TEXT_(b) "." FF_VERSION_TEXT_(c)
 /** "0.1.0" */
 #define FF_VERSION_STRING FF_VERSION_JOIN_(FF_VERSION_MAJOR, FF_VERSION_MINOR, FF_VERSION_PATCH)
 /** A number that rises with every version: 10000 major + 100 minor + patch. */

@@ -6,10 +6,10 @@
  *
  * Prints JSON: for each number of channels the median seconds of both fits, nanoseconds per sample and channel, and passes. */
 #define _GNU_SOURCE /* clock_gettime */
-#include "ff_fit.h"
-#include "ff_model.h"
-#include "ff_simulate.h"
-#include "ff_table.h"
+#include "fit/fit_struct.h"
+#include "models/model_struct.h"
+#include "simulate/simulate_struct.h"
+#include "data_formats/table/table_struct.h"
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -62,7 +62,7 @@ static void make(const ff_model *m, size_t n_samples, workload *w)
         w->channel[c * m->n_channel] = 0.4 + 0.5 / (1 + exp(-12 * (t - 0.5)));
         w->channel[c * m->n_channel + 2] = 0.08 - 0.05 * t;
     }
-    if (ff_simulate(m, C, w->shape, w->channel, &so, &w->table, &err) != FF_OK) give_up(err.message);
+    if (ff_simulate_into(m, C, w->shape, w->channel, &so, &w->table, &err) != FF_OK) give_up(err.message);
 }
 
 /* A new problem and a fit; seconds of the two. */
@@ -80,15 +80,15 @@ static double fit_seconds(const ff_model *m, workload *w, ff_fit_options o, int 
         o.start_channel = w->channel;
     }
     const double begin = now();
-    if (ff_problem_new(&w->table, m, 1, &o, &p, &err) != FF_OK) give_up(err.message);
-    if (ff_problem_fit(p, m, &o, &r, &err) != FF_OK) give_up(err.message);
+    if (ff_problem_make(&w->table, m, 1, &o, &p, &err) != FF_OK) give_up(err.message);
+    if (ff_problem_fit_into(p, m, &o, &r, &err) != FF_OK) give_up(err.message);
     const double seconds = now() - begin;
     if (r.outcome != FF_CONVERGED) give_up("a fit did not converge");
     ff_problem_selection(p, &used);
     w->used = used.used;
     w->objective = r.residual.objective;
     *passes = r.passes;
-    ff_fit_result_free(&r);
+    ff_fit_result_clear(&r);
     ff_problem_free(p);
     return seconds;
 }
@@ -140,7 +140,7 @@ int main(int argc, char **argv)
                "\"search_passes\": %d, \"given_passes\": %d, \"objective\": %.15g}",
                i ? "," : "", w->n_channels, search, given, search * scale, given * scale, w->search_passes, w->given_passes,
                w->objective);
-        ff_table_free(&w->table);
+        ff_table_clear(&w->table);
         free(w->channel);
     }
     printf("\n]}\n");

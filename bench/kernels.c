@@ -5,7 +5,7 @@
  *
  *  Prints one JSON object with the rates of every repeat in samples per second. */
 #define _GNU_SOURCE
-#include "ff_model.h"
+#include "models/model_struct.h"
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>

@@ -1,8 +1,8 @@
 /* Time of one pass over all samples with derivatives, one thread, for every term of the registry: each model in turn with the ggx
  * pass, so that a slow minute falls on both. Prints JSON: seconds of both and the median of their ratios. */
 #define _GNU_SOURCE /* clock_gettime */
-#include "ff_profile.h"
-#include "ff_simulate.h"
+#include "models/tools/profile_struct.h"
+#include "simulate/simulate_struct.h"
 #include "fit/problem/internal_problem.h"
 #include <math.h>
 #include <stdio.h>
@@ -42,7 +42,7 @@ static int make(const char *expression, const ff_table *t, const ff_fit_options 
     memset(w, 0, sizeof *w);
     if (ff_model_parse(expression, &w->model, &err) != FF_OK) return 0;
     ff_model_set_table(&w->model, profile);
-    if (ff_problem_new(t, &w->model, 1, o, &w->problem, &err) != FF_OK) give_up(err.message);
+    if (ff_problem_make(t, &w->model, 1, o, &w->problem, &err) != FF_OK) give_up(err.message);
     if (ff_layout_init(&w->model, 1, o->shape, 0, &w->layout, &err) != FF_OK || ff_layout_normal(&w->layout, &w->normal) != FF_OK)
         give_up(err.message);
     ff_layout_defaults(&w->layout, w->shape, w->channel);
@@ -116,7 +116,7 @@ int main(void)
     so.sampling.kind = FF_SAMPLING_MERL;
     if (ff_model_parse("ggx+lambert", &truth, &err) != FF_OK) give_up(err.message);
     ff_model_defaults(&truth, 1, shape, channel);
-    if (ff_simulate(&truth, 1, shape, channel, &so, &t, &err) != FF_OK) give_up(err.message);
+    if (ff_simulate_into(&truth, 1, shape, channel, &so, &t, &err) != FF_OK) give_up(err.message);
     ff_fit_options_init(&o);
     o.threads = 1;
     o.shape = FF_SHAPE_ISOTROPIC;
@@ -146,6 +146,6 @@ int main(void)
     }
     printf("\n]}\n");
     done(&ggx);
-    ff_table_free(&t);
+    ff_table_clear(&t);
     return 0;
 }

@@ -5,8 +5,8 @@
  * the running sums of its warps and, per sample, the sines, cosines, arc tangents and square roots of its directions and solid
  * angle. */
 #define _GNU_SOURCE /* clock_gettime */
-#include "ff_resample.h"
-#include "ff_simulate.h"
+#include "data_formats/interpolation/resample_struct.h"
+#include "simulate/simulate_struct.h"
 #include <fcntl.h>
 #include <math.h>
 #include <stdarg.h>
@@ -115,11 +115,11 @@ static void make_table(const char *folder, const char *name, const char *format,
     o.nonnegative = 1;
     if (ff_model_parse("ggx+lambert", &m, &err) || ff_sampling_parse(sampling, &o.sampling, &err)) give_up(err.message);
     ff_model_defaults(&m, 3, shape, channel);
-    if (ff_simulate(&m, 3, shape, channel, &o, &t, &err) || ff_resample(&t, ff_format_find(format), &ro, &made, &report, &err) ||
-        ff_table_write(path, format, &made, &err))
+    if (ff_simulate_into(&m, 3, shape, channel, &o, &t, &err) ||
+        ff_resample_into(&t, ff_format_find(format), &ro, &made, &report, &err) || ff_table_write(path, format, &made, &err))
         give_up(err.message);
-    ff_table_free(&t);
-    ff_table_free(&made);
+    ff_table_clear(&t);
+    ff_table_clear(&made);
 }
 
 /* ---- timing ---------------------------------------------------------------------------------- */
@@ -220,9 +220,9 @@ static double table_seconds(const char *path, const char *format, size_t *sample
     ff_read_options_init(&o);
     o.format = format;
     if (format && strcmp(format, "pgii") == 0) o.scale = 1;
-    if (ff_table_read_with(path, &o, &t, &err) != FF_OK) give_up(err.message);
+    if (ff_table_read_with_into(path, &o, &t, &err) != FF_OK) give_up(err.message);
     *samples = t.n;
-    ff_table_free(&t);
+    ff_table_clear(&t);
     return now() - begin;
 }
 

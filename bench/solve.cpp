@@ -8,9 +8,9 @@
  *  threads  three channels, one thread and two by turns, from the same start
  *
  *  Every repeat makes a new problem, so that nothing is warm but the caches of the processor. Prints one JSON object. */
-#include "ff_fit.h"
-#include "ff_model.h"
-#include "ff_table.h"
+#include "fit/fit_struct.h"
+#include "models/model_struct.h"
+#include "data_formats/table/table_struct.h"
 #include "ggx_samples.h"
 #include <cstdio>
 #include <cstdlib>
@@ -51,7 +51,7 @@ ff_table make_table(std::size_t n_channels)
     const double f0[3] = {kTruth[F0], 0.6, 0.3};
     ff_table t = {};
     ff_error error = {};
-    require(ff_table_new(kSamples, n_channels, nullptr, 0, 0, &t, &error), error, "table");
+    require(ff_table_init(kSamples, n_channels, nullptr, 0, 0, &t, &error), error, "table");
     t.radians_per_unit = M_PI / 180;
     for (std::size_t c = 0; c < n_channels; c++) {
         SampleSource source(f0[c]);
@@ -96,17 +96,17 @@ void run(const ff_table &t, const ff_model &m, const ff_fit_options &o)
     ff_problem *problem = nullptr;
     ff_fit_result fit;
     const double begin = now();
-    require(ff_problem_new(&t, &m, 1, &o, &problem, &error), error, "problem");
+    require(ff_problem_make(&t, &m, 1, &o, &problem, &error), error, "problem");
     const double made = now();
-    require(ff_problem_fit(problem, &m, &o, &fit, &error), error, "fit");
+    require(ff_problem_fit_into(problem, &m, &o, &fit, &error), error, "fit");
     const double end = now();
     std::printf("{\"threads\": %d, \"problem_s\": %.6f, \"solve_s\": %.6f, \"iterations\": %d, \"passes\": %d, \"outcome\": "
                 "\"%s\", \"cost\": "
                 "%.17g, \"parameters\": [%.17g, %.17g, %.17g, %.17g]}",
                 o.threads, made - begin, end - made, fit.iterations, fit.passes, ff_outcome_name(fit.outcome),
-                fit.residual.objective, parameter(fit, "alpha_x"), parameter(m, fit, "alpha_y"), parameter(m, fit, "r_xy"),
+                fit.residual.objective, parameter(fit, "alpha_x"), parameter(fit, "alpha_y"), parameter(fit, "r_xy"),
                 parameter(fit, "f0"));
-    ff_fit_result_free(&fit);
+    ff_fit_result_clear(&fit);
     ff_problem_free(problem);
 }
 
@@ -147,6 +147,6 @@ int main(int argc, char **argv)
         }
     }
     std::printf("], \"peak_rss_mb\": %.1f}\n", peak_rss_mb());
-    ff_table_free(&table);
+    ff_table_clear(&table);
     return 0;
 }

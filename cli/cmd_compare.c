@@ -199,7 +199,7 @@ static int compare(const cli_args *args, cli_fitting *f, const ff_model *model, 
         status = cli_failed(failed, &err);
     }
     cli_trust_free(&trust);
-    for (size_t i = 0; i < n; ++i) ff_fit_result_free(&fit[i]);
+    for (size_t i = 0; i < n; ++i) ff_fit_result_clear(&fit[i]);
     free(fit);
     return status;
 }

@@ -215,7 +215,7 @@ int cmd_eval(const cli_args *args)
     e->f = malloc(n * BLOCK * sizeof *e->f);
     e->term = e->terms ? malloc((e->scene.model.n_lobes * (TERMS + n) * BLOCK + 1) * sizeof *e->term) : NULL;
     ff_status failed = e->f && (!e->terms || e->term) ? FF_OK : FF_ERR_MEMORY;
-    if (failed == FF_OK) failed = ff_table_new(BLOCK, 1, NULL, 0, 0, &e->table, &err);
+    if (failed == FF_OK) failed = ff_table_init(BLOCK, 1, NULL, 0, 0, &e->table, &err);
     e->table.radians_per_unit = pi / 180;
     if (failed == FF_OK) failed = ff_lines_open(e->path, &e->lines, &err);
     if (failed == FF_OK) {
@@ -225,7 +225,7 @@ int cmd_eval(const cli_args *args)
         status = cli_failed(failed, &err);
     }
     cli_scene_free(&e->scene);
-    ff_table_free(&e->table);
+    ff_table_clear(&e->table);
     free(e->term);
     free(e->f);
     free(e);

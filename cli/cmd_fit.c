@@ -54,7 +54,7 @@ static int fit_all(const cli_args *args, cli_fitting *f, const ff_model *model, 
         n += failed == FF_OK;
     }
     const int status = failed == FF_OK ? finish(args, f, fit, n, NULL) : cli_failed(failed, &err);
-    for (size_t i = 0; i < n; ++i) ff_fit_result_free(&fit[i]);
+    for (size_t i = 0; i < n; ++i) ff_fit_result_clear(&fit[i]);
     free(fit);
     return status;
 }
@@ -71,7 +71,7 @@ static int fit_adaptive(const cli_args *args, cli_fitting *f, const ff_model *mo
     const int status = finish(args, f, &all.candidate[all.chosen].fit, 1, &all);
     f->problem = NULL;
     f->n_problems = 0;
-    ff_adaptive_free(&all);
+    ff_adaptive_clear(&all);
     return status;
 }
 

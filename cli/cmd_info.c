@@ -26,6 +26,6 @@ int cmd_info(const cli_args *args)
     int status = cli_read(args, f.path, 0, &table);
     if (status != EXIT_DONE) return status;
     status = cli_write_both(args, write_json, write_text, &f);
-    ff_table_free(&table);
+    ff_table_clear(&table);
     return status;
 }

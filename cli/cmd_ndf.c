@@ -1,6 +1,6 @@
 /* facetfit ndf FILE: the distribution of normals without a formula. */
-#include "ff_ndf.h"
-#include "ff_profile_file.h"
+#include "fit/ndf/ndf_struct.h"
+#include "data_formats/table/profile_file_struct.h"
 #include "internal_cli.h"
 #include "report/internal_text.h"
 #include <math.h>
@@ -396,9 +396,10 @@ int cmd_ndf(const cli_args *args)
     if (failed != FF_OK) return cli_failed(failed, &err);
     int status = open_isotropic(args, models, &f);
     if (status != EXIT_DONE) return status;
-    o.fit = f.options;
-    if (f.progress) o.fit.progress = show;
-    failed = ff_ndf_retrieve(f.problem[0], &o, &r, &err);
+    ff_fit_options fit = f.options;
+    if (f.progress) fit.progress = show;
+    o.fit = &fit;
+    failed = ff_ndf_retrieve_into(f.problem[0], &o, &r, &err);
     if (f.progress) fputs("\r\033[K", stderr);
     if (failed == FF_OK) {
         const ndf_report n = {args, &f, &o, &r};
@@ -407,7 +408,7 @@ int cmd_ndf(const cli_args *args)
             cli_message("the retrieval did not converge: %s after %d iterations", ff_outcome_name((int)r.outcome), r.iterations);
             if (status == EXIT_DONE) status = EXIT_ANSWER_IS_NO;
         }
-        ff_ndf_result_free(&r);
+        ff_ndf_result_clear(&r);
     } else {
         if (failed == FF_ERR_DATA && !err.path[0]) snprintf(err.path, sizeof err.path, "%s", f.path);
         status = cli_failed(failed, &err);

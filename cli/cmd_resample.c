@@ -1,6 +1,6 @@
 /* facetfit resample IN OUT: measured data in another format. */
 #include "internal_cli.h"
-#include "ff_resample.h"
+#include "data_formats/interpolation/resample_struct.h"
 #include <string.h>
 
 typedef struct result {
@@ -46,13 +46,13 @@ int cmd_resample(const cli_args *args)
     o.beyond = cli_given(args, FLAG_EXTRAPOLATE) > 0;
     o.threads = (int)cli_integer(args, FLAG_THREADS, 0);
     o.cancel = cli_catch_signals();
-    ff_status failed = ff_resample(&in, to, &o, &out, &report, &err);
+    ff_status failed = ff_resample_into(&in, to, &o, &out, &report, &err);
     if (failed == FF_OK) {
         failed = to->write(args->word[1], &out, &err);
         const result r = {args, &in, &out, to, &report};
         if (failed == FF_OK) status = report_conversion(&r);
-        ff_table_free(&out);
+        ff_table_clear(&out);
     }
-    ff_table_free(&in);
+    ff_table_clear(&in);
     return failed == FF_OK ? status : cli_failed(failed, &err);
 }

@@ -1,7 +1,7 @@
 /* facetfit sample EXPR: directions of light drawn in proportion to a model, for one view. */
 #include "internal_cli.h"
 #include "ff_sample.h"
-#include "ff_simulate.h"
+#include "simulate/simulate_struct.h"
 #include <math.h>
 #include <stdlib.h>
 

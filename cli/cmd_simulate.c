@@ -1,6 +1,6 @@
 /* facetfit simulate EXPR --grid NAME -o FILE: a data set from a model. */
 #include "internal_cli.h"
-#include "ff_simulate.h"
+#include "simulate/simulate_struct.h"
 #include <string.h>
 
 static int read_options(const cli_args *args, ff_simulate_options *o)
@@ -33,11 +33,11 @@ int cmd_simulate(const cli_args *args)
     if ((status = cli_scene_make(args, args->word[0], merl ? 3 : 1, &scene))) return status;
     o.nonnegative = merl;
     o.cancel = cli_catch_signals();
-    ff_status failed = ff_simulate(&scene.model, scene.n_channels, scene.shape, scene.channel, &o, &table, &err);
+    ff_status failed = ff_simulate_into(&scene.model, scene.n_channels, scene.shape, scene.channel, &o, &table, &err);
     cli_scene_free(&scene);
     if (failed != FF_OK) return cli_failed(failed, &err);
     failed = ff_table_write(path, format->name, &table, &err);
     if (failed == FF_OK) cli_notes(path, &table);
-    ff_table_free(&table);
+    ff_table_clear(&table);
     return failed == FF_OK ? EXIT_DONE : cli_failed(failed, &err);
 }

@@ -153,7 +153,7 @@ static int count_word(const cli_args *args, const char *word, void *context)
 static int has_name(const ff_model *model, const char *name)
 {
     ff_model m = *model;
-    return ff_model_free(&m, name, NULL) == FF_OK;
+    return ff_model_vary(&m, name, NULL) == FF_OK;
 }
 
 /* A usage error, with the nearest name of all models, for one that none of them has. */
@@ -186,7 +186,7 @@ static int free_one(const cli_args *args, const char *word, void *context)
     const holding *h = context;
     ff_error err = {0};
     (void)args;
-    return said(FLAG_FREE, word, h, ff_model_free(h->m, word, &err), &err);
+    return said(FLAG_FREE, word, h, ff_model_vary(h->m, word, &err), &err);
 }
 
 /* One value for all channels holds the parameter in the model; what is said of channels is a constraint of the fit. */

@@ -1,6 +1,6 @@
 /* The tables of commands and flags, and looking things up in them. */
 #include "internal_flags.h"
-#include "ff_ndf.h"
+#include "fit/ndf/ndf_struct.h"
 #include <math.h>
 #include <string.h>
 

@@ -1,6 +1,6 @@
 /* Model expressions: is one right, and which name was meant in one that is not. */
 #include "internal_flags.h"
-#include "ff_model.h"
+#include "models/model_struct.h"
 #include <string.h>
 
 static cli_words *const words_of_part[3] = {cli_words_model, cli_words_masking_one, cli_words_fresnel};

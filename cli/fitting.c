@@ -62,7 +62,7 @@ static ff_status make_problems(cli_fitting *f, const ff_model *models, size_t n_
     if (each) o.channels = FF_CHANNELS_RGB;
     for (; f->n_problems < wanted; ++f->n_problems) {
         if (each) o.only_channel = (int)f->n_problems;
-        const ff_status status = ff_problem_new(&f->table, models, n_models, &o, &f->problem[f->n_problems], err);
+        const ff_status status = ff_problem_make(&f->table, models, n_models, &o, &f->problem[f->n_problems], err);
         if (status != FF_OK) return status;
     }
     return FF_OK;
@@ -73,7 +73,7 @@ static void release_samples(ff_table *t)
 {
     ff_table small = {.n = t->n, .quantity = t->quantity, .isotropic = t->isotropic};
     memcpy(small.format, t->format, sizeof small.format);
-    ff_table_free(t);
+    ff_table_clear(t);
     *t = small;
 }
 
@@ -101,7 +101,7 @@ void cli_fitting_close(cli_fitting *f)
 {
     for (size_t i = 0; i < f->n_problems; ++i) ff_problem_free(f->problem[i]);
     free(f->problem);
-    ff_table_free(&f->table);
+    ff_table_clear(&f->table);
     memset(f, 0, sizeof *f);
 }
 
@@ -148,10 +148,10 @@ ff_status cli_fitting_run(cli_fitting *f, size_t problem, const ff_model *m, con
     char words[FF_MODEL_NAME + 64];
     ff_fit_options o = options_of(f, problem);
     begin_progress(f, label, words, &o);
-    ff_status status = ff_problem_fit(f->problem[problem], m, &o, out, err);
+    ff_status status = ff_problem_fit_into(f->problem[problem], m, &o, out, err);
     if (f->progress) fputs("\r\033[K", stderr);
     if (status == FF_OK && out->outcome == FF_CANCELLED) {
-        ff_fit_result_free(out);
+        ff_fit_result_clear(out);
         status = ff_error_set(err, FF_ERR_CANCELLED, NULL, 0, -1, "cancelled");
     }
     if (status == FF_ERR_DATA && !err->path[0]) snprintf(err->path, sizeof err->path, "%s", f->path);
@@ -163,7 +163,7 @@ ff_status cli_fitting_choose(cli_fitting *f, const ff_model *m, const char *labe
     char words[FF_MODEL_NAME + 64];
     ff_fit_options o = f->options;
     begin_progress(f, label, words, &o);
-    const ff_status status = ff_fit_adaptive(&f->table, m, &o, out, err);
+    const ff_status status = ff_fit_adaptive_into(&f->table, m, &o, out, err);
     if (f->progress) fputs("\r\033[K", stderr);
     if (status == FF_OK)
         f->options.loss = out->candidate[out->chosen].loss;

@@ -2,13 +2,13 @@
 #ifndef FF_INTERNAL_CLI_H
 #define FF_INTERNAL_CLI_H
 #include "internal_flags.h"
-#include "ff_fit.h"
-#include "ff_model.h"
+#include "fit/fit_struct.h"
+#include "models/model_struct.h"
 #include "base/internal_output.h"
-#include "ff_picture.h"
+#include "fit/trust/picture_struct.h"
 #include "ff_report.h"
 #include "ff_status.h"
-#include "ff_table.h"
+#include "data_formats/table/table_struct.h"
 
 /* ---- commands ----------------------------------------------------------------------------------------------------------------*/
 

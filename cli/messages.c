@@ -1,6 +1,6 @@
 /* What the program says on stderr, and its exit status. */
 #include "internal_flags.h"
-#include "ff_words.h"
+#include "report/words/words_struct.h"
 #include <signal.h>
 #include <stdarg.h>
 #include <string.h>

@@ -1,6 +1,6 @@
 /* Measured data as the flags want them. */
 #include "internal_cli.h"
-#include "ff_spectral.h"
+#include "data_formats/analysis/spectral_struct.h"
 #include <string.h>
 
 static void read_options(const cli_args *args, ff_read_options *o)
@@ -20,8 +20,8 @@ static void read_options(const cli_args *args, ff_read_options *o)
 static ff_status reduce(const char *to, ff_table *t, ff_error *err)
 {
     ff_table reduced;
-    const ff_status failed = ff_table_reduce(t, to, &reduced, err);
-    ff_table_free(t);
+    const ff_status failed = ff_table_reduce_into(t, to, &reduced, err);
+    ff_table_clear(t);
     if (failed == FF_OK) *t = reduced;
     return failed;
 }
@@ -33,7 +33,7 @@ int cli_read(const cli_args *args, const char *path, int with_notes, ff_table *o
     ff_error err = {0};
     const char *to = cli_value(args, FLAG_REDUCE, NULL);
     read_options(args, &o);
-    ff_status failed = ff_table_read_with(path, &o, &t, &err);
+    ff_status failed = ff_table_read_with_into(path, &o, &t, &err);
     if (failed == FF_OK && to) failed = reduce(to, &t, &err);
     if (failed != FF_OK) {
         if (!err.path[0]) snprintf(err.path, sizeof err.path, "%s", path);

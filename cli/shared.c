@@ -1,7 +1,7 @@
 /* Models with parameters, outputs, Ctrl-C. */
 #define _GNU_SOURCE
 #include "internal_cli.h"
-#include "ff_profile_file.h"
+#include "data_formats/table/profile_file_struct.h"
 #include "base/internal_number.h"
 #include <math.h>
 #include <signal.h>
@@ -30,7 +30,7 @@ const char *cli_param_nearest(const ff_model *model, size_t n, const char *name)
         const char *names[1 + FF_MAX_SHAPE + FF_MAX_CHANNEL_PARAMS], *nearest;
         size_t count = 0;
         ff_model m = model[i];
-        if (ff_model_free(&m, "alpha", NULL) == FF_OK) names[count++] = "alpha";
+        if (ff_model_vary(&m, "alpha", NULL) == FF_OK) names[count++] = "alpha";
         for (uint32_t k = 0; k < m.n_shape; ++k) names[count++] = model[i].shape[k].name;
         for (uint32_t k = 0; k < m.n_channel; ++k) names[count++] = model[i].channel[k].name;
         if ((nearest = cli_nearest(name, names, count))) return nearest;
@@ -47,7 +47,7 @@ int cli_tables_read(const cli_args *args, cli_tables *out)
     *out = (cli_tables){NULL};
     if (!path) return EXIT_DONE;
     ff_profile_table *profile = malloc(sizeof *profile);
-    const ff_status status = profile ? ff_profile_read(path, profile, &err) : FF_ERR_MEMORY;
+    const ff_status status = profile ? ff_profile_read_into(path, profile, &err) : FF_ERR_MEMORY;
     if (status == FF_OK) {
         out->profile = profile;
         return EXIT_DONE;

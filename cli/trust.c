@@ -63,7 +63,7 @@ static ff_status make_places(cli_trust *t, cli_fitting *f, ff_error *err)
     t->places = calloc(f->n_problems, sizeof *t->places);
     if (!t->places) return FF_ERR_MEMORY;
     for (; t->n_places < f->n_problems; ++t->n_places) {
-        const ff_status status = ff_places_new(f->problem[t->n_places], &f->table, &t->places[t->n_places], err);
+        const ff_status status = ff_places_init(f->problem[t->n_places], &f->table, &t->places[t->n_places], err);
         if (status != FF_OK) return status;
     }
     return FF_OK;
@@ -76,10 +76,10 @@ static ff_status check_cut_off(cli_trust *t, ff_problem *p, const ff_fit_options
     ff_error reason = {0};
     ff_selection s;
     if (!(t->cut_off > 0)) return FF_OK;
-    ff_status status = ff_trust_cut_off(p, o, fit, t->cut_off, &each->cut_off, &reason);
+    ff_status status = ff_trust_cut_off_into(p, o, fit, t->cut_off, &each->cut_off, &reason);
     ff_problem_selection(p, &s);
     each->has_cut_off = status == FF_OK && (t->cut_off_given || each->cut_off.used < s.used);
-    if (status == FF_OK && !each->has_cut_off) ff_cut_off_free(&each->cut_off);
+    if (status == FF_OK && !each->has_cut_off) ff_cut_off_clear(&each->cut_off);
     if ((status == FF_ERR_DATA || status == FF_ERR_UNSUPPORTED) && !t->cut_off_given) return FF_OK;
     if (status != FF_OK) *err = reason;
     return status;
@@ -91,7 +91,7 @@ static ff_status look_at_fit(cli_trust *t, cli_fitting *f, size_t problem, ff_fi
     const ff_fit_options *o = &f->options;
     ff_status status = check_cut_off(t, p, o, fit, each, err);
     if (status == FF_OK && t->bootstrap) {
-        status = ff_trust_bootstrap(p, &t->places[problem], o, t->bootstrap, t->seed, fit, &each->bootstrap, err);
+        status = ff_trust_bootstrap_into(p, &t->places[problem], o, t->bootstrap, t->seed, fit, &each->bootstrap, err);
         each->has_bootstrap = status == FF_OK;
     }
     if (status == FF_OK && t->profile) status = ff_trust_profile(p, o, fit, err);
@@ -102,10 +102,10 @@ static ff_status look_at_residuals(cli_trust *t, cli_fitting *f, size_t problem,
                                    ff_error *err)
 {
     ff_problem *p = f->problem[problem];
-    ff_status status = ff_trust_bands(p, &t->places[problem], &f->options, fit, &each->bands, err);
+    ff_status status = ff_trust_bands_into(p, &t->places[problem], &f->options, fit, &each->bands, err);
     each->has_bands = status == FF_OK;
     if (status != FF_OK || f->options.robust == FF_ROBUST_NONE) return status;
-    status = ff_trust_outliers(p, &t->places[problem], &f->options, fit, &each->outliers, err);
+    status = ff_trust_outliers_into(p, &t->places[problem], &f->options, fit, &each->outliers, err);
     each->has_outliers = status == FF_OK;
     return status;
 }
@@ -133,7 +133,7 @@ int cli_trust_fit(cli_trust *t, cli_fitting *f, ff_fit_result *fit, size_t n_fit
         if (status == FF_OK && t->places) status = look_at_residuals(t, f, i, &fit[i], &t->each[i], &err);
     }
     if (status == FF_OK && n_fits > 1) {
-        status = ff_trust_channels_differ(fit, n_fits, &t->difference, &err);
+        status = ff_trust_channels_differ_into(fit, n_fits, &t->difference, &err);
         t->has_difference = status == FF_OK;
     }
     say(f, "");
@@ -150,8 +150,8 @@ int cli_trust_compare(cli_trust *t, cli_fitting *f, const ff_fit_result *fit, si
     if (!versus && status == FF_OK) status = FF_ERR_MEMORY;
     say(f, t->folds ? "cross-validation" : "residuals");
     for (size_t p = 0; p < f->n_problems && status == FF_OK; ++p) {
-        status = ff_trust_compare(f->problem[p], &t->places[p], &f->options, fit + p * models, models, best[p] - p * models,
-                                  t->folds, versus, &err);
+        status = ff_trust_compare_into(f->problem[p], &t->places[p], &f->options, fit + p * models, models, best[p] - p * models,
+                                       t->folds, versus, &err);
         for (size_t m = 0; m < models && status == FF_OK; ++m) {
             ff_report_trust *each = &t->each[p * models + m];
             each->versus = versus[m];
@@ -175,8 +175,8 @@ void cli_trust_report(const cli_trust *t, ff_report_fits *r)
 
 void cli_trust_free(cli_trust *t)
 {
-    for (size_t i = 0; i < t->n_fits && t->each; ++i) ff_cut_off_free(&t->each[i].cut_off);
-    for (size_t i = 0; i < t->n_places; ++i) ff_places_free(&t->places[i]);
+    for (size_t i = 0; i < t->n_fits && t->each; ++i) ff_cut_off_clear(&t->each[i].cut_off);
+    for (size_t i = 0; i < t->n_places; ++i) ff_places_clear(&t->places[i]);
     free(t->each);
     free(t->places);
     memset(t, 0, sizeof *t);
@@ -215,7 +215,7 @@ int cli_residuals_write(const cli_trust *t, cli_fitting *f, const ff_fit_result 
     ff_error err = {0};
     int status = EXIT_DONE;
     if (!t->residuals) return EXIT_DONE;
-    ff_status failed = ff_trust_residual_table(f->problem[0], &f->table, &f->options, fit, &residuals, &err);
+    ff_status failed = ff_trust_residual_table_into(f->problem[0], &f->table, &f->options, fit, &residuals, &err);
     if (failed != FF_OK) return cli_failed(failed, &err);
     ff_model_expression(&fit->model, title + strlen(title), FF_MODEL_NAME);
     if (has_extension(t->residuals, ".exr")) {
@@ -225,6 +225,6 @@ int cli_residuals_write(const cli_trust *t, cli_fitting *f, const ff_fit_result 
         const residual_file file = {&f->table, &residuals, title};
         status = cli_write(t->residuals, write_csv, &file);
     }
-    ff_table_free(&residuals);
+    ff_table_clear(&residuals);
     return status;
 }

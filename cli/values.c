@@ -1,6 +1,6 @@
 /* Values of flags: is each one of its kind, and which was given. */
 #include "internal_flags.h"
-#include "ff_model.h"
+#include "models/model_struct.h"
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>

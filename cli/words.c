@@ -1,8 +1,8 @@
 /* Closed lists of words, most of them from the registries of the library, and the nearest word of a list. */
 #include "internal_flags.h"
 #include "ff_convert.h"
-#include "ff_model.h"
-#include "ff_ndf.h"
+#include "models/model_struct.h"
+#include "fit/ndf/ndf_struct.h"
 #include <string.h>
 
 /* ---- lists of the library -------------------------------------------------------------------- */

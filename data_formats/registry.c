@@ -1,6 +1,7 @@
 /* The formats: list, detection by content, reading and writing by name. */
 #define _GNU_SOURCE
 #include "base/internal_input.h"
+#include "base/internal_options.h"
 #include "data_formats/table/internal_table.h"
 #include <math.h>
 #include <stdio.h>
@@ -139,9 +140,10 @@ static ff_status find_named(const char *path, const char *name, const ff_format 
     return FF_OK;
 }
 
-void ff_read_options_init(ff_read_options *o)
+void ff_read_options_init_size(ff_read_options *o, size_t size)
 {
-    *o = (ff_read_options){.size = sizeof *o, .quantity = -1, .scale = NAN};
+    const ff_read_options defaults = {.quantity = -1, .scale = NAN};
+    ff_options_init(o, size, &defaults, sizeof defaults);
 }
 
 static ff_status check_options(const char *path, const ff_format *f, const ff_read_options *o, ff_error *err)
@@ -162,7 +164,7 @@ static ff_status check_options(const char *path, const ff_format *f, const ff_re
     return FF_OK;
 }
 
-ff_status ff_table_read_with(const char *path, const ff_read_options *options, ff_table *out, ff_error *err)
+ff_status ff_table_read_with_into(const char *path, const ff_read_options *options, ff_table *out, ff_error *err)
 {
     const ff_format *f = NULL;
     ff_read_options o;
@@ -178,12 +180,12 @@ ff_status ff_table_read_with(const char *path, const ff_read_options *options, f
     return FF_OK;
 }
 
-ff_status ff_table_read(const char *path, const char *format, ff_table *out, ff_error *err)
+ff_status ff_table_read_into(const char *path, const char *format, ff_table *out, ff_error *err)
 {
     ff_read_options o;
     ff_read_options_init(&o);
     o.format = format;
-    return ff_table_read_with(path, &o, out, err);
+    return ff_table_read_with_into(path, &o, out, err);
 }
 
 ff_status ff_table_write(const char *path, const char *format, const ff_table *t, ff_error *err)

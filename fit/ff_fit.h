@@ -3,6 +3,14 @@
  *  A problem selects the usable samples of a table once and keeps the geometry that no parameter changes; every model is then
  *  fitted to the same samples. The result depends on the data and the options, not on the number of threads nor on the run.
  *
+ *      ff_fit_options o;
+ *      ff_fit_options_init(&o);
+ *      ff_problem_new(table, &(const ff_model *){model}, 1, &o, &problem, &err);
+ *      ff_problem_fit(problem, model, &o, &fit, &err);
+ *      const ff_fit_value *alpha = ff_fit_result_find(fit, "alpha_x", 0);        // alpha->value, alpha->std_error, ...
+ *      ff_fit_result_free(fit);
+ *      ff_problem_free(problem);
+ *
  *  Objective  1/2 sum over samples i and channels c of rho(r_ic^2), r_ic = sqrt(w_i) (g(f(p)) - g(y)) with g of the loss
  *             (ff_loss.h) and w of the weighting below; the weights have mean 1, so that the objective of unit weights is the
  *             plain half sum.
@@ -53,7 +61,7 @@ typedef enum ff_outcome {
     FF_LIMIT = 2,     /**< max_iterations was reached                                                 */
     FF_CANCELLED = 3  /**< the caller asked to stop                                                   */
 } ff_outcome;
-FF_API const char *ff_outcome_name(int outcome);
+FF_API const char *ff_outcome_name(int outcome); /**< "converged", ...; NULL for a number that is none */
 
 /** What is known of a parameter besides the data. Names are those of the model ("alpha_x", "lobe2.f0"); "alpha" and "lobe2.alpha"
  *  stand for both axes, a per-channel name for all channels or, with a `channel` as the table names it, for that one. */
@@ -71,8 +79,8 @@ typedef struct ff_prior {
     const char *channel; /**< NULL: of every channel                                               */
 } ff_prior;
 
-/** A per-channel parameter is held: at value [n], one for each channel of the table in its order; or, with n = 1 and a `channel`, in
- *  that channel alone, whatever it is in the others. One value for all channels is ff_model_hold. */
+/** A per-channel parameter is held: at value [n], one for each channel of the table in its order; or, with n = 1 and a `channel`,
+ * in that channel alone, whatever it is in the others. One value for all channels is ff_model_hold. */
 typedef struct ff_fixed {
     const char *name;
     size_t n;
@@ -141,9 +149,17 @@ typedef struct ff_fit_options {
     size_t dense_channels;
 } ff_fit_options;
 enum { FF_DENSE_CHANNELS = 8 };
-FF_API void ff_fit_options_init(ff_fit_options *o);
 
-/** What was kept and why the rest was not. */
+/** Writes the defaults into options of `size` bytes, the caller's sizeof, and nothing beyond. A program that was compiled with an
+ * older header has shorter options; what it does not know of is as by default. */
+FF_API void ff_fit_options_init_size(ff_fit_options *o, size_t size);
+static inline void ff_fit_options_init(ff_fit_options *o)
+{
+    ff_fit_options_init_size(o, sizeof *o);
+}
+
+/** What was kept and why the rest was not. Made by a problem and only looked at; later versions may have more members at its end.
+ */
 typedef struct ff_selection {
     size_t samples; /**< in the table                                                              */
     size_t used;
@@ -162,16 +178,21 @@ typedef struct ff_selection {
     int isotropic;          /**< of the table                                                              */
 } ff_selection;
 
+/** Samples ready to be fitted to. Closed. */
 typedef struct ff_problem ff_problem;
 
 /** Selects the samples of t by o and computes the geometry that the n_models models (at least one) will need, and no other:
  *  only these may be fitted to it. t and models may be freed afterwards.
  *  FF_ERR_DATA when nothing usable is left (the message counts why), FF_ERR_RANGE for an option, FF_ERR_UNSUPPORTED for
  *  a weighting the table does not offer, FF_ERR_MEMORY. *out is written only on FF_OK. */
-FF_API ff_status ff_problem_new(const ff_table *t, const ff_model *models, size_t n_models, const ff_fit_options *o, ff_problem **out,
-                         ff_error *err);
-FF_API void ff_problem_free(ff_problem *p);
-FF_API void ff_problem_selection(const ff_problem *p, ff_selection *out);
+FF_API ff_status ff_problem_new(const ff_table *t, const ff_model *const *models, size_t n_models, const ff_fit_options *o,
+                                ff_problem **out, ff_error *err);
+FF_API void ff_problem_free(ff_problem *p); /**< NULL is allowed */
+
+/** What it has selected. Belongs to p. */
+FF_API const ff_selection *ff_problem_selected(const ff_problem *p);
+
+/** Name of its channel c, "mean" of an average; NULL when there is none. Belongs to p. */
 FF_API const char *ff_problem_channel_name(const ff_problem *p, size_t c);
 
 /** What a 95 % interval rests on. */
@@ -184,9 +205,9 @@ typedef enum ff_interval {
     FF_INTERVAL_BOOTSTRAP = 4  /**< refits to resampled incident directions: ff_trust_bootstrap         */
 } ff_interval;
 enum { FF_INTERVAL_COUNT = 5 };
-FF_API const char *ff_interval_name(int interval);
+FF_API const char *ff_interval_name(int interval); /**< "standard-error", ...; NULL for a number that is none */
 
-/** One fitted number. */
+/** One fitted number. Belongs to its result and is only looked at; later versions may have more members at its end. */
 typedef struct ff_fit_value {
     double value;
     double std_error; /**< NaN when held, on a bound, or not determined by the data           */
@@ -198,20 +219,8 @@ typedef struct ff_fit_value {
     ff_param_ref follows;        /**< of a tied one: that parameter; else none                                 */
     size_t follows_channel;      /**< and its channel, 0 for a shared one                                      */
     double prior_mean, prior_sd; /**< NaN where it had no prior                                           */
-    int column;                  /**< index into correlation, -1 when it has none                        */
+    int column;                  /**< its number among those that have a standard error, -1 when it has none */
 } ff_fit_value;
-
-/** Weighted root-mean-square residuals over all used samples and channels, whichever loss was minimised. */
-typedef struct ff_residual {
-    double objective;      /**< what was minimised                                   */
-    double rmse;           /**< f - y, 1/sr                                          */
-    double cosine_rmse;    /**< (f - y) cos(theta_i), 1/sr                           */
-    double log_rmse;       /**< of FF_LOSS_LOG                                       */
-    double cube_root_rmse; /**< of FF_LOSS_CUBE_ROOT                                 */
-    double max_abs;        /**< largest |f - y|, 1/sr, not weighted                  */
-    /** Of every loss that is a measure, the three above among them, in ff_loss_info.rmse_unit; NaN of those that are none. */
-    double loss_rmse[FF_LOSS_COUNT];
-} ff_residual;
 
 /** Orientation-free description of the roughness of the first lobe: alpha_major >= alpha_minor along phi and phi + pi/2. */
 typedef struct ff_ellipse {
@@ -220,46 +229,67 @@ typedef struct ff_ellipse {
     int phi_determined;                   /**< 0: the two axes differ by less than their error, or the shape is isotropic */
 } ff_ellipse;
 
-typedef struct ff_fit_result {
-    ff_model model;
-    ff_shape shape; /**< never AUTO                                               */
-    ff_outcome outcome;
-    int iterations; /**< solver steps on all samples                              */
-    int passes;     /**< passes over all samples, the final ones included         */
-    double time_s;  /**< wall clock                                               */
-    size_t n_channels;
-    ff_fit_value *shape_value;   /**< [model.n_shape]                                          */
-    ff_fit_value *channel_value; /**< [n_channels][model.n_channel]                            */
-    size_t n_columns;    /**< parameters with a standard error; with more channels than dense_channels those of the shape alone */
-    double *correlation; /**< [n_columns][n_columns]; NULL when std_errors was 0       */
-    /** With more channels than dense_channels, else NULL: [n_channels][model.n_channel][n_columns + model.n_channel], the
-     * correlations of every parameter of a channel with the columns of correlation, then with the parameters of its channel; NaN
-     * where one of the two has no standard error. Those between channels are not formed. */
-    double *channel_correlation;
-    int has_ellipse;
-    ff_ellipse ellipse;
-    ff_residual residual; /**< its objective is that of the data alone            */
-    double prior_penalty; /**< what priors add to it                                */
-    size_t n_free;        /**< free parameters                                          */
-    /** What the data can tell; only with std_errors. Rank and condition of the Jacobian of the parameters that are not on a
-     *  bound, each column scaled to unit length. Residuals of neighbouring samples go together over `correlated_over` samples
-     *  (1: not at all), so that the values count as `effective_samples` independent ones (else as many as there are). */
-    size_t rank;
-    double condition;
-    double effective_samples;
-    size_t correlated_over;
-    int correlation_settled; /**< 0: further than can be seen; the standard errors are then lower bounds */
-    double aic, bic;         /**< n ln(2 objective / n) + 2k and + k ln n over n = used * channels residuals, k = n_free + 1;
-                                  with sigma weights 2 objective + 2 n_free, + n_free ln n     */
-    ff_warnings warnings;    /**< what it should be taken with                            */
-} ff_fit_result;
+/** What was found, and how well. Closed: read by the functions below; what they hand out by pointer belongs to the result. */
+typedef struct ff_fit_result ff_fit_result;
+
+FF_API void ff_fit_result_free(ff_fit_result *r); /**< NULL is allowed */
+
+FF_API const ff_model *ff_fit_result_model(const ff_fit_result *r); /**< as it was fitted, with what was held and bounded      */
+FF_API ff_shape ff_fit_result_shape(const ff_fit_result *r);        /**< never AUTO                                            */
+FF_API ff_outcome ff_fit_result_outcome(const ff_fit_result *r);
+FF_API int ff_fit_result_iterations(const ff_fit_result *r); /**< solver steps on all samples                           */
+FF_API int ff_fit_result_passes(const ff_fit_result *r);     /**< passes over all samples, the final ones included      */
+FF_API double ff_fit_result_seconds(const ff_fit_result *r); /**< wall clock                                            */
+FF_API size_t ff_fit_result_channel_count(const ff_fit_result *r);
+FF_API size_t ff_fit_result_free_count(const ff_fit_result *r); /**< free parameters, those on a bound not counted         */
 
 /** A number of the result: the parameter at a place of its model, in channel c where it has a value in each (else c is not read).
- *  It belongs to r. NULL when there is no such parameter or channel. */
+ *  NULL when there is no such parameter or channel. */
 FF_API const ff_fit_value *ff_fit_result_at(const ff_fit_result *r, ff_param_ref ref, size_t c);
 
 /** The same by the name of the parameter: "alpha_x", "lobe2.f0". */
 FF_API const ff_fit_value *ff_fit_result_find(const ff_fit_result *r, const char *name, size_t c);
+
+/** Fills shape [n_shape] and channel [n_channels][n_channel] with the values that were found, for ff_model_eval. Either may be
+ * NULL. */
+FF_API void ff_fit_result_values(const ff_fit_result *r, double *shape, double *channel);
+
+/** Correlation of two numbers of the result, places as ff_fit_result_at: 1 or -1 where the data see only one combination of them.
+ * NaN where one of them has no standard error, and between parameters of different channels when there are more channels than
+ *  dense_channels, since it is not formed then. */
+FF_API double ff_fit_result_correlation(const ff_fit_result *r, ff_param_ref a, size_t channel_a, ff_param_ref b, size_t channel_b);
+
+FF_API const ff_ellipse *ff_fit_result_ellipse(const ff_fit_result *r); /**< NULL: the first lobe has no stretch */
+
+/** How far the model is from the data: weighted root-mean-square residuals over all used samples and channels, whichever loss was
+ *  minimised. */
+FF_API double ff_fit_result_objective(const ff_fit_result *r);     /**< what was minimised, of the data alone                 */
+FF_API double ff_fit_result_prior_penalty(const ff_fit_result *r); /**< what priors add to it                                 */
+FF_API double ff_fit_result_rmse(const ff_fit_result *r);          /**< of f - y, 1/sr                                        */
+FF_API double ff_fit_result_max_abs(const ff_fit_result *r);       /**< largest |f - y|, 1/sr, not weighted                   */
+/** The same by the measure of a loss, in ff_loss_info.rmse_unit; NaN of a loss that is no measure. */
+FF_API double ff_fit_result_loss_rmse(const ff_fit_result *r, ff_loss loss);
+
+/** n ln(2 objective / n) + 2k and + k ln n over n = used * channels residuals, k = free parameters + 1; with sigma weights
+ *  2 objective + 2 k, + k ln n, of k free parameters. The lower the better, of fits to the same problem. */
+FF_API double ff_fit_result_aic(const ff_fit_result *r);
+FF_API double ff_fit_result_bic(const ff_fit_result *r);
+
+/** What the data can tell; only with std_errors. Rank and condition of the Jacobian of the parameters that are not on a bound, each
+ *  column scaled to unit length. Residuals of neighbouring samples go together over `correlated_over` samples (1: not at all), so
+ *  that the values count as `effective_samples` independent ones (else as many as there are). Not settled (0): further than can be
+ *  seen; the standard errors are then lower bounds. */
+FF_API size_t ff_fit_result_rank(const ff_fit_result *r);
+FF_API double ff_fit_result_condition(const ff_fit_result *r);
+FF_API double ff_fit_result_effective_samples(const ff_fit_result *r);
+FF_API size_t ff_fit_result_correlated_over(const ff_fit_result *r);
+FF_API int ff_fit_result_correlation_settled(const ff_fit_result *r);
+
+/** What the result should be taken with, in the order in which a person should read it; NULL when i >= count. */
+FF_API size_t ff_fit_result_warning_count(const ff_fit_result *r);
+FF_API const ff_warning *ff_fit_result_warning(const ff_fit_result *r, size_t i);
+
+/* ---- fitting --------------------------------------------------------------------------------- */
 
 /** Estimates the scale of a robust loss from the residuals of m: for every value a standard deviation, by the median absolute
  * residual of values of about its magnitude (Hampel 1974). It stays with p and serves all fits whose robust_scale is 0, so that
@@ -269,8 +299,8 @@ FF_API ff_status ff_problem_estimate_scale(ff_problem *p, const ff_model *m, con
 /** Fits m to the samples of p. FF_ERR_UNKNOWN and others as ff_constraints_check. Options must be those p was made with, as far as
  * they concern the selection. FF_ERR_DATA (fewer residuals than parameters), FF_ERR_RANGE, FF_ERR_UNSUPPORTED (a shape the model
  * cannot take), FF_ERR_CANCELLED, FF_ERR_MEMORY. *out is written only on FF_OK; release it with ff_fit_result_free. */
-FF_API ff_status ff_problem_fit(const ff_problem *p, const ff_model *m, const ff_fit_options *o, ff_fit_result *out, ff_error *err);
-FF_API void ff_fit_result_free(ff_fit_result *r);
+FF_API ff_status ff_problem_fit(const ff_problem *p, const ff_model *m, const ff_fit_options *o, ff_fit_result **out,
+                                ff_error *err);
 
 #ifdef __cplusplus
 }

@@ -46,7 +46,7 @@ ff_status ff_fit_run(const struct ff_problem *p, const ff_model *m, const ff_fit
     ff_point_free(&at);
     ff_plan_free(&plan);
     if (st) {
-        ff_fit_result_free(&r);
+        ff_fit_result_clear(&r);
         return st;
     }
     r.time_s = seconds() - began;

@@ -192,6 +192,9 @@ ff_status ff_problem_estimate_scale(ff_problem *p, const ff_model *m, const ff_f
 {
     enum { MOST_VALUES = 200000 };
     const size_t all = p->n * p->n_channels;
+    ff_fit_options own;
+    o = ff_fit_options_take(o, &own, err);
+    if (!o) return FF_ERR_RANGE;
     ff_fit_options plain = *o, robust = *o;
     ff_fit_result fit;
     plain.robust = FF_ROBUST_NONE;
@@ -209,10 +212,10 @@ ff_status ff_problem_estimate_scale(ff_problem *p, const ff_model *m, const ff_f
         st = improve(p, o, &fit, model, residual, values, MOST_VALUES, &change, err);
         if (!st) st = refit(p, m, &robust, &fit, &next, err);
         if (st) break;
-        ff_fit_result_free(&fit);
+        ff_fit_result_clear(&fit);
         fit = next;
     }
-    ff_fit_result_free(&fit);
+    ff_fit_result_clear(&fit);
     free(model);
     free(values);
     if (st) forget_units(p);
@@ -240,7 +243,7 @@ static void share(const struct ff_problem *p, scaled *s)
     s->all.middle = &s->middle;
 }
 
-ff_status ff_problem_fit(const ff_problem *p, const ff_model *m, const ff_fit_options *o, ff_fit_result *out, ff_error *err)
+ff_status ff_problem_fit_into(const ff_problem *p, const ff_model *m, const ff_fit_options *o, ff_fit_result *out, ff_error *err)
 {
     scaled s;
     ff_status st = ff_fit_options_check(o, err);

@@ -1,13 +1,28 @@
 /** @file ff_model.h  Microfacet reflectance models: registry, composition, evaluation with derivatives.
  *
+ *  A model says how much of the light from one direction a rough surface sends into another, up to a handful of parameters: its
+ *  roughness, its reflectance. It is made from an expression, has its parameters by name, and is evaluated for their values:
+ *
+ *      ff_model *m;
+ *      if (ff_model_new("ggx+lambert", &m, &err)) ...                // err says what was wrong
+ *      double *shape = malloc(ff_model_param_count(m, FF_PARAM_SHAPE) * sizeof *shape);
+ *      double *channel = malloc(n_channels * ff_model_param_count(m, FF_PARAM_CHANNEL) * sizeof *channel);
+ *      ff_model_defaults(m, n_channels, shape, channel);
+ *      ff_model_set(m, n_channels, "alpha=0.3", shape, channel, &err);
+ *      ff_model_eval(m, FF_ISA_BEST, n_channels, shape, channel, &dirs, n, f, NULL, n);
+ *      ff_model_free(m);
+ *
  *  Frame    macro-normal = +z, tangent = +x; wi (to the light) and wo (to the viewer) are unit vectors pointing away from the
  *           surface, h = (wi+wo)/|wi+wo|. theta is measured from z, phi from x counter-clockwise. Angles: radians.
  *  Value    f = f_r(wi, wo) in 1/sr, the cosine NOT included.
  *  Slopes   of a normal m: (-mx/mz, -my/mz).
  *  Arrays   planes of double, owned by the caller, never kept after return; outputs must not overlap inputs.
- *  Memory   nothing allocates but evaluations, for the tables of models that have any; they release it before they return.
+ *  Sizes    n_shape and n_channel stand for ff_model_param_count of FF_PARAM_SHAPE and FF_PARAM_CHANNEL.
+ *  Memory   models are released with ff_model_free. Nothing else allocates but evaluations, for the tables of models that have any;
+ *           they release it before they return.
  *  Errors   ff_status; outputs are written only on FF_OK. Nothing aborts or prints.
- *  Threads  descriptors are immutable; every function may be called from many threads at once. */
+ *  Threads  descriptors are immutable; every function may be called from many threads at once, those that change a model from one
+ *           thread at a time. */
 #ifndef FF_MODEL_H
 #define FF_MODEL_H
 #include "ff_api.h"
@@ -21,6 +36,8 @@ extern "C" {
 
 /* ---- the registry: the terms a model is composed of ------------------------------------------ */
 
+/** The list of terms of a kind, in a fixed order; an index stays the same within a version. Names are what expressions are made of.
+ */
 FF_API size_t ff_term_count(ff_term_kind kind);                /**< 0 for a kind that does not exist        */
 FF_API const ff_term *ff_term_at(ff_term_kind kind, size_t i); /**< NULL when i >= count                    */
 FF_API int ff_term_find(ff_term_kind kind, const char *name);  /**< index, or -1 when unknown          */
@@ -32,51 +49,63 @@ typedef struct ff_preset {
     const char *expression;
     const char *hold[3]; /**< "ks=4"; NULL = no more                         */
 } ff_preset;
+
+/** The list of presets, in a fixed order. */
 FF_API size_t ff_preset_count(void);
 FF_API const ff_preset *ff_preset_at(size_t i);           /**< NULL when i >= count */
 FF_API const ff_preset *ff_preset_find(const char *name); /**< NULL when unknown    */
 
 /* ---- composition ----------------------------------------------------------------------------- */
 
-/** Parses a model expression: the name of a preset, or terms joined by '+', each a lobe NDF[/MASKING[/FRESNEL]] or a diffuse name;
- * left out means smith-height-correlated, schlick, no diffuse term. The Fresnel term `shared` of a later lobe is that of the first.
- *  FF_ERR_UNKNOWN names the word and what is known; FF_ERR_SYNTAX; FF_ERR_UNSUPPORTED says what is allowed (too many lobes or
- *  diffuse terms, a masking that is not made for the distribution, a coupled diffuse term without a lobe). */
-FF_API ff_status ff_model_parse(const char *expr, ff_model *out, ff_error *err);
+/** Makes a model from an expression: the name of a preset, or terms joined by '+', each a lobe NDF[/MASKING[/FRESNEL]] or a diffuse
+ * name; left out means smith-height-correlated, schlick, no diffuse term. The Fresnel term `shared` of a later lobe is that of the
+ * first. FF_ERR_UNKNOWN names the word and what is known; FF_ERR_SYNTAX; FF_ERR_UNSUPPORTED says what is allowed (too many lobes or
+ *  diffuse terms, a masking that is not made for the distribution, a coupled diffuse term without a lobe); FF_ERR_MEMORY.
+ *  *out is written only on FF_OK; release it with ff_model_free. */
+FF_API ff_status ff_model_new(const char *expr, ff_model **out, ff_error *err);
 
-/** Composes one lobe (indices into the registry) and a diffuse term (-1 = none). FF_ERR_RANGE for an index out of range,
- *  FF_ERR_UNSUPPORTED as ff_model_parse. */
-FF_API ff_status ff_model_compose(int ndf, int masking, int fresnel, int diffuse, ff_model *out, ff_error *err);
+/** The same model once more, with what was held, let vary and bounded; a table of a profile is borrowed by both. FF_ERR_MEMORY. */
+FF_API ff_status ff_model_copy(const ff_model *m, ff_model **out, ff_error *err);
+
+FF_API void ff_model_free(ff_model *m); /**< NULL is allowed */
+
+/** How many lobes it has. */
+FF_API uint32_t ff_model_lobe_count(const ff_model *m);
 
 /** Writes the full expression of m, every default spelled out, into out [size]; always terminated. */
 FF_API void ff_model_expression(const ff_model *m, char *out, size_t size);
 
-/** Holds a parameter at a value, or frees it for fits; by name, "alpha" for both axes. FF_ERR_UNKNOWN, FF_ERR_RANGE. */
+/** Holds a parameter at a value, or lets fits vary it; by name, "alpha" for both axes. FF_ERR_UNKNOWN, FF_ERR_RANGE. */
 FF_API ff_status ff_model_hold(ff_model *m, const char *name, double value, ff_error *err);
-FF_API ff_status ff_model_free(ff_model *m, const char *name, ff_error *err);
+FF_API ff_status ff_model_vary(ff_model *m, const char *name, ff_error *err);
 
 /** Narrows the range in which a fit may move a parameter, by name, "alpha" for both axes; its initial value moves inside.
  * Evaluation knows nothing of it. FF_ERR_UNKNOWN; FF_ERR_RANGE when not lo < hi, when they lie outside the parameter's box (the
  * message has it), or when the parameter is held outside them. m is changed only on FF_OK. */
 FF_API ff_status ff_model_bound(ff_model *m, const char *name, double lo, double hi, ff_error *err);
 
-/** Gives every `tabulated` lobe its table, which must outlive m and its copies; the count of such lobes. */
+struct ff_profile_table;
+/** Gives every `tabulated` lobe its table (ff_profile.h), which must outlive m and its copies; the count of such lobes. */
 FF_API uint32_t ff_model_set_table(ff_model *m, const struct ff_profile_table *table);
 
 /** Initial values: shape [n_shape], channel [n_channels][n_channel]. Either may be NULL. */
 FF_API void ff_model_defaults(const ff_model *m, size_t n_channels, double *shape, double *channel);
 
+/** How many parameters it has of a kind: the places of the kind are 0 up to this. 0 of FF_PARAM_NONE. */
+FF_API size_t ff_model_param_count(const ff_model *m, ff_param_kind kind);
+
 /** Place of a parameter by name; kind FF_PARAM_NONE when unknown. "alpha" is not a parameter where there are two axes (see
  *  ff_model_set). */
 FF_API ff_param_ref ff_model_param_find(const ff_model *m, const char *name);
 
-/** The parameter at a place of m; NULL when there is none. */
+/** The parameter at a place of m: its name, meaning, unit and box. It belongs to m and goes with it; NULL when there is none. */
 FF_API const ff_model_param *ff_model_param_at(const ff_model *m, ff_param_ref ref);
 
 /** Applies one assignment "name=v" or, for a per-channel parameter, "name=v1:v2:..." with one value (all channels) or n_channels.
  *  "alpha=v" sets alpha_x and alpha_y (also "lobe2.alpha=v"). Numbers are decimal, with an exponent or without, in any locale.
  *  FF_ERR_SYNTAX, FF_ERR_UNKNOWN (with the names that exist), FF_ERR_RANGE (with the box). */
-FF_API ff_status ff_model_set(const ff_model *m, size_t n_channels, const char *assignment, double *shape, double *channel, ff_error *err);
+FF_API ff_status ff_model_set(const ff_model *m, size_t n_channels, const char *assignment, double *shape, double *channel,
+                              ff_error *err);
 
 /** Checks that every value is finite and in its box and that the combination has a meaning (V-cavity with a mean slope has none).
  *  @param shape    [n_shape]
@@ -99,7 +128,7 @@ FF_API uint32_t ff_model_claims(const ff_model *m, const double *shape);
  *  @param ld  stride of a plane, >= n
  *  FF_ERR_RANGE / FF_ERR_UNSUPPORTED as ff_model_check; FF_ERR_UNSUPPORTED for an isa that is not available; FF_ERR_MEMORY. */
 FF_API ff_status ff_model_eval(const ff_model *m, ff_isa isa, size_t n_channels, const double *shape, const double *channel,
-                        const ff_dirs *w, size_t n, double *f, double *df, size_t ld);
+                               const ff_dirs *w, size_t n, double *f, double *df, size_t ld);
 
 /** The factors of one lobe, planes [n] each, any of them NULL = not needed. */
 typedef struct ff_terms {
@@ -112,7 +141,7 @@ typedef struct ff_terms {
 
 /** The factors of lobe `lobe` for colour channel `c` (parameters as ff_model_eval). 0 in all planes below the horizon. */
 FF_API ff_status ff_model_terms(const ff_model *m, ff_isa isa, size_t n_channels, const double *shape, const double *channel,
-                         uint32_t lobe, size_t c, const ff_dirs *w, size_t n, const ff_terms *out);
+                                uint32_t lobe, size_t c, const ff_dirs *w, size_t n, const ff_terms *out);
 
 #ifdef __cplusplus
 }

@@ -2,7 +2,7 @@
  * the model made ready for its samples. */
 #ifndef FF_INTERNAL_MODEL_H
 #define FF_INTERNAL_MODEL_H
-#include "ff_model.h"
+#include "model_struct.h"
 #include "models/kernels/internal_kernel.h"
 
 /* ---- registry.c ------------------------------------------------------------------------------ */

@@ -108,7 +108,7 @@ ff_status ff_model_hold(ff_model *m, const char *name, double value, ff_error *e
     return hold(m, name, 1, value, err);
 }
 
-ff_status ff_model_free(ff_model *m, const char *name, ff_error *err)
+ff_status ff_model_vary(ff_model *m, const char *name, ff_error *err)
 {
     return hold(m, name, 0, 0, err);
 }

@@ -8,12 +8,12 @@
  *  Threads  no global state. */
 #ifndef FF_REPORT_H
 #define FF_REPORT_H
-#include "ff_fit.h"
+#include "fit/fit_struct.h"
 #include "ff_json.h"
-#include "ff_picture.h"
-#include "ff_resample.h"
-#include "ff_trust.h"
-#include "ff_words.h"
+#include "fit/trust/picture_struct.h"
+#include "data_formats/interpolation/resample_struct.h"
+#include "fit/trust/trust_struct.h"
+#include "report/words/words_struct.h"
 #ifdef __cplusplus
 extern "C" {
 #endif

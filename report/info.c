@@ -2,7 +2,7 @@
 #include "base/internal_order.h"
 #include "internal_report.h"
 #include "internal_text.h"
-#include "ff_survey.h"
+#include "data_formats/analysis/survey_struct.h"
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -29,13 +29,13 @@ static size_t sorted_values(const ff_table *t, size_t c, double *value)
 
 static void summary_free(table_summary *s)
 {
-    ff_survey_free(&s->survey);
+    ff_survey_clear(&s->survey);
     free(s->channel);
 }
 
 static ff_status summarise(const ff_table *t, table_summary *s)
 {
-    ff_status status = ff_survey_new(t, &s->survey, NULL);
+    ff_status status = ff_survey_init(t, &s->survey, NULL);
     if (status != FF_OK) return status;
     double *value = malloc((t->n ? t->n : 1) * sizeof *value);
     s->channel = malloc(t->n_channels * sizeof *s->channel);

@@ -17,7 +17,7 @@ extern "C" {
 
 /** Which pairs of directions are measured. */
 typedef enum ff_sampling_kind {
-    FF_SAMPLING_MERL = 0,       /**< the 90 x 90 x 180 grid of ff_grid_merl; cells below the horizon are marked invalid        */
+    FF_SAMPLING_MERL = 0,       /**< the 90 x 90 x 180 grid "merl" of ff_table.h; cells below the horizon are marked invalid        */
     FF_SAMPLING_GONIOMETER = 1, /**< theta_i 0, 15 .. 75; phi_i 0, 45, 90, 135 (0 alone when isotropic); theta_o 0 .. 85 and
                                      phi_o by step                                                                             */
     FF_SAMPLING_SCATTERED = 2   /**< random pairs, both directions uniform in solid angle down to 85 degrees                   */
@@ -48,15 +48,21 @@ typedef struct ff_simulate_options {
     ff_isa      isa;         /**< FF_ISA_BEST                                                                    */
     const volatile int *cancel; /**< polled; not NULL and != 0 ends with FF_ERR_CANCELLED                        */
 } ff_simulate_options;
-FF_API void ff_simulate_options_init(ff_simulate_options *o);
+
+/** Writes the defaults into options of `size` bytes, the caller's sizeof, and nothing beyond. */
+FF_API void ff_simulate_options_init_size(ff_simulate_options *o, size_t size);
+static inline void ff_simulate_options_init(ff_simulate_options *o)
+{
+    ff_simulate_options_init_size(o, sizeof *o);
+}
 
 /** Makes a table of n_channels channels (named r, g, b when there are three, "f" when there is one, c0 ... otherwise).
  *  @param shape    [n_shape]                 see ff_model_check
  *  @param channel  [n_channels][n_channel]
- *  *out is overwritten, not freed; release it with ff_table_free. Samples whose f is not finite do not occur.
+ *  *out is written only on FF_OK; release it with ff_table_free. Samples whose f is not finite do not occur.
  *  FF_ERR_RANGE, FF_ERR_UNSUPPORTED (parameters, options), FF_ERR_MEMORY, FF_ERR_CANCELLED. */
 FF_API ff_status ff_simulate(const ff_model *m, size_t n_channels, const double *shape, const double *channel,
-                      const ff_simulate_options *o, ff_table *out, ff_error *err);
+                      const ff_simulate_options *o, ff_table **out, ff_error *err);
 
 /** Standard normal number `index` of stream `stream` under a seed: the generator that ff_simulate uses, with stream = channel and
  *  index = 2 sample for g1, 2 sample + 1 for g2. Philox4x32-10 (Salmon et al. 2011), inverted by AS 241 (Wichura 1988). */

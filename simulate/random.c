@@ -1,6 +1,6 @@
 /* Random numbers that are a function of their index. Nothing here calls the mathematical library except sqrt, which is exact, and
  * the file is compiled without fused multiply-add: the same bits on every machine. */
-#include "ff_simulate.h"
+#include "simulate_struct.h"
 #include "internal_philox.h"
 #include <math.h>
 

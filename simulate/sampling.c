@@ -1,5 +1,5 @@
 /* Pairs of directions of the simulated instruments, in degrees with six decimals: what a file holds is what is evaluated. */
-#include "ff_simulate.h"
+#include "simulate_struct.h"
 #include "base/internal_number.h"
 #include "internal_sampling.h"
 #include <math.h>
@@ -156,7 +156,7 @@ ff_status ff_sampling_table(const ff_sampling *s, uint64_t seed, int isotropic, 
                      : s->kind == FF_SAMPLING_SCATTERED ? s->n
                                                         : goniometer(s->step_deg, isotropic, NULL);
     const ff_grid *grid = s->kind == FF_SAMPLING_MERL ? &ff_grid_merl : NULL;
-    const ff_status status = ff_table_new(n, n_channels, grid, sigma, 0, out, err);
+    const ff_status status = ff_table_init(n, n_channels, grid, sigma, 0, out, err);
     if (status != FF_OK) return status;
     out->radians_per_unit = PI / 180;
     out->isotropic = grid ? grid->isotropic : s->kind == FF_SAMPLING_GONIOMETER && isotropic;

@@ -1,5 +1,6 @@
-#include "ff_simulate.h"
+#include "simulate_struct.h"
 #include "internal_sampling.h"
+#include "base/internal_options.h"
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -7,12 +8,10 @@
 
 enum { BLOCK = 1024 };
 
-void ff_simulate_options_init(ff_simulate_options *o)
+void ff_simulate_options_init_size(ff_simulate_options *o, size_t size)
 {
-    memset(o, 0, sizeof *o);
-    o->size = sizeof *o;
-    o->sampling = (ff_sampling){FF_SAMPLING_GONIOMETER, 5, 1, 0};
-    o->seed = 1;
+    const ff_simulate_options defaults = {.sampling = {FF_SAMPLING_GONIOMETER, 5, 1, 0}, .seed = 1};
+    ff_options_init(o, size, &defaults, sizeof defaults);
 }
 
 static void name_channels(ff_table *t)
@@ -129,8 +128,8 @@ static ff_status check_options(const ff_simulate_options *o, ff_error *err)
     return FF_OK;
 }
 
-ff_status ff_simulate(const ff_model *m, size_t n_channels, const double *shape, const double *channel,
-                      const ff_simulate_options *o, ff_table *out, ff_error *err)
+ff_status ff_simulate_into(const ff_model *m, size_t n_channels, const double *shape, const double *channel,
+                           const ff_simulate_options *o, ff_table *out, ff_error *err)
 {
     ff_table t;
     ff_status status = check_options(o, err);
@@ -142,10 +141,21 @@ ff_status ff_simulate(const ff_model *m, size_t n_channels, const double *shape,
     name_channels(&t);
     status = fill(m, shape, channel, o, &t, err);
     if (status != FF_OK) {
-        ff_table_free(&t);
+        ff_table_clear(&t);
         return status;
     }
     count_negative(&t);
     *out = t;
     return FF_OK;
+}
+
+ff_status ff_simulate(const ff_model *m, size_t n_channels, const double *shape, const double *channel,
+                      const ff_simulate_options *o, ff_table **out, ff_error *err)
+{
+    ff_simulate_options own;
+    ff_table made;
+    ff_simulate_options_init(&own);
+    ff_status s = ff_options_take("ff_simulate_options", o, FF_END_OF(ff_simulate_options, cancel), &own, sizeof own, err);
+    if (!s) s = ff_simulate_into(m, n_channels, shape, channel, &own, &made, err);
+    return s ? s : ff_table_move(&made, out, err);
 }

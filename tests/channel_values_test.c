@@ -2,7 +2,7 @@
  * against a second way to the same answer; with few channels and with so many that they are solved for one by one. */
 #include "model_samples.h"
 #include "warnings.h"
-#include "ff_trust.h"
+#include "fit/trust/trust_struct.h"
 
 enum { MANY = 12 };
 
@@ -89,14 +89,14 @@ static void values_by_channel(size_t C)
         check_held("f0", value_of(&r, "f0", c), value[c]);
         check_same("kd", value_of(&r, "kd", c), value_of(&all, "kd", c), 1e-3);
     }
-    ff_fit_result_free(&r);
+    ff_fit_result_clear(&r);
     for (size_t c = 0; c < C; c++) value[c] = 0.3 + 0.01 * (double)c;
     r = fitted("elsewhere", &t, &s.model, &o);
     FF_CHECK(r.residual.objective > 1.5 * all.residual.objective, "other values fit as well");
     for (size_t c = 0; c < C; c++) check_held("f0 elsewhere", value_of(&r, "f0", c), value[c]);
-    ff_fit_result_free(&r);
-    ff_fit_result_free(&all);
-    ff_table_free(&t);
+    ff_fit_result_clear(&r);
+    ff_fit_result_clear(&all);
+    ff_table_clear(&t);
 }
 
 static void held_by_channel(void)
@@ -137,9 +137,9 @@ static void value_of_one(size_t C, size_t dense)
     FF_CHECK_CLOSE(same.residual.objective, r.residual.objective, 1e-9, 0);
     check_same("alpha", value_of(&r, "alpha_x", 0), value_of(&same, "alpha_x", 0), 2e-3);
     for (size_t k = 0; k < C; k++) check_same("kd", value_of(&r, "kd", k), value_of(&same, "kd", k), 2e-3);
-    ff_fit_result_free(&same);
-    ff_fit_result_free(&r);
-    ff_table_free(&t);
+    ff_fit_result_clear(&same);
+    ff_fit_result_clear(&r);
+    ff_table_clear(&t);
 }
 
 static void held_in_one_channel(void)
@@ -187,8 +187,8 @@ static void same_without_it(size_t dense)
     ff_problem *p = NULL;
     ff_fit_result r = {0}, m = {0};
     ff_error err = {0};
-    FF_CHECK(ff_problem_new(&t, &s.model, 1, &o, &p, &err) == FF_OK && ff_problem_fit(p, &s.model, &o, &r, &err) == FF_OK &&
-                 ff_problem_fit(p, &held, &by_model, &m, &err) == FF_OK,
+    FF_CHECK(ff_problem_make(&t, &s.model, 1, &o, &p, &err) == FF_OK && ff_problem_fit_into(p, &s.model, &o, &r, &err) == FF_OK &&
+                 ff_problem_fit_into(p, &held, &by_model, &m, &err) == FF_OK,
              "%s", err.message);
     FF_CHECK_CLOSE(r.aic, m.aic, 1e-9, 1e-6);
     FF_CHECK(r.rank == m.rank && value_of(&m, "kd", 0)->at_bound == 1, "rank %zu and %zu", r.rank, m.rank);
@@ -201,10 +201,10 @@ static void same_without_it(size_t dense)
         check_like("alpha by its profile", value_of(&r, "alpha_x", 0), value_of(&m, "alpha_x", 0));
         check_like("kd by its profile", value_of(&r, "kd", 0), value_of(&m, "kd", 0));
     }
-    ff_fit_result_free(&m);
-    ff_fit_result_free(&r);
+    ff_fit_result_clear(&m);
+    ff_fit_result_clear(&r);
     ff_problem_free(p);
-    ff_table_free(&t);
+    ff_table_clear(&t);
 }
 
 static void errors_without_it(void)
@@ -237,9 +237,9 @@ static void conductor_with_known_eta(void)
                 FF_CHECK(fabs(v->value - (const double[]){3.4, 2.4, 1.9}[k]) < 5 * v->std_error, "k %g +- %g", v->value,
                          v->std_error);
         }
-        ff_fit_result_free(&r);
+        ff_fit_result_clear(&r);
     }
-    ff_table_free(&t);
+    ff_table_clear(&t);
 }
 
 static void with_a_free_scale(void)
@@ -249,7 +249,7 @@ static void with_a_free_scale(void)
     ff_table t = fit_measure(&s, &how);
     ff_fit_options o = fit_options();
     o.shape = FF_SHAPE_ISOTROPIC;
-    FF_CHECK(ff_model_free(&s.model, "ks", NULL) == FF_OK, "free");
+    FF_CHECK(ff_model_vary(&s.model, "ks", NULL) == FF_OK, "free");
     const ff_fixed fixed = {"f0", 1, &(double){0.4}, t.channels[1].name};
     const ff_constraints c = {.n_fixed = 1, .fixed = &fixed};
     o.constraints = &c;
@@ -257,8 +257,8 @@ static void with_a_free_scale(void)
     check_held("f0", value_of(&r, "f0", 1), 0.4);
     const ff_fit_value *ks = value_of(&r, "ks", 1);
     FF_CHECK(fabs(ks->value - 1.2) < 4 * ks->std_error, "ks %g +- %g", ks->value, ks->std_error);
-    ff_fit_result_free(&r);
-    ff_table_free(&t);
+    ff_fit_result_clear(&r);
+    ff_table_clear(&t);
 }
 
 /* ---- bounds and priors of one ---------------------------------------------------------------- */
@@ -277,7 +277,7 @@ static void bound_of_one(size_t C, size_t dense)
     o.constraints = &c;
     ff_fit_result r = fitted("wide", &t, &s.model, &o);
     for (size_t k = 0; k < C; k++) check_same("wide", value_of(&r, "kd", k), value_of(&plain, "kd", k), 1e-3);
-    ff_fit_result_free(&r);
+    ff_fit_result_clear(&r);
     c.bound = &narrow;
     r = fitted("narrow", &t, &s.model, &o);
     const ff_fit_value *v = value_of(&r, "kd", 1);
@@ -292,10 +292,10 @@ static void bound_of_one(size_t C, size_t dense)
     o.constraints = &held;
     ff_fit_result at = fitted("held at the bound", &t, &s.model, &o);
     FF_CHECK_CLOSE(r.residual.objective, at.residual.objective, 1e-9, 0);
-    ff_fit_result_free(&at);
-    ff_fit_result_free(&r);
-    ff_fit_result_free(&plain);
-    ff_table_free(&t);
+    ff_fit_result_clear(&at);
+    ff_fit_result_clear(&r);
+    ff_fit_result_clear(&plain);
+    ff_table_clear(&t);
 }
 
 static void bounds_of_one_channel(void)
@@ -318,8 +318,8 @@ static void bounds_of_two_channels(void)
     ff_fit_result r = fitted("two bounds", &t, &s.model, &o);
     FF_CHECK(value_of(&r, "kd", 0)->value == 0.1 && value_of(&r, "kd", 2)->value == 0.2, "the bounds do not hold");
     FF_CHECK(is_on_given_bound(&r, 0.1) && is_on_given_bound(&r, 0.2), "no word of a bound");
-    ff_fit_result_free(&r);
-    ff_table_free(&t);
+    ff_fit_result_clear(&r);
+    ff_table_clear(&t);
 }
 
 static void prior_of_one_channel(void)
@@ -342,9 +342,9 @@ static void prior_of_one_channel(void)
     const double together = plain.correlation[(size_t)before->column * plain.n_columns + (size_t)moved->column];
     FF_CHECK_CLOSE(value_of(&r, "f0", 0)->value - before->value,
                    together * before->std_error / sd * (value_of(&r, "f0", 1)->value - moved->value), 0, 0.1 * sd);
-    ff_fit_result_free(&plain);
-    ff_fit_result_free(&r);
-    ff_table_free(&t);
+    ff_fit_result_clear(&plain);
+    ff_fit_result_clear(&r);
+    ff_table_clear(&t);
 }
 
 /* ---- after the fit --------------------------------------------------------------------------- */
@@ -367,22 +367,22 @@ static void refits_keep_it(void)
     ff_places places;
     ff_bootstrap b;
     ff_cut_off cut = {0};
-    FF_CHECK(ff_problem_new(&t, &s.model, 1, &o, &p, &err) == FF_OK && ff_problem_fit(p, &s.model, &o, &r, &err) == FF_OK, "%s",
-             err.message);
-    FF_CHECK(ff_places_new(p, &t, &places, &err) == FF_OK, "%s", err.message);
-    FF_CHECK(ff_trust_cut_off(p, &o, &r, 60 * FIT_DEGREE, &cut, &err) == FF_OK, "%s", err.message);
+    FF_CHECK(ff_problem_make(&t, &s.model, 1, &o, &p, &err) == FF_OK && ff_problem_fit_into(p, &s.model, &o, &r, &err) == FF_OK,
+             "%s", err.message);
+    FF_CHECK(ff_places_init(p, &t, &places, &err) == FF_OK, "%s", err.message);
+    FF_CHECK(ff_trust_cut_off_into(p, &o, &r, 60 * FIT_DEGREE, &cut, &err) == FF_OK, "%s", err.message);
     FF_CHECK(ff_trust_profile(p, &o, &r, &err) == FF_OK, "%s", err.message);
     FF_CHECK(value_of(&r, "f0", 0)->interval == FF_INTERVAL_PROFILE, "no profile of what is free");
     check_held("profile", value_of(&r, "f0", 1), 0.4);
-    FF_CHECK(ff_trust_bootstrap(p, &places, &o, 30, 1, &r, &b, &err) == FF_OK, "%s", err.message);
+    FF_CHECK(ff_trust_bootstrap_into(p, &places, &o, 30, 1, &r, &b, &err) == FF_OK, "%s", err.message);
     FF_CHECK(value_of(&r, "f0", 0)->interval == FF_INTERVAL_BOOTSTRAP, "no bootstrap of what is free");
     check_held("bootstrap", value_of(&r, "f0", 1), 0.4);
     for (size_t k = 0; k < 3; k++) check_held("bootstrap", value_of(&r, "kd", k), values[k]);
-    ff_cut_off_free(&cut);
-    ff_places_free(&places);
-    ff_fit_result_free(&r);
+    ff_cut_off_clear(&cut);
+    ff_places_clear(&places);
+    ff_fit_result_clear(&r);
     ff_problem_free(p);
-    ff_table_free(&t);
+    ff_table_clear(&t);
 }
 
 /* Each channel alone takes what is its own. */
@@ -401,9 +401,9 @@ static void channels_alone(void)
         ff_fit_result r = fitted("alone", &t, &s.model, &o);
         check_held("f0 alone", value_of(&r, "f0", 0), values[k]);
         FF_CHECK((value_of(&r, "kd", 0)->held != 0) == (k == 2), "kd of channel %d", k);
-        ff_fit_result_free(&r);
+        ff_fit_result_clear(&r);
     }
-    ff_table_free(&t);
+    ff_table_clear(&t);
 }
 
 /* ---- what makes no sense --------------------------------------------------------------------- */
@@ -419,7 +419,7 @@ static void refused(const ff_table *t, const ff_model *m, ff_constraints c, ff_c
     const ff_status s = fit_table(t, m, &o, &r, NULL, &err);
     FF_CHECK(s == expected && strstr(err.message, words), "status %d, '%s'; expected %d, '%s'", (int)s, err.message, (int)expected,
              words);
-    if (!s) ff_fit_result_free(&r);
+    if (!s) ff_fit_result_clear(&r);
 }
 
 static void senseless(void)
@@ -452,7 +452,7 @@ static void senseless(void)
     refused(&t, &s.model, (ff_constraints){.n_bounds = 1, .bound = &of_nobody}, rgb, FF_ERR_UNKNOWN, "no channel 'uv'");
     refused(&t, &s.model, (ff_constraints){.n_priors = 1, .prior = &prior}, rgb, FF_ERR_UNKNOWN, "no channel 'uv'");
 #undef FIXED
-    ff_table_free(&t);
+    ff_table_clear(&t);
 }
 
 FF_TEST_MAIN(FF_TEST(held_by_channel), FF_TEST(held_by_channel_of_many), FF_TEST(held_in_one_channel), FF_TEST(held_in_one_of_many),

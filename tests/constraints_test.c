@@ -48,7 +48,7 @@ static double objective_with(const ff_table *t, const ff_model *m, const ff_fit_
         if (ff_model_hold(&held, *names, value, NULL)) exit(1);
     ff_fit_result r = fitted("held", t, &held, o);
     const double objective = r.residual.objective;
-    ff_fit_result_free(&r);
+    ff_fit_result_clear(&r);
     return objective;
 }
 
@@ -105,7 +105,7 @@ static void bounds_hold(void)
     for (size_t k = 0; k < r.model.n_channel; k++) check_same("inactive", &r.channel_value[k], &plain.channel_value[k], 1e-3);
     check_same("inactive", &r.shape_value[0], &plain.shape_value[0], 1e-3);
     FF_CHECK(!has_warning(&r, FF_WARNING_AT_BOUND, NULL), "a bound is warned of that nothing runs into");
-    ff_fit_result_free(&r);
+    ff_fit_result_clear(&r);
     /* and those that bind are as good as the parameter held there; alpha_y speaks of the one alpha */
     const ff_bound narrow[] = {{"alpha_y", 0.05, 0.2, NULL}, {"kd", 0.15, 0.25, NULL}};
     c.bound = narrow;
@@ -131,10 +131,10 @@ static void bounds_hold(void)
     ff_fit_result same = fitted("held", &t, &held, &o);
     FF_CHECK_CLOSE(r.residual.objective, same.residual.objective, 1e-9, 0);
     FF_CHECK(r.residual.objective > 1.01 * plain.residual.objective, "the bounds cost nothing");
-    ff_fit_result_free(&same);
-    ff_fit_result_free(&r);
-    ff_fit_result_free(&plain);
-    ff_table_free(&t);
+    ff_fit_result_clear(&same);
+    ff_fit_result_clear(&r);
+    ff_fit_result_clear(&plain);
+    ff_table_clear(&t);
 }
 
 /* Bounds on what is solved for, with a free scale, and through a stand-in. */
@@ -157,7 +157,7 @@ static void bounds_in_the_search(void)
         ff_fit_options o = fit_options();
         o.shape = FF_SHAPE_ISOTROPIC;
         ff_model m = s.model;
-        if (cases[i].free_name) ff_model_free(&m, cases[i].free_name, NULL);
+        if (cases[i].free_name) ff_model_vary(&m, cases[i].free_name, NULL);
         const ff_bound b = {cases[i].bounded, cases[i].lo, cases[i].hi, NULL};
         const ff_constraints c = {.n_bounds = 1, .bound = &b};
         o.constraints = &c;
@@ -177,8 +177,8 @@ static void bounds_in_the_search(void)
         for (size_t k = 0; k < r.model.n_channel; k++)
             FF_CHECK(r.channel_value[k].value >= r.model.channel[k].lo && r.channel_value[k].value <= r.model.channel[k].hi,
                      "%s: %s = %g lies outside", cases[i].model, r.model.channel[k].name, r.channel_value[k].value);
-        ff_fit_result_free(&r);
-        ff_table_free(&t);
+        ff_fit_result_clear(&r);
+        ff_table_clear(&t);
     }
 }
 
@@ -196,9 +196,9 @@ static void what_is_held_stays(void)
         ff_fit_result r = fitted(names[k], &t, &m, &o);
         const ff_fit_value *v = value_of(&r, names[k], 0);
         FF_CHECK(v->held && v->value == 0.25, "%s is held at 0.25 and came out as %g", names[k], v->value);
-        ff_fit_result_free(&r);
+        ff_fit_result_clear(&r);
     }
-    ff_table_free(&t);
+    ff_table_clear(&t);
 }
 
 /* ---- ties ------------------------------------------------------------------------------------ */
@@ -223,15 +223,15 @@ static void two_axes_are_one(void)
     for (size_t k = 0; k < 3 * two.model.n_channel; k++)
         if (!two.channel_value[k].held) check_same("channel", &two.channel_value[k], &one.channel_value[k], 1e-3);
     const ff_fit_value *x = value_of(&two, "alpha_x", 0), *y = value_of(&two, "alpha_y", 0);
-    FF_CHECK(y->tied && !x->tied && y->follows.kind == FF_PARAM_SHAPE && y->follows.index == 0 && y->value == x->value && y->std_error == x->std_error &&
-                 y->column == x->column,
+    FF_CHECK(y->tied && !x->tied && y->follows.kind == FF_PARAM_SHAPE && y->follows.index == 0 && y->value == x->value &&
+                 y->std_error == x->std_error && y->column == x->column,
              "alpha_y does not follow alpha_x");
     for (size_t k = 0; k < two.n_columns * two.n_columns; k++)
         FF_CHECK(fabs(two.correlation[k] - one.correlation[k]) < 1e-4, "correlation %zu: %g and %g", k, two.correlation[k],
                  one.correlation[k]);
-    ff_fit_result_free(&two);
-    ff_fit_result_free(&one);
-    ff_table_free(&t);
+    ff_fit_result_clear(&two);
+    ff_fit_result_clear(&one);
+    ff_table_clear(&t);
 }
 
 /* A tie against the best of the parameters held together at one value. */
@@ -314,7 +314,7 @@ static void ties_against_brute_force(void)
         ff_model m = s.model;
         for (; c.n_ties < 3 && t->tie[c.n_ties].name; c.n_ties++) {
         }
-        for (int k = 0; k < 3 && t->free_names[k]; k++) ff_model_free(&m, t->free_names[k], NULL);
+        for (int k = 0; k < 3 && t->free_names[k]; k++) ff_model_vary(&m, t->free_names[k], NULL);
         o.shape = FF_SHAPE_ISOTROPIC;
         o.constraints = &c;
         ff_fit_result r = fitted(t->what, &table, &m, &o);
@@ -339,9 +339,9 @@ static void ties_against_brute_force(void)
                 FF_CHECK(w->value == v->value && w->std_error == v->std_error && w->column == v->column && w->tied == (w != v),
                          "%s: %s of channel %zu is %g, tied %d", t->what, t->held[k], c2, w->value, w->tied);
             }
-        ff_fit_result_free(&untied);
-        ff_fit_result_free(&r);
-        ff_table_free(&table);
+        ff_fit_result_clear(&untied);
+        ff_fit_result_clear(&r);
+        ff_table_clear(&table);
     }
 }
 
@@ -449,7 +449,7 @@ static void coordinates_of_tied_parameters(void)
     ff_layout l;
     ff_ties ties;
     ff_normal n;
-    FF_CHECK(ff_problem_new(&t, &m, 1, &o, &p, NULL) == FF_OK, "problem");
+    FF_CHECK(ff_problem_make(&t, &m, 1, &o, &p, NULL) == FF_OK, "problem");
     FF_CHECK(ff_constraints_apply(&c, FF_SHAPE_CORRELATED, &m, &ties, NULL) == FF_OK, "ties");
     FF_CHECK(ff_layout_init(&m, 3, FF_SHAPE_CORRELATED, 0, &l, NULL) == FF_OK, "layout");
     ff_layout_tie(&l, &ties);
@@ -505,7 +505,7 @@ static void coordinates_of_tied_parameters(void)
     check_fold(&l, p, &o, shape, channel);
     ff_normal_free(&n);
     ff_problem_free(p);
-    ff_table_free(&t);
+    ff_table_clear(&t);
 }
 
 /* Lobes of one kind keep an order, unless something was said of one of them. */
@@ -524,25 +524,25 @@ static void order_of_lobes(void)
     o.constraints = &ties;
     ff_fit_result r = fitted("tied", &t, &s.model, &o);
     FF_CHECK(r.shape_value[0].value < 0.2 && value_of(&r, "lobe2.alpha_x", 0)->value > 0.3, "the narrower lobe is not the first");
-    ff_fit_result_free(&r);
+    ff_fit_result_clear(&r);
     /* a prior of what they share tells nothing apart */
     const ff_prior of_both = {"f0", 0.3, 0.1, NULL};
     const ff_constraints shared = {.n_ties = 1, .tie = &tie, .n_priors = 1, .prior = &of_both};
     o.constraints = &shared;
     r = fitted("tied with a prior", &t, &s.model, &o);
     FF_CHECK(r.shape_value[0].value < 0.2 && value_of(&r, "lobe2.alpha_x", 0)->value > 0.3, "the narrower lobe is not the first");
-    ff_fit_result_free(&r);
+    ff_fit_result_clear(&r);
     o.constraints = &bounds;
     r = fitted("bounded", &t, &s.model, &o);
     FF_CHECK_CLOSE(r.shape_value[0].value, 0.5, 0.05, 0);
     FF_CHECK_CLOSE(value_of(&r, "lobe2.alpha_x", 0)->value, 0.1, 0.05, 0);
-    ff_fit_result_free(&r);
+    ff_fit_result_clear(&r);
     o.constraints = &priors;
     r = fitted("with a prior", &t, &s.model, &o);
     FF_CHECK_CLOSE(r.shape_value[0].value, 0.5, 0.05, 0);
     FF_CHECK_CLOSE(value_of(&r, "lobe2.alpha_x", 0)->value, 0.1, 0.05, 0);
-    ff_fit_result_free(&r);
-    ff_table_free(&t);
+    ff_fit_result_clear(&r);
+    ff_table_clear(&t);
 }
 
 /* ---- priors ---------------------------------------------------------------------------------- */
@@ -634,7 +634,7 @@ static void prior_by_hand(void)
         FF_CHECK(isnan(r.channel_value[0].prior_sd) && r.prior_penalty == 0, "a prior that nobody gave");
         const double error[2] = {r.channel_value[0].std_error, r.channel_value[2].std_error};
         for (int k = 0; k < 2; k++) l.noise[k] *= pow(error[k], 2) / l.V[2 * k]; /* by so much errors from few samples are wider */
-        ff_fit_result_free(&r);
+        ff_fit_result_clear(&r);
         /* one, then two, as sure as the data */
         const ff_prior prior[2] = {{"f0", l.value[0] + 2 * error[0], error[0], NULL},
                                    {"kd", l.value[1] - error[1], 0.7 * error[1], NULL}};
@@ -666,9 +666,9 @@ static void prior_by_hand(void)
                 FF_CHECK_CLOSE(r.channel_value[0].std_error, error[0] / sqrt(2), 0.03, 0);
             }
             FF_CHECK(!has_warning(&r, FF_WARNING_PRIOR_DISAGREES, NULL), "a prior of 2 standard deviations is no disagreement");
-            ff_fit_result_free(&r);
+            ff_fit_result_clear(&r);
         }
-        ff_table_free(&l.t);
+        ff_table_clear(&l.t);
         free(l.a);
     }
 }
@@ -687,7 +687,7 @@ static void priors_in_their_limits(void)
     for (size_t k = 0; k < 3; k++) check_same("sd large", &r.shape_value[k], &plain.shape_value[k], 1e-3);
     for (size_t k = 0; k < 2 * r.model.n_channel; k++)
         if (!r.channel_value[k].held) check_same("sd large", &r.channel_value[k], &plain.channel_value[k], 1e-3);
-    ff_fit_result_free(&r);
+    ff_fit_result_clear(&r);
     /* a prior that leaves no doubt holds the parameter; the others are those of a fit with it held */
     prior[0] = (ff_prior){"alpha_x", 0.23, 1e-7, NULL};
     prior[1] = (ff_prior){"f0", 0.5, 1e-7, NULL};
@@ -703,10 +703,10 @@ static void priors_in_their_limits(void)
     ff_fit_result same = fitted("held", &t, &held, &o);
     for (size_t k = 1; k < 3; k++) check_same("sd small", &r.shape_value[k], &same.shape_value[k], 1e-2);
     for (size_t i = 0; i < 2; i++) check_same("sd small", value_of(&r, "kd", i), value_of(&same, "kd", i), 1e-2);
-    ff_fit_result_free(&same);
-    ff_fit_result_free(&r);
-    ff_fit_result_free(&plain);
-    ff_table_free(&t);
+    ff_fit_result_clear(&same);
+    ff_fit_result_clear(&r);
+    ff_fit_result_clear(&plain);
+    ff_table_clear(&t);
 }
 
 /* Near the mirror direction and the normal the data show ks f0 alone: the prior decides how much is which. */
@@ -718,7 +718,7 @@ static void prior_for_what_the_data_do_not_say(void)
     ff_fit_options o = fit_options();
     o.shape = FF_SHAPE_ISOTROPIC;
     ff_model m = s.model;
-    ff_model_free(&m, "ks", NULL);
+    ff_model_vary(&m, "ks", NULL);
     const ff_prior prior = {"ks", 1.25, 0.05, NULL};
     const ff_constraints c = {.n_priors = 1, .prior = &prior};
     o.constraints = &c;
@@ -727,8 +727,8 @@ static void prior_for_what_the_data_do_not_say(void)
     FF_CHECK_CLOSE(r.channel_value[1].std_error, 0.05, 0.1, 0);
     FF_CHECK_CLOSE(r.channel_value[0].value, 0.4, 0, 0.01);
     FF_CHECK_CLOSE(r.channel_value[0].std_error, 0.4 * 0.05 / 1.25, 0.1, 0);
-    ff_fit_result_free(&r);
-    ff_table_free(&t);
+    ff_fit_result_clear(&r);
+    ff_table_clear(&t);
 }
 
 /* Over many measurements, each with a prior whose mean is as far off as its sd says, the truth lies in the intervals as often as
@@ -761,9 +761,9 @@ static void cover_with_a_prior(const char *what, const fit_sampling *sampling, d
         }
         plain_z2 += pow((value_of(&plain, "f0", 0)->value - 0.5) / value_of(&plain, "f0", 0)->std_error, 2) / REPEATS;
         gain += v[1]->std_error / value_of(&plain, "f0", 0)->std_error / REPEATS;
-        ff_fit_result_free(&r);
-        ff_fit_result_free(&plain);
-        ff_table_free(&t);
+        ff_fit_result_clear(&r);
+        ff_fit_result_clear(&plain);
+        ff_table_clear(&t);
     }
     for (int k = 0; k < 3; k++) {
         printf("    %s, parameter %d: %.1f %% inside, rms of error / standard error %.3f\n", what, k, 100.0 * inside[k] / REPEATS,
@@ -805,7 +805,7 @@ static void albedo_derivatives(void)
     for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
         fit_surface s = fit_surface_make(cases[i].model, 2, cases[i].set);
         ff_layout l;
-        FF_CHECK(ff_model_free(&s.model, "ks", NULL) == FF_OK, "ks");
+        FF_CHECK(ff_model_vary(&s.model, "ks", NULL) == FF_OK, "ks");
         FF_CHECK(ff_layout_init(&s.model, 2, cases[i].shape, 0, &l, NULL) == FF_OK, "%s", cases[i].model);
         double worst = 0, worst_slope = 0;
         const double mus[] = {1, 0.5, 0.06};
@@ -893,7 +893,7 @@ static void energy_is_conserved(void)
         ff_fit_options o = fit_options();
         o.shape = cases[i].shape;
         ff_model m = s.model;
-        if (cases[i].free_name) ff_model_free(&m, cases[i].free_name, NULL);
+        if (cases[i].free_name) ff_model_vary(&m, cases[i].free_name, NULL);
         ff_fit_result plain = fitted(cases[i].model, &t, &m, &o);
         const ff_constraints c = {.energy_conserving = 1};
         o.constraints = &c;
@@ -907,9 +907,9 @@ static void energy_is_conserved(void)
         FF_CHECK(after >= 1 - (turns > 1 ? 3e-3 : 1e-4), "%s: albedo %.8f, less than was asked", cases[i].model, after);
         FF_CHECK(r.residual.objective >= plain.residual.objective && has_warning(&r, FF_WARNING_ALBEDO_ABOVE_ONE, NULL),
                  "%s: nothing is said of it", cases[i].model);
-        ff_fit_result_free(&plain);
-        ff_fit_result_free(&r);
-        ff_table_free(&t);
+        ff_fit_result_clear(&plain);
+        ff_fit_result_clear(&r);
+        ff_table_clear(&t);
     }
 }
 
@@ -936,12 +936,12 @@ static void energy_against_brute_force(void)
         ff_model_hold(&lobe, "kd", 0, NULL);
         ff_fit_result at = fitted("lobe", &t, &lobe, &o);
         const double room = 1 - largest_albedo(&at, 6, 1);
-        ff_fit_result_free(&at);
+        ff_fit_result_clear(&at);
         if (room < 1e-3) continue;
         ff_model_bound(&held, "kd", 0, room, NULL);
         at = fitted("held", &t, &held, &o);
         if (at.residual.objective < best) best = at.residual.objective, best_f0 = f0, best_kd = value_of(&at, "kd", 0)->value;
-        ff_fit_result_free(&at);
+        ff_fit_result_clear(&at);
     }
     const ff_fit_value *f0 = value_of(&r, "f0", 0), *kd = value_of(&r, "kd", 0);
     printf("    f0 %.4f, kd %.4f, by brute force %.4f, %.4f; objective %.6g, %.6g\n", f0->value, kd->value, best_f0, best_kd,
@@ -952,8 +952,8 @@ static void energy_against_brute_force(void)
     FF_CHECK(f0->std_error > 0 && kd->std_error > 0 && r.correlation[1] < -0.99,
              "along the constraint f0 and kd move together: errors %g, %g, correlation %g", f0->std_error, kd->std_error,
              r.correlation[1]);
-    ff_fit_result_free(&r);
-    ff_table_free(&t);
+    ff_fit_result_clear(&r);
+    ff_table_clear(&t);
 }
 
 /* Where the data ask for nothing impossible, nothing changes, to the last bit. */
@@ -973,9 +973,9 @@ static void energy_that_does_not_bind(void)
         FF_CHECK(r.channel_value[k].value == plain.channel_value[k].value, "channel parameter %zu moved", k);
     FF_CHECK(r.residual.objective == plain.residual.objective && r.warnings.n == plain.warnings.n && r.passes == plain.passes,
              "something else happened: %d passes, %d without", r.passes, plain.passes);
-    ff_fit_result_free(&r);
-    ff_fit_result_free(&plain);
-    ff_table_free(&t);
+    ff_fit_result_clear(&r);
+    ff_fit_result_clear(&plain);
+    ff_table_clear(&t);
 }
 
 /* ---- what makes no sense --------------------------------------------------------------------- */
@@ -1037,8 +1037,8 @@ static void errors(void)
     ff_fit_result r = fitted("held together", &t, &two, &o);
     FF_CHECK(value_of(&r, "f0", 0)->held && value_of(&r, "f0", 0)->value == 0.31, "f0 = %g", value_of(&r, "f0", 0)->value);
     FF_CHECK(has_warning(&r, FF_WARNING_PRIOR_WITHOUT_EFFECT, "f0"), "a prior without effect goes without a word");
-    ff_fit_result_free(&r);
-    ff_table_free(&t);
+    ff_fit_result_clear(&r);
+    ff_table_clear(&t);
 }
 
 FF_TEST_MAIN(FF_TEST(bounds_of_a_model), FF_TEST(bounds_hold), FF_TEST(bounds_in_the_search), FF_TEST(what_is_held_stays),

@@ -95,15 +95,15 @@ static void cover(const char *what, const fit_surface *s, fit_sampling how, cons
         const ff_status st = fit_table(&t, &s->model, o, &r, NULL, &err);
         FF_CHECK(st == FF_OK && r.outcome == FF_CONVERGED, "%s, repeat %d: %s", what, i,
                  st ? err.message : ff_outcome_name((int)r.outcome));
-        ff_table_free(&t);
+        ff_table_clear(&t);
         if (st) continue;
         add_fit(s, &r, &c);
-        ff_fit_result_free(&last);
+        ff_fit_result_clear(&last);
         last = r;
     }
     if (last.shape_value) report(what, &last, &c, n);
     if (last.shape_value) check_correlations(what, &last, &c, n);
-    ff_fit_result_free(&last);
+    ff_fit_result_clear(&last);
 }
 
 static const fit_sampling sampling = {.n = 4000, .max_theta = 75, .noise = 0.05, .seed = 1};

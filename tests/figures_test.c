@@ -2,7 +2,7 @@
  * (figures/make_figures.py), and what the paper says about it. */
 #include "fit_samples.h"
 #include "ff_albedo.h"
-#include "ff_model.h"
+#include "models/model_struct.h"
 
 #define PI 3.14159265358979323846
 

@@ -30,10 +30,10 @@ static void check_refused(const char *what, const ff_table *t, const ff_model *m
              ff_status_str(err.code), ff_status_str(expected));
     FF_CHECK(strstr(err.message, word) != NULL, "%s: '%s' does not say '%s'", what, err.message, word);
     FF_CHECK(memcmp(&r, &untouched, sizeof r) == 0, "%s: the result was written", what);
-    if (!st) ff_fit_result_free(&r);
+    if (!st) ff_fit_result_clear(&r);
     const ff_status quiet = fit_table(t, m, o, &r, NULL, NULL);
     FF_CHECK(quiet == expected, "%s: another status without an error object", what);
-    if (!quiet) ff_fit_result_free(&r);
+    if (!quiet) ff_fit_result_clear(&r);
 }
 
 /* Every number of a result is finite and in its box; NaN only where it is documented. */
@@ -74,9 +74,9 @@ static void fewer_values_than_parameters(void)
         char counts[64];
         snprintf(counts, sizeof counts, "%zu values", 3 * n);
         check_refused("too few", &few, &s.model, &o, FF_ERR_DATA, counts);
-        ff_table_free(&few);
+        ff_table_clear(&few);
     }
-    ff_table_free(&t);
+    ff_table_clear(&t);
     /* as many values as parameters, and a little more: an answer, and no claim to know its error out of nothing */
     for (size_t n = 3; n < 8; n++) {
         ff_table few = table_of(&s, n, 0.02);
@@ -94,8 +94,8 @@ static void fewer_values_than_parameters(void)
                     FF_CHECK(isnan(v->std_error) || v->std_error > 1e-3 * v->value, "9 values, 9 parameters: %s = %g +- %g", name,
                              v->value, v->std_error);
             }
-        if (!st) ff_fit_result_free(&r);
-        ff_table_free(&few);
+        if (!st) ff_fit_result_clear(&r);
+        ff_table_clear(&few);
     }
 }
 
@@ -110,8 +110,8 @@ static void one_sample(void)
     FF_CHECK(st == FF_OK, "%s", err.message);
     for (size_t c = 0; c < 3 && !st; c++) FF_CHECK_CLOSE(r.channel_value[c].value, s.channel[c], 1e-12, 0);
     if (!st) check_sane("one sample", &r);
-    if (!st) ff_fit_result_free(&r);
-    ff_table_free(&t);
+    if (!st) ff_fit_result_clear(&r);
+    ff_table_clear(&t);
 }
 
 static void nothing_usable(void)
@@ -132,7 +132,7 @@ static void nothing_usable(void)
     t.angle[2][1] = 91 * FIT_DEGREE;
     check_refused("all of it", &t, &s.model, &o, FF_ERR_DATA,
                   "1 are not valid measurements, 1 lie at or below the horizon, 298 beyond 80 degrees");
-    ff_table_free(&t);
+    ff_table_clear(&t);
 }
 
 /* ---- odd values ------------------------------------------------------------------------------ */
@@ -164,9 +164,9 @@ static void zero_channels(void)
              * it */
             if (!all && loss == FF_LOSS_COSINE)
                 for (size_t k = 0; k < 3; k++) FF_CHECK_CLOSE(r.shape_value[k].value, s.shape[k], 0.1, 0);
-            ff_fit_result_free(&r);
+            ff_fit_result_clear(&r);
         }
-        ff_table_free(&t);
+        ff_table_clear(&t);
     }
 }
 
@@ -186,7 +186,7 @@ static void selection_is(const char *what, const ff_table *t, const ff_fit_optio
     if (st) return;
     check_sane(what, &r);
     for (size_t k = 0; k < 3; k++) FF_CHECK_CLOSE(r.shape_value[k].value, s.shape[k], 1e-2, 0);
-    ff_fit_result_free(&r);
+    ff_fit_result_clear(&r);
 }
 
 static void values_that_are_none(void)
@@ -216,8 +216,8 @@ static void values_that_are_none(void)
     ff_error err = {0};
     FF_CHECK(fit_table(&t, &s.model, &o, &r, &sel, &err) == FF_OK && sel.invalid == 2, "channel 2 alone: %zu invalid, %s",
              sel.invalid, err.message);
-    ff_fit_result_free(&r);
-    ff_table_free(&t);
+    ff_fit_result_clear(&r);
+    ff_table_clear(&t);
 }
 
 static void sigmas_that_are_none(void)
@@ -239,7 +239,7 @@ static void sigmas_that_are_none(void)
     t.sigma = NULL;
     o.weighting = FF_WEIGHT_SIGMA;
     check_refused("no sigmas", &t, &s.model, &o, FF_ERR_UNSUPPORTED, "standard deviations");
-    ff_table_free(&t);
+    ff_table_clear(&t);
 }
 
 /* Samples that say one thing 100 times: some parameters are not determined, and the fit says which instead of inventing errors. */
@@ -260,9 +260,9 @@ static void the_same_sample_again_and_again(void)
         check_sane("one direction", &r);
         FF_CHECK(r.n_columns < r.n_free, "9 parameters from 3 numbers: %zu of %zu have a standard error", r.n_columns, r.n_free);
         FF_CHECK(has_warning(&r, FF_WARNING_NOT_DETERMINED, NULL), "%zu warnings, none of an undetermined parameter", r.warnings.n);
-        ff_fit_result_free(&r);
+        ff_fit_result_clear(&r);
     }
-    ff_table_free(&t);
+    ff_table_clear(&t);
 }
 
 /* ---- sizes and scales ------------------------------------------------------------------------ */
@@ -276,7 +276,7 @@ static void residuals_of(const ff_table *t, const ff_fit_result *r, ff_residual 
     *out = (ff_residual){0};
     for (size_t k = 0; k < r->model.n_shape; k++) s.shape[k] = r->shape_value[k].value;
     for (size_t k = 0; k < 3 * r->model.n_channel; k++) s.channel[k] = r->channel_value[k].value;
-    if (ff_table_new(t->n, 3, NULL, 0, 0, &model, NULL)) exit(1);
+    if (ff_table_init(t->n, 3, NULL, 0, 0, &model, NULL)) exit(1);
     for (size_t k = 0; k < 4; k++) memcpy(model.angle[k], t->angle[k], t->n * sizeof(double));
     model.radians_per_unit = t->radians_per_unit;
     fit_evaluate(&s, &model);
@@ -297,7 +297,7 @@ static void residuals_of(const ff_table *t, const ff_fit_result *r, ff_residual 
     out->cosine_rmse = sqrt(out->cosine_rmse / n);
     out->log_rmse = sqrt(out->log_rmse / n);
     out->cube_root_rmse = sqrt(out->cube_root_rmse / n);
-    ff_table_free(&model);
+    ff_table_clear(&model);
 }
 
 static void every_size_of_a_last_block(void)
@@ -326,9 +326,9 @@ static void every_size_of_a_last_block(void)
                 FF_CHECK_CLOSE(r.residual.cube_root_rmse, e.cube_root_rmse, 1e-6, 0); /* the loss is smoothed at 0 */
                 FF_CHECK_CLOSE(r.residual.max_abs, e.max_abs, 1e-9, 0);
                 FF_CHECK(t.n < 100 || r.residual.max_abs > 0.5, "%zu samples: the last one does not count", t.n);
-                ff_fit_result_free(&r);
+                ff_fit_result_clear(&r);
             }
-            ff_table_free(&t);
+            ff_table_clear(&t);
         }
 }
 
@@ -360,9 +360,9 @@ static void extreme_scales(void)
                             FF_CHECK_CLOSE(r.channel_value[c].value, scales[k] * s.channel[c], 0.01, 0);
                         else
                             FF_CHECK(r.channel_value[c].at_bound == 1, "kd = %g", r.channel_value[c].value);
-                    ff_fit_result_free(&r);
+                    ff_fit_result_clear(&r);
                 }
-                ff_table_free(&t);
+                ff_table_clear(&t);
             }
 }
 
@@ -405,10 +405,10 @@ static void wrong_options(void)
     ff_problem *p = NULL;
     ff_error err = {0};
     o = fit_options();
-    FF_CHECK(ff_problem_new(&t, &s.model, 0, &o, &p, &err) == FF_ERR_RANGE && p == NULL, "no model: %s", err.message);
+    FF_CHECK(ff_problem_make(&t, &s.model, 0, &o, &p, &err) == FF_ERR_RANGE && p == NULL, "no model: %s", err.message);
     ff_table none = {0};
-    FF_CHECK(ff_problem_new(&none, &s.model, 1, &o, &p, &err) == FF_ERR_DATA && p == NULL, "no samples: %s", err.message);
-    ff_table_free(&t);
+    FF_CHECK(ff_problem_make(&none, &s.model, 1, &o, &p, &err) == FF_ERR_DATA && p == NULL, "no samples: %s", err.message);
+    ff_table_clear(&t);
 }
 
 /* The fit takes options too: what concerns it alone is checked there. */
@@ -419,7 +419,7 @@ static void wrong_options_of_the_fit(void)
     ff_fit_options o = fit_options();
     ff_problem *p = NULL;
     ff_error err = {0};
-    FF_CHECK(ff_problem_new(&t, &s.model, 1, &o, &p, &err) == FF_OK, "%s", err.message);
+    FF_CHECK(ff_problem_make(&t, &s.model, 1, &o, &p, &err) == FF_OK, "%s", err.message);
     for (int k = 0; k < 5 && p; k++) {
         ff_fit_options bad = o;
         ff_fit_result r = {0};
@@ -428,12 +428,12 @@ static void wrong_options_of_the_fit(void)
         if (k == 2) bad.robust = FF_ROBUST_HUBER, bad.robust_scale = -1;
         if (k == 3) bad.robust = (ff_robust)99;
         if (k == 4) bad.shape = (ff_shape)99;
-        const ff_status st = ff_problem_fit(p, &s.model, &bad, &r, &err);
+        const ff_status st = ff_problem_fit_into(p, &s.model, &bad, &r, &err);
         FF_CHECK(st == FF_ERR_RANGE, "wrong option %d of the fit: %s", k, ff_status_str(st));
-        ff_fit_result_free(&r);
+        ff_fit_result_clear(&r);
     }
     ff_problem_free(p);
-    ff_table_free(&t);
+    ff_table_clear(&t);
 }
 
 static void combinations_without_meaning(void)
@@ -450,7 +450,7 @@ static void combinations_without_meaning(void)
     o.mean_slope = 1;
     check_refused("v-cavity with a mean slope", &t, &cavity.model, &o, FF_ERR_UNSUPPORTED, "v-cavity");
     check_refused("phong with a mean slope", &t, &phong.model, &o, FF_ERR_UNSUPPORTED, "phong");
-    ff_table_free(&t);
+    ff_table_clear(&t);
 }
 
 static void model_that_the_problem_was_not_made_for(void)
@@ -471,17 +471,17 @@ static void model_that_the_problem_was_not_made_for(void)
         ff_fit_result r = {0};
         ff_error err = {0};
         o.shape = FF_SHAPE_ISOTROPIC;
-        FF_CHECK(ff_problem_new(&t, &made_for.model, 1, &o, &p, &err) == FF_OK, "%s: %s", cases[k].made_for, err.message);
+        FF_CHECK(ff_problem_make(&t, &made_for.model, 1, &o, &p, &err) == FF_OK, "%s: %s", cases[k].made_for, err.message);
         o.shape = cases[k].shape;
         if (p) {
-            const ff_status st = ff_problem_fit(p, &asked.model, &o, &r, &err);
+            const ff_status st = ff_problem_fit_into(p, &asked.model, &o, &r, &err);
             FF_CHECK(st == FF_ERR_UNSUPPORTED && strstr(err.message, "ff_problem_new"), "%s fitted to a problem made for %s: %s",
                      cases[k].asked, cases[k].made_for, ff_status_str(st));
         }
-        ff_fit_result_free(&r);
+        ff_fit_result_clear(&r);
         ff_problem_free(p);
     }
-    ff_table_free(&t);
+    ff_table_clear(&t);
 }
 
 /* Values that no surface has: the fit would follow a narrow valley for hundreds of iterations. */
@@ -503,9 +503,9 @@ static void limit_of_iterations(void)
         FF_CHECK(r.outcome == FF_LIMIT && r.iterations == limits[k] && said && said->value[0] == limits[k], "limit %d: %s after %d",
                  limits[k], ff_outcome_name((int)r.outcome), r.iterations);
         check_sane("limit", &r);
-        ff_fit_result_free(&r);
+        ff_fit_result_clear(&r);
     }
-    ff_table_free(&t);
+    ff_table_clear(&t);
 }
 
 static void no_standard_errors(void)
@@ -522,9 +522,9 @@ static void no_standard_errors(void)
         check_sane("no standard errors", &r);
         FF_CHECK(r.correlation == NULL && r.n_columns == 0 && isnan(r.shape_value[0].std_error),
                  "standard errors that nobody asked for");
-        ff_fit_result_free(&r);
+        ff_fit_result_clear(&r);
     }
-    ff_table_free(&t);
+    ff_table_clear(&t);
 }
 
 /* ---- progress and cancellation --------------------------------------------------------------- */
@@ -558,9 +558,9 @@ static void progress_is_called(void)
     if (!st) {
         FF_CHECK(w.calls > r.iterations, "%d calls in %d iterations", w.calls, r.iterations);
         FF_CHECK_CLOSE(w.last, r.residual.objective, 1e-6, 0);
-        ff_fit_result_free(&r);
+        ff_fit_result_clear(&r);
     }
-    ff_table_free(&t);
+    ff_table_clear(&t);
 }
 
 static void cancelled_by_the_callback(void)
@@ -581,7 +581,7 @@ static void cancelled_by_the_callback(void)
                  at, ff_status_str(st), w.calls);
         FF_CHECK(r.shape_value == NULL, "the result was written");
     }
-    ff_table_free(&t);
+    ff_table_clear(&t);
 }
 
 static void cancelled_before(void)
@@ -597,7 +597,7 @@ static void cancelled_before(void)
         o.start_shape = s.shape; /* without the search of a start */
         o.start_channel = s.channel;
         check_refused(models[k], &t, &s.model, &o, FF_ERR_CANCELLED, "cancelled");
-        ff_table_free(&t);
+        ff_table_clear(&t);
     }
 }
 
@@ -621,23 +621,23 @@ static void cancelled_by_another_thread(void)
         ff_fit_result r;
         ff_error err = {0};
         ff_problem *p = NULL;
-        ff_status st = ff_problem_new(&t, &s.model, 1, &o, &p, &err);
+        ff_status st = ff_problem_make(&t, &s.model, 1, &o, &p, &err);
         FF_CHECK(st == FF_OK, "%s", err.message);
         o.cancel = &cancel;
         if (st || pthread_create(&thread, NULL, set_later, &cancel)) break;
-        for (int fits = 0; fits < 1000 && (st = ff_problem_fit(p, &s.model, &o, &r, &err)) == FF_OK;
+        for (int fits = 0; fits < 1000 && (st = ff_problem_fit_into(p, &s.model, &o, &r, &err)) == FF_OK;
              fits++) /* until the store is seen */
-            ff_fit_result_free(&r);
+            ff_fit_result_clear(&r);
         pthread_join(thread, NULL);
         FF_CHECK(st == FF_ERR_CANCELLED, "%s: %s", ff_status_str(st), err.message);
         /* the problem is as good as before */
         o.cancel = NULL;
-        st = ff_problem_fit(p, &s.model, &o, &r, &err);
+        st = ff_problem_fit_into(p, &s.model, &o, &r, &err);
         FF_CHECK(st == FF_OK && r.outcome == FF_CONVERGED, "after a cancelled fit: %s", ff_status_str(st));
-        if (!st) ff_fit_result_free(&r);
+        if (!st) ff_fit_result_clear(&r);
         ff_problem_free(p);
     }
-    ff_table_free(&t);
+    ff_table_clear(&t);
 }
 
 /* ---- several models, several problems -------------------------------------------------------- */
@@ -655,19 +655,19 @@ static void many_models_on_one_problem(void)
     ff_problem *p = NULL;
     ff_error err = {0};
     for (size_t k = 0; k < N; k++) models[k] = fit_surface_make(names[k], 3, "").model;
-    ff_status st = ff_problem_new(&t, models, N, &o, &p, &err);
+    ff_status st = ff_problem_make(&t, models, N, &o, &p, &err);
     FF_CHECK(st == FF_OK, "%s", err.message);
     for (size_t k = 0; k < N && !st; k++) {
         ff_fit_result a = {0}, b = {0};
-        const ff_status together = ff_problem_fit(p, &models[k], &o, &a, &err),
+        const ff_status together = ff_problem_fit_into(p, &models[k], &o, &a, &err),
                         alone = fit_table(&t, &models[k], &o, &b, NULL, &err);
         FF_CHECK(together == FF_OK && alone == FF_OK, "%s: %s", names[k], err.message);
         if (!together && !alone) FF_CHECK_CLOSE(a.residual.objective, b.residual.objective, 1e-9, 0);
-        ff_fit_result_free(&a);
-        ff_fit_result_free(&b);
+        ff_fit_result_clear(&a);
+        ff_fit_result_clear(&b);
     }
     ff_problem_free(p);
-    ff_table_free(&t);
+    ff_table_clear(&t);
 }
 
 FF_TEST_MAIN(FF_TEST(fewer_values_than_parameters), FF_TEST(one_sample), FF_TEST(nothing_usable), FF_TEST(zero_channels),

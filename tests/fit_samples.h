@@ -5,8 +5,8 @@
 #ifndef _GNU_SOURCE
 #define _GNU_SOURCE /* strtok_r, nanosleep: include this file first */
 #endif
-#include "ff_fit.h"
-#include "ff_profile.h"
+#include "fit/fit_struct.h"
+#include "models/tools/profile_struct.h"
 #include "ff_test.h"
 
 #define FIT_DEGREE (3.14159265358979323846 / 180)
@@ -149,12 +149,12 @@ static inline void fit_evaluate(const fit_surface *s, ff_table *t)
     free(w);
 }
 
-/** Measures the surface. Release the table with ff_table_free. */
+/** Measures the surface. Release the table with ff_table_clear. */
 static inline ff_table fit_measure(const fit_surface *s, const fit_sampling *how)
 {
     ff_table t;
     uint64_t state = how->seed * UINT64_C(0xd1342543de82ef95) + 1;
-    if (ff_table_new(how->grid ? how->grid->n : how->n, s->n_channels, how->grid, how->sigma, 0, &t, NULL)) {
+    if (ff_table_init(how->grid ? how->grid->n : how->n, s->n_channels, how->grid, how->sigma, 0, &t, NULL)) {
         printf("out of memory for the test's samples\n");
         exit(1);
     }
@@ -183,10 +183,10 @@ static inline ff_status fit_table(const ff_table *t, const ff_model *m, const ff
                                   ff_selection *selection, ff_error *err)
 {
     ff_problem *p = NULL;
-    const ff_status st = ff_problem_new(t, m, 1, o, &p, err);
+    const ff_status st = ff_problem_make(t, m, 1, o, &p, err);
     if (st) return st;
     if (selection) ff_problem_selection(p, selection);
-    const ff_status end = ff_problem_fit(p, m, o, r, err);
+    const ff_status end = ff_problem_fit_into(p, m, o, r, err);
     ff_problem_free(p);
     return end;
 }

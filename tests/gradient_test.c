@@ -353,7 +353,7 @@ static ff_table measurement(const setting *g, const model_pairs *w, size_t n_cha
 {
     const fit_surface truth = fit_surface_make(g->expression, n_channels, g->truth);
     ff_table t;
-    if (ff_table_new(w->n, n_channels, NULL, 1, 1, &t, NULL)) exit(1);
+    if (ff_table_init(w->n, n_channels, NULL, 1, 1, &t, NULL)) exit(1);
     t.radians_per_unit = 1;
     t.isotropic = g->shape == FF_SHAPE_ISOTROPIC;
     for (size_t i = 0; i < w->n; i++) {
@@ -389,7 +389,7 @@ static void objective_make(const setting *g, size_t n_channels, size_t n, ff_los
     b->o.robust_scale = 1;
     b->o.max_theta = 89 * FIT_DEGREE;
     b->o.threads = 1;
-    FF_CHECK(ff_problem_new(&b->t, &b->s.model, 1, &b->o, &b->p, &err) == FF_OK, "%s: %s", b->label, err.message);
+    FF_CHECK(ff_problem_make(&b->t, &b->s.model, 1, &b->o, &b->p, &err) == FF_OK, "%s: %s", b->label, err.message);
     FF_CHECK(ff_layout_init(&b->s.model, n_channels, g->shape, g->mean_slope, &b->l, &err) == FF_OK, "%s: %s", b->label,
              err.message);
     FF_CHECK(ff_layout_normal(&b->l, &b->normal) == FF_OK, "%s", b->label);
@@ -404,7 +404,7 @@ static void objective_free(objective *b)
 {
     ff_problem_free(b->p);
     ff_normal_free(&b->normal);
-    ff_table_free(&b->t);
+    ff_table_clear(&b->t);
     free(b->weight);
 }
 

@@ -33,18 +33,18 @@ static void compare(const ff_table *t, const int *masking, size_t n, const char 
         FF_CHECK(st == FF_OK, "%s", err.message);
         objective[i] = INFINITY;
     }
-    const ff_status st = ff_problem_new(t, model, n, &o, &p, &err);
+    const ff_status st = ff_problem_make(t, model, n, &o, &p, &err);
     FF_CHECK(st == FF_OK, "%s", err.message);
     if (st) return;
     for (size_t i = 0; i < n; i++) {
         ff_fit_result r;
-        const ff_status fitted = ff_problem_fit(p, &model[i], &o, &r, &err);
+        const ff_status fitted = ff_problem_fit_into(p, &model[i], &o, &r, &err);
         FF_CHECK(fitted == FF_OK, "%s", err.message);
         if (fitted) continue;
         FF_CHECK(r.outcome == FF_CONVERGED, "%s: %s", ff_term_at(FF_MASKING, (size_t)masking[i])->name,
                  ff_outcome_name((int)r.outcome));
         objective[i] = r.residual.objective;
-        ff_fit_result_free(&r);
+        ff_fit_result_clear(&r);
     }
     ff_problem_free(p);
 }
@@ -61,7 +61,7 @@ static void identify(const char *ndf, const char *set, ff_shape shape, size_t sa
         const fit_sampling how = {.n = samples, .max_theta = 80, .noise = 0.02, .seed = 7 + truth};
         ff_table t = fit_measure(&s, &how);
         compare(&t, masking, n, ndf, shape, objective);
-        ff_table_free(&t);
+        ff_table_clear(&t);
         size_t best = 0, next = n;
         for (size_t i = 1; i < n; i++)
             if (objective[i] < objective[best]) best = i;

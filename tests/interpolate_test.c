@@ -1,9 +1,9 @@
 /* Interpolation, conversion and survey of tables: against models, symmetries and hand-made samples. */
 #include "ff_albedo.h"
 #include "ff_interpolate.h"
-#include "ff_resample.h"
-#include "ff_simulate.h"
-#include "ff_survey.h"
+#include "data_formats/interpolation/resample_struct.h"
+#include "simulate/simulate_struct.h"
+#include "data_formats/analysis/survey_struct.h"
 #include "ff_test.h"
 #include "fit_samples.h"
 #include "data_formats/interpolation/internal_neighbours.h"
@@ -27,7 +27,7 @@ static ff_table simulate(const fit_surface *s, const char *grid, uint64_t seed)
     ff_error err = {0};
     ff_simulate_options_init(&o);
     o.seed = seed;
-    if (ff_sampling_parse(grid, &o.sampling, &err) || ff_simulate(&s->model, 3, s->shape, s->channel, &o, &t, &err)) {
+    if (ff_sampling_parse(grid, &o.sampling, &err) || ff_simulate_into(&s->model, 3, s->shape, s->channel, &o, &t, &err)) {
         printf("%s: %s\n", grid, err.message);
         exit(1);
     }
@@ -166,16 +166,16 @@ static void at_samples(void)
     const fit_surface glossy = make_surface(0.1, 0.1), brushed = make_surface(0.1, 0.3);
     ff_table t = simulate(&glossy, "merl", 1);
     samples_give_themselves("merl", &t, 997);
-    ff_table_free(&t);
+    ff_table_clear(&t);
     t = simulate(&glossy, "goniometer:5", 1);
     samples_give_themselves("goniometer", &t, 1);
-    ff_table_free(&t);
+    ff_table_clear(&t);
     t = simulate(&brushed, "goniometer:5", 1);
     samples_give_themselves("anisotropic goniometer", &t, 7);
-    ff_table_free(&t);
+    ff_table_clear(&t);
     t = simulate(&brushed, "scattered:5000", 1);
     samples_give_themselves("scattered", &t, 1);
-    ff_table_free(&t);
+    ff_table_clear(&t);
 }
 
 /* Relative errors at scattered directions, by their rank: median and 95 %. Directions beyond 75 degrees are left out. */
@@ -230,8 +230,8 @@ static void between_samples(void)
                all[k].alpha_x, all[k].alpha_y, half, most, 100 * inside);
         FF_CHECK(half < all[k].half && most < all[k].most && inside >= all[k].inside, "%s, alpha %g: %g, %g, %g", all[k].grid,
                  all[k].alpha_x, half, most, inside);
-        ff_table_free(&from);
-        ff_table_free(&at);
+        ff_table_clear(&from);
+        ff_table_clear(&at);
     }
 }
 
@@ -265,7 +265,7 @@ static void beyond_the_data(void)
     for (size_t i = 0; i < t.n; i++) t.valid[i] = 0;
     ff_error err = {0};
     FF_CHECK(ff_interpolant_new(&t, 0, &p, &err) == FF_ERR_DATA && err.message[0], "a table without a valid sample");
-    ff_table_free(&t);
+    ff_table_clear(&t);
 }
 
 /* At normal incidence every azimuth of the light is the same pair of directions, and what was measured twice is averaged. */
@@ -274,7 +274,7 @@ static void the_same_pair_many_times(void)
     const fit_surface s = make_surface(0.3, 0.3);
     ff_table t = simulate(&s, "goniometer:5", 1), many;
     const size_t times = 48;
-    FF_CHECK(ff_table_new(times * t.n, 3, NULL, 0, 0, &many, NULL) == FF_OK, "no table");
+    FF_CHECK(ff_table_init(times * t.n, 3, NULL, 0, 0, &many, NULL) == FF_OK, "no table");
     many.radians_per_unit = t.radians_per_unit;
     for (size_t i = 0; i < many.n; i++) {
         const size_t j = i / times;
@@ -301,8 +301,8 @@ static void the_same_pair_many_times(void)
         ff_interpolant_free(p);
         ff_interpolant_free(one);
     }
-    ff_table_free(&t);
-    ff_table_free(&many);
+    ff_table_clear(&t);
+    ff_table_clear(&many);
 }
 
 /* Isotropic samples at random on one side of the plane of incidence stand for the other side as well. */
@@ -317,8 +317,8 @@ static void one_side_of_the_plane(void)
     double half, most, inside;
     errors_of(&t, &at, &half, &most, &inside); /* the model does not care about the side either */
     FF_CHECK(half < 0.03 && most < 0.15 && inside > 0.95, "%g, %g, %g", half, most, inside);
-    ff_table_free(&t);
-    ff_table_free(&at);
+    ff_table_clear(&t);
+    ff_table_clear(&at);
 }
 
 /* A difference azimuth that goes half around is closed by reciprocity, and one that goes around by itself. */
@@ -332,7 +332,7 @@ static void azimuths_are_closed(void)
         const double *const node[4] = {theta, &none, theta, phi};
         ff_table t;
         ff_interpolant *p = NULL;
-        FF_CHECK(ff_table_new_axes(FF_AXES_HALF_DIFFERENCE, n, node, pi / 180, 1, 0, &t, NULL) == FF_OK, "no table");
+        FF_CHECK(ff_table_init_axes(FF_AXES_HALF_DIFFERENCE, n, node, pi / 180, 1, 0, &t, NULL) == FF_OK, "no table");
         t.isotropic = 1;
         for (size_t i = 0; i < t.n; i++) t.value[i] = 2 + cos(2 * phi[i % n[3]] * pi / 180);
         FF_CHECK(ff_interpolant_new(&t, 0, &p, NULL) == FF_OK, "no interpolant");
@@ -349,7 +349,7 @@ static void azimuths_are_closed(void)
             FF_CHECK_CLOSE(v, 2 + cos(2 * in[3]) * cos(10 * pi / 180), 1e-9, 0); /* the mean of two neighbours */
         }
         ff_interpolant_free(p);
-        ff_table_free(&t);
+        ff_table_clear(&t);
     }
 }
 
@@ -360,7 +360,7 @@ static void without_a_sample(void)
     ff_table t = simulate(&s, "goniometer:5", 1), twice;
     ff_interpolant *p = NULL;
     double value[3], y;
-    FF_CHECK(ff_table_new(t.n + 1, 3, NULL, 0, 0, &twice, NULL) == FF_OK, "no table");
+    FF_CHECK(ff_table_init(t.n + 1, 3, NULL, 0, 0, &twice, NULL) == FF_OK, "no table");
     twice.radians_per_unit = t.radians_per_unit;
     twice.isotropic = 1;
     const size_t i = 2000;
@@ -377,8 +377,8 @@ static void without_a_sample(void)
     ff_table_values(&t, 1, i, 1, &y);
     FF_CHECK(value[1] != y && fabs(value[1] / y - 1) < 0.05, "%g, without it %g", y, value[1]);
     ff_interpolant_free(p);
-    ff_table_free(&t);
-    ff_table_free(&twice);
+    ff_table_clear(&t);
+    ff_table_clear(&twice);
 }
 
 /* No value leaves the range of the samples, whatever they are. */
@@ -401,8 +401,8 @@ static void within_range(void)
     ff_interpolant_free(p);
     directions_free(&d);
     free(value);
-    ff_table_free(&t);
-    ff_table_free(&at);
+    ff_table_clear(&t);
+    ff_table_clear(&at);
 }
 
 /* ---- conversion ------------------------------------------------------------------------------ */
@@ -415,7 +415,7 @@ static void to_merl(void)
     ff_resample_report r;
     ff_error err = {0};
     ff_resample_options_init(&o);
-    const ff_status status = ff_resample(&t, ff_format_find("merl"), &o, &made, &r, &err);
+    const ff_status status = ff_resample_into(&t, ff_format_find("merl"), &o, &made, &r, &err);
     FF_CHECK(status == FF_OK, "%s", err.message);
     if (status) return;
     FF_CHECK(!r.as_it_is && made.grid == &ff_grid_merl && made.n == exact.n, "not the MERL grid");
@@ -432,14 +432,14 @@ static void to_merl(void)
     }
     printf("  goniometer of 5 degrees to MERL: rms error %.3f of the rms value\n", sqrt(sum / reference));
     FF_CHECK(sqrt(sum / reference) < 0.1, "rms error %g", sqrt(sum / reference));
-    ff_table_free(&t);
+    ff_table_clear(&t);
 
     /* and what has the grid already is not touched */
-    FF_CHECK(ff_resample(&exact, ff_format_find("merl"), &o, &t, &r, &err) == FF_OK, "%s", err.message);
+    FF_CHECK(ff_resample_into(&exact, ff_format_find("merl"), &o, &t, &r, &err) == FF_OK, "%s", err.message);
     FF_CHECK(r.as_it_is && memcmp(t.value, exact.value, 3 * t.n * sizeof *t.value) == 0, "MERL to MERL is not the same");
-    ff_table_free(&t);
-    ff_table_free(&made);
-    ff_table_free(&exact);
+    ff_table_clear(&t);
+    ff_table_clear(&made);
+    ff_table_clear(&exact);
 }
 
 static void what_is_dropped(void)
@@ -454,25 +454,25 @@ static void what_is_dropped(void)
     so.relative = 0.1;
     so.floor = 0.1;
     so.sigma = 1;
-    FF_CHECK(ff_simulate(&s.model, 3, s.shape, s.channel, &so, &t, &err) == FF_OK, "%s", err.message);
+    FF_CHECK(ff_simulate_into(&s.model, 3, s.shape, s.channel, &so, &t, &err) == FF_OK, "%s", err.message);
     FF_CHECK(t.sigma && t.n_negative > 0, "the data have neither sigma nor negative values");
     ff_resample_options_init(&o);
-    FF_CHECK(ff_resample(&t, ff_format_find("csv"), &o, &made, &r, &err) == FF_OK, "%s", err.message);
+    FF_CHECK(ff_resample_into(&t, ff_format_find("csv"), &o, &made, &r, &err) == FF_OK, "%s", err.message);
     FF_CHECK(r.as_it_is && made.sigma && r.raised == 0 && !made.note[0], "csv drops nothing: %s", made.note);
-    ff_table_free(&made);
-    FF_CHECK(ff_resample(&t, ff_format_find("astm"), &o, &made, &r, &err) == FF_OK, "%s", err.message);
+    ff_table_clear(&made);
+    FF_CHECK(ff_resample_into(&t, ff_format_find("astm"), &o, &made, &r, &err) == FF_OK, "%s", err.message);
     FF_CHECK(r.as_it_is && !made.sigma && strstr(made.note, "standard deviations"), "astm has no sigma: %s", made.note);
-    ff_table_free(&made);
-    FF_CHECK(ff_resample(&t, ff_format_find("merl"), &o, &made, &r, &err) == FF_OK, "%s", err.message);
+    ff_table_clear(&made);
+    FF_CHECK(ff_resample_into(&t, ff_format_find("merl"), &o, &made, &r, &err) == FF_OK, "%s", err.message);
     FF_CHECK(!r.as_it_is && !made.sigma && strstr(made.note, "standard deviations"), "interpolated values have no sigma: %s",
              made.note);
     for (size_t i = 0; i < 3 * made.n; i++)
         FF_CHECK(!(made.valid[i % made.n] && made.value[i] < 0), "a negative value in a MERL table");
-    ff_table_free(&made);
+    ff_table_clear(&made);
     o.grid = "5";
-    FF_CHECK(ff_resample(&t, ff_format_find("csv"), &o, &made, &r, &err) == FF_ERR_UNSUPPORTED, "csv has no grid to choose");
-    FF_CHECK(ff_resample(&t, ff_format_find("merl"), &o, &made, &r, &err) == FF_ERR_SYNTAX, "nor has merl");
-    ff_table_free(&t);
+    FF_CHECK(ff_resample_into(&t, ff_format_find("csv"), &o, &made, &r, &err) == FF_ERR_UNSUPPORTED, "csv has no grid to choose");
+    FF_CHECK(ff_resample_into(&t, ff_format_find("merl"), &o, &made, &r, &err) == FF_ERR_SYNTAX, "nor has merl");
+    ff_table_clear(&t);
 }
 
 /* ---- survey ---------------------------------------------------------------------------------- */
@@ -493,7 +493,7 @@ static void reflectance_of(const char *grid, double alpha, double tolerance)
     ff_table t = simulate(&s, grid, 1);
     ff_survey v;
     ff_error err = {0};
-    FF_CHECK(ff_survey_new(&t, &v, &err) == FF_OK, "%s", err.message);
+    FF_CHECK(ff_survey_init(&t, &v, &err) == FF_OK, "%s", err.message);
     FF_CHECK(v.n_reflectances >= 5, "%s: %zu incidences", grid, v.n_reflectances);
     for (size_t k = 0; k < v.n_reflectances; k++) {
         if (v.reflectance[k].theta_i > 61) continue; /* the goniometer ends at 85 degrees */
@@ -504,8 +504,8 @@ static void reflectance_of(const char *grid, double alpha, double tolerance)
     }
     FF_CHECK(ff_survey_cosine(&v) == 0, "%s: a cosine is suspected (%g, %g, %g)", grid, v.reciprocity.deviation, v.with_cosine,
              v.without_cosine);
-    ff_survey_free(&v);
-    ff_table_free(&t);
+    ff_survey_clear(&v);
+    ff_table_clear(&t);
 }
 
 static void reflectances(void)
@@ -536,13 +536,13 @@ static void cosines_are_noticed(void)
                 ff_table t = simulate(&s, grids[g], 1);
                 ff_survey v;
                 times_cosine(&t, power[k]);
-                FF_CHECK(ff_survey_new(&t, &v, NULL) == FF_OK, "no survey");
+                FF_CHECK(ff_survey_init(&t, &v, NULL) == FF_OK, "no survey");
                 FF_CHECK(ff_survey_cosine(&v) == (int)power[k],
                          "%s, cos^%g, %d: found %d; deviations %.3f (%.3f, %.3f), %zu pairs, alone %.3f", grids[g], power[k],
                          brushed, ff_survey_cosine(&v), v.reciprocity.deviation, v.with_cosine, v.without_cosine,
                          v.reciprocity.pairs, v.reciprocity.interpolation);
-                ff_survey_free(&v);
-                ff_table_free(&t);
+                ff_survey_clear(&v);
+                ff_table_clear(&t);
             }
 }
 
@@ -553,7 +553,7 @@ static void isotropy_is_measured(void)
         ff_table t = simulate(&s, k ? "scattered:40000:0.5" : "goniometer:5", 1);
         ff_survey v;
         t.isotropic = 0;
-        FF_CHECK(ff_survey_new(&t, &v, NULL) == FF_OK, "no survey");
+        FF_CHECK(ff_survey_init(&t, &v, NULL) == FF_OK, "no survey");
         FF_CHECK(!v.isotropy.given && v.isotropy.pairs > 200, "%zu pairs", v.isotropy.pairs);
         if (k)
             FF_CHECK(v.isotropy.deviation < 1.5 * v.isotropy.interpolation, "an isotropic surface: %g, interpolation %g",
@@ -561,8 +561,8 @@ static void isotropy_is_measured(void)
         else
             FF_CHECK(v.isotropy.deviation > 5 * v.isotropy.interpolation && v.isotropy.deviation > 0.2, "a brushed one: %g, %g",
                      v.isotropy.deviation, v.isotropy.interpolation);
-        ff_survey_free(&v);
-        ff_table_free(&t);
+        ff_survey_clear(&v);
+        ff_table_clear(&t);
     }
 }
 
@@ -570,13 +570,13 @@ static void coverage(void)
 {
     ff_table t;
     ff_survey v;
-    FF_CHECK(ff_table_new(3, 1, NULL, 0, 0, &t, NULL) == FF_OK, "no table");
+    FF_CHECK(ff_table_init(3, 1, NULL, 0, 0, &t, NULL) == FF_OK, "no table");
     t.radians_per_unit = pi / 180;
     const double angle[3][4] = {{30, 10, 30, 190}, {60, 0, 42, 10}, {0, 0, 100, 0}};
     for (int i = 0; i < 3; i++)
         for (int k = 0; k < 4; k++) t.angle[k][i] = angle[i][k];
     for (int i = 0; i < 3; i++) t.value[i] = 1;
-    FF_CHECK(ff_survey_new(&t, &v, NULL) == FF_OK, "no survey");
+    FF_CHECK(ff_survey_init(&t, &v, NULL) == FF_OK, "no survey");
     FF_CHECK(v.below_horizon == 1, "%zu below the horizon", v.below_horizon);
     FF_CHECK_CLOSE(v.theta_i[0], 30, 1e-12, 0);
     FF_CHECK_CLOSE(v.theta_i[1], 60, 1e-12, 0);
@@ -586,8 +586,8 @@ static void coverage(void)
         for (int o = 0; o < FF_SURVEY_COLUMNS; o++) met += v.azimuths[i][o];
     FF_CHECK(met == 2 && v.azimuths[3][6] == 1 && v.azimuths[6][8] == 1, "%d cells", met);
     FF_CHECK(v.near_mirror[0] == 1 && v.near_mirror[3] == 1, "%zu near the mirror direction", v.near_mirror[0]);
-    ff_survey_free(&v);
-    ff_table_free(&t);
+    ff_survey_clear(&v);
+    ff_table_clear(&t);
 }
 
 FF_TEST_MAIN(FF_TEST(neighbours_are_the_nearest), FF_TEST(points_of_axes_and_back), FF_TEST(at_samples), FF_TEST(between_samples),

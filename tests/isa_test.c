@@ -185,15 +185,15 @@ static void threads_do_not_matter(void)
             o.threads = threads;
             ff_fit_result r = fitted(&t, &m, &o);
             FF_CHECK(same_fit(&one, &r), "%s: other bits with %d threads", trials[k].expression, threads);
-            ff_fit_result_free(&r);
+            ff_fit_result_clear(&r);
         }
         /* a fit that differs in one bit is seen */
         ff_fit_result r = fitted(&t, &m, &o);
         r.channel_value[0].std_error = nextafter(r.channel_value[0].std_error, HUGE_VAL);
         FF_CHECK(!same_fit(&one, &r), "%s: a changed standard error was not seen", trials[k].expression);
-        ff_fit_result_free(&r);
-        ff_fit_result_free(&one);
-        ff_table_free(&t);
+        ff_fit_result_clear(&r);
+        ff_fit_result_clear(&one);
+        ff_table_clear(&t);
     }
 }
 
@@ -210,10 +210,10 @@ static void threads_do_not_matter_for_many_samples(void)
         o.threads = threads;
         ff_fit_result r = fitted(&t, &m, &o);
         FF_CHECK(same_fit(&one, &r), "other bits with %d threads", threads);
-        ff_fit_result_free(&r);
+        ff_fit_result_clear(&r);
     }
-    ff_fit_result_free(&one);
-    ff_table_free(&t);
+    ff_fit_result_clear(&one);
+    ff_table_clear(&t);
 }
 
 static void fits_of_every_set(void)
@@ -243,10 +243,10 @@ static void fits_of_every_set(void)
                 worst = fmax(worst, d), worst_error = fmax(worst_error, e);
             }
             FF_CHECK_CLOSE(r.residual.objective, scalar.residual.objective, 1e-12, 0);
-            ff_fit_result_free(&r);
+            ff_fit_result_clear(&r);
         }
-        ff_fit_result_free(&scalar);
-        ff_table_free(&t);
+        ff_fit_result_clear(&scalar);
+        ff_table_clear(&t);
     }
     printf("  worst: values %.1e, standard errors %.1e\n", worst, worst_error);
 }

@@ -301,7 +301,7 @@ static ff_problem *problem_of(const ff_table *t, ff_isa isa, ff_loss loss, ff_we
     ff_fit_options_init(&o);
     o.loss = loss, o.isa = isa, o.weighting = weighting, o.threads = 1, o.shape = FF_SHAPE_ISOTROPIC;
     if (ff_ndf_models(ff_term_find(FF_MASKING, "v-cavity"), models, &err) ||
-        ff_problem_new(t, models, FF_NDF_MODELS, &o, &p, &err)) {
+        ff_problem_make(t, models, FF_NDF_MODELS, &o, &p, &err)) {
         printf("no problem: %s\n", err.message);
         exit(1);
     }
@@ -354,7 +354,7 @@ static void surrogates(void)
         FF_CHECK(!ff_loss_is_curved(p->loss) || compared > 600, "%s: %d values compared", ff_loss_name(k), compared);
         ff_problem_free(p);
     }
-    ff_table_free(&t);
+    ff_table_clear(&t);
 }
 
 /* With sigma weights the residual of every loss counts in standard deviations of the datum: j = 1/sigma there. */
@@ -367,7 +367,7 @@ static void deviations(void)
             for (size_t i = 0; i < p->n; i++) FF_CHECK_CLOSE(slope_at_datum(p, c, i) * t.sigma[c * t.n + p->index[i]], 1, 1e-13, 0);
         ff_problem_free(p);
     }
-    ff_table_free(&t);
+    ff_table_clear(&t);
 }
 
 /* The weights of every channel are its own where they depend on the data. */
@@ -388,7 +388,7 @@ static void weights(void)
         }
         ff_problem_free(p);
     }
-    ff_table_free(&t);
+    ff_table_clear(&t);
 }
 
 /* ---- the retrieval of a distribution --------------------------------------------------------- */
@@ -466,7 +466,7 @@ static void retrieval(void)
                 }
                 ff_problem_free(p);
             }
-    ff_table_free(&t);
+    ff_table_clear(&t);
 }
 
 FF_TEST_MAIN(FF_TEST(names), FF_TEST(page), FF_TEST(kernels), FF_TEST(measures), FF_TEST(robusts), FF_TEST(surrogates),

@@ -26,7 +26,7 @@ static const double SIGMA[N] = {0.1, 0.2, 0.05, 0.1}; /* of y, 1/sr             
 static ff_table make_table(const double *y, int with_sigma, int with_weight)
 {
     ff_table t;
-    if (ff_table_new(N, 1, NULL, with_sigma, with_weight, &t, NULL)) {
+    if (ff_table_init(N, 1, NULL, with_sigma, with_weight, &t, NULL)) {
         printf("out of memory\n");
         exit(1);
     }
@@ -67,7 +67,7 @@ static double objective(const ff_table *t, const ff_fit_options *o, double f, do
     ff_pass pass;
     ff_error err = {0};
     double kd = pi * f, gram[1] = {0}, by_kd[1] = {NAN};
-    ff_status st = ff_problem_new(t, &s.model, 1, o, &p, &err);
+    ff_status st = ff_problem_make(t, &s.model, 1, o, &p, &err);
     if (!st) st = ff_layout_init(&s.model, 1, FF_SHAPE_ISOTROPIC, 0, &layout, &err);
     if (!st) st = ff_layout_normal(&layout, &normal);
     if (!st) st = pass_of(&layout, p, o, s.shape, &kd, &pass);
@@ -180,7 +180,7 @@ static void numbers(void)
         FF_CHECK_CLOSE(objective(&t, &o, F, NULL), sum / 2, tolerance, 0);
         FF_CHECK_CLOSE(by_hand(expected[k].loss, expected[k].weighting, F), sum / 2, tolerance, 0);
     }
-    ff_table_free(&t);
+    ff_table_clear(&t);
 }
 
 /* Every loss with every weight, away from the cubes too, and the slope that the solver sees. */
@@ -198,7 +198,7 @@ static void slopes(void)
                 FF_CHECK_CLOSE(value, by_hand((ff_loss)loss, weightings[w], at[k]), 1e-10, 1e-14);
                 FF_CHECK_CLOSE(slope, slope_by_hand((ff_loss)loss, weightings[w], at[k]), 1e-7, 1e-8);
             }
-    ff_table_free(&t);
+    ff_table_clear(&t);
 }
 
 /* Negative data, 0, and data that a loss has no value for. */
@@ -210,7 +210,7 @@ static void corners(void)
     ff_table t = make_table(signs, 0, 0);
     ff_fit_options o = options_of(FF_LOSS_RELATIVE, FF_WEIGHT_SAMPLE);
     FF_CHECK_CLOSE(objective(&t, &o, F, NULL), (0.25 + 1800.0 * 1800 + 1000.0 * 1000 + 1 / 36.0) / 2, 1e-10, 0);
-    ff_table_free(&t);
+    ff_table_clear(&t);
 
     /* the cube root is odd: y x = -.064 gives -.4, and f x = .125 lies .9 above; at 0 it is 0: .6; then .4 - .4 and .3 + .2 */
     const double odd[N] = {-0.064 / 0.5, 0, 0.25, -0.008 / 0.108};
@@ -221,7 +221,7 @@ static void corners(void)
     o.loss = FF_LOSS_LOG;
     const double a = log(1.125 / 0.936), b = log(1.216), d = log(1.027 / 0.992);
     FF_CHECK_CLOSE(objective(&t, &o, F, NULL), (a * a + b * b + d * d) / 2, 1e-10, 0);
-    ff_table_free(&t);
+    ff_table_clear(&t);
 
     /* y x = -1.25: ln(1 + y x) does not exist, and that sample is left out */
     static const double low[N] = {-2.5, 0.3, 0.3, 0.3};
@@ -229,11 +229,11 @@ static void corners(void)
     const fit_surface s = fit_surface_make("lambert", 1, "");
     ff_problem *p = NULL;
     ff_selection selection;
-    FF_CHECK(ff_problem_new(&t, &s.model, 1, &o, &p, NULL) == FF_OK, "three samples are left");
+    FF_CHECK(ff_problem_make(&t, &s.model, 1, &o, &p, NULL) == FF_OK, "three samples are left");
     ff_problem_selection(p, &selection);
     FF_CHECK(selection.invalid == 1 && selection.used == 3, "%zu invalid, %zu used", selection.invalid, selection.used);
     ff_problem_free(p);
-    ff_table_free(&t);
+    ff_table_clear(&t);
 }
 
 /* rho of r = .061, -.127, 0, .019 with a scale of .05, that is of s = .003721, .016129, 0, .000361 with b^2 = .0025. */
@@ -269,14 +269,14 @@ static void robust(void)
     o.robust_scale = 0.1; /* s/b^2 = 1, 1, 0, 1 */
     o.robust = FF_ROBUST_CAUCHY;
     FF_CHECK_CLOSE(objective(&t, &o, F, NULL), 0.01 * 3 * log(2) / 2, 1e-9, 0);
-    ff_table_free(&t);
+    ff_table_clear(&t);
 }
 
 /* Two channels are two sums; the relative floor is each channel's own. */
 static void channels(void)
 {
     ff_table t;
-    FF_CHECK(ff_table_new(2, 2, NULL, 0, 0, &t, NULL) == FF_OK, "no memory");
+    FF_CHECK(ff_table_init(2, 2, NULL, 0, 0, &t, NULL) == FF_OK, "no memory");
     t.radians_per_unit = 1;
     static const double x[2] = {0.5, 0.8}, y[4] = {0.1, 0.2, 4, 0}; /* means .15 and 2, floors .00015 and .002 */
     for (int i = 0; i < 2; i++) t.angle[0][i] = acos(x[i]);
@@ -300,15 +300,15 @@ static void channels(void)
     FF_CHECK_CLOSE(r.residual.log_rmse, sqrt((l[0] * l[0] + l[1] * l[1] + l[2] * l[2] + l[3] * l[3]) / 4), 1e-9, 0);
     const double c[4] = {cbrt(0.5 * f0) - cbrt(0.05), cbrt(0.8 * f0) - cbrt(0.16), cbrt(0.5 * f1) - cbrt(2), cbrt(0.8 * f1)};
     FF_CHECK_CLOSE(r.residual.cube_root_rmse, sqrt((c[0] * c[0] + c[1] * c[1] + c[2] * c[2] + c[3] * c[3]) / 4), 1e-9, 0);
-    ff_fit_result_free(&r);
+    ff_fit_result_clear(&r);
 
     o.loss = FF_LOSS_RELATIVE;
     FF_CHECK(fit_table(&t, &s.model, &o, &r, NULL, NULL) == FF_OK, "no fit");
     /* sum (1/y) / sum (1/y^2) = (10 + 5)/(100 + 25); with the floor: (4/16)/(1/16 + 1/.002^2) */
     FF_CHECK_CLOSE(r.channel_value[0].value, pi * 15 / 125, 1e-9, 0);
     FF_CHECK_CLOSE(r.channel_value[1].value, pi * 0.25 / (0.0625 + 250000), 1e-6, 0);
-    ff_fit_result_free(&r);
-    ff_table_free(&t);
+    ff_fit_result_clear(&r);
+    ff_table_clear(&t);
 }
 
 /* Where each fit ends, the slope of the objective by hand is 0; or kd is 1 and the objective falls further beyond. */
@@ -329,10 +329,10 @@ static void minima(void)
                      ff_loss_name(loss), ff_weighting_name((int)weightings[w]), f, slope);
             FF_CHECK_CLOSE(r.residual.objective, by_hand((ff_loss)loss, weightings[w], f), 1e-9, 0);
             inside += r.channel_value[0].at_bound == 0;
-            ff_fit_result_free(&r);
+            ff_fit_result_clear(&r);
         }
     FF_CHECK(inside >= 10, "only %d of 15 fits end inside", inside);
-    ff_table_free(&t);
+    ff_table_clear(&t);
 }
 
 FF_TEST_MAIN(FF_TEST(numbers), FF_TEST(slopes), FF_TEST(corners), FF_TEST(robust), FF_TEST(channels), FF_TEST(minima))

@@ -1,7 +1,7 @@
 /* Distributions without a formula: the curve and its sums against closed forms and differences, known distributions from simulated
  * measurements with and without noise, and what is said of data that do not determine one. */
 #include "fit_samples.h"
-#include "ff_ndf.h"
+#include "fit/ndf/ndf_struct.h"
 #include "fit/ndf/internal_ndf.h"
 #include "warnings.h"
 
@@ -59,11 +59,16 @@ static ff_table known_measure(const known *k, const fit_sampling *how, size_t ev
 
 /* ---- retrievals ------------------------------------------------------------------------------ */
 
+static ff_fit_options fits; /* of the options that were made last */
+
 static ff_ndf_options ndf_options(void)
 {
     ff_ndf_options o;
     ff_ndf_options_init(&o);
-    o.fit.threads = 2;
+    ff_fit_options_init(&fits);
+    fits.shape = FF_SHAPE_ISOTROPIC;
+    fits.threads = 2;
+    o.fit = &fits;
     return o;
 }
 
@@ -72,9 +77,9 @@ static ff_status retrieve(const ff_table *t, const ff_ndf_options *o, ff_ndf_res
     ff_model models[FF_NDF_MODELS];
     ff_problem *p;
     ff_status s = ff_ndf_models(o->masking, models, err);
-    if (!s) s = ff_problem_new(t, models, FF_NDF_MODELS, &o->fit, &p, err);
+    if (!s) s = ff_problem_make(t, models, FF_NDF_MODELS, o->fit, &p, err);
     if (s) return s;
-    s = ff_ndf_retrieve(p, o, r, err);
+    s = ff_ndf_retrieve_into(p, o, r, err);
     ff_problem_free(p);
     return s;
 }
@@ -208,8 +213,8 @@ static void bench_open(bench *b, const char *masking, ff_loss loss, int scaled, 
     const fit_surface s = bench_surface(&b->f, masking, &profile);
     const fit_sampling how = {.n = 700, .max_theta = 80, .glossy = 0.5, .noise = noise, .seed = 3};
     ff_table t = fit_measure(&s, &how);
-    if (ff_problem_new(&t, models, FF_NDF_MODELS, &b->o, &b->p, NULL)) exit(1);
-    ff_table_free(&t);
+    if (ff_problem_make(&t, models, FF_NDF_MODELS, &b->o, &b->p, NULL)) exit(1);
+    ff_table_clear(&t);
 }
 
 static void bench_close(bench *b)
@@ -316,7 +321,7 @@ static void check_known(const known *k, margin scattered, margin grid)
             snprintf(what, sizeof what, "%s, %s, %s", k->name, on_grid ? "grid" : "scattered", noisy ? "2 % noise" : "exact");
             const ff_status s = retrieve(&t, &o, &r, &err);
             FF_CHECK(s == FF_OK, "%s: %s", what, err.message);
-            ff_table_free(&t);
+            ff_table_clear(&t);
             if (s) continue;
             const double worst = worst_error(k, &r, 1e-3), allowed = noisy ? m.noisy : m.exact;
             double best = INFINITY;
@@ -333,7 +338,7 @@ static void check_known(const known *k, margin scattered, margin grid)
             FF_CHECK(r.from_back_scatter && r.back_samples >= 12, "%s: %zu samples look back", what, r.back_samples);
             FF_CHECK(!noisy || fabs(r.channel[0].f0 - 0.6) < 5 * r.channel[0].scale_error, "%s: f0 %.4f +- %.2g", what,
                      r.channel[0].f0, r.channel[0].scale_error);
-            ff_ndf_result_free(&r);
+            ff_ndf_result_clear(&r);
         }
 }
 
@@ -381,8 +386,8 @@ static void errors_are_as_said(void)
         kd2 += pow((r.channel[0].kd - 0.1) / r.channel[0].kd_error, 2);
         for (size_t k = 0; k < r.n_rows && r.row[k].theta < 60 * FIT_DEGREE; k += 4, n++) /* at the nodes */
             d2 += pow(log(r.row[k].d * r.channel[0].f0 / (0.6 * known_d(&mixture, r.row[k].theta))) / r.row[k].error, 2);
-        ff_ndf_result_free(&r);
-        ff_table_free(&t);
+        ff_ndf_result_clear(&r);
+        ff_table_clear(&t);
     }
     const double d = sqrt(d2 / n), f0 = sqrt(f02 / MEASUREMENTS), kd = sqrt(kd2 / MEASUREMENTS);
     FF_CHECK(d > 0.6 && d < 1.6, "D is off by %.2f of its errors", d);
@@ -422,8 +427,8 @@ static void errors_grow_in_a_gap(void)
     FF_CHECK(error_at_degrees(&r, 5) < 1e-3 && error_at_degrees(&r, 60) < 1e-3, "errors %.2g and %.2g beside the gap",
              error_at_degrees(&r, 5), error_at_degrees(&r, 60));
     FF_CHECK(error_at_degrees(&r, 22) > 0.02, "the error in the gap is %.2g", error_at_degrees(&r, 22));
-    ff_ndf_result_free(&r);
-    ff_table_free(&t);
+    ff_ndf_result_clear(&r);
+    ff_table_clear(&t);
 }
 
 /* ---- what D must not do ---------------------------------------------------------------------- */
@@ -446,9 +451,9 @@ static void rising_tails(void)
     FF_CHECK(free.objective < 1e-3 * level.objective, "objectives %g and %g", free.objective, level.objective);
     for (size_t i = 0; i < free.n_rows && free.row[i].theta < 70 * FIT_DEGREE; i++)
         FF_CHECK_CLOSE(free.row[i].d, student_t_d(0.2, 1.6, free.row[i].theta), 0.03, 0);
-    ff_ndf_result_free(&level);
-    ff_ndf_result_free(&free);
-    ff_table_free(&t);
+    ff_ndf_result_clear(&level);
+    ff_ndf_result_clear(&free);
+    ff_table_clear(&t);
 }
 
 /* ---- starts ---------------------------------------------------------------------------------- */
@@ -467,7 +472,7 @@ static void power_iteration(void)
     ff_ndf_result r = {0};
     double falls[FF_NDF_MOST_TOP + 1], ln_d = 0;
     const double scale = 0.075, kd = 0.2;
-    if (ff_ndf_models(masking, models, NULL) || ff_problem_new(&t, models, FF_NDF_MODELS, &o.fit, &p, NULL) ||
+    if (ff_ndf_models(masking, models, NULL) || ff_problem_make(&t, models, FF_NDF_MODELS, o.fit, &p, NULL) ||
         ff_curve_new(scale, asinh(tan(79 * FIT_DEGREE) / scale) / 40, 40, 1, 5, &curve))
         exit(1);
     FF_CHECK(ff_ndf_back_scatter(p, &curve, &kd, falls, &r) == 1, "%zu samples look back", r.back_samples);
@@ -480,7 +485,7 @@ static void power_iteration(void)
     }
     ff_curve_free(&curve);
     ff_problem_free(p);
-    ff_table_free(&t);
+    ff_table_clear(&t);
 }
 
 /* Without samples that look back it says so and starts from a parametric fit; the result is the same surface. */
@@ -502,8 +507,8 @@ static void no_back_scatter(void)
              r.from_back_scatter);
     FF_CHECK(worst_error(&ggx, &r, 1e-3) < 0.005, "D is off by %.2g", worst_error(&ggx, &r, 1e-3));
     check_whole("no back-scatter", &r);
-    ff_ndf_result_free(&r);
-    ff_table_free(&t);
+    ff_ndf_result_clear(&r);
+    ff_table_clear(&t);
 }
 
 /* ---- units, weights, options ----------------------------------------------------------------- */
@@ -524,8 +529,8 @@ static void scale_of_the_data(void)
     FF_CHECK_CLOSE(r.channel[0].ks, 25, 0.01, 0);
     FF_CHECK(worst_error(&k, &r, 1e-2) < 0.03, "D is off by %.2g", worst_error(&k, &r, 1e-2));
     check_whole("scaled", &r);
-    ff_ndf_result_free(&r);
-    ff_table_free(&t);
+    ff_ndf_result_clear(&r);
+    ff_table_clear(&t);
 }
 
 /* Directions down to the horizon, beyond the last at which Lambda is integrated. */
@@ -536,14 +541,14 @@ static void to_the_horizon(void)
     ff_ndf_options o = ndf_options();
     ff_ndf_result r;
     ff_error err = {0};
-    o.fit.max_theta = 90 * FIT_DEGREE;
+    fits.max_theta = 90 * FIT_DEGREE;
     o.monotone = FF_NDF_MONOTONE_D;
     FF_CHECK(retrieve(&t, &o, &r, &err) == FF_OK, "%s", err.message);
     FF_CHECK(worst_error(&ggx, &r, 1e-3) < 0.01, "D is off by %.2g", worst_error(&ggx, &r, 1e-3));
     FF_CHECK(r.objective < 1e-5 * r.fit[FF_NDF_BECKMANN].residual.objective, "objective %g", r.objective);
     FF_CHECK(r.outcome == FF_CONVERGED && !rises(&r), "%s", ff_outcome_name((int)r.outcome));
-    ff_ndf_result_free(&r);
-    ff_table_free(&t);
+    ff_ndf_result_clear(&r);
+    ff_table_clear(&t);
 }
 
 static void smoothness_as_asked(void)
@@ -564,9 +569,9 @@ static void smoothness_as_asked(void)
                  r.effective, r.objective);
         before = r.effective;
         objective = r.objective;
-        ff_ndf_result_free(&r);
+        ff_ndf_result_clear(&r);
     }
-    ff_table_free(&t);
+    ff_table_clear(&t);
 }
 
 static void same_for_every_number_of_threads(void)
@@ -577,25 +582,25 @@ static void same_for_every_number_of_threads(void)
     for (int threads = 1; threads <= 3; threads++) {
         ff_ndf_options o = ndf_options();
         ff_error err = {0};
-        o.fit.threads = threads;
+        fits.threads = threads;
         FF_CHECK(retrieve(&t, &o, threads > 1 ? &r : &first, &err) == FF_OK, "%s", err.message);
         if (threads == 1) continue;
         FF_CHECK(r.n_rows == first.n_rows && !memcmp(r.row, first.row, r.n_rows * sizeof *r.row) && r.passes == first.passes,
                  "another result with %d threads", threads);
-        ff_ndf_result_free(&r);
+        ff_ndf_result_clear(&r);
     }
     for (int isa = FF_ISA_SCALAR; isa <= FF_ISA_AVX512; isa++) {
         ff_ndf_options o = ndf_options();
         ff_error err = {0};
         if (!ff_isa_available((ff_isa)isa)) continue;
-        o.fit.isa = (ff_isa)isa;
+        fits.isa = (ff_isa)isa;
         FF_CHECK(retrieve(&t, &o, &r, &err) == FF_OK, "%s", err.message);
         FF_CHECK_CLOSE(r.objective, first.objective, 1e-6, 0);
         for (size_t i = 0; i < r.n_rows && r.row[i].theta < r.reach; i++) FF_CHECK_CLOSE(r.row[i].d, first.row[i].d, 1e-3, 0);
-        ff_ndf_result_free(&r);
+        ff_ndf_result_clear(&r);
     }
-    ff_ndf_result_free(&first);
-    ff_table_free(&t);
+    ff_ndf_result_clear(&first);
+    ff_table_clear(&t);
 }
 
 /* ---- data that determine nothing ------------------------------------------------------------- */
@@ -606,8 +611,8 @@ static void check_refused(const char *what, ff_table *t, const ff_ndf_options *o
     ff_error err = {0};
     const ff_status s = retrieve(t, o, &r, &err);
     FF_CHECK(s == expected && strstr(err.message, words), "%s: status %d, '%s'", what, (int)s, err.message);
-    if (s == FF_OK) ff_ndf_result_free(&r);
-    ff_table_free(t);
+    if (s == FF_OK) ff_ndf_result_clear(&r);
+    ff_table_clear(t);
 }
 
 static ff_table measured(const char *expression, const char *set, size_t n, double noise)
@@ -638,7 +643,7 @@ static void bad_data(void)
     memset(t.value, 0, t.n * sizeof *t.value);
     check_refused("zeros", &t, &o, FF_ERR_DATA, "no specular peak");
     t = measured("ggx+lambert", "alpha=0.3 kd=0.1", 500, 0);
-    o.fit.robust = FF_ROBUST_HUBER;
+    fits.robust = FF_ROBUST_HUBER;
     check_refused("a robust loss", &t, &o, FF_ERR_UNSUPPORTED, "robust");
     o = ndf_options();
     t = measured("ggx+lambert", "alpha=0.3 kd=0.1", 500, 0);
@@ -646,12 +651,12 @@ static void bad_data(void)
     check_refused("seven nodes", &t, &o, FF_ERR_RANGE, "nodes");
     o = ndf_options();
     t = measured("ggx+lambert", "alpha=0.3 kd=0.1", 500, 0);
-    o.fit.shape = FF_SHAPE_CORRELATED;
+    fits.shape = FF_SHAPE_CORRELATED;
     check_refused("a problem of another shape", &t, &o, FF_ERR_UNSUPPORTED, "isotropic shape");
     o = ndf_options();
     t = measured("ggx+lambert", "alpha=0.3 kd=0.1", 5000, 0);
     const int stop = 1;
-    o.fit.cancel = &stop;
+    fits.cancel = &stop;
     check_refused("cancelled", &t, &o, FF_ERR_CANCELLED, "cancelled");
     ff_model models[FF_NDF_MODELS];
     FF_CHECK(ff_ndf_models(ff_term_find(FF_MASKING, "hammon"), models, NULL) == FF_ERR_UNSUPPORTED, "a masking for ggx alone");

@@ -47,7 +47,7 @@ static ff_table measure(const material *s)
     ff_table t;
     uint64_t state = 5;
     const fit_sampling how = {.n = SAMPLES, .max_theta = 80, .glossy = 0.5};
-    if (ff_table_new(how.n, CHANNELS, NULL, 0, 0, &t, NULL)) {
+    if (ff_table_init(how.n, CHANNELS, NULL, 0, 0, &t, NULL)) {
         printf("out of memory for the test's samples\n");
         exit(1);
     }
@@ -95,13 +95,13 @@ static double recover(const material *s)
     ff_model model;
     double worst = 0;
     const ff_fit_options o = isotropic();
-    if (ff_model_parse(preset, &model, &err) || ff_model_free(&model, "ks", &err)) {
+    if (ff_model_parse(preset, &model, &err) || ff_model_vary(&model, "ks", &err)) {
         FF_CHECK(0, "%s: %s", preset, err.message);
         return 1;
     }
     ff_table t = measure(s);
     const ff_status st = fit_table(&t, &model, &o, &r, NULL, &err);
-    ff_table_free(&t);
+    ff_table_clear(&t);
     FF_CHECK(st == FF_OK, "%s: %s", s->name, err.message);
     if (st) return 1;
     FF_CHECK(r.outcome == FF_CONVERGED, "%s: %s", s->name, ff_outcome_name((int)r.outcome));
@@ -111,7 +111,7 @@ static double recover(const material *s)
         compare(s->name, "rho_s", found(&r, "ks", c)->value / 4, s->rho_s[c], s->rho_s[c]);
         compare(s->name, "rho_d", found(&r, "kd", c)->value, s->rho_d[c], fmax(s->rho_d[c], 1e-3));
     }
-    ff_fit_result_free(&r);
+    ff_fit_result_clear(&r);
     return worst;
 }
 
@@ -180,7 +180,7 @@ static void preset_is_their_formula(void)
             const double a[4] = {t.angle[0][i], t.angle[1][i], t.angle[2][i], t.angle[3][i]};
             for (size_t c = 0; c < CHANNELS; c++) FF_CHECK_CLOSE(t.value[c * t.n + i], as_published(&s, c, a), 1e-9, 1e-12);
         }
-        ff_table_free(&t);
+        ff_table_clear(&t);
     }
 }
 
@@ -196,7 +196,7 @@ static void with_ks_held_at_one(void)
     ff_table t = measure(s);
     ff_status st = ff_model_parse("beckmann/v-cavity/schlick+lambert", &model, &err);
     if (!st) st = fit_table(&t, &model, &o, &r, NULL, &err);
-    ff_table_free(&t);
+    ff_table_clear(&t);
     FF_CHECK(st == FF_OK, "%s", err.message);
     if (st) return;
     const double m = found(&r, "alpha_x", 0)->value, f0 = found(&r, "f0", 0)->value;
@@ -204,7 +204,7 @@ static void with_ks_held_at_one(void)
            4 * s->rho_s[0] * s->F0);
     FF_CHECK(fabs(m / s->m - 1) > 0.1 && fabs(f0 / (4 * s->rho_s[0] * s->F0) - 1) > 0.1,
              "alpha %g and f0 %g come back without the scale: then it need not be free", m, f0);
-    ff_fit_result_free(&r);
+    ff_fit_result_clear(&r);
 }
 
 FF_TEST_MAIN(FF_TEST(preset_is_their_formula), FF_TEST(examples_come_back), FF_TEST(the_whole_table_comes_back),

@@ -1,7 +1,7 @@
 /* Pictures of a lit sphere: geometry, tone and exposure against plain formulas, symmetries, and the choice of a loss by them. */
 #include "fit_samples.h"
-#include "ff_picture.h"
-#include "ff_simulate.h"
+#include "fit/trust/picture_struct.h"
+#include "simulate/simulate_struct.h"
 #include "fit/losses/internal_loss.h"
 #include "warnings.h"
 
@@ -19,7 +19,8 @@ static ff_table simulate(const fit_surface *s, const char *grid, double noise, i
     ff_simulate_options_init(&o);
     o.relative = noise;
     o.sigma = sigma;
-    if (ff_sampling_parse(grid, &o.sampling, &err) || ff_simulate(&s->model, s->n_channels, s->shape, s->channel, &o, &t, &err)) {
+    if (ff_sampling_parse(grid, &o.sampling, &err) ||
+        ff_simulate_into(&s->model, s->n_channels, s->shape, s->channel, &o, &t, &err)) {
         printf("%s: %s\n", grid, err.message);
         exit(1);
     }
@@ -227,7 +228,7 @@ static void constant(void)
     const fit_surface half = fit_surface_make("lambert", 2, "kd=0.4:0.2");
     FF_CHECK_CLOSE(difference(p, &half), 0.7354 - 0.6125, 0.15, 0);
     ff_picture_free(p);
-    ff_table_free(&t);
+    ff_table_clear(&t);
 }
 
 static void channels(void)
@@ -251,7 +252,7 @@ static void channels(void)
     o.only_channel = 2;
     ff_error err = {0};
     FF_CHECK(ff_picture_new(&t, &o, &p, &err) == FF_ERR_RANGE && strstr(err.message, "channel 2"), "%s", err.message);
-    ff_table_free(&t);
+    ff_table_clear(&t);
 }
 
 /* Two equal channels differ as much as one. */
@@ -266,7 +267,7 @@ static void twins(void)
         ff_picture *p = picture_of(&t, &o);
         d[n - 1] = difference(p, &other);
         ff_picture_free(p);
-        ff_table_free(&t);
+        ff_table_clear(&t);
     }
     FF_CHECK_CLOSE(d[1], d[0], 1e-12, 0);
 }
@@ -301,7 +302,7 @@ static void itself(void)
         p = picture_of(&t, &o);
         FF_CHECK(difference(p, &s) == d, "%.17g and %.17g", difference(p, &s), d);
         ff_picture_free(p);
-        ff_table_free(&t);
+        ff_table_clear(&t);
     }
 }
 
@@ -338,7 +339,7 @@ static void nothing_there(void)
     FF_CHECK(ff_picture_new(&t, &o, &p, &err) == FF_ERR_DATA, "%s", err.message);
     o.max_theta = 2;
     FF_CHECK(ff_picture_new(&t, &o, &p, &err) == FF_ERR_RANGE, "%s", err.message);
-    ff_table_free(&t);
+    ff_table_clear(&t);
     /* Values that are no numbers leave out the pixels around them. */
     o.max_theta = 80 * FIT_DEGREE;
     t = simulate(&s, "merl", 0, 0);
@@ -347,7 +348,7 @@ static void nothing_there(void)
     FF_CHECK(ff_picture_covered(p).measured < ff_picture_covered(p).pixels && difference(p, &s) < 0.0002, "%zu pixels, %g",
              ff_picture_covered(p).measured, difference(p, &s));
     ff_picture_free(p);
-    ff_table_free(&t);
+    ff_table_clear(&t);
 }
 
 /* ---- the choice ------------------------------------------------------------------------------ */
@@ -357,7 +358,7 @@ static ff_adaptive choose(const ff_table *t, const char *model, const ff_fit_opt
     const fit_surface s = fit_surface_make(model, 1, "");
     ff_adaptive a = {.n = 0};
     ff_error err = {0};
-    if (ff_fit_adaptive(t, &s.model, o, &a, &err)) {
+    if (ff_fit_adaptive_into(t, &s.model, o, &a, &err)) {
         printf("%s: %s\n", model, err.message);
         exit(1);
     }
@@ -385,7 +386,7 @@ static void check_choice(const ff_table *t, const ff_adaptive *a, const ff_fit_o
         FF_CHECK(fit_table(t, &fit->model, &one, &alone, NULL, NULL) == FF_OK, "no fit");
         for (size_t i = 0; i < fit->model.n_shape; i++) s.shape[i] = alone.shape_value[i].value;
         for (size_t i = 0; i < fit->n_channels * fit->model.n_channel; i++) s.channel[i] = alone.channel_value[i].value;
-        ff_fit_result_free(&alone);
+        ff_fit_result_clear(&alone);
         FF_CHECK(difference(p, &s) == a->candidate[k].difference, "%s: %g and %g", ff_loss_name((int)one.loss), difference(p, &s),
                  a->candidate[k].difference);
         FF_CHECK(a->candidate[a->chosen].difference <= a->candidate[k].difference + FF_PICTURE_SAME, "%s looks better",
@@ -427,8 +428,8 @@ static void choices(void)
             FF_CHECK(cosine > 2 * best && cosine > candidate(&a, FF_LOSS_CUBE_ROOT)->difference, "%s: %g of cosine, %g of the best",
                      cases[k].surface, cosine, best);
         FF_CHECK(!has_warning(&a.candidate[a.chosen].fit, FF_WARNING_FEW_PIXELS, NULL), "a warning of coverage");
-        ff_adaptive_free(&a);
-        ff_table_free(&t);
+        ff_adaptive_clear(&a);
+        ff_table_clear(&t);
     }
 }
 
@@ -444,8 +445,8 @@ static void indifferent(void)
         ff_adaptive a = choose(&t, "ggx+lambert", &o);
         FF_CHECK(a.candidate[a.chosen].loss == FF_LOSS_COSINE, "%s: %s", words, ff_loss_name((int)a.candidate[a.chosen].loss));
         for (size_t i = 0; i < a.n; i++) FF_CHECK_CLOSE(a.candidate[i].difference, a.candidate[0].difference, 0, 1e-7);
-        ff_adaptive_free(&a);
-        ff_table_free(&t);
+        ff_adaptive_clear(&a);
+        ff_table_clear(&t);
     }
 }
 
@@ -465,15 +466,15 @@ static void options(void)
              "%zu candidates", a.n);
     for (size_t k = 1; k < a.n; k++)
         FF_CHECK(ff_loss_is_curved(a.candidate[k].loss), "%s once more", ff_loss_name((int)a.candidate[k].loss));
-    ff_adaptive_free(&a);
+    ff_adaptive_clear(&a);
     o.weighting = FF_WEIGHT_SAMPLE;
     o.robust = FF_ROBUST_HUBER;
-    FF_CHECK(ff_fit_adaptive(&t, &m.model, &o, &a, &err) == FF_ERR_UNSUPPORTED && strstr(err.message, "name a loss"), "%s",
+    FF_CHECK(ff_fit_adaptive_into(&t, &m.model, &o, &a, &err) == FF_ERR_UNSUPPORTED && strstr(err.message, "name a loss"), "%s",
              err.message);
     o.robust = FF_ROBUST_NONE;
     const volatile int stop = 1;
     o.cancel = &stop;
-    FF_CHECK(ff_fit_adaptive(&t, &m.model, &o, &a, &err) == FF_ERR_CANCELLED, "%s", err.message);
+    FF_CHECK(ff_fit_adaptive_into(&t, &m.model, &o, &a, &err) == FF_ERR_CANCELLED, "%s", err.message);
     o.cancel = NULL;
     /* Of fits that were cut short those that converged come first. */
     int mixed = 0;
@@ -483,7 +484,7 @@ static void options(void)
         for (size_t k = 0; k < a.n; k++) ended += a.candidate[k].fit.outcome == FF_CONVERGED;
         FF_CHECK(!ended || a.candidate[a.chosen].fit.outcome == FF_CONVERGED, "%d iterations", o.max_iterations);
         mixed += ended > 0 && ended < a.n;
-        ff_adaptive_free(&a);
+        ff_adaptive_clear(&a);
     }
     FF_CHECK(mixed > 0, "no number of iterations at which some converge and some do not");
     /* Few pixels: a warning, with their number. */
@@ -496,8 +497,8 @@ static void options(void)
              a.coverage.measured, a.coverage.pixels);
     const ff_warning *few = find_warning(fit, FF_WARNING_FEW_PIXELS, NULL);
     FF_CHECK(few && few->value[0] == (double)a.coverage.measured && few->value[1] == (double)a.coverage.pixels, "no warning");
-    ff_adaptive_free(&a);
-    ff_table_free(&t);
+    ff_adaptive_clear(&a);
+    ff_table_clear(&t);
 }
 
 /* The paint of docs/fitting.md, as it stands there. */
@@ -509,15 +510,15 @@ static void paint(void)
     ff_error err = {0};
     /* not part of the project: without the measured file beside it there is no paint to fit */
     if (!ff_test_shared("data/astm/C14_NavyBlue.astm", path, sizeof path)) FF_SKIP("%s is not there", path);
-    FF_CHECK(ff_table_read(path, NULL, &t, &err) == FF_OK, "%s", err.message);
+    FF_CHECK(ff_table_read_into(path, NULL, &t, &err) == FF_OK, "%s", err.message);
     const ff_fit_options o = fit_options();
     ff_adaptive a = choose(&t, "ggx+lambert", &o);
     const ff_loss chosen = a.candidate[a.chosen].loss;
     FF_CHECK(chosen == FF_LOSS_CUBE_ROOT || chosen > FF_LOSS_PLAIN, "%s", ff_loss_name((int)chosen));
     for (int loss = FF_LOSS_COSINE; loss <= FF_LOSS_PLAIN; loss++)
         FF_CHECK_CLOSE(candidate(&a, (ff_loss)loss)->difference, expected[loss], 1e-3, 0);
-    ff_adaptive_free(&a);
-    ff_table_free(&t);
+    ff_adaptive_clear(&a);
+    ff_table_clear(&t);
 }
 
 FF_TEST_MAIN(FF_TEST(lights), FF_TEST(directions), FF_TEST(tone), FF_TEST(symmetry), FF_TEST(constant), FF_TEST(channels),

@@ -1,6 +1,6 @@
 /* Tabulated distributions: the lattice of a table against the function that the table was made of, its area, slopes and masking,
  * what it does beyond its points, and what it refuses. */
-#include "ff_profile_file.h"
+#include "data_formats/table/profile_file_struct.h"
 #include "ff_test.h"
 #include "models/internal_model.h"
 
@@ -361,14 +361,14 @@ static void files_come_back(void)
         made((ff_profile_kind)kind, n);
         FF_CHECK(ff_profile_write(PATH, (ff_profile_kind)kind, (size_t)n, xs, ys, "made by a test\nin two lines", &err) == FF_OK,
                  "%s", err.message);
-        FF_CHECK(ff_profile_read(PATH, &read, &err) == FF_OK, "%s", err.message);
+        FF_CHECK(ff_profile_read_into(PATH, &read, &err) == FF_OK, "%s", err.message);
         FF_CHECK_CLOSE(read.area, table.area, 1e-12, 0);
         for (int k = 0; k < FF_PROFILE_BINS; k++) FF_CHECK_CLOSE(read.c[0][k], table.c[0][k], 0, 1e-9);
     }
     write_text("\xEF\xBB\xBF# spaces, tabs, quotes, CRLF and blank lines\r\n\r\n \"theta_deg\" , D\r\n0,1\r\n\t1 , 0.5\r\n# "
                "more\r\n5,0.1\r\n40,1e-3");
     ff_error err = {0};
-    FF_CHECK(ff_profile_read(PATH, &read, &err) == FF_OK, "%s", err.message);
+    FF_CHECK(ff_profile_read_into(PATH, &read, &err) == FF_OK, "%s", err.message);
     remove(PATH);
 }
 
@@ -400,7 +400,7 @@ static void files_that_are_refused(void)
     for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
         ff_error err = {0};
         write_text(cases[i].text);
-        const ff_status s = ff_profile_read(PATH, &t, &err);
+        const ff_status s = ff_profile_read_into(PATH, &t, &err);
         FF_CHECK(s == cases[i].status && err.code == s, "case %zu: %s: %s", i, ff_status_str(s), err.message);
         FF_CHECK(err.line == cases[i].line && strcmp(err.path, PATH) == 0, "case %zu: %s:%ld, expected line %ld: %s", i, err.path,
                  err.line, cases[i].line, err.message);
@@ -408,7 +408,7 @@ static void files_that_are_refused(void)
     }
     ff_error err = {0};
     remove(PATH);
-    FF_CHECK(ff_profile_read(PATH, &t, &err) == FF_ERR_OPEN, "a missing file: %s", err.message);
+    FF_CHECK(ff_profile_read_into(PATH, &t, &err) == FF_ERR_OPEN, "a missing file: %s", err.message);
     FF_CHECK(ff_profile_write("no/such/folder/x.csv", FF_PROFILE_D, 4, xs, ys, NULL, &err) == FF_ERR_WRITE, "%s", err.message);
     xs[2] = NAN;
     FF_CHECK(ff_profile_write(PATH, FF_PROFILE_D, 4, xs, ys, NULL, &err) == FF_ERR_DATA && access(PATH, F_OK) != 0, "%s",

@@ -100,7 +100,7 @@ static void fit_file(const material *file, const ff_table *t)
     ff_problem *p = NULL;
     ff_selection sel;
     ff_error err = {0};
-    ff_status st = ff_problem_new(t, models, n, &o, &p, &err);
+    ff_status st = ff_problem_make(t, models, n, &o, &p, &err);
     FF_CHECK(st == FF_OK, "%s: %s", file->name, err.message);
     if (st) return;
     ff_problem_selection(p, &sel);
@@ -111,7 +111,7 @@ static void fit_file(const material *file, const ff_table *t)
         ff_fit_result r;
         ff_model_expression(&models[i], expression, sizeof expression);
         snprintf(what, sizeof what, "%s, %s", file->name, expression);
-        st = ff_problem_fit(p, &models[i], &o, &r, &err);
+        st = ff_problem_fit_into(p, &models[i], &o, &r, &err);
         FF_CHECK(st == FF_OK, "%s: %s", what, err.message);
         objective[i] = INFINITY;
         if (st) continue;
@@ -123,7 +123,7 @@ static void fit_file(const material *file, const ff_table *t)
             FF_CHECK(!file->glossy || (r.shape_value[0].value > 0.01 && r.shape_value[0].value < 1), "%s: alpha is %g", what,
                      r.shape_value[0].value);
         }
-        ff_fit_result_free(&r);
+        ff_fit_result_clear(&r);
     }
     print_objectives(models, n, n_maskings, objective);
     ff_problem_free(p);
@@ -133,11 +133,11 @@ static void read_and_fit(const material *file)
 {
     ff_table t;
     ff_error err = {0};
-    const ff_status st = ff_table_read(file->path, NULL, &t, &err);
+    const ff_status st = ff_table_read_into(file->path, NULL, &t, &err);
     FF_CHECK(st == FF_OK, "%s: %s", file->path, err.message);
     if (st) return;
     fit_file(file, &t);
-    ff_table_free(&t);
+    ff_table_clear(&t);
 }
 
 /* ---- is the start good enough? --------------------------------------------------------------- */
@@ -154,26 +154,26 @@ static void no_start_does_better(const material *file, const ff_table *t, const 
         ff_error err = {0};
         o.loss = (ff_loss)loss;
         o.std_errors = 0;
-        ff_status st = ff_problem_new(t, &from.model, 1, &o, &p, &err);
-        if (!st) st = ff_problem_fit(p, &from.model, &o, &r, &err);
+        ff_status st = ff_problem_make(t, &from.model, 1, &o, &p, &err);
+        if (!st) st = ff_problem_fit_into(p, &from.model, &o, &r, &err);
         FF_CHECK(st == FF_OK, "%s, %s, %s: %s", file->name, expression, ff_loss_name(loss), err.message);
         double searched = 0, best = INFINITY, best_from = 0, best_alpha = 0, searched_alpha = 0;
         if (!st) {
             searched = r.residual.objective;
             searched_alpha = r.shape_value[0].value;
-            ff_fit_result_free(&r);
+            ff_fit_result_clear(&r);
         }
         o.start_shape = from.shape;
         o.start_channel = from.channel;
         for (size_t k = 0; k < sizeof alpha / sizeof *alpha && !st; k++) {
             from.shape[0] = from.shape[1] = alpha[k];
-            if (ff_problem_fit(p, &from.model, &o, &r, &err)) continue;
+            if (ff_problem_fit_into(p, &from.model, &o, &r, &err)) continue;
             if (r.residual.objective < best) {
                 best = r.residual.objective;
                 best_from = alpha[k];
                 best_alpha = r.shape_value[0].value;
             }
-            ff_fit_result_free(&r);
+            ff_fit_result_clear(&r);
         }
         FF_CHECK(st || searched <= best * (1 + 1e-6),
                  "%s, %s, %s: the search leads to alpha %g, objective %.6g; a start at alpha = %g leads to alpha %g, objective "
@@ -197,12 +197,12 @@ static void read_and_restart(const material *file)
     static const char *const models[] = {"ggx+lambert", "beckmann/v-cavity+lambert"};
     ff_table t;
     ff_error err = {0};
-    const ff_status st = ff_table_read(file->path, NULL, &t, &err);
+    const ff_status st = ff_table_read_into(file->path, NULL, &t, &err);
     FF_CHECK(st == FF_OK, "%s: %s", file->path, err.message);
     if (st) return;
     thin_out(&t);
     for (size_t k = 0; k < sizeof models / sizeof *models; k++) no_start_does_better(file, &t, models[k]);
-    ff_table_free(&t);
+    ff_table_clear(&t);
 }
 
 /* ---- the files ------------------------------------------------------------------------------- */

@@ -108,9 +108,9 @@ static void run(const char *what, const experiment *e)
         check_parameters(what, &s, &r, e->relative, e->sigmas);
         check_result(what, &r, &sel, &e->o);
         check_ellipse(what, &r);
-        ff_fit_result_free(&r);
+        ff_fit_result_clear(&r);
     }
-    ff_table_free(&t);
+    ff_table_clear(&t);
 }
 
 /* ---- the surfaces of the specification ------------------------------------------------------- */
@@ -215,9 +215,9 @@ static void robust_losses_resist_outliers(void)
             FF_CHECK(r.outcome == FF_CONVERGED, "%s: %s", ff_robust_name(robust), ff_outcome_name((int)r.outcome));
             check_parameters(ff_robust_name(robust), &s, &r, robust == FF_ROBUST_HUBER ? 3e-3 : 1e-4, 0);
         }
-        ff_fit_result_free(&r);
+        ff_fit_result_clear(&r);
     }
-    ff_table_free(&t);
+    ff_table_clear(&t);
 }
 
 /* ---- mean slope, grids, channels ------------------------------------------------------------- */
@@ -270,9 +270,9 @@ static void mean_and_single_channels(void)
         if (st) continue;
         FF_CHECK(r.n_channels == 1 && sel.n_channels == 1, "%zu channels", r.n_channels);
         check_parameters(only < 0 ? "mean" : "one channel", &expected, &r, 1e-5, 0);
-        ff_fit_result_free(&r);
+        ff_fit_result_clear(&r);
     }
-    ff_table_free(&t);
+    ff_table_clear(&t);
 }
 
 /* ---- bounds ---------------------------------------------------------------------------------- */
@@ -315,9 +315,9 @@ static void parameters_on_their_bounds(void)
             FF_CHECK(r.n_free == 7 && r.n_columns == 7, "%zu free, %zu with errors", r.n_free, r.n_columns);
             const size_t warned = count_warnings(&r.warnings, FF_WARNING_AT_BOUND);
             FF_CHECK(warned == 2, "%zu warnings of bounds", warned);
-            ff_fit_result_free(&r);
+            ff_fit_result_clear(&r);
         }
-        ff_table_free(&t);
+        ff_table_clear(&t);
     }
 }
 
@@ -373,9 +373,9 @@ static void two_lobes_of_one_kind(void)
     FF_CHECK(st == FF_OK, "%s", err.message);
     if (!st) {
         check_parameters("two lobes given widest first", &ordered, &r, 1e-5, 0);
-        ff_fit_result_free(&r);
+        ff_fit_result_clear(&r);
     }
-    ff_table_free(&t);
+    ff_table_clear(&t);
 }
 
 /* Distributions with shapes of their own, from noisy data. */
@@ -432,7 +432,7 @@ static void freed_and_fixed(void)
     ff_table t = fit_measure(&s, &how);
     ff_fit_options o = fit_options();
     o.shape = FF_SHAPE_ISOTROPIC;
-    FF_CHECK(ff_model_free(&s.model, "ginneken", NULL) == FF_OK && ff_model_free(&s.model, "ks", NULL) == FF_OK, "free");
+    FF_CHECK(ff_model_vary(&s.model, "ginneken", NULL) == FF_OK && ff_model_vary(&s.model, "ks", NULL) == FF_OK, "free");
     for (int fixed = 0; fixed < 2; fixed++) {
         ff_fit_result r;
         ff_error err = {0};
@@ -443,9 +443,9 @@ static void freed_and_fixed(void)
         FF_CHECK(r.n_free == (fixed ? 10 : 11) && r.shape_value[0].held == fixed, "%zu free", r.n_free);
         check_parameters(fixed ? "ginneken and ks free, alpha held" : "ginneken and ks free", &s, &r, 1e-4, 0);
         FF_CHECK(r.shape_value[0].value == r.shape_value[1].value, "alpha_y is %g", r.shape_value[1].value);
-        ff_fit_result_free(&r);
+        ff_fit_result_clear(&r);
     }
-    ff_table_free(&t);
+    ff_table_clear(&t);
 }
 
 /* What is held of an ellipse keeps its value, wherever the search looks. */
@@ -469,9 +469,9 @@ static void held_axes(void)
         if (st) continue;
         const ff_fit_value *v = ff_fit_result_find(&r, held[i].name, 0);
         FF_CHECK(v->held && v->value == held[i].value, "%s is %g, held at %g", held[i].name, v->value, held[i].value);
-        ff_fit_result_free(&r);
+        ff_fit_result_clear(&r);
     }
-    ff_table_free(&t);
+    ff_table_clear(&t);
 }
 
 /* ---- the same answer every time -------------------------------------------------------------- */
@@ -504,11 +504,11 @@ static void same_for_every_run_and_number_of_threads(void)
             FF_CHECK(st == FF_OK, "%s", err.message);
             if (st || i == 0) continue;
             FF_CHECK(same_bits(&first, &r), "%s: another result with %d threads", ff_loss_name(loss), threads[i]);
-            ff_fit_result_free(&r);
+            ff_fit_result_clear(&r);
         }
-        ff_fit_result_free(&first);
+        ff_fit_result_clear(&first);
     }
-    ff_table_free(&t);
+    ff_table_clear(&t);
 }
 
 static void every_instruction_set(void)
@@ -541,9 +541,9 @@ static void given_start(void)
     o.start_channel = NULL;
     ff_fit_result none;
     FF_CHECK(fit_table(&t, &s.model, &o, &none, NULL, &err) == FF_ERR_RANGE, "half a start was taken");
-    ff_fit_result_free(&searched);
-    ff_fit_result_free(&given);
-    ff_table_free(&t);
+    ff_fit_result_clear(&searched);
+    ff_fit_result_clear(&given);
+    ff_table_clear(&t);
 }
 
 /* Data of a simpler distribution, which a richer one becomes at the end of a parameter: a narrow Beckmann lobe is sgd at p = 0, far
@@ -558,7 +558,7 @@ static void at_the_end_of_a_parameter(void)
     ff_fit_result r;
     ff_error err = {0};
     o.weighting = FF_WEIGHT_SAMPLE;
-    FF_CHECK(!ff_model_parse("sgd/smith-separable/sgd+lambert", &model, &err) && !ff_model_free(&model, "ks", &err), "%s",
+    FF_CHECK(!ff_model_parse("sgd/smith-separable/sgd+lambert", &model, &err) && !ff_model_vary(&model, "ks", &err), "%s",
              err.message);
     const ff_status st = fit_table(&t, &model, &o, &r, NULL, &err);
     FF_CHECK(st == FF_OK, "%s", err.message);
@@ -566,9 +566,9 @@ static void at_the_end_of_a_parameter(void)
         FF_CHECK(r.residual.objective < 1e-12, "objective %g", r.residual.objective);
         FF_CHECK_CLOSE(r.shape_value[0].value, 0.0237 * 0.0237, 1e-6, 0);
         FF_CHECK(r.shape_value[1].value < 1e-6, "p = %g", r.shape_value[1].value);
-        ff_fit_result_free(&r);
+        ff_fit_result_clear(&r);
     }
-    ff_table_free(&t);
+    ff_table_clear(&t);
 }
 
 FF_TEST_MAIN(FF_TEST(at_the_end_of_a_parameter), FF_TEST(correlated_rgb), FF_TEST(isotropic_rough_and_smooth),

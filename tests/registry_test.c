@@ -101,7 +101,8 @@ static void check_round_trip(const ff_model *m, const char *expression)
                      again.lobe[l].fresnel == m->lobe[l].fresnel,
                  "%s, lobe %u", expression, l + 1);
     for (uint32_t k = 0; k < m->n_shape + m->n_channel; k++) {
-        const ff_param_ref at = k < m->n_shape ? (ff_param_ref){FF_PARAM_SHAPE, k} : (ff_param_ref){FF_PARAM_CHANNEL, k - m->n_shape};
+        const ff_param_ref at =
+            k < m->n_shape ? (ff_param_ref){FF_PARAM_SHAPE, k} : (ff_param_ref){FF_PARAM_CHANNEL, k - m->n_shape};
         const ff_model_param *p = ff_model_param_at(m, at);
         const ff_param_ref found = ff_model_param_find(m, p->name);
         FF_CHECK(found.kind == at.kind && found.index == at.index, "%s: %s", expression, p->name);

@@ -6,7 +6,7 @@
 #include "model_samples.h"
 #include "ff_albedo.h"
 #include "ff_sample.h"
-#include "ff_simulate.h"
+#include "simulate/simulate_struct.h"
 
 enum { N = 100000, THETAS = 24, PHIS = 48, BINS = THETAS * PHIS, LABEL = FF_MODEL_NAME + 200 };
 static const double significance = 0.01; /* chance that a right sampler fails one of all its checks */

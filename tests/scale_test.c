@@ -61,7 +61,7 @@ static ff_table ten_samples(void)
 {
     static const double f[10] = {3.34e-6, 5.82e-6, 1.092e-5, 2.005e-5, 3.243e-5, 3.957e-5, 3.572e-5, 2.447e-5, 1.501e-5, 9.25e-6};
     ff_table t;
-    if (ff_table_new(10, 1, NULL, 0, 0, &t, NULL)) exit(1);
+    if (ff_table_init(10, 1, NULL, 0, 0, &t, NULL)) exit(1);
     t.radians_per_unit = FIT_DEGREE;
     for (size_t i = 0; i < 10; i++) {
         const double a[4] = {45, 0, 20 + 5 * (double)i, 180};
@@ -78,7 +78,7 @@ static void dark_surface(void)
     const fit_surface s = fit_surface_make("ggx/smith-height-correlated/none", 1, "");
     ff_model m = s.model;
     ff_fit_options o = fit_options();
-    ff_model_free(&m, "ks", NULL);
+    ff_model_vary(&m, "ks", NULL);
     o.shape = FF_SHAPE_ISOTROPIC;
     for (size_t i = 0; i < sizeof scales / sizeof *scales; i++) {
         ff_table t = ten_samples();
@@ -90,8 +90,8 @@ static void dark_surface(void)
         FF_CHECK(ks->at_bound == 0, "x %g: ks = %g is on its bound", scales[i], ks->value);
         FF_CHECK_CLOSE(ks->value / scales[i], 4.91e-6, 0, 5e-9);
         FF_CHECK_CLOSE(ks->std_error / scales[i], 2.3e-7, 0, 5e-9);
-        ff_fit_result_free(&r);
-        ff_table_free(&t);
+        ff_fit_result_clear(&r);
+        ff_table_clear(&t);
     }
 }
 
@@ -153,7 +153,7 @@ static void check_case(const scale_case *k)
     const ff_constraints constraints = {.n_ties = k->tie != NULL, .tie = &tie};
     if (ff_model_parse(k->model, &m, NULL)) exit(1);
     snprintf(words, sizeof words, "%s", k->free);
-    for (char *word = strtok_r(words, " ", &save); word; word = strtok_r(NULL, " ", &save)) ff_model_free(&m, word, NULL);
+    for (char *word = strtok_r(words, " ", &save); word; word = strtok_r(NULL, " ", &save)) ff_model_vary(&m, word, NULL);
     o.shape = strstr(k->set, "r_xy") ? FF_SHAPE_CORRELATED : FF_SHAPE_ISOTROPIC;
     o.loss = k->loss;
     o.robust = k->robust;
@@ -174,11 +174,11 @@ static void check_case(const scale_case *k)
         check_same(what, &r, scales[i], &plain);
         FF_CHECK(!k->from || abs(r.iterations - plain.iterations) <= 2, "%s: %d iterations instead of %d", what, r.iterations,
                  plain.iterations);
-        ff_fit_result_free(&r);
-        ff_table_free(&scaled);
+        ff_fit_result_clear(&r);
+        ff_table_clear(&scaled);
     }
-    ff_fit_result_free(&plain);
-    ff_table_free(&t);
+    ff_fit_result_clear(&plain);
+    ff_table_clear(&t);
 }
 
 static void factors(void)
@@ -197,7 +197,7 @@ static void known_besides(void)
     ff_model m = s.model;
     ff_fit_options o = fit_options();
     ff_fit_result plain[3];
-    ff_model_free(&m, "ks", NULL);
+    ff_model_vary(&m, "ks", NULL);
     o.shape = FF_SHAPE_ISOTROPIC;
     for (int kind = 0; kind < 3; kind++) /* a prior, a lower and an upper bound that bind */
         for (size_t i = 0; i < sizeof scales / sizeof *scales; i++) {
@@ -212,10 +212,10 @@ static void known_besides(void)
             if (i == 0) plain[kind] = r;
             check_same("known besides the data", &r, scales[i], &plain[kind]);
             if (kind) FF_CHECK(r.channel_value[kind == 1].at_bound == (kind == 1 ? -1 : 1), "the bound does not bind");
-            if (i) ff_fit_result_free(&r);
-            ff_table_free(&t);
+            if (i) ff_fit_result_clear(&r);
+            ff_table_clear(&t);
         }
-    for (int kind = 0; kind < 3; kind++) ff_fit_result_free(&plain[kind]);
+    for (int kind = 0; kind < 3; kind++) ff_fit_result_clear(&plain[kind]);
 }
 
 /* ---- dim reflectances ------------------------------------------------------------------------ */
@@ -236,8 +236,8 @@ static void dim_reflectance(void)
             FF_CHECK(v->at_bound == 0 && fabs(v->value - s.channel[0]) < 5 * v->std_error, "%s: %g +- %g, bound %d", sets[i],
                      v->value, v->std_error, v->at_bound);
         }
-        ff_fit_result_free(&r);
-        ff_table_free(&t);
+        ff_fit_result_clear(&r);
+        ff_table_clear(&t);
     }
 }
 
@@ -252,7 +252,7 @@ static void dark_channel(void)
         ff_table t = fit_measure(&s, &how);
         ff_model m = s.model;
         ff_fit_options o = fit_options();
-        ff_model_free(&m, "ks", NULL);
+        ff_model_vary(&m, "ks", NULL);
         o.shape = FF_SHAPE_ISOTROPIC;
         ff_fit_result r = fitted(sets[i], &t, &m, &o);
         for (size_t k = 2; k < 4; k++) {
@@ -260,8 +260,8 @@ static void dark_channel(void)
             FF_CHECK(v->at_bound == 0 && fabs(v->value - s.channel[k]) < 5 * v->std_error, "%s: %g +- %g, bound %d", sets[i],
                      v->value, v->std_error, v->at_bound);
         }
-        ff_fit_result_free(&r);
-        ff_table_free(&t);
+        ff_fit_result_clear(&r);
+        ff_table_clear(&t);
     }
 }
 
@@ -277,7 +277,7 @@ static void check_on_bound(const char *truth, const char *set, const char *model
     ff_model m;
     ff_fit_options o = fit_options();
     if (ff_model_parse(model, &m, NULL) || ff_model_hold(&m, "alpha", 0.3, NULL)) exit(1);
-    if (scale) ff_model_free(&m, scale, NULL);
+    if (scale) ff_model_vary(&m, scale, NULL);
     o.shape = FF_SHAPE_ISOTROPIC;
     multiply(&t, factor);
     ff_fit_result r = fitted(model, &t, &m, &o);
@@ -289,8 +289,8 @@ static void check_on_bound(const char *truth, const char *set, const char *model
                  m.channel[k % m.n_channel].name, v->value, v->at_bound);
         if (wanted) FF_CHECK(v->value == 0 && v->low == 0 && v->high > 0, "%g, from %g to %g", v->value, v->low, v->high);
     }
-    ff_fit_result_free(&r);
-    ff_table_free(&t);
+    ff_fit_result_clear(&r);
+    ff_table_clear(&t);
 }
 
 /* 0 where the data want less: on the bound at any scale, with few channels or many; what is not 0 is not. */

@@ -35,7 +35,7 @@ static inline ff_table scan_measure(const fit_surface *s, const scan_sampling *h
     ff_table t;
     uint64_t state = how->seed * UINT64_C(0xd1342543de82ef95) + 1;
     const size_t directions = how->n_theta * how->n_phi;
-    if (ff_table_new(directions * how->n_exit, s->n_channels, NULL, 0, 0, &t, NULL)) exit(1);
+    if (ff_table_init(directions * how->n_exit, s->n_channels, NULL, 0, 0, &t, NULL)) exit(1);
     t.radians_per_unit = 1;
     t.isotropic = how->n_phi == 1;
     for (size_t i = 0; i < t.n; i++) {

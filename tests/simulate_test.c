@@ -1,6 +1,6 @@
 /* Simulated data: the generator against published vectors, moments of the noise, values equal to the model's, seeds, files. */
 #include "ff_test.h"
-#include "ff_simulate.h"
+#include "simulate/simulate_struct.h"
 #include "simulate/internal_philox.h"
 #include <stdint.h>
 
@@ -32,7 +32,7 @@ static ff_table simulate(const scene *s)
 {
     ff_table t = {.n = 0};
     ff_error err = {0};
-    FF_CHECK(ff_simulate(&s->model, s->n_channels, s->shape, s->channel, &s->o, &t, &err) == FF_OK, "%s", err.message);
+    FF_CHECK(ff_simulate_into(&s->model, s->n_channels, s->shape, s->channel, &s->o, &t, &err) == FF_OK, "%s", err.message);
     if (t.n == 0) exit(1);
     return t;
 }
@@ -125,7 +125,7 @@ static void exact_without_noise(void)
         ff_table t = simulate(&s);
         check_exact(&s, &t);
         FF_CHECK(t.n_negative == 0 && !strcmp(t.channels[1].name, "g") && t.note[0] == 0, "%s: %s", grids[g], t.note);
-        ff_table_free(&t);
+        ff_table_clear(&t);
     }
 }
 
@@ -134,11 +134,11 @@ static void instruments(void)
     scene s = scene_make("ggx", 1, "goniometer");
     ff_table t = simulate(&s); /* isotropic: 6 theta_i, theta_o 0 and 17 x 37 */
     FF_CHECK(t.n == 6 * (1 + 17 * 37) && t.isotropic, "%zu samples, isotropic %d", t.n, t.isotropic);
-    ff_table_free(&t);
+    ff_table_clear(&t);
     set(&s, "alpha_x=0.1");
     t = simulate(&s); /* phi_i 0 45 90 135 but at normal incidence, phi_o the whole turn */
     FF_CHECK(t.n == (1 + 5 * 4) * (1 + 17 * 72) && !t.isotropic, "%zu samples, isotropic %d", t.n, t.isotropic);
-    ff_table_free(&t);
+    ff_table_clear(&t);
 
     enum { N = 200000 };
     s = scene_make("lambert", 1, "scattered:200000");
@@ -158,7 +158,7 @@ static void instruments(void)
     FF_CHECK_CLOSE(mean_i, mean, 0, error); /* uniform in solid angle: the cosine is uniform */
     FF_CHECK_CLOSE(mean_o, mean, 0, error);
     FF_CHECK_CLOSE(x, 0, 0, 5 / sqrt(1.0 * N));
-    ff_table_free(&t);
+    ff_table_clear(&t);
 }
 
 /* Fraction of pairs whose half vector is within 5 degrees of the normal. */
@@ -173,7 +173,7 @@ static double near_specular(const char *grid)
         near += hypot(d[0] + d[3], d[1] + d[4]) < tan(5 * acos(-1) / 180) * (d[2] + d[5]);
     }
     const double fraction = (double)near / (double)t.n;
-    ff_table_free(&t);
+    ff_table_clear(&t);
     return fraction;
 }
 
@@ -207,8 +207,8 @@ static void check_noise(double relative, double floor)
     }
     FF_CHECK_CLOSE(sum, 0, 0, 5 / sqrt((double)n));
     FF_CHECK_CLOSE(square, 1, 0, 5 * sqrt(2 / (double)n));
-    ff_table_free(&clean);
-    ff_table_free(&t);
+    ff_table_clear(&clean);
+    ff_table_clear(&t);
 }
 
 static void noise_has_its_moments(void)
@@ -237,10 +237,10 @@ static void seeds_reproduce(void)
     ff_table d = simulate(&s);
     FF_CHECK(memcmp(a.value, d.value, a.n * sizeof(double)) == 0, "a sample depends on how many follow");
     FF_CHECK(a.value[0] / a.value[a.n] != b.value[1] / b.value[b.n + 1], "channels share their noise");
-    ff_table_free(&a);
-    ff_table_free(&b);
-    ff_table_free(&c);
-    ff_table_free(&d);
+    ff_table_clear(&a);
+    ff_table_clear(&b);
+    ff_table_clear(&c);
+    ff_table_clear(&d);
 }
 
 static void negative_values(void)
@@ -258,8 +258,8 @@ static void negative_values(void)
     for (size_t i = 0; i < 3 * t.n; ++i) wrong += u.valid[i % t.n] && u.value[i] != fmax(t.value[i], 0);
     FF_CHECK(wrong == 0 && u.n_negative == 0, "%zu values, %zu negative", wrong, u.n_negative);
     FF_CHECK(strstr(u.note, "stored as 0") != NULL, "%s", u.note);
-    ff_table_free(&t);
-    ff_table_free(&u);
+    ff_table_clear(&t);
+    ff_table_clear(&u);
 }
 
 /* ---- files ----------------------------------------------------------------------------------- */
@@ -274,7 +274,7 @@ static void check_file(const char *grid, const char *name, const char *format, d
     ff_table t = simulate(&s), back = {.n = 0};
     ff_error err = {0};
     FF_CHECK(ff_table_write(path, format, &t, &err) == FF_OK, "%s", err.message);
-    FF_CHECK(ff_table_read(path, NULL, &back, &err) == FF_OK, "%s", err.message);
+    FF_CHECK(ff_table_read_into(path, NULL, &back, &err) == FF_OK, "%s", err.message);
     FF_CHECK(back.n == t.n && back.n_channels == 3 && back.n_invalid == t.n_invalid && back.isotropic == t.isotropic,
              "%zu samples of %zu", back.n, t.n);
     double worst = 0, a, b;
@@ -288,8 +288,8 @@ static void check_file(const char *grid, const char *name, const char *format, d
     }
     FF_CHECK(worst <= rel, "%s: values differ by %g", name, worst);
     remove(path);
-    ff_table_free(&t);
-    ff_table_free(&back);
+    ff_table_clear(&t);
+    ff_table_clear(&back);
 }
 
 static void files_round_trip(void)
@@ -332,7 +332,7 @@ static void refusals(void)
     const volatile int cancel = 1;
 #define REFUSED(change, expected, restore)                                                                                         \
     change;                                                                                                                        \
-    FF_CHECK(ff_simulate(&s.model, 1, s.shape, s.channel, &s.o, &t, &err) == expected, #change ": %s", err.message);               \
+    FF_CHECK(ff_simulate_into(&s.model, 1, s.shape, s.channel, &s.o, &t, &err) == expected, #change ": %s", err.message);          \
     FF_CHECK(t.n == 4711, "a refusal wrote its output");                                                                           \
     restore
     REFUSED(s.o.sigma = 1, FF_ERR_RANGE, s.o.sigma = 0);

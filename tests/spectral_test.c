@@ -207,8 +207,8 @@ static void compare(const experiment *e)
         FF_CHECK(!e->misfit || r[0].correlated_over > 1, "%s: residuals go together over %zu samples", e->what,
                  r[0].correlated_over);
     }
-    while (made > 0) ff_fit_result_free(&r[--made]);
-    ff_table_free(&t);
+    while (made > 0) ff_fit_result_clear(&r[--made]);
+    ff_table_clear(&t);
 }
 
 static const char *const ellipse = "alpha_x=0.25 alpha_y=0.4 r_xy=0.3";
@@ -373,9 +373,9 @@ static void exact_data(void)
                 const ff_fit_value *v = fit_parameter(&r, k, &s, &truth, name);
                 if (v) FF_CHECK_CLOSE(v->value, truth, 1e-6, 1e-8);
             }
-            ff_fit_result_free(&r);
+            ff_fit_result_clear(&r);
         }
-        ff_table_free(&t);
+        ff_table_clear(&t);
     }
 }
 
@@ -397,9 +397,9 @@ static void outcome_limit(void)
     FF_CHECK(st == FF_OK, "%s", err.message);
     if (!st) {
         FF_CHECK(r.outcome == FF_LIMIT, "%s", ff_outcome_name((int)r.outcome));
-        ff_fit_result_free(&r);
+        ff_fit_result_clear(&r);
     }
-    ff_table_free(&t);
+    ff_table_clear(&t);
 }
 
 /* ---- the covariance at one point ------------------------------------------------------------- */
@@ -420,11 +420,11 @@ static int covariance_at(const experiment *e, int dark)
     ff_problem *p = NULL;
     ff_layout l;
     ff_error err = {0};
-    ff_status st = ff_problem_new(&t, &s.model, 1, &o, &p, &err);
+    ff_status st = ff_problem_make(&t, &s.model, 1, &o, &p, &err);
     if (!st) st = ff_layout_init(&s.model, e->n_channels, o.shape, 0, &l, &err);
     FF_CHECK(st == FF_OK, "%s: %s", e->what, err.message);
     if (st) {
-        ff_table_free(&t);
+        ff_table_clear(&t);
         return 0;
     }
     ff_plan plan = ff_plan_with(&l, p, &o);
@@ -469,7 +469,7 @@ static int covariance_at(const experiment *e, int dark)
     ff_point_free(&dense);
     ff_point_free(&many);
     ff_problem_free(p);
-    ff_table_free(&t);
+    ff_table_clear(&t);
     return lost;
 }
 
@@ -531,10 +531,10 @@ static void threads_and_instruction_sets(void)
             FF_CHECK_CLOSE(x->value, y->value, 1e-8, 0);
             FF_CHECK_CLOSE(x->std_error, y->std_error, 1e-6, 0);
         }
-        ff_fit_result_free(&r);
+        ff_fit_result_clear(&r);
     }
-    ff_fit_result_free(&first);
-    ff_table_free(&t);
+    ff_fit_result_clear(&first);
+    ff_table_clear(&t);
 }
 
 FF_TEST_MAIN(FF_TEST(any_number_of_channels), FF_TEST(every_loss), FF_TEST(weights_and_bounds), FF_TEST(every_kind_of_model),

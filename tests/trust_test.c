@@ -1,8 +1,8 @@
 /* How far a fit can be trusted: intervals, neighbours whose errors go together, resampling, comparison of models, outliers, values
  * that are known from one side. */
 #include "scan_samples.h"
-#include "ff_resample.h"
-#include "ff_trust.h"
+#include "data_formats/interpolation/resample_struct.h"
+#include "fit/trust/trust_struct.h"
 #include "base/internal_statistics.h"
 #include "warnings.h"
 
@@ -20,20 +20,20 @@ static int measure(const char *what, ff_table t, const ff_model *m, const ff_fit
 {
     ff_error err = {0};
     *out = (measured){.t = t, .o = *o};
-    ff_status st = ff_problem_new(&t, m, 1, o, &out->p, &err);
-    if (!st) st = ff_places_new(out->p, &t, &out->places, &err);
+    ff_status st = ff_problem_make(&t, m, 1, o, &out->p, &err);
+    if (!st) st = ff_places_init(out->p, &t, &out->places, &err);
     if (!st && o->robust != FF_ROBUST_NONE && o->robust_scale == 0) st = ff_problem_estimate_scale(out->p, m, o, &err);
-    if (!st) st = ff_problem_fit(out->p, m, o, &out->fit, &err);
+    if (!st) st = ff_problem_fit_into(out->p, m, o, &out->fit, &err);
     FF_CHECK(st == FF_OK, "%s: %s", what, err.message);
     return st == FF_OK;
 }
 
 static void forget(measured *m)
 {
-    ff_fit_result_free(&m->fit);
-    ff_places_free(&m->places);
+    ff_fit_result_clear(&m->fit);
+    ff_places_clear(&m->places);
     ff_problem_free(m->p);
-    ff_table_free(&m->t);
+    ff_table_clear(&m->t);
 }
 
 static const char *const plain_surface = "alpha=0.25 f0=0.5 kd=0.1";
@@ -201,9 +201,9 @@ static void ends_of_profiles(void)
     for (int k = 0; k < 3; k++) {
         ff_model held = m.fit.model;
         ff_fit_result r;
-        FF_CHECK(!ff_model_hold(&held, "alpha", at[k], &err) && !ff_problem_fit(m.p, &held, &o, &r, &err), "%s", err.message);
+        FF_CHECK(!ff_model_hold(&held, "alpha", at[k], &err) && !ff_problem_fit_into(m.p, &held, &o, &r, &err), "%s", err.message);
         rise[k] = r.residual.objective - m.fit.residual.objective;
-        ff_fit_result_free(&r);
+        ff_fit_result_clear(&r);
     }
     printf("profile of alpha: %.5f to %.5f, rises %.3g and %.3g; standard error %.5f\n", at[0], at[2], rise[0], rise[2], se);
     FF_CHECK(rise[1] >= 0 && rise[1] < 1e-3 * rise[0], "rise beside the optimum %g", rise[1]);
@@ -218,7 +218,7 @@ static void not_determined(void)
     const ff_fit_options o = fit_options();
     ff_error err = {0};
     fit_surface s = fit_surface_make("ggx", 1, "alpha=0.1 f0=0.5");
-    FF_CHECK(!ff_model_free(&s.model, "ks", &err), "%s", err.message);
+    FF_CHECK(!ff_model_vary(&s.model, "ks", &err), "%s", err.message);
     scan_sampling narrow = usual_scan;
     narrow.max_theta = 25;
     measured m;
@@ -241,9 +241,9 @@ static void bootstraps(void)
     ff_bootstrap b;
     if (!scan("bootstrap", "ggx+lambert", plain_surface, usual_scan, &o, &m)) return;
     const ff_fit_value sandwich[2] = {m.fit.shape_value[0], m.fit.channel_value[0]};
-    FF_CHECK(ff_trust_bootstrap(m.p, &m.places, &o, 10, 1, &m.fit, &b, &err) == FF_ERR_RANGE, "10 refits: %s", err.message);
+    FF_CHECK(ff_trust_bootstrap_into(m.p, &m.places, &o, 10, 1, &m.fit, &b, &err) == FF_ERR_RANGE, "10 refits: %s", err.message);
     FF_CHECK(m.fit.shape_value[0].std_error == sandwich[0].std_error, "a refused bootstrap changed the fit");
-    FF_CHECK(ff_trust_bootstrap(m.p, &m.places, &o, 400, 7, &m.fit, &b, &err) == FF_OK, "%s", err.message);
+    FF_CHECK(ff_trust_bootstrap_into(m.p, &m.places, &o, 400, 7, &m.fit, &b, &err) == FF_OK, "%s", err.message);
     FF_CHECK(b.repeats == 400 && b.failed == 0 && b.n_groups == 32, "%zu refits, %zu failed, %zu groups", b.repeats, b.failed,
              b.n_groups);
     const ff_fit_value boot[2] = {m.fit.shape_value[0], m.fit.channel_value[0]};
@@ -255,14 +255,14 @@ static void bootstraps(void)
         const double ratio = boot[k].std_error / sandwich[k].std_error;
         FF_CHECK(ratio > 0.7 && ratio < 1.9, "%.3g times the error by the formula", ratio);
     }
-    FF_CHECK(ff_trust_bootstrap(m.p, &m.places, &o, 400, 7, &m.fit, &b, &err) == FF_OK, "%s", err.message);
+    FF_CHECK(ff_trust_bootstrap_into(m.p, &m.places, &o, 400, 7, &m.fit, &b, &err) == FF_OK, "%s", err.message);
     FF_CHECK(m.fit.shape_value[0].std_error == boot[0].std_error, "the same seed, another error");
-    FF_CHECK(ff_trust_bootstrap(m.p, &m.places, &o, 400, 8, &m.fit, &b, &err) == FF_OK, "%s", err.message);
+    FF_CHECK(ff_trust_bootstrap_into(m.p, &m.places, &o, 400, 8, &m.fit, &b, &err) == FF_OK, "%s", err.message);
     FF_CHECK(m.fit.shape_value[0].std_error != boot[0].std_error, "another seed, the same error");
     measured one;
     o.threads = 1;
     if (scan("one thread", "ggx+lambert", plain_surface, usual_scan, &o, &one)) {
-        FF_CHECK(ff_trust_bootstrap(one.p, &one.places, &o, 400, 7, &one.fit, &b, &err) == FF_OK, "%s", err.message);
+        FF_CHECK(ff_trust_bootstrap_into(one.p, &one.places, &o, 400, 7, &one.fit, &b, &err) == FF_OK, "%s", err.message);
         FF_CHECK(one.fit.shape_value[0].std_error == boot[0].std_error, "%.17g with one thread, %.17g with two",
                  one.fit.shape_value[0].std_error, boot[0].std_error);
         forget(&one);
@@ -286,7 +286,7 @@ static void cut_offs(void)
         for (size_t i = 0; i < t.n && loses; i++)
             if (fmax(t.angle[0][i], fabs(t.angle[2][i])) > 70 * FIT_DEGREE) t.value[i] *= 0.6;
         if (!measure("cut-off", t, &s.model, &o, &m)) return;
-        FF_CHECK(ff_trust_cut_off(m.p, &o, &m.fit, 70 * FIT_DEGREE, &c, &err) == FF_OK, "%s", err.message);
+        FF_CHECK(ff_trust_cut_off_into(m.p, &o, &m.fit, 70 * FIT_DEGREE, &c, &err) == FF_OK, "%s", err.message);
         FF_CHECK(c.n_columns == m.fit.n_columns && c.used < m.places.n && c.used > m.places.n / 2, "%zu of %zu", c.used,
                  m.places.n);
         for (size_t k = 0; k < c.n_columns; k++) most = fmax(most, fabs(c.move[k]));
@@ -300,9 +300,9 @@ static void cut_offs(void)
         /* one step where little moves: to a small part of an error */
         FF_CHECK_CLOSE(c.value[m.fit.shape_value[0].column], r.shape_value[0].value, 1e-5,
                        loses ? 0 : 0.1 * m.fit.shape_value[0].std_error);
-        ff_fit_result_free(&r);
-        ff_cut_off_free(&c);
-        FF_CHECK(ff_trust_cut_off(m.p, &o, &m.fit, 0.01 * FIT_DEGREE, &c, &err) == FF_ERR_DATA, "a cut-off of 0.01 degrees");
+        ff_fit_result_clear(&r);
+        ff_cut_off_clear(&c);
+        FF_CHECK(ff_trust_cut_off_into(m.p, &o, &m.fit, 0.01 * FIT_DEGREE, &c, &err) == FF_ERR_DATA, "a cut-off of 0.01 degrees");
         forget(&m);
     }
 }
@@ -326,11 +326,11 @@ static void comparisons(void)
     ff_problem *p = NULL;
     ff_places places;
     for (int k = 0; k < VERSUS; k++) FF_CHECK(!ff_model_parse(expressions[k], &models[k], &err), "%s", err.message);
-    FF_CHECK(!ff_problem_new(&t, models, VERSUS, &o, &p, &err) && !ff_places_new(p, &t, &places, &err), "%s", err.message);
-    for (int k = 0; k < VERSUS; k++) FF_CHECK(!ff_problem_fit(p, &models[k], &o, &fits[k], &err), "%s", err.message);
-    FF_CHECK(ff_trust_compare(p, &places, &o, fits, VERSUS, 0, 1, v, &err) == FF_ERR_RANGE, "one fold");
-    FF_CHECK(ff_trust_compare(p, &places, &o, fits, VERSUS, 0, 33, v, &err) == FF_ERR_RANGE, "more folds than directions");
-    FF_CHECK(ff_trust_compare(p, &places, &o, fits, VERSUS, 0, 8, v, &err) == FF_OK, "%s", err.message);
+    FF_CHECK(!ff_problem_make(&t, models, VERSUS, &o, &p, &err) && !ff_places_init(p, &t, &places, &err), "%s", err.message);
+    for (int k = 0; k < VERSUS; k++) FF_CHECK(!ff_problem_fit_into(p, &models[k], &o, &fits[k], &err), "%s", err.message);
+    FF_CHECK(ff_trust_compare_into(p, &places, &o, fits, VERSUS, 0, 1, v, &err) == FF_ERR_RANGE, "one fold");
+    FF_CHECK(ff_trust_compare_into(p, &places, &o, fits, VERSUS, 0, 33, v, &err) == FF_ERR_RANGE, "more folds than directions");
+    FF_CHECK(ff_trust_compare_into(p, &places, &o, fits, VERSUS, 0, 8, v, &err) == FF_OK, "%s", err.message);
     for (int k = 1; k < VERSUS; k++) {
         printf("%s: objective +%.3g, AIC %+.1f, z %.2f, held out %.3g +- %.2g, %s\n", expressions[k], v[k].objective, v[k].aic,
                v[k].vuong_z, v[k].validation, v[k].validation_error, v[k].told_apart ? "worse" : "not told apart");
@@ -341,10 +341,10 @@ static void comparisons(void)
     FF_CHECK(v[2].validation > 3 * v[2].validation_error, "beckmann on held-out directions: %g +- %g", v[2].validation,
              v[2].validation_error);
     FF_CHECK_CLOSE(v[2].bic, v[2].aic, 1e-12, 1e-12); /* as many parameters */
-    for (int k = 0; k < VERSUS; k++) ff_fit_result_free(&fits[k]);
-    ff_places_free(&places);
+    for (int k = 0; k < VERSUS; k++) ff_fit_result_clear(&fits[k]);
+    ff_places_clear(&places);
     ff_problem_free(p);
-    ff_table_free(&t);
+    ff_table_clear(&t);
 }
 
 /* Measurements of a surface between two models: (1 - w) of one and w of the other, noise of 10 %, in scans over 20 directions,
@@ -368,21 +368,21 @@ static int told_apart_of_blend(double w, int repeats, double *mean_z)
             e = keep * e + sqrt(1 - keep * keep) * fit_normal(&state);
             t.value[k] = ((1 - w) * t.value[k] + w * u.value[k]) * (1 + 0.1 * e);
         }
-        ff_table_free(&u);
+        ff_table_clear(&u);
         ff_problem *p = NULL;
         ff_places places = {0};
         ff_fit_result fits[2] = {0};
         ff_versus v[2];
-        ff_status st = ff_problem_new(&t, models, 2, &o, &p, NULL);
-        if (!st) st = ff_places_new(p, &t, &places, NULL);
-        for (int k = 0; k < 2 && !st; k++) st = ff_problem_fit(p, &models[k], &o, &fits[k], NULL);
-        if (!st) st = ff_trust_compare(p, &places, &o, fits, 2, 0, 0, v, NULL);
+        ff_status st = ff_problem_make(&t, models, 2, &o, &p, NULL);
+        if (!st) st = ff_places_init(p, &t, &places, NULL);
+        for (int k = 0; k < 2 && !st; k++) st = ff_problem_fit_into(p, &models[k], &o, &fits[k], NULL);
+        if (!st) st = ff_trust_compare_into(p, &places, &o, fits, 2, 0, 0, v, NULL);
         FF_CHECK(st == FF_OK, "measurement %d: %s", i, ff_status_str(st));
         if (!st) told += v[1].told_apart, *mean_z += v[1].vuong_z / repeats;
-        for (int k = 0; k < 2; k++) ff_fit_result_free(&fits[k]);
-        ff_places_free(&places);
+        for (int k = 0; k < 2; k++) ff_fit_result_clear(&fits[k]);
+        ff_places_clear(&places);
         ff_problem_free(p);
-        ff_table_free(&t);
+        ff_table_clear(&t);
     }
     return told;
 }
@@ -420,7 +420,7 @@ static void validation_by_hand(void)
         for (size_t fold = 0; fold < FOLDS; fold++) {
             ff_table part;
             ff_fit_result r;
-            FF_CHECK(!ff_table_copy(&t, &part, &err), "%s", err.message);
+            FF_CHECK(!ff_table_copy_into(&t, &part, &err), "%s", err.message);
             for (size_t i = 0; i < t.n; i++)
                 if (i / usual_scan.n_exit % FOLDS == fold) part.valid[i] = 0;
             FF_CHECK(!fit_table(&part, &models[k], &o, &r, NULL, &err), "%s", err.message);
@@ -432,22 +432,22 @@ static void validation_by_hand(void)
                 const double x = cos(t.angle[0][i]), e = (part.value[i] - t.value[i]) * x;
                 if (i / usual_scan.n_exit % FOLDS == fold) held_out[k] += 0.5 * e * e;
             }
-            ff_fit_result_free(&r);
-            ff_table_free(&part);
+            ff_fit_result_clear(&r);
+            ff_table_clear(&part);
         }
     ff_problem *p = NULL;
     ff_places places;
     ff_fit_result fits[2];
     ff_versus v[2];
-    FF_CHECK(!ff_problem_new(&t, models, 2, &o, &p, &err) && !ff_places_new(p, &t, &places, &err), "%s", err.message);
-    for (int k = 0; k < 2; k++) FF_CHECK(!ff_problem_fit(p, &models[k], &o, &fits[k], &err), "%s", err.message);
-    FF_CHECK(!ff_trust_compare(p, &places, &o, fits, 2, 0, FOLDS, v, &err), "%s", err.message);
+    FF_CHECK(!ff_problem_make(&t, models, 2, &o, &p, &err) && !ff_places_init(p, &t, &places, &err), "%s", err.message);
+    for (int k = 0; k < 2; k++) FF_CHECK(!ff_problem_fit_into(p, &models[k], &o, &fits[k], &err), "%s", err.message);
+    FF_CHECK(!ff_trust_compare_into(p, &places, &o, fits, 2, 0, FOLDS, v, &err), "%s", err.message);
     printf("held out by hand: %.6f against %.6f\n", held_out[1] - held_out[0], v[1].validation);
     FF_CHECK_CLOSE(v[1].validation, held_out[1] - held_out[0], 1e-4, 0);
-    for (int k = 0; k < 2; k++) ff_fit_result_free(&fits[k]);
-    ff_places_free(&places);
+    for (int k = 0; k < 2; k++) ff_fit_result_clear(&fits[k]);
+    ff_places_clear(&places);
     ff_problem_free(p);
-    ff_table_free(&t);
+    ff_table_clear(&t);
 }
 
 /* Mean cos(theta_o) of what leaves from light beyond 70 degrees: of the data, or of a fit. */
@@ -481,7 +481,7 @@ static void bands_of_angles(void)
     measured m;
     FF_CHECK(!ff_model_parse("ggx/v-cavity", &v_cavity, &err), "%s", err.message);
     if (!measure("bands", fit_measure(&s, &how), &v_cavity, &o, &m)) return;
-    FF_CHECK(!ff_trust_bands(m.p, &m.places, &o, &m.fit, &b, &err), "%s", err.message);
+    FF_CHECK(!ff_trust_bands_into(m.p, &m.places, &o, &m.fit, &b, &err), "%s", err.message);
     printf("v-cavity on Smith data, alpha %.3f, mean by theta_i:", m.fit.shape_value[0].value);
     for (int k = 0; k < FF_BANDS; k++) printf(" %+.1f%%", 100 * b.band[FF_PLACE_THETA_I][k].mean);
     printf("\n");
@@ -520,7 +520,7 @@ static void residual_tables(void)
     if (!scan("residual table", "ggx+lambert", plain_surface, usual_scan, &o, &m)) return;
     double *f = malloc(m.places.n * sizeof *f);
     FF_CHECK(f && !ff_trust_evaluate(m.p, &o, &m.fit, f, NULL, NULL, &err), "%s", err.message);
-    FF_CHECK(!ff_trust_residual_table(m.p, &m.t, &o, &m.fit, &r, &err), "%s", err.message);
+    FF_CHECK(!ff_trust_residual_table_into(m.p, &m.t, &o, &m.fit, &r, &err), "%s", err.message);
     FF_CHECK(r.n == m.t.n && r.n_invalid == m.t.n - m.places.n, "%zu samples, %zu invalid", r.n, r.n_invalid);
     size_t valid = 0;
     for (size_t i = 0; i < r.n; i++) valid += r.valid[i];
@@ -531,7 +531,7 @@ static void residual_tables(void)
         FF_CHECK(r.angle[0][at] == m.t.angle[0][at] && r.angle[3][at] == m.t.angle[3][at], "directions of sample %zu", at);
     }
     free(f);
-    ff_table_free(&r);
+    ff_table_clear(&r);
     forget(&m);
 }
 
@@ -550,14 +550,14 @@ static void channels_that_differ(void)
             const fit_surface s = fit_surface_make("ggx+lambert", 1, words);
             ff_table t = scan_measure(&s, &how);
             FF_CHECK(!fit_table(&t, &s.model, &o, &fits[c], NULL, &err), "%s", err.message);
-            ff_table_free(&t);
+            ff_table_clear(&t);
         }
-        FF_CHECK(!ff_trust_channels_differ(fits, 3, &d, &err), "%s", err.message);
+        FF_CHECK(!ff_trust_channels_differ_into(fits, 3, &d, &err), "%s", err.message);
         printf("channels of %s roughness: chi^2 %.2f with %zu degrees of freedom, p %.3g\n", differ ? "different" : "one", d.chi2,
                d.dof, d.p);
         FF_CHECK(d.dof == 2 * fits[0].n_columns - 4 || d.dof > 0, "%zu degrees of freedom", d.dof);
         FF_CHECK(differ ? d.p < 1e-6 : d.p > 1e-3, "p = %g", d.p);
-        for (int c = 0; c < 3; c++) ff_fit_result_free(&fits[c]);
+        for (int c = 0; c < 3; c++) ff_fit_result_clear(&fits[c]);
     }
 }
 
@@ -582,20 +582,21 @@ static void outliers(void)
         o.robust_scale = 0;
         measured m;
         ff_table copy;
-        FF_CHECK(!ff_table_copy(&t, &copy, &err), "%s", err.message);
+        FF_CHECK(!ff_table_copy_into(&t, &copy, &err), "%s", err.message);
         if (!measure("outliers", copy, &s.model, &o, &m)) return;
         const ff_fit_value *alpha = &m.fit.shape_value[0], *f0 = &m.fit.channel_value[0];
         const double off = fmax(fabs(alpha->value - 0.25) / alpha->std_error, fabs(f0->value - 0.5) / f0->std_error);
         printf("%s: alpha %.4f, f0 %.4f, off by %.1f of their errors", ff_robust_name(robust), alpha->value, f0->value, off);
         if (robust == FF_ROBUST_NONE) {
             ff_outliers out;
-            FF_CHECK(ff_trust_outliers(m.p, &m.places, &o, &m.fit, &out, &err) == FF_ERR_UNSUPPORTED, "outliers without a scale");
+            FF_CHECK(ff_trust_outliers_into(m.p, &m.places, &o, &m.fit, &out, &err) == FF_ERR_UNSUPPORTED,
+                     "outliers without a scale");
             FF_CHECK(fabs(f0->value - 0.5) > 0.01, "least squares is not misled: f0 = %g", f0->value);
             printf("\n");
         } else {
             ff_outliers out;
             size_t inside = 0;
-            FF_CHECK(!ff_trust_outliers(m.p, &m.places, &o, &m.fit, &out, &err), "%s", err.message);
+            FF_CHECK(!ff_trust_outliers_into(m.p, &m.places, &o, &m.fit, &out, &err), "%s", err.message);
             printf(", %zu outliers of %zu planted\n", out.samples, planted);
             FF_CHECK(out.samples >= planted * 97 / 100 && out.samples <= planted + 3, "%zu found, %zu planted", out.samples,
                      planted);
@@ -611,7 +612,7 @@ static void outliers(void)
         }
         forget(&m);
     }
-    ff_table_free(&t);
+    ff_table_clear(&t);
 }
 
 /* A scale given by hand: the units are those of the weighted residual. */
@@ -643,7 +644,7 @@ static void check_recovers(const char *what, const fit_surface *s, const ff_tabl
     printf("%s: alpha %.4f, f0 %.4f; %zu saturated, %zu below the noise, %zu at the top\n", what, alpha, f0, sel.saturated,
            sel.below_noise, sel.at_top);
     FF_CHECK(should ? off < 0.02 : off > 0.03, "%s: off by %.3f", what, off);
-    ff_fit_result_free(&r);
+    ff_fit_result_clear(&r);
 }
 
 /* A detector that stops at 2 /sr: with the saturation said, the parameters are found; without it the fit warns that something is
@@ -658,19 +659,19 @@ static void saturation(void)
     ff_selection sel;
     ff_problem *p = NULL;
     check_recovers("not cut", &s, &t, &o, 1);
-    FF_CHECK(!ff_problem_new(&t, &s.model, 1, &o, &p, NULL), "problem");
+    FF_CHECK(!ff_problem_make(&t, &s.model, 1, &o, &p, NULL), "problem");
     ff_problem_selection(p, &sel);
     FF_CHECK(sel.at_top == 0, "%zu samples at the top of data that are not cut", sel.at_top);
     ff_problem_free(p);
     for (size_t i = 0; i < t.n; i++) t.value[i] = fmin(t.value[i], 2);
     check_recovers("cut at 2 /sr", &s, &t, &o, 0);
-    FF_CHECK(!ff_problem_new(&t, &s.model, 1, &o, &p, NULL), "problem");
+    FF_CHECK(!ff_problem_make(&t, &s.model, 1, &o, &p, NULL), "problem");
     ff_problem_selection(p, &sel);
     FF_CHECK(sel.at_top > 20 && sel.top == 2, "%zu samples at %g", sel.at_top, sel.top);
     ff_problem_free(p);
     o.saturation = 2;
     check_recovers("cut at 2 /sr, and said so", &s, &t, &o, 1);
-    ff_table_free(&t);
+    ff_table_clear(&t);
 }
 
 /* Relative residuals of values that are lost in an offset of the detector: a noise floor keeps them from deciding. */
@@ -686,7 +687,7 @@ static void noise_floor(void)
     check_recovers("an offset of 0.004 /sr", &s, &t, &o, 0);
     o.noise_floor = 0.2;
     check_recovers("an offset, and a noise floor of 0.2 /sr", &s, &t, &o, 1);
-    ff_table_free(&t);
+    ff_table_clear(&t);
 }
 
 static void negative_samples(void)
@@ -697,17 +698,17 @@ static void negative_samples(void)
     ff_selection kept, dropped;
     ff_problem *p = NULL;
     for (size_t i = 0; i < t.n; i += 97) t.value[i] = -0.001;
-    FF_CHECK(!ff_problem_new(&t, &s.model, 1, &o, &p, NULL), "problem");
+    FF_CHECK(!ff_problem_make(&t, &s.model, 1, &o, &p, NULL), "problem");
     ff_problem_selection(p, &kept);
     ff_problem_free(p);
     o.drop_negative = 1;
-    FF_CHECK(!ff_problem_new(&t, &s.model, 1, &o, &p, NULL), "problem");
+    FF_CHECK(!ff_problem_make(&t, &s.model, 1, &o, &p, NULL), "problem");
     ff_problem_selection(p, &dropped);
     ff_problem_free(p);
     FF_CHECK(kept.negative > 10 && kept.dropped == 0, "%zu negative, %zu dropped", kept.negative, kept.dropped);
     FF_CHECK(dropped.dropped == kept.negative && dropped.used + dropped.dropped == kept.used, "%zu dropped of %zu, %zu used of %zu",
              dropped.dropped, kept.negative, dropped.used, kept.used);
-    ff_table_free(&t);
+    ff_table_clear(&t);
 }
 
 static void wrong_options(void)
@@ -722,10 +723,10 @@ static void wrong_options(void)
         if (k == 1) o.noise_floor = 3, o.saturation = 2;
         if (k == 2) o.noise_sigmas = -1;
         if (k == 3) o.noise_sigmas = 2; /* no standard deviations there */
-        FF_CHECK(ff_problem_new(&t, &s.model, 1, &o, &p, &err) == (k == 3 ? FF_ERR_UNSUPPORTED : FF_ERR_RANGE) && !p, "%d: %s", k,
+        FF_CHECK(ff_problem_make(&t, &s.model, 1, &o, &p, &err) == (k == 3 ? FF_ERR_UNSUPPORTED : FF_ERR_RANGE) && !p, "%d: %s", k,
                  err.message);
     }
-    ff_table_free(&t);
+    ff_table_clear(&t);
 }
 
 FF_TEST_MAIN(FF_TEST(quantiles), FF_TEST(effective_number), FF_TEST(misfit_of_scattered_samples), FF_TEST(places_of_samples),

@@ -1,7 +1,7 @@
 /* What tests ask of the warnings of a result: by their codes, never by their words. */
 #ifndef FF_TEST_WARNINGS_H
 #define FF_TEST_WARNINGS_H
-#include "ff_fit.h"
+#include "fit/fit_struct.h"
 #include <string.h>
 
 static inline size_t count_warnings(const ff_warnings *w, ff_warning_code code)
@@ -44,7 +44,8 @@ static inline int same_warning(const ff_warning *a, const ff_warning *b)
     int same = a->code == b->code && a->severity == b->severity && a->n_parameters == b->n_parameters &&
                a->n_channels == b->n_channels && !memcmp(a->value, b->value, sizeof a->value);
     for (size_t k = 0; same && k < a->n_parameters; k++)
-        same &= same_parameter(a->parameter[k].parameter, b->parameter[k].parameter) && a->parameter[k].channel == b->parameter[k].channel;
+        same &= same_parameter(a->parameter[k].parameter, b->parameter[k].parameter) &&
+                a->parameter[k].channel == b->parameter[k].channel;
     for (size_t k = 0; same && k < a->n_channels; k++) same &= a->channel[k] == b->channel[k];
     return same;
 }

@@ -12,7 +12,7 @@
 extern "C" {
 #endif
 
-/** Reduces the channels of t; directions, grid, axes, weights, validity and notes stay, t->kept does not come along.
+/** Reduces the channels of t; directions, grid, axes, weights, validity and notes stay, what its format kept to write the same file again does not come along.
  *  @param text  one of
  *    "bands:NAME=A-B,NAME=A-B,..."  means over bands from A to B nm, by the trapezoidal rule; a band that the wavelengths cover only
  *                                   in part is the mean over that part, and the table's note says so
@@ -23,11 +23,11 @@ extern "C" {
  *                                   concerns. Colours outside of sRGB have a negative channel.
  *    "channels:NAME,NAME,..."       those, in this order, to the bit
  *    "mean"                         the plain mean of all channels
- *  @param out   overwritten, not freed; untouched on failure.
+ *  @param out   written only on FF_OK; release it with ff_table_free.
  *  FF_ERR_SYNTAX, FF_ERR_UNKNOWN (a channel that is not there), FF_ERR_UNSUPPORTED (a channel without wavelength or two of the same
  *  for bands and srgb; a band outside of the wavelengths; wavelengths with less than half of Y), FF_ERR_RANGE (a band that is
  *  none), FF_ERR_DATA (no valid sample), FF_ERR_MEMORY. Any number of threads may reduce a table at once. */
-FF_API ff_status ff_table_reduce(const ff_table *t, const char *text, ff_table *out, ff_error *err);
+FF_API ff_status ff_table_reduce(const ff_table *t, const char *text, ff_table **out, ff_error *err);
 
 #ifdef __cplusplus
 }

@@ -35,6 +35,7 @@ typedef struct ff_reflectance {
     double covered;        /**< part of the projected hemisphere between samples, 0..1             */
 } ff_reflectance;
 
+/** Made by ff_survey_new and only looked at; later versions may have more members at its end. */
 typedef struct ff_survey {
     size_t below_horizon;                                            /**< valid samples at or below it                       */
     double theta_i[2], theta_o[2];                                   /**< range, degrees, of valid samples above; NaN: none  */
@@ -52,9 +53,9 @@ typedef struct ff_survey {
                                   kept_incidence, the sum over its samples                                                */
 } ff_survey;
 
-/** FF_ERR_MEMORY. *out is overwritten; release with ff_survey_free. A table without a usable sample has an empty survey. */
-FF_API ff_status ff_survey_new(const ff_table *t, ff_survey *out, ff_error *err);
-FF_API void      ff_survey_free(ff_survey *s);
+/** FF_ERR_MEMORY. *out is written only on FF_OK; release it with ff_survey_free. A table without a usable sample has an empty survey. */
+FF_API ff_status ff_survey_new(const ff_table *t, ff_survey **out, ff_error *err);
+FF_API void      ff_survey_free(ff_survey *s); /**< NULL is allowed */
 
 /** 1 when reciprocity says that a cosine is still in the values, -1 that one was divided out that was not there, 0 when it says
  *  nothing: three quarters of the deviation must go, and it must be above that of interpolation. (Glossy materials are less reciprocal

@@ -6,7 +6,7 @@
  * Everything is divided by the Y of f = 1. The matrix to sRGB is made from the primaries of IEC 61966-2-1 and the white that this
  * integration gives D65, so that f = 1 is (1, 1, 1); under E, Bradford's matrix adapts the white first. */
 #define _GNU_SOURCE
-#include "ff_spectral.h"
+#include "spectral_struct.h"
 #include "internal_cie1931.h"
 #include "base/internal_input.h"
 #include "base/internal_number.h"
@@ -410,7 +410,7 @@ static void combine(const reduction *r, size_t k, const double *from, int square
 static ff_status copy_frame(const reduction *r, ff_table *out)
 {
     const ff_table *t = r->t;
-    ff_status status = ff_table_new(t->n, r->n_out, t->grid, t->sigma != NULL, t->weight != NULL, out, r->err);
+    ff_status status = ff_table_init(t->n, r->n_out, t->grid, t->sigma != NULL, t->weight != NULL, out, r->err);
     if (status != FF_OK) return status;
     memcpy(out->format, t->format, sizeof out->format);
     memcpy(out->note, t->note, sizeof out->note);
@@ -445,11 +445,11 @@ static ff_status make_table(const reduction *r, ff_table *out)
     if (status == FF_OK)
         *out = t;
     else
-        ff_table_free(&t);
+        ff_table_clear(&t);
     return status;
 }
 
-ff_status ff_table_reduce(const ff_table *t, const char *text, ff_table *out, ff_error *err)
+ff_status ff_table_reduce_into(const ff_table *t, const char *text, ff_table *out, ff_error *err)
 {
     reduction r = {.t = t, .err = err};
     ff_status status = make_weights(&r, text);
@@ -459,4 +459,11 @@ ff_status ff_table_reduce(const ff_table *t, const char *text, ff_table *out, ff
     free(r.order);
     free(r.nm);
     return status;
+}
+
+ff_status ff_table_reduce(const ff_table *t, const char *text, ff_table **out, ff_error *err)
+{
+    ff_table made;
+    const ff_status s = ff_table_reduce_into(t, text, &made, err);
+    return s ? s : ff_table_move(&made, out, err);
 }

@@ -1,7 +1,7 @@
 /* What the samples of a table say of themselves. */
-#include "ff_survey.h"
+#include "survey_struct.h"
 #include "ff_interpolate.h"
-#include "ff_model.h"
+#include "models/model_struct.h"
 #include "base/internal_order.h"
 #include "data_formats/table/internal_table.h"
 #include <math.h>
@@ -325,7 +325,7 @@ static ff_status survey_values(const ff_table *t, ff_survey *s, ff_error *err)
 static ff_status thin_out(const ff_table *t, size_t every, ff_table *out, ff_error *err)
 {
     const size_t n = (t->n + every - 1) / every;
-    const ff_status s = ff_table_new(n, t->n_channels, NULL, 0, 0, out, err);
+    const ff_status s = ff_table_init(n, t->n_channels, NULL, 0, 0, out, err);
     if (s != FF_OK) return s;
     out->radians_per_unit = t->radians_per_unit;
     out->isotropic = t->isotropic;
@@ -340,7 +340,7 @@ static ff_status thin_out(const ff_table *t, size_t every, ff_table *out, ff_err
 
 /* ---- all of it ------------------------------------------------------------------------------- */
 
-ff_status ff_survey_new(const ff_table *t, ff_survey *out, ff_error *err)
+ff_status ff_survey_init(const ff_table *t, ff_survey *out, ff_error *err)
 {
     ff_survey s = {.theta_i = {NAN, NAN}, .theta_o = {NAN, NAN}, .method = "", .with_cosine = NAN, .without_cosine = NAN};
     s.isotropy = (ff_symmetry){t->isotropic, 0, NAN, NAN};
@@ -353,16 +353,34 @@ ff_status ff_survey_new(const ff_table *t, ff_survey *out, ff_error *err)
     const ff_table *of = s.every > 1 ? &few : t;
     if (isfinite(s.theta_i[0]) && status == FF_OK) status = survey_values(of, &s, err);
     if (status == FF_ERR_DATA) status = FF_OK; /* none of the few is usable: an empty survey */
-    ff_table_free(&few);
+    ff_table_clear(&few);
     if (status == FF_OK)
         *out = s;
     else
-        ff_survey_free(&s);
+        ff_survey_clear(&s);
     return status;
+}
+
+void ff_survey_clear(ff_survey *s)
+{
+    free(s->albedo);
+    s->albedo = NULL;
+}
+
+ff_status ff_survey_new(const ff_table *t, ff_survey **out, ff_error *err)
+{
+    ff_survey *made = malloc(sizeof *made);
+    if (!made) return ff_error_set(err, FF_ERR_MEMORY, NULL, 0, -1, "out of memory");
+    const ff_status s = ff_survey_init(t, made, err);
+    if (s)
+        free(made);
+    else
+        *out = made;
+    return s;
 }
 
 void ff_survey_free(ff_survey *s)
 {
-    free(s->albedo);
-    s->albedo = NULL;
+    if (s) ff_survey_clear(s);
+    free(s);
 }

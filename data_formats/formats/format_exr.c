@@ -307,14 +307,14 @@ static ff_status new_table(const ff_exr_file *f, const description *d, ff_table 
     ff_status s = check_memory(f, d->n, d->n_channels * (d->with_sigma ? 2 : 1) + (size_t)(d->with_weight + angles));
     if (s != FF_OK) return s;
     if (d->kind) {
-        s = ff_table_new_axes(d->kind, d->n_axis, (const double *const *)d->node, d->unit, d->n_channels, d->with_weight, t,
-                              f->err);
+        s = ff_table_init_axes(d->kind, d->n_axis, (const double *const *)d->node, d->unit, d->n_channels, d->with_weight, t,
+                               f->err);
         if (s != FF_OK || !d->with_sigma) return s;
         if ((t->sigma = calloc(d->n_channels * d->n, sizeof *t->sigma))) return FF_OK;
-        ff_table_free(t);
+        ff_table_clear(t);
         return no_memory(f);
     }
-    s = ff_table_new(d->n, d->n_channels, d->merl ? &ff_grid_merl : NULL, d->with_sigma, d->with_weight, t, f->err);
+    s = ff_table_init(d->n, d->n_channels, d->merl ? &ff_grid_merl : NULL, d->with_sigma, d->with_weight, t, f->err);
     if (s == FF_OK && !d->merl) t->radians_per_unit = d->unit;
     return s;
 }
@@ -348,7 +348,7 @@ static ff_status finish(ff_exr_file *f, ff_exr_plane *planes, size_t n, ff_quant
     if (s == FF_OK)
         *out = *t;
     else
-        ff_table_free(t);
+        ff_table_clear(t);
     return s;
 }
 
@@ -360,7 +360,7 @@ static ff_status read_planes(ff_exr_file *f, const description *d, const ff_read
     size_t n = 0;
     ff_status s = FF_OK;
     if (!planes || !sigma) {
-        ff_table_free(t);
+        ff_table_clear(t);
         s = no_memory(f);
     } else {
         for (size_t c = 0; c < d->n_channels; c++) {
@@ -384,7 +384,7 @@ static ff_status read_table(ff_exr_file *f, const ff_read_options *o, ff_table *
     ff_table t;
     ff_status s = read_description(f, &d);
     if (s == FF_OK) s = new_table(f, &d, &t);
-    if (s == FF_OK && (s = describe(f, &d, &t)) != FF_OK) ff_table_free(&t);
+    if (s == FF_OK && (s = describe(f, &d, &t)) != FF_OK) ff_table_clear(&t);
     if (s == FF_OK) s = read_planes(f, &d, o, &t, out);
     description_free(&d);
     return s;
@@ -411,7 +411,7 @@ static ff_status read_utia(ff_exr_file *f, const ff_read_options *o, ff_table *o
     ff_exr_plane planes[3];
     ff_table t;
     ff_status s = check_memory(f, (size_t)UTIA_SIDE * UTIA_SIDE, 7);
-    if (s == FF_OK) s = ff_table_new_axes(FF_AXES_INCIDENT_EXIT, n, node, degree, 3, 0, &t, f->err);
+    if (s == FF_OK) s = ff_table_init_axes(FF_AXES_INCIDENT_EXIT, n, node, degree, 3, 0, &t, f->err);
     if (s != FF_OK) return s;
     snprintf(t.format, sizeof t.format, "exr");
     for (size_t c = 0; c < 3; c++) {

@@ -194,7 +194,7 @@ static ff_status make_table_of(ff_image_stack *f, const ff_read_options *o, ff_t
     if (s == FF_OK)
         *out = t;
     else
-        ff_table_free(&t);
+        ff_table_clear(&t);
     return s;
 }
 

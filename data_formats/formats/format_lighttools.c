@@ -30,7 +30,7 @@
 #define _GNU_SOURCE
 #include "base/internal_order.h"
 #include "data_formats/table/internal_scatter_grid.h"
-#include "ff_model.h"
+#include "models/model_struct.h"
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -425,14 +425,14 @@ static ff_status make_table(lighttools *l, const plan *p, ff_table *out)
     const size_t n[4] = {p->theta_i.n, 1, l->radial.n, l->azimuth.n};
     const double *const node[4] = {p->theta_i.value, &phi_light, l->radial.value, l->azimuth.value};
     const int cells = n[3] > 1 && ff_largest_gap(node[3], n[3]) <= 45 && n[2] > 1;
-    ff_status status = ff_table_new_axes(FF_AXES_INCIDENT_EXIT, n, node, degree, p->wavelength.n, cells, &t, l->err);
+    ff_status status = ff_table_init_axes(FF_AXES_INCIDENT_EXIT, n, node, degree, p->wavelength.n, cells, &t, l->err);
     if (status != FF_OK) return status;
     status = describe(l, p, &t);
     if (status == FF_OK) status = ff_table_count(&t, l->path, l->err);
     if (status == FF_OK)
         *out = t;
     else
-        ff_table_free(&t);
+        ff_table_clear(&t);
     return status;
 }
 

@@ -218,7 +218,7 @@ static ff_status new_table(const block *b, ff_table *out, ff_error *err)
     for (size_t k = 0; k < b->n_phi; k++) phi[k] = 180 * (double)k / (double)(b->n_phi - 1);
     if (b->n_phi == 1) phi[0] = 90; /* the middle of all of them */
     const double *const node[4] = {theta, &zero, theta, phi};
-    const ff_status s = ff_table_new_axes(FF_AXES_INCIDENT_EXIT, n, node, pi / 180, b->n_channels, 1, out, err);
+    const ff_status s = ff_table_init_axes(FF_AXES_INCIDENT_EXIT, n, node, pi / 180, b->n_channels, 1, out, err);
     if (s == FF_OK) fill_weights(out, work, work + b->n_theta, phi);
     free(work);
     return s;
@@ -283,7 +283,7 @@ static ff_status read_data(mbsdf *m, ff_table *out)
     if (s == FF_OK) mark_repetition(m, &b, &t);
     if (s == FF_OK) s = ff_table_count(&t, m->path, m->err);
     if (s != FF_OK) {
-        ff_table_free(&t);
+        ff_table_clear(&t);
         return s;
     }
     for (size_t c = 0; c < b.n_channels; c++) strcpy(t.channels[c].name, b.n_channels == 1 ? "f" : rgb[c]);

@@ -116,11 +116,11 @@ static ff_status read_open_file(ff_bytes *b, ff_table *out)
 {
     ff_table t;
     ff_status status = read_header(b);
-    if (status == FF_OK) status = ff_table_new(ff_grid_merl.n, N_CHANNELS, &ff_grid_merl, 0, 0, &t, b->err);
+    if (status == FF_OK) status = ff_table_init(ff_grid_merl.n, N_CHANNELS, &ff_grid_merl, 0, 0, &t, b->err);
     if (status != FF_OK) return status;
     status = read_planes(b, &t);
     if (status != FF_OK) {
-        ff_table_free(&t);
+        ff_table_clear(&t);
         return status;
     }
     snprintf(t.format, sizeof t.format, "merl");
@@ -185,7 +185,7 @@ static ff_status layout(const ff_table *t, const char *grid, ff_table *out, ff_e
     if (t->n_channels != N_CHANNELS && t->n_channels != 1)
         return ff_error_set(err, FF_ERR_UNSUPPORTED, NULL, 0, -1,
                             "a MERL file has 3 channels, found %zu; reduce them first (srgb, or three bands)", t->n_channels);
-    ff_status status = ff_table_new(ff_grid_merl.n, N_CHANNELS, &ff_grid_merl, 0, 0, out, err);
+    ff_status status = ff_table_init(ff_grid_merl.n, N_CHANNELS, &ff_grid_merl, 0, 0, out, err);
     if (status != FF_OK) return status;
     ff_table_name_channels_like(out, t);
     for (size_t c = 0; c < N_CHANNELS; c++) out->channels[c].scale = channel_scale[c];

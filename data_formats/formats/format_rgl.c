@@ -192,10 +192,10 @@ static ff_status sample_file(const ff_rgl *r, int with_values, ff_table *out, co
     slice_room room;
     ff_table t;
     const size_t n = r->n_phi * r->n_theta * r->width * r->height; /* the luminance has as many numbers */
-    ff_status status = ff_table_new(n, r->n_channels, NULL, 0, 1, &t, err);
+    ff_status status = ff_table_init(n, r->n_channels, NULL, 0, 1, &t, err);
     if (status != FF_OK) return status;
     if (!slice_room_new(r, &room)) {
-        ff_table_free(&t);
+        ff_table_clear(&t);
         return ff_error_set(err, FF_ERR_MEMORY, NULL, 0, -1, "no memory for the samples of an RGL file");
     }
     for (size_t p = 0; p < r->n_phi; p++)
@@ -350,7 +350,7 @@ static ff_status new_regular(const regular *g, size_t n_channels, ff_table *out,
         for (size_t a = 0; a < g->n[k]; a++) node[k][a] = g->first[k] + (double)a * g->step[k];
     }
     const ff_status status =
-        ff_table_new_axes(FF_AXES_INCIDENT_EXIT, g->n, (const double *const *)node, pi / 180, n_channels, 1, out, err);
+        ff_table_init_axes(FF_AXES_INCIDENT_EXIT, g->n, (const double *const *)node, pi / 180, n_channels, 1, out, err);
     free(memory);
     if (status != FF_OK) return status;
     for (size_t a = 0; a < g->n[0]; a++)
@@ -383,7 +383,7 @@ static ff_status read_grid(const char *path, const char *grid, const ff_rgl *r, 
             return ff_error_set(err, FF_ERR_UNSUPPORTED, path, 0, -1,
                                 "found an anisotropic material, which the grid 'merl' cannot hold; expected 'goniometer:STEP' or "
                                 "'TIxPHIxTOxPHI'");
-        status = ff_table_new(ff_grid_merl.n, r->n_channels, &ff_grid_merl, 0, 0, &t, err);
+        status = ff_table_init(ff_grid_merl.n, r->n_channels, &ff_grid_merl, 0, 0, &t, err);
     } else {
         status = parse_grid(path, grid, r->isotropic, &g, err);
         if (status == FF_OK) status = new_regular(&g, r->n_channels, &t, err);
@@ -416,7 +416,7 @@ static ff_status read_rgl(const char *path, const ff_read_options *o, ff_table *
     if (status == FF_OK) note_file(r, &t);
     if (!t.kept) ff_rgl_free(r);
     if (status != FF_OK)
-        ff_table_free(&t);
+        ff_table_clear(&t);
     else
         *out = t;
     return status;

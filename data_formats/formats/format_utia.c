@@ -53,7 +53,7 @@ static ff_status new_table(ff_table *out, ff_error *err)
     for (size_t k = 0; k < N_THETA; k++) theta[k] = theta_step * (double)k;
     for (size_t k = 0; k < N_PHI; k++) phi[k] = phi_step * (double)k;
     const double *const node[4] = {theta, phi, theta, phi};
-    const ff_status s = ff_table_new_axes(FF_AXES_INCIDENT_EXIT, n, node, pi / 180, N_CHANNELS, 1, out, err);
+    const ff_status s = ff_table_init_axes(FF_AXES_INCIDENT_EXIT, n, node, pi / 180, N_CHANNELS, 1, out, err);
     if (s == FF_OK) fill_weights(out);
     return s;
 }
@@ -142,7 +142,7 @@ static ff_status read_open_file(ff_bytes *b, const ff_read_options *o, ff_table 
     if (s == FF_OK)
         *out = t;
     else
-        ff_table_free(&t);
+        ff_table_clear(&t);
     return s;
 }
 

@@ -32,7 +32,7 @@
  * Each sample has the solid angle of the directions nearest to it, where the azimuths are dense enough to speak of cells. */
 #define _GNU_SOURCE
 #include "base/internal_output.h"
-#include "ff_model.h"
+#include "models/model_struct.h"
 #include "base/internal_number.h"
 #include "data_formats/formats/zemax/internal_zemax.h"
 #include <math.h>
@@ -278,7 +278,7 @@ static ff_status make_table(zemax *z, ff_table *out)
     ff_table t;
     const double *const node[FF_ZEMAX_AXES] = {z->axis[0].value, z->axis[1].value, z->axis[2].value, z->axis[3].value};
     ff_status status =
-        ff_table_new_axes(FF_AXES_SPECULAR, z->n, node, degree, z->n_channels, ff_zemax_has_cells(z->n, node), &t, z->err);
+        ff_table_init_axes(FF_AXES_SPECULAR, z->n, node, degree, z->n_channels, ff_zemax_has_cells(z->n, node), &t, z->err);
     if (status != FF_OK) return status;
     double *exact = realloc(z->value.value, z->value.n * sizeof *exact);
     free(t.value);
@@ -289,7 +289,7 @@ static ff_status make_table(zemax *z, ff_table *out)
     if (status == FF_OK)
         *out = t;
     else
-        ff_table_free(&t);
+        ff_table_clear(&t);
     return status;
 }
 

@@ -23,7 +23,13 @@ typedef struct ff_resample_options {
     int         threads; /**< 0 = as many as the system lets run; the result does not depend on it                     */
     const volatile int *cancel; /**< polled; not NULL and != 0 ends with FF_ERR_CANCELLED                              */
 } ff_resample_options;
-FF_API void ff_resample_options_init(ff_resample_options *o);
+
+/** Writes the defaults into options of `size` bytes, the caller's sizeof, and nothing beyond. */
+FF_API void ff_resample_options_init_size(ff_resample_options *o, size_t size);
+static inline void ff_resample_options_init(ff_resample_options *o)
+{
+    ff_resample_options_init_size(o, sizeof *o);
+}
 
 /** Samples predicted from others: |ln(predicted / measured)| of channel means; NaN where n is 0. */
 typedef struct ff_prediction {
@@ -33,6 +39,7 @@ typedef struct ff_prediction {
 
 /** What became of the samples. */
 typedef struct ff_resample_report {
+    size_t size;                /**< sizeof(ff_resample_report), set by the caller                               */
     int    as_it_is;            /**< 1: the directions are the table's own, nothing was interpolated             */
     size_t n;                   /**< samples of the result                                                       */
     size_t at_sample, between, reciprocal, beyond, below_horizon; /**< they add up to n; as ff_found             */
@@ -42,14 +49,13 @@ typedef struct ff_resample_report {
     ff_prediction near, across; /**< what interpolation is worth at a measured incidence, and between incidences */
 } ff_resample_report;
 
-/** Makes *out from t for the format `to`, which must be writable. *out is overwritten, not freed.
+/** Makes *out from t for the format `to`, which must be writable. *out is written only on FF_OK; release it with ff_table_free.
+ *  @param o       NULL: the defaults
+ *  @param report  out; its size is set. NULL: not wanted
  *  FF_ERR_UNSUPPORTED when the format cannot hold such data, FF_ERR_SYNTAX, FF_ERR_RANGE for a grid that is none, FF_ERR_DATA when
  *  nothing can be interpolated, FF_ERR_MEMORY, FF_ERR_CANCELLED. */
-FF_API ff_status ff_resample(const ff_table *t, const ff_format *to, const ff_resample_options *o, ff_table *out, ff_resample_report *report,
-                      ff_error *err);
-
-/** A copy of the table, `kept` included. FF_ERR_MEMORY. */
-FF_API ff_status ff_table_copy(const ff_table *t, ff_table *out, ff_error *err);
+FF_API ff_status ff_resample(const ff_table *t, const ff_format *to, const ff_resample_options *o, ff_table **out,
+                             ff_resample_report *report, ff_error *err);
 
 #ifdef __cplusplus
 }

@@ -1,6 +1,7 @@
 /** @file internal_interpolate.h  The methods of interpolation behind ff_interpolate.h, a file for each. */
 #ifndef FF_INTERNAL_INTERPOLATE_H
 #define FF_INTERNAL_INTERPOLATE_H
+#include "data_formats/table/table_struct.h"
 #include "ff_interpolate.h"
 #include "internal_neighbours.h"
 

@@ -1,5 +1,5 @@
 /* Interpolation between the samples of a table: which method, and what all share. ff_interpolate.h describes them. */
-#include "ff_model.h"
+#include "models/model_struct.h"
 #include "internal_interpolate.h"
 #include "data_formats/table/internal_table.h"
 #include <math.h>

@@ -1,5 +1,5 @@
 /* Interpolation along the axes of a grid in which the mirror direction stands still. */
-#include "ff_model.h"
+#include "models/model_struct.h"
 #include "internal_interpolate.h"
 #include "data_formats/table/internal_table.h"
 #include <math.h>

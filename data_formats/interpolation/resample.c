@@ -1,7 +1,8 @@
 /* Tables on other directions. */
-#include "ff_resample.h"
+#include "resample_struct.h"
 #include "ff_interpolate.h"
-#include "ff_model.h"
+#include "models/model_struct.h"
+#include "base/internal_options.h"
 #include "base/internal_order.h"
 #include "base/internal_pool.h"
 #include "data_formats/table/internal_table.h"
@@ -12,9 +13,10 @@
 
 enum { BLOCK = 512 };
 
-void ff_resample_options_init(ff_resample_options *o)
+void ff_resample_options_init_size(ff_resample_options *o, size_t size)
 {
-    *o = (ff_resample_options){.size = sizeof *o};
+    const ff_resample_options defaults = {.threads = 0};
+    ff_options_init(o, size, &defaults, sizeof defaults);
 }
 
 /* ---- copies ---------------------------------------------------------------------------------- */
@@ -27,17 +29,17 @@ static int copy_plane(double **to, const double *from, size_t n)
     return *to != NULL;
 }
 
-ff_status ff_table_copy(const ff_table *t, ff_table *out, ff_error *err)
+ff_status ff_table_copy_into(const ff_table *t, ff_table *out, ff_error *err)
 {
     ff_table c;
-    ff_status s = ff_table_new(t->n, t->n_channels, t->grid, t->sigma != NULL, t->weight != NULL, &c, err);
+    ff_status s = ff_table_init(t->n, t->n_channels, t->grid, t->sigma != NULL, t->weight != NULL, &c, err);
     if (s != FF_OK) return s;
     int copied = copy_plane(&c.value, t->value, t->n * t->n_channels) && copy_plane(&c.sigma, t->sigma, t->n * t->n_channels) &&
                  copy_plane(&c.weight, t->weight, t->n);
     for (int k = 0; k < 4; k++)
         copied = copied && copy_plane(&c.angle[k], t->angle[k], t->n) && copy_plane(&c.axes.node[k], t->axes.node[k], t->axes.n[k]);
     if (!copied) {
-        ff_table_free(&c);
+        ff_table_clear(&c);
         return ff_error_set(err, FF_ERR_MEMORY, NULL, 0, -1, "no memory for a copy of %zu samples", t->n);
     }
     memcpy(c.valid, t->valid, t->n);
@@ -58,7 +60,7 @@ ff_status ff_table_copy(const ff_table *t, ff_table *out, ff_error *err)
         c.kept_incidence = t->kept_incidence;
         c.kept_share = t->kept_share;
         if (!c.kept) {
-            ff_table_free(&c);
+            ff_table_clear(&c);
             return ff_error_set(err, FF_ERR_MEMORY, NULL, 0, -1, "no memory for a copy of %zu samples", t->n);
         }
     }
@@ -233,7 +235,7 @@ static ff_status interpolate(const ff_table *t, const ff_format *to, const ff_re
 static ff_status take_as_it_is(const ff_table *t, ff_table *made, ff_error *err)
 {
     if (made->n == 0) {
-        const ff_status s = ff_table_copy(t, made, err);
+        const ff_status s = ff_table_copy_into(t, made, err);
         if (s == FF_OK) made->note[0] = '\0';
         return s;
     }
@@ -247,10 +249,10 @@ static ff_status take_as_it_is(const ff_table *t, ff_table *made, ff_error *err)
     return FF_OK;
 }
 
-ff_status ff_resample(const ff_table *t, const ff_format *to, const ff_resample_options *o, ff_table *out,
-                      ff_resample_report *report, ff_error *err)
+ff_status ff_resample_into(const ff_table *t, const ff_format *to, const ff_resample_options *o, ff_table *out,
+                           ff_resample_report *report, ff_error *err)
 {
-    ff_resample_report r = {.as_it_is = 1, .near = {0, NAN, NAN, NAN}, .across = {0, NAN, NAN, NAN}};
+    ff_resample_report r = {.size = sizeof r, .as_it_is = 1, .near = {0, NAN, NAN, NAN}, .across = {0, NAN, NAN, NAN}};
     ff_table made = {0};
     if (!to->write) return ff_error_set(err, FF_ERR_UNSUPPORTED, NULL, 0, -1, "the format '%s' can only be read", to->name);
     if (!to->layout && o->grid)
@@ -278,7 +280,7 @@ ff_status ff_resample(const ff_table *t, const ff_format *to, const ff_resample_
                 made.n, to->name);
     }
     if (s != FF_OK) {
-        ff_table_free(&made);
+        ff_table_clear(&made);
         return s;
     }
     r.n = made.n;
@@ -286,4 +288,29 @@ ff_status ff_resample(const ff_table *t, const ff_format *to, const ff_resample_
     *out = made;
     *report = r;
     return FF_OK;
+}
+
+/* ---- for programs that do not see inside ----------------------------------------------------- */
+
+ff_status ff_resample(const ff_table *t, const ff_format *to, const ff_resample_options *o, ff_table **out,
+                      ff_resample_report *report, ff_error *err)
+{
+    ff_resample_options own;
+    ff_resample_report r;
+    ff_table made;
+    ff_resample_options_init(&own);
+    ff_status s =
+        o ? ff_options_take("ff_resample_options", o, FF_END_OF(ff_resample_options, cancel), &own, sizeof own, err) : FF_OK;
+    if (!s && report) s = ff_record_check("ff_resample_report", report, FF_END_OF(ff_resample_report, across), err);
+    if (!s) s = ff_resample_into(t, to, &own, &made, &r, err);
+    if (!s) s = ff_table_move(&made, out, err);
+    if (!s && report) ff_options_init(report, report->size, &r, sizeof r);
+    return s;
+}
+
+ff_status ff_table_copy(const ff_table *t, ff_table **out, ff_error *err)
+{
+    ff_table made;
+    const ff_status s = ff_table_copy_into(t, &made, err);
+    return s ? s : ff_table_move(&made, out, err);
 }

@@ -1,5 +1,5 @@
 /* The samples that can be interpolated between: measured, and above the horizon with both directions. */
-#include "ff_model.h"
+#include "models/model_struct.h"
 #include "internal_interpolate.h"
 
 void ff_each_usable(const ff_table *t, ff_visitor *visit, void *context)

@@ -10,7 +10,7 @@
  *     wo = Rz(90 - rotation) Ry(incidence) (-sin radial cos A, -sin radial sin A, cos radial).
  *     So has it the BSDF data interchange format (format_zemax.c), whose local +x is our x. */
 #include "internal_table.h"
-#include "ff_model.h"
+#include "models/model_struct.h"
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>

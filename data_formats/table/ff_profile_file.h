@@ -17,10 +17,10 @@
 extern "C" {
 #endif
 
-/** Reads a file ("-": standard input) and makes its table. *out is written only on FF_OK.
+/** Reads a file ("-": standard input) and makes its table. *out is written only on FF_OK; release it with ff_profile_free.
  *  FF_ERR_OPEN, FF_ERR_READ, FF_ERR_MEMORY; FF_ERR_FORMAT for another header or count of cells; FF_ERR_DATA for a cell that is no
- *  number and for what ff_profile_make refuses, with its line. */
-FF_API ff_status ff_profile_read(const char *path, ff_profile_table *out, ff_error *err);
+ *  number and for what ff_profile_new refuses, with its line. */
+FF_API ff_status ff_profile_read(const char *path, ff_profile_table **out, ff_error *err);
 
 /** Writes n points, x [n] (theta_m in radians, or q2) and y [n], after `comment` (lines without '#', NULL = none).
  *  FF_ERR_DATA for a number that is not finite; FF_ERR_WRITE. "-" is standard output. */

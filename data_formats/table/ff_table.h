@@ -1,11 +1,20 @@
 /** @file ff_table.h  Measured reflectance: one table for every format, and the registry of formats.
  *
- *  A table holds n samples, each a pair of directions with one value per channel. Values are handed out in 1/sr without the
- *  cosine, whatever the file stored. Directions are stored as the file had them (four angle planes in the file's unit) or, for a
- *  grid, given by formula, so that a MERL file costs its values and little else.
+ *  A table holds n samples, each a pair of directions with one value per channel. It comes from a file, or a program fills it:
+ *
+ *      ff_table *t;
+ *      ff_table_read("gold.csv", NULL, &t, &err);           // whatever format it has
+ *      ...
+ *      ff_table_new(n, 1, 0, 0, &t, &err);                  // n samples, one channel, of your own
+ *      ff_table_set_angle_unit(t, FF_DEGREES);
+ *      for (int k = 0; k < 4; k++) fill(ff_table_angle_plane(t, k));
+ *      fill(ff_table_value_plane(t, 0));
+ *
+ *  Values are handed out in 1/sr without the cosine, whatever the file stored. Directions are stored as the file had them (four
+ *  angle planes in the file's unit) or, for a grid, given by formula, so that a MERL file costs its values and little else.
  *  Frame, angles: as ff_model.h.
- *  Memory   a table owns its arrays; release with ff_table_free.
- *  Errors   ff_status and a caller-owned ff_error with path, line or byte. Nothing prints or aborts.
+ *  Memory   a table owns its arrays; release with ff_table_free. Planes are as long as the table and go with it.
+ *  Errors   ff_status and a caller-owned ff_error with path, line or byte; *out is written only on FF_OK. Nothing prints or aborts.
  *  Threads  no global state; a const table may be read from many threads at once. */
 #ifndef FF_TABLE_H
 #define FF_TABLE_H
@@ -17,6 +26,9 @@ extern "C" {
 #endif
 
 enum { FF_CHANNEL_NAME = 64, FF_TABLE_NOTES = 64 };
+
+/** Radians in a degree: see ff_table_set_angle_unit. */
+#define FF_DEGREES 0.017453292519943295
 
 /** One colour channel. */
 typedef struct ff_channel {
@@ -35,85 +47,98 @@ typedef enum ff_quantity {
 /** "brdf", "brdf-cos", "reflectance-factor"; NULL for a number that is none. */
 FF_API const char *ff_quantity_name(int quantity);
 
-struct ff_table;
+/** Measured samples. Closed: read and filled by the functions below. */
+typedef struct ff_table ff_table;
 
-/** A regular parametrisation whose directions and weights follow from the sample's index. Immutable, static storage. */
-typedef struct ff_grid {
-    const char *name;   /**< "merl"                                                                        */
-    size_t      n;      /**< samples it has                                                                */
-    int         isotropic; /**< 1: the parametrisation cannot tell one azimuth of incidence from another   */
-    /** Unit vectors of samples first .. first+count-1 into six planes [count] wix wiy wiz wox woy woz. z may be <= 0. */
-    void (*directions)(size_t first, size_t count, double *const planes[6]);
-    /** Solid-angle weights (sr^2, the measure d wi d wo of the cell) into w [count]. */
-    void (*weights)(size_t first, size_t count, double *w);
-} ff_grid;
+/** A regular parametrisation whose directions and weights follow from the sample's index. Closed, immutable, static storage. */
+typedef struct ff_grid ff_grid;
 
-/** How the samples of a table are the product of up to four lists of nodes. */
-typedef enum ff_axes_kind {
-    FF_AXES_NONE = 0,            /**< scattered: no such structure                                                     */
-    FF_AXES_HALF_DIFFERENCE = 1, /**< theta_h, phi_h, theta_d, phi_d (Rusinkiewicz 1998)                               */
-    FF_AXES_INCIDENT_EXIT = 2,   /**< theta_i, phi_i, theta_o, phi_o                                                   */
-    FF_AXES_SPECULAR = 3         /**< rotation of the sample, incidence, azimuth and polar angle about the specular direction */
-} ff_axes_kind;
+/** The grid of a name; NULL when unknown. "merl" is the 90 x 90 x 180 half and difference angles of Matusik et al. 2003, samples at
+ *  the centres of cells. */
+FF_API const ff_grid *ff_grid_find(const char *name);
 
-/** Sample ((a0 n[1] + a1) n[2] + a2) n[3] + a3 is at node[k][ak], in the table's angle unit. An axis that the format does not
- *  have has one node, 0. */
-typedef struct ff_axes {
-    ff_axes_kind kind;
-    size_t       n[4];
-    double      *node[4];        /**< [n[k]], owned by the table                                                     */
-} ff_axes;
+/** Samples that a grid has. */
+FF_API size_t ff_grid_samples(const ff_grid *grid);
 
-typedef struct ff_table {
-    char         format[32];     /**< name of the format it was read from, "" when made in memory                   */
-    size_t       n, n_channels;
-    ff_channel  *channels;       /**< [n_channels]                                                                   */
-    double      *value;          /**< [n_channels][n], stored units; channel c of sample i at value[c*n + i]         */
-    double      *sigma;          /**< [n_channels][n], stored units, standard deviations; NULL when the file has none */
-    unsigned char *valid;        /**< [n]; 0 = the file says that this is not a measurement                          */
-    const ff_grid *grid;         /**< NULL: angles below hold the directions                                         */
-    double      *angle[4];       /**< [n] each: theta_i, phi_i, theta_o, phi_o in the file's unit; NULL with a grid  */
-    double       radians_per_unit; /**< 1 or pi/180                                                                  */
-    ff_axes      axes;           /**< the product structure, where the file has one; angle planes are there as well  */
-    double      *weight;         /**< [n] solid-angle weights of scattered samples; NULL when the file defines none  */
-    int          isotropic;      /**< 1: only azimuth differences were measured (3D parametrisation, or one phi_i)   */
-    ff_quantity  quantity;       /**< as the file declared; `value` is converted already where not a constant factor */
-    size_t       n_invalid;      /**< samples with valid = 0                                                         */
-    size_t       n_negative;     /**< valid samples with a negative value in at least one channel: kept, as noise    */
-    char         note[2048];     /**< what a reader had to assume, sentences separated by newlines; "" when nothing  */
-    unsigned char note_hint[FF_TABLE_NOTES]; /**< ff_hint of the k-th sentence: what the caller can say to it        */
-    void        *kept;           /**< what `format` needs to write the same file again; NULL for most                */
-    void       (*kept_free)(void *kept);
-    void      *(*kept_share)(void *kept); /**< for a copy of the table: a copy, or the same with one owner more; NULL = no memory */
-    /** The part of weight[sample] that its incidence has, where the other part makes the sum of f cos(theta_o) over an incidence its
-     *  reflectance; NULL: the weights are solid angles and no more. */
-    double     (*kept_incidence)(const void *kept, size_t sample);
-} ff_table;
+/* ---- making and filling ---------------------------------------------------------------------- */
 
-/** Releases what the table owns and zeroes it. A zeroed table and NULL are legal. */
+/** A table of n samples (>= 1) and n_channels (>= 1) to be filled: values 0, all valid, scale 1, wavelengths NaN, names "c0" ...,
+ *  angles 0 in radians. with_sigma, with_weight: 1 for planes of standard deviations and of weights too.
+ *  FF_ERR_RANGE; FF_ERR_MEMORY, also when the sizes overflow. */
+FF_API ff_status ff_table_new(size_t n, size_t n_channels, int with_sigma, int with_weight, ff_table **out, ff_error *err);
+
+/** The same on a grid: the directions are its own. */
+FF_API ff_status ff_table_new_on_grid(const ff_grid *grid, size_t n_channels, int with_sigma, ff_table **out, ff_error *err);
+
+/** A copy of the table, with what its format needs to write the same file again. FF_ERR_MEMORY. */
+FF_API ff_status ff_table_copy(const ff_table *t, ff_table **out, ff_error *err);
+
+/** Releases the table and what it owns. NULL is allowed. */
 FF_API void ff_table_free(ff_table *t);
 
-/** Allocates arrays for n samples (n >= 1) and n_channels (>= 1): values 0, all valid, scale 1, wavelengths NaN, names "c0"...
- *  With a grid, n must be grid->n and no angle planes are made. with_sigma, with_weight: also those planes. FF_ERR_MEMORY
- *  also when the sizes overflow. *out is overwritten, not freed. */
-FF_API ff_status ff_table_new(size_t n, size_t n_channels, const ff_grid *grid, int with_sigma, int with_weight, ff_table *out, ff_error *err);
+/** The planes, to be filled or looked at: [n] each, in the order of the samples, in the table's own units.
+ *  value    of channel c: times the channel's scale it is f in 1/sr
+ *  sigma    of channel c: standard deviations in the unit of the values; NULL when the table has none
+ *  angle    k = 0 .. 3: theta_i, phi_i, theta_o, phi_o in the unit of ff_table_set_angle_unit; NULL of a grid
+ *  weight   solid-angle weights; NULL when the table has none
+ *  valid    0 = not a measurement
+ *  NULL also for a channel or angle that does not exist. */
+FF_API double *ff_table_value_plane(ff_table *t, size_t c);
+FF_API double *ff_table_sigma_plane(ff_table *t, size_t c);
+FF_API double *ff_table_angle_plane(ff_table *t, int k);
+FF_API double *ff_table_weight_plane(ff_table *t);
+FF_API unsigned char *ff_table_valid_plane(ff_table *t);
 
-/** Unit vectors of samples first .. first+count-1 into six planes [count] wix wiy wiz wox woy woz. first+count <= n. */
-FF_API void ff_table_directions(const ff_table *t, size_t first, size_t count, double *const planes[6]);
+/** Unit of the angle planes in radians: 1, or FF_DEGREES. FF_ERR_RANGE unless finite and > 0. */
+FF_API ff_status ff_table_set_angle_unit(ff_table *t, double radians);
 
-/** Values of channel c in 1/sr into out [count]; sigma likewise (requires t->sigma). */
-FF_API void ff_table_values(const ff_table *t, size_t c, size_t first, size_t count, double *out);
-FF_API void ff_table_sigmas(const ff_table *t, size_t c, size_t first, size_t count, double *out);
+/** 1: only differences of azimuths were measured, so that nothing can be said of a direction of the surface. */
+FF_API void ff_table_set_isotropic(ff_table *t, int isotropic);
 
-/** 1 when the table defines solid-angle weights (a grid, or a weight plane). */
-FF_API int ff_table_has_weights(const ff_table *t);
-/** Solid-angle weights into out [count]; requires ff_table_has_weights. */
-FF_API void ff_table_weights(const ff_table *t, size_t first, size_t count, double *out);
+/** Names channel c (cut to fit), and says its wavelength (NaN = none) and scale (1/sr per stored unit). FF_ERR_RANGE for a channel
+ *  that does not exist and a scale that is not finite and > 0. */
+FF_API ff_status ff_table_set_channel(ff_table *t, size_t c, const char *name, double wavelength_nm, double scale);
+
+/* ---- reading --------------------------------------------------------------------------------- */
+
+FF_API size_t ff_table_samples(const ff_table *t);      /**< n: samples, those that are no measurements included          */
+FF_API size_t ff_table_channel_count(const ff_table *t); /**< n_channels                                                  */
+
+/** Channel c; NULL when there is none. It goes with the table. */
+FF_API const ff_channel *ff_table_channel(const ff_table *t, size_t c);
 
 /** Index of a channel by name, -1 when there is none. */
 FF_API int ff_table_channel_find(const ff_table *t, const char *name);
 
-/* ---- formats --------------------------------------------------------------------------------- */
+FF_API const char *ff_table_format(const ff_table *t);   /**< name of the format it was read from, "" when made in memory   */
+FF_API const ff_grid *ff_table_grid(const ff_table *t);  /**< its grid, NULL when the samples have angles of their own      */
+FF_API int ff_table_is_isotropic(const ff_table *t);     /**< 1: see ff_table_set_isotropic                                 */
+FF_API double ff_table_angle_unit(const ff_table *t);    /**< radians per unit of the angle planes                          */
+FF_API ff_quantity ff_table_quantity(const ff_table *t); /**< what the file declared; values are the BRDF already           */
+
+/** What a reader had to assume: sentence k of the notes into out [size], always terminated; what the caller can say to it into *hint
+ *  (may be NULL). Returns 0 when there are not so many. */
+FF_API int ff_table_assumption(const ff_table *t, size_t k, char *out, size_t size, ff_hint *hint);
+
+/** Unit vectors of samples first .. first+count-1 into six planes [count] wix wiy wiz wox woy woz. first+count <= n. */
+FF_API void ff_table_directions(const ff_table *t, size_t first, size_t count, double *const planes[6]);
+
+/** Values of channel c in 1/sr into out [count]; sigma likewise (requires ff_table_has_sigmas). */
+FF_API void ff_table_values(const ff_table *t, size_t c, size_t first, size_t count, double *out);
+FF_API void ff_table_sigmas(const ff_table *t, size_t c, size_t first, size_t count, double *out);
+
+/** 1 for every sample that is a measurement, else 0, into out [count]. */
+FF_API void ff_table_valid(const ff_table *t, size_t first, size_t count, unsigned char *out);
+
+/** 1 when the table has standard deviations. */
+FF_API int ff_table_has_sigmas(const ff_table *t);
+
+/** 1 when the table defines solid-angle weights (a grid, or a weight plane). */
+FF_API int ff_table_has_weights(const ff_table *t);
+/** Solid-angle weights (sr^2, the measure d wi d wo of the sample's cell) into out [count]; requires ff_table_has_weights. */
+FF_API void ff_table_weights(const ff_table *t, size_t first, size_t count, double *out);
+
+/* ---- files ----------------------------------------------------------------------------------- */
 
 /** What a person knows about a file and the file does not say. Fill with ff_read_options_init, then change. */
 typedef struct ff_read_options {
@@ -129,7 +154,13 @@ typedef struct ff_read_options {
     ff_status (*ask)(const void *context, const char *path, ff_error *err);
     const void *ask_context;
 } ff_read_options;
-FF_API void ff_read_options_init(ff_read_options *o);
+
+/** Writes the defaults into options of `size` bytes, the caller's sizeof, and nothing beyond. */
+FF_API void ff_read_options_init_size(ff_read_options *o, size_t size);
+static inline void ff_read_options_init(ff_read_options *o)
+{
+    ff_read_options_init_size(o, sizeof *o);
+}
 
 /** Options that a format understands beyond `format` and `scale`; giving another is an error. */
 enum { FF_READS_COLUMNS = 1 << 0, FF_READS_GRID = 1 << 1, FF_READS_PART = 1 << 2, FF_READS_QUANTITY = 1 << 3 };
@@ -145,33 +176,22 @@ enum {
     FF_HOLDS_MANY = 1 << 6      /**< any number of channels                                           */
 };
 
-/** Everything the program knows about one format; defined in one file. Immutable, static storage. */
-typedef struct ff_format {
-    const char *name;       /**< "merl": key of --format                                                      */
-    const char *title;      /**< one line for lists                                                           */
-    const char *extensions; /**< usual ones, space separated, with the dot; a hint for writing, never for reading */
-    const char *source;     /**< where the layout is documented                                               */
-    /** Confidence 0..100 that a file is of this format, from its first n_head bytes (>= 0, without a UTF-8 byte-order mark) and
-     *  its size (-1 = a stream). */
-    int (*probe)(const unsigned char *head, size_t n_head, int64_t file_size);
-    unsigned    reads;      /**< FF_READS_...                                                                     */
-    unsigned    holds;      /**< FF_HOLDS_..., where it can be written                                            */
-    const char *precision;  /**< of written values without FF_HOLDS_DOUBLE: "32-bit float, 6e-8 relative"; else NULL */
-    ff_status (*read)(const char *path, const ff_read_options *o, ff_table *out, ff_error *err);
-    /** The pairs of directions that a file of this format has for data like t: a table with those directions (and grid or axes),
-     *  channels named as in t (one channel may become several of the same content), scales as the format stores values, values 0,
-     *  all valid. NULL: any directions.
-     *  @param grid  what the format lets choose, as a text of its own; NULL = the usual.
-     *  FF_ERR_SYNTAX, FF_ERR_RANGE for a grid that is none, FF_ERR_UNSUPPORTED for a t that cannot be held, FF_ERR_MEMORY. */
-    ff_status (*layout)(const ff_table *t, const char *grid, ff_table *out, ff_error *err);
-    /** NULL where the format cannot be written. Writes to a temporary name beside path, then renames; "-" is stdout.
-     *  FF_ERR_UNSUPPORTED for directions that are not of its layout. */
-    ff_status (*write)(const char *path, const ff_table *t, ff_error *err);
-} ff_format;
+/** A format of files. Closed, immutable, static storage. */
+typedef struct ff_format ff_format;
 
+/** The list of formats, in a fixed order. */
 FF_API size_t           ff_format_count(void);
 FF_API const ff_format *ff_format_at(size_t i);           /**< NULL when i >= count */
 FF_API const ff_format *ff_format_find(const char *name); /**< NULL when unknown    */
+
+FF_API const char *ff_format_name(const ff_format *f);       /**< "merl"                                                         */
+FF_API const char *ff_format_title(const ff_format *f);      /**< one line for lists                                             */
+FF_API const char *ff_format_extensions(const ff_format *f); /**< usual ones, space separated, with the dot                      */
+FF_API const char *ff_format_source(const ff_format *f);     /**< where the layout is documented                                 */
+FF_API unsigned ff_format_reads(const ff_format *f);         /**< FF_READS_...                                                   */
+FF_API unsigned ff_format_holds(const ff_format *f);         /**< FF_HOLDS_..., where it can be written                          */
+FF_API const char *ff_format_precision(const ff_format *f);  /**< of written values without FF_HOLDS_DOUBLE; else NULL            */
+FF_API int ff_format_can_write(const ff_format *f);          /**< 1, or 0: such files can only be read                           */
 
 /** The format whose probe is most confident about the content of path. FF_ERR_OPEN, FF_ERR_READ, FF_ERR_FORMAT (none recognised it;
  *  the message says what the first bytes look like and which formats exist). */
@@ -180,17 +200,17 @@ FF_API ff_status ff_format_detect(const char *path, const ff_format **out, ff_er
 /** The format that a name to be written asks for by its extension; NULL when none does. */
 FF_API const ff_format *ff_format_for_writing(const char *path);
 
-/** Reads path with the named format, or by content when format is NULL. *out is overwritten, not freed; untouched on failure. */
-FF_API ff_status ff_table_read(const char *path, const char *format, ff_table *out, ff_error *err);
+/** Reads path ("-": standard input) with the named format, or by content when format is NULL. FF_ERR_OPEN, FF_ERR_READ,
+ *  FF_ERR_FORMAT, FF_ERR_DATA with path, line or byte; FF_ERR_UNKNOWN, FF_ERR_MEMORY. */
+FF_API ff_status ff_table_read(const char *path, const char *format, ff_table **out, ff_error *err);
 
 /** The same with all options (NULL: none). FF_ERR_UNSUPPORTED also for an option that the format does not understand. */
-FF_API ff_status ff_table_read_with(const char *path, const ff_read_options *o, ff_table *out, ff_error *err);
+FF_API ff_status ff_table_read_with(const char *path, const ff_read_options *o, ff_table **out, ff_error *err);
 
-/** Writes with the named format, or by extension when format is NULL. The file appears whole or not at all. */
+/** Writes with the named format, or by extension when format is NULL ("-" is standard output). The file appears whole or not at all.
+ *  FF_ERR_UNSUPPORTED for a format that cannot be written or cannot hold such data, FF_ERR_DATA for samples that no file can hold,
+ *  FF_ERR_UNKNOWN, FF_ERR_WRITE, FF_ERR_MEMORY. */
 FF_API ff_status ff_table_write(const char *path, const char *format, const ff_table *t, ff_error *err);
-
-/** The 90 x 90 x 180 half/difference-angle grid of Matusik et al. 2003 (samples at cell centres). */
-extern const ff_grid ff_grid_merl;
 
 #ifdef __cplusplus
 }

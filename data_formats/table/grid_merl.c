@@ -8,7 +8,7 @@
  *     d  = (sin theta_d cos phi_d, sin theta_d sin phi_d, cos theta_d)         wi seen from the half vector
  *     wi = Ry(theta_h) d,   wo = 2 (h.wi) h - wi = Ry(theta_h) (-dx, -dy, dz)
  *     d wi d wo = 4 cos theta_d dOmega_h dOmega_d                                (the reflection's 4 (h.wi)) */
-#include "ff_table.h"
+#include "table_struct.h"
 #include <math.h>
 
 enum { N_THETA_H = 90, N_THETA_D = 90, N_PHI_D = 180, N_SAMPLES = N_THETA_H * N_THETA_D * N_PHI_D };

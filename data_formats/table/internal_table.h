@@ -1,7 +1,7 @@
 /** @file internal_table.h  What the formats share: rows of numbers on their way into a table, and checks of whole tables. */
 #ifndef FF_INTERNAL_TABLE_H
 #define FF_INTERNAL_TABLE_H
-#include "ff_table.h"
+#include "table_struct.h"
 
 /* ---- rows.c: a text file's rows, whose number is not known before its end -------------------- */
 
@@ -64,8 +64,8 @@ void ff_table_note_hint(ff_table *t, ff_hint hint, const char *fmt, ...) __attri
 void ff_table_angles(const ff_table *t, double unit, size_t first, size_t count, double *const out[4]);
 
 /** A table on the product of four lists of nodes (copied), its angle planes filled from them; see ff_axes. FF_ERR_MEMORY. */
-ff_status ff_table_new_axes(ff_axes_kind kind, const size_t n[4], const double *const node[4], double radians_per_unit,
-                            size_t n_channels, int with_weight, ff_table *out, ff_error *err);
+ff_status ff_table_init_axes(ff_axes_kind kind, const size_t n[4], const double *const node[4], double radians_per_unit,
+                             size_t n_channels, int with_weight, ff_table *out, ff_error *err);
 
 /** theta_i, phi_i, theta_o, phi_o of one point q of four axes, all in the same unit; axes.c has the formulas. Of
  * FF_AXES_INCIDENT_EXIT these are q itself, to the bit. */

@@ -1,6 +1,6 @@
 /* Files of a tabulated distribution. */
 #define _GNU_SOURCE
-#include "ff_profile_file.h"
+#include "profile_file_struct.h"
 #include "base/internal_output.h"
 #include "base/internal_input.h"
 #include "base/internal_number.h"
@@ -110,7 +110,7 @@ static ff_status make(const reader *r, ff_profile_table *out)
     return ff_error_set(r->err, s, r->path, line, -1, "%s", why.message);
 }
 
-ff_status ff_profile_read(const char *path, ff_profile_table *out, ff_error *err)
+ff_status ff_profile_read_into(const char *path, ff_profile_table *out, ff_error *err)
 {
     reader r = {.err = err, .path = path};
     ff_status s = ff_lines_open(path, &r.lines, err);
@@ -161,4 +161,16 @@ ff_status ff_profile_write(const char *path, ff_profile_kind kind, size_t n, con
         putc('\n', out.file);
     }
     return ff_output_commit(&out, err);
+}
+
+ff_status ff_profile_read(const char *path, ff_profile_table **out, ff_error *err)
+{
+    ff_profile_table *made = malloc(sizeof *made);
+    if (!made) return ff_error_set(err, FF_ERR_MEMORY, NULL, 0, -1, "out of memory");
+    const ff_status s = ff_profile_read_into(path, made, err);
+    if (s)
+        ff_profile_free(made);
+    else
+        *out = made;
+    return s;
 }

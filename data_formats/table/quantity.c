@@ -1,6 +1,6 @@
 /* What the numbers of a file stand for. */
 #include "internal_table.h"
-#include "ff_model.h"
+#include "models/model_struct.h"
 
 static const double pi = 3.14159265358979323846;
 

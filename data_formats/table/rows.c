@@ -74,7 +74,7 @@ static void take_row(const double *row, size_t i, ff_table *t)
 ff_status ff_rows_to_table(ff_rows *rows, size_t n_channels, int with_sigma, int with_weight, ff_table *out, ff_error *err)
 {
     ff_table t;
-    ff_status status = ff_table_new(rows->n, n_channels, NULL, with_sigma, with_weight, &t, err);
+    ff_status status = ff_table_init(rows->n, n_channels, NULL, with_sigma, with_weight, &t, err);
     if (status == FF_OK) {
         size_t i = rows->n;
         for (; rows->last; drop_last(rows))

@@ -12,7 +12,7 @@
 #include <string.h>
 #include <sys/mman.h>
 
-void ff_table_free(ff_table *t)
+void ff_table_clear(ff_table *t)
 {
     if (!t) return;
     free(t->channels);
@@ -52,8 +52,8 @@ static int allocate(ff_table *t, int with_sigma, int with_weight)
     return 1;
 }
 
-ff_status ff_table_new(size_t n, size_t n_channels, const ff_grid *grid, int with_sigma, int with_weight, ff_table *out,
-                       ff_error *err)
+ff_status ff_table_init(size_t n, size_t n_channels, const ff_grid *grid, int with_sigma, int with_weight, ff_table *out,
+                        ff_error *err)
 {
     if (n == 0 || n_channels == 0)
         return ff_error_set(err, FF_ERR_RANGE, NULL, 0, -1,
@@ -63,7 +63,7 @@ ff_status ff_table_new(size_t n, size_t n_channels, const ff_grid *grid, int wit
     ff_table t = {.n = n, .n_channels = n_channels, .grid = grid, .radians_per_unit = 1, .isotropic = grid ? grid->isotropic : 0};
     if (n_channels > SIZE_MAX / sizeof(ff_channel) || n > SIZE_MAX / sizeof(double) / n_channels ||
         !allocate(&t, with_sigma, with_weight)) {
-        ff_table_free(&t);
+        ff_table_clear(&t);
         return ff_error_set(err, FF_ERR_MEMORY, NULL, 0, -1, "no memory for a table of %zu samples and %zu channels", n,
                             n_channels);
     }
@@ -211,7 +211,7 @@ ff_status ff_table_hand_out(ff_table *t, const char *path, ff_table *out, ff_err
     if (status == FF_OK)
         *out = *t;
     else
-        ff_table_free(t);
+        ff_table_clear(t);
     return status;
 }
 
@@ -297,8 +297,8 @@ static void copy_nodes(ff_table *t)
     }
 }
 
-ff_status ff_table_new_axes(ff_axes_kind kind, const size_t n[4], const double *const node[4], double radians_per_unit,
-                            size_t n_channels, int with_weight, ff_table *out, ff_error *err)
+ff_status ff_table_init_axes(ff_axes_kind kind, const size_t n[4], const double *const node[4], double radians_per_unit,
+                             size_t n_channels, int with_weight, ff_table *out, ff_error *err)
 {
     size_t samples = 1;
     for (int k = 0; k < 4; k++) {
@@ -308,7 +308,7 @@ ff_status ff_table_new_axes(ff_axes_kind kind, const size_t n[4], const double *
         samples *= n[k];
     }
     ff_table t;
-    ff_status status = ff_table_new(samples, n_channels, NULL, 0, with_weight, &t, err);
+    ff_status status = ff_table_init(samples, n_channels, NULL, 0, with_weight, &t, err);
     if (status != FF_OK) return status;
     t.radians_per_unit = radians_per_unit;
     t.axes.kind = kind;
@@ -316,7 +316,7 @@ ff_status ff_table_new_axes(ff_axes_kind kind, const size_t n[4], const double *
         t.axes.n[k] = n[k];
         t.axes.node[k] = malloc(n[k] * sizeof(double));
         if (!t.axes.node[k]) {
-            ff_table_free(&t);
+            ff_table_clear(&t);
             return ff_error_set(err, FF_ERR_MEMORY, NULL, 0, -1, "no memory for an axis of %zu nodes", n[k]);
         }
         memcpy(t.axes.node[k], node[k], n[k] * sizeof(double));
@@ -324,7 +324,7 @@ ff_status ff_table_new_axes(ff_axes_kind kind, const size_t n[4], const double *
     if (kind == FF_AXES_INCIDENT_EXIT) {
         copy_nodes(&t);
     } else if (!ff_axes_fill(&t.axes, radians_per_unit, t.angle)) {
-        ff_table_free(&t);
+        ff_table_clear(&t);
         return ff_error_set(err, FF_ERR_MEMORY, NULL, 0, -1, "no memory for the angles of %zu samples", samples);
     }
     *out = t;

@@ -2,7 +2,8 @@
  * are by rows; every function may be called from many threads. */
 #ifndef FF_INTERNAL_LINALG_H
 #define FF_INTERNAL_LINALG_H
-#include "ff_model.h"
+#include "ff_status.h"
+#include "models/kernels/composition_struct.h"
 #include <stddef.h>
 
 #ifdef __cplusplus

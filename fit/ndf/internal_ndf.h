@@ -6,7 +6,7 @@
  * with the area A that makes integral D cos = 1. */
 #ifndef FF_INTERNAL_NDF_H
 #define FF_INTERNAL_NDF_H
-#include "ff_ndf.h"
+#include "ndf_struct.h"
 #include "fit/problem/internal_problem.h"
 
 /* ---- the curve ------------------------------------------------------------------------------- */

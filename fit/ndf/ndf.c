@@ -7,6 +7,7 @@
  * which is cross-validation that does not take the noise to be the same everywhere. */
 #define _GNU_SOURCE /* clock_gettime */
 #include "internal_ndf.h"
+#include "base/internal_options.h"
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -35,14 +36,10 @@ int ff_ndf_monotone_find(const char *name)
     return -1;
 }
 
-void ff_ndf_options_init(ff_ndf_options *o)
+void ff_ndf_options_init_size(ff_ndf_options *o, size_t size)
 {
-    memset(o, 0, sizeof *o);
-    o->size = sizeof *o;
-    ff_fit_options_init(&o->fit);
-    o->fit.shape = FF_SHAPE_ISOTROPIC;
-    o->masking = ff_term_find(FF_MASKING, "smith-height-correlated");
-    o->smooth = NAN;
+    const ff_ndf_options defaults = {.masking = ff_term_find(FF_MASKING, "smith-height-correlated"), .smooth = NAN};
+    ff_options_init(o, size, &defaults, sizeof defaults);
 }
 
 ff_status ff_ndf_models(int masking, ff_model out[FF_NDF_MODELS], ff_error *err)
@@ -60,9 +57,9 @@ static ff_status check_options(const struct ff_problem *p, const ff_ndf_options 
 {
     if (o->size != sizeof *o)
         return ff_error_set(err, FF_ERR_RANGE, NULL, 0, -1, "the options were not initialised by ff_ndf_options_init");
-    const ff_status s = ff_fit_options_check(&o->fit, err);
+    const ff_status s = ff_fit_options_check(o->fit, err);
     if (s) return s;
-    if (o->fit.robust != FF_ROBUST_NONE)
+    if (o->fit->robust != FF_ROBUST_NONE)
         return ff_error_set(err, FF_ERR_UNSUPPORTED, NULL, 0, -1, "a distribution is retrieved without a robust loss");
     if (o->smooth < 0 || isinf(o->smooth))
         return ff_error_set(err, FF_ERR_RANGE, NULL, 0, -1, "the weight of smoothness must not be negative, found %g", o->smooth);
@@ -73,7 +70,7 @@ static ff_status check_options(const struct ff_problem *p, const ff_ndf_options 
                             FF_NDF_NODES_MAX, o->nodes);
     if (p->geometry[FF_G_S2] < 0 || p->geometry[FF_G_C] < 0 || p->geometry[FF_G_K] < 0)
         return ff_error_set(err, FF_ERR_UNSUPPORTED, NULL, 0, -1,
-                            "the problem was not made for the models of ff_ndf_models and an isotropic shape");
+                            "the problem was not made for the models of a retrieval and an isotropic shape");
     return FF_OK;
 }
 
@@ -88,9 +85,9 @@ static int is_scaled(const ff_fit_result *r)
 
 static ff_status fit_one(const struct ff_problem *p, const ff_model *m, const ff_fit_options *o, ff_fit_result *out, ff_error *err)
 {
-    const ff_status s = ff_problem_fit(p, m, o, out, err);
+    const ff_status s = ff_problem_fit_into(p, m, o, out, err);
     if (s || out->outcome != FF_CANCELLED) return s;
-    ff_fit_result_free(out);
+    ff_fit_result_clear(out);
     return ff_error_set(err, FF_ERR_CANCELLED, NULL, 0, -1, "cancelled");
 }
 
@@ -104,10 +101,10 @@ static ff_status fit_parametric(const struct ff_problem *p, const ff_fit_options
     r->scaled = is_scaled(widest);
     for (int i = 0; i < FF_NDF_FITS && r->scaled && !s; i++) {
         s = ff_model_hold(&models[i], "f0", 1, err);
-        if (!s) s = ff_model_free(&models[i], "ks", err);
+        if (!s) s = ff_model_vary(&models[i], "ks", err);
     }
     if (r->scaled) {
-        ff_fit_result_free(widest);
+        ff_fit_result_clear(widest);
         if (!s) s = fit_one(p, &models[FF_NDF_STUDENT_T], o, widest, err);
     }
     for (int i = FF_NDF_BECKMANN; i <= FF_NDF_GGX && !s; i++) s = fit_one(p, &models[i], o, &r->fit[i], err);
@@ -124,7 +121,7 @@ static ff_status check_peak(const struct ff_problem *p, const ff_fit_options *o,
     const ff_status s = fit_one(p, lambert, o, &alone, err);
     if (s) return s;
     const double left = r->fit[FF_NDF_STUDENT_T].residual.objective, whole = alone.residual.objective;
-    ff_fit_result_free(&alone);
+    ff_fit_result_clear(&alone);
     if (left < (1 - LEAST_GAIN) * whole) return FF_OK;
     return ff_error_set(err, FF_ERR_DATA, NULL, 0, -1,
                         "no specular peak: a lobe on top of a diffuse surface explains %.2g %% of what the diffuse surface alone "
@@ -350,7 +347,7 @@ static ff_status refine(ff_ndf_fit *f, const struct ff_problem *p, const ff_ndf_
         s = ff_ndf_look(f, p);
         if (!s) ff_ndf_variances(f, least_variance);
     }
-    if (!s) s = ff_ndf_solve(f, p, FINE_TOLERANCE, o->fit.max_iterations, &r->outcome);
+    if (!s) s = ff_ndf_solve(f, p, FINE_TOLERANCE, o->fit->max_iterations, &r->outcome);
     if (!s) s = ff_ndf_look(f, p);
     return s ? s : ff_ndf_result_fill(f, p, o->monotone, r);
 }
@@ -361,8 +358,8 @@ static ff_status retrieve(const struct ff_problem *p, const ff_ndf_options *o, f
     ff_curve curve = {.top = 0};
     ff_ndf_fit f = {.P = 0};
     ff_status s = ff_ndf_models(o->masking, models, err);
-    if (!s) s = fit_parametric(p, &o->fit, models, r, err);
-    if (!s) s = check_peak(p, &o->fit, &models[FF_NDF_FITS], r, err);
+    if (!s) s = fit_parametric(p, o->fit, models, r, err);
+    if (!s) s = check_peak(p, o->fit, &models[FF_NDF_FITS], r, err);
     if (s) return s;
     const reference t = reference_of(r);
     const range range = range_of(p);
@@ -371,7 +368,7 @@ static ff_status retrieve(const struct ff_problem *p, const ff_ndf_options *o, f
     r->reach = atan(range.q_hi);
     s = make_lattice(p, o, t, &range, &curve, err);
     if (s) return s;
-    s = ff_ndf_fit_new(&curve, &o->fit, o->masking, masking->n_params ? masking->params[0].init : 0, r->scaled, p->n_channels, &f);
+    s = ff_ndf_fit_new(&curve, o->fit, o->masking, masking->n_params ? masking->params[0].init : 0, r->scaled, p->n_channels, &f);
     if (!s) {
         fill_box(&f, o->monotone);
         fill_start(p, t, &r->fit[r->reference], &f, r);
@@ -379,10 +376,10 @@ static ff_status retrieve(const struct ff_problem *p, const ff_ndf_options *o, f
     }
     ff_ndf_fit_free(&f);
     ff_curve_free(&curve);
-    return s ? failed(s, err) : fit_profile(p, &o->fit, &models[FF_NDF_TABULATED], r, err);
+    return s ? failed(s, err) : fit_profile(p, o->fit, &models[FF_NDF_TABULATED], r, err);
 }
 
-ff_status ff_ndf_retrieve(const ff_problem *p, const ff_ndf_options *o, ff_ndf_result *out, ff_error *err)
+ff_status ff_ndf_retrieve_into(const ff_problem *p, const ff_ndf_options *o, ff_ndf_result *out, ff_error *err)
 {
     const double began = seconds();
     ff_ndf_result *r = calloc(1, sizeof *r);
@@ -390,7 +387,7 @@ ff_status ff_ndf_retrieve(const ff_problem *p, const ff_ndf_options *o, ff_ndf_r
     ff_status s = check_options(p, o, err);
     if (!s) s = retrieve(p, o, r, err);
     if (s) {
-        ff_ndf_result_free(r);
+        ff_ndf_result_clear(r);
     } else {
         r->time_s = seconds() - began;
         *out = *r;
@@ -399,13 +396,13 @@ ff_status ff_ndf_retrieve(const ff_problem *p, const ff_ndf_options *o, ff_ndf_r
     return s;
 }
 
-void ff_ndf_result_free(ff_ndf_result *r)
+void ff_ndf_result_clear(ff_ndf_result *r)
 {
     if (!r) return;
-    for (int i = 0; i < FF_NDF_FITS; i++) ff_fit_result_free(&r->fit[i]);
+    for (int i = 0; i < FF_NDF_FITS; i++) ff_fit_result_clear(&r->fit[i]);
     free(r->row);
     free(r->channel);
     free(r->profile);
-    ff_warnings_free(&r->warnings);
+    ff_warnings_clear(&r->warnings);
     memset(r, 0, sizeof *r);
 }

@@ -1,6 +1,6 @@
 /* Options of a fit: names as on the command line, defaults, ranges. */
-#include "ff_fit.h"
 #include "internal_problem.h"
+#include "base/internal_options.h"
 #include <math.h>
 #include <string.h>
 
@@ -62,17 +62,25 @@ int ff_channel_mode_find(const char *name)
     return find_in(modes, FF_CHANNELS_COUNT, name);
 }
 
-void ff_fit_options_init(ff_fit_options *o)
+void ff_fit_options_init_size(ff_fit_options *o, size_t size)
 {
-    memset(o, 0, sizeof *o);
-    o->size = sizeof *o;
-    o->saturation = INFINITY;
-    o->noise_floor = -INFINITY;
-    o->max_theta = 80 * (3.14159265358979323846 / 180);
-    o->only_channel = -1;
-    o->max_iterations = 100;
-    o->std_errors = 1;
-    o->dense_channels = FF_DENSE_CHANNELS;
+    const ff_fit_options defaults = {.saturation = INFINITY,
+                                     .noise_floor = -INFINITY,
+                                     .max_theta = 80 * (3.14159265358979323846 / 180),
+                                     .only_channel = -1,
+                                     .max_iterations = 100,
+                                     .std_errors = 1,
+                                     .dense_channels = FF_DENSE_CHANNELS};
+    ff_options_init(o, size, &defaults, sizeof defaults);
+}
+
+/* The first version had everything up to progress_context. */
+const ff_fit_options *ff_fit_options_take(const ff_fit_options *o, ff_fit_options *own, ff_error *err)
+{
+    if (o->size == sizeof *o) return o;
+    ff_fit_options_init(own);
+    const size_t first = FF_END_OF(ff_fit_options, progress_context);
+    return ff_options_take("ff_fit_options", o, first, own, sizeof *own, err) ? NULL : own;
 }
 
 ff_status ff_fit_options_check(const ff_fit_options *o, ff_error *err)

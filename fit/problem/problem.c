@@ -444,8 +444,8 @@ static ff_status build_all(build *b, const ff_model *models, size_t n_models, ff
     return st ? ff_error_set(err, st, NULL, 0, -1, "out of memory") : FF_OK;
 }
 
-ff_status ff_problem_new(const ff_table *t, const ff_model *models, size_t n_models, const ff_fit_options *o, ff_problem **out,
-                         ff_error *err)
+ff_status ff_problem_make(const ff_table *t, const ff_model *models, size_t n_models, const ff_fit_options *o, ff_problem **out,
+                          ff_error *err)
 {
     build b = {.t = t, .o = o};
     ff_status s = check_options(t, o, err);
@@ -511,6 +511,11 @@ void ff_problem_free(ff_problem *p)
 void ff_problem_selection(const ff_problem *p, ff_selection *out)
 {
     *out = p->selection;
+}
+
+const ff_selection *ff_problem_selected(const ff_problem *p)
+{
+    return &p->selection;
 }
 
 const char *ff_problem_channel_name(const ff_problem *p, size_t c)

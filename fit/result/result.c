@@ -24,11 +24,11 @@ static void fill_priors(const ff_plan *plan, ff_fit_result *r)
 static void fill_values(const ff_layout *l, const ff_point *at, ff_fit_result *r)
 {
     for (uint32_t k = 0; k < l->m->n_shape; k++)
-        r->shape_value[k] = (ff_fit_value){
-            .value = at->shape[k], .std_error = NAN, .low = NAN, .high = NAN, .held = 1, .column = -1};
+        r->shape_value[k] =
+            (ff_fit_value){.value = at->shape[k], .std_error = NAN, .low = NAN, .high = NAN, .held = 1, .column = -1};
     for (size_t k = 0; k < l->n_channels * l->m->n_channel; k++)
-        r->channel_value[k] = (ff_fit_value){
-            .value = at->channel[k], .std_error = NAN, .low = NAN, .high = NAN, .held = 1, .column = -1};
+        r->channel_value[k] =
+            (ff_fit_value){.value = at->channel[k], .std_error = NAN, .low = NAN, .high = NAN, .held = 1, .column = -1};
     for (size_t k = 0; k < l->P; k++) {
         ff_fit_value *v = ff_result_value(l, r, k);
         v->held = ff_layout_is_fixed(l, k);
@@ -130,20 +130,20 @@ ff_status ff_result_new(const ff_plan *plan, ff_fit_result *out)
     r.shape_value = calloc(l->m->n_shape + 1, sizeof *r.shape_value);
     r.channel_value = calloc(l->n_channels * l->m->n_channel + 1, sizeof *r.channel_value);
     if (!r.shape_value || !r.channel_value) {
-        ff_fit_result_free(&r);
+        ff_fit_result_clear(&r);
         return FF_ERR_MEMORY;
     }
     *out = r;
     return FF_OK;
 }
 
-void ff_fit_result_free(ff_fit_result *r)
+void ff_fit_result_clear(ff_fit_result *r)
 {
     if (!r) return;
     free(r->shape_value);
     free(r->channel_value);
     free(r->correlation);
     free(r->channel_correlation);
-    ff_warnings_free(&r->warnings);
+    ff_warnings_clear(&r->warnings);
     memset(r, 0, sizeof *r);
 }

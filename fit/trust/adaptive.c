@@ -1,5 +1,5 @@
 /* The loss of a fit by the pictures that the fits make. */
-#include "ff_picture.h"
+#include "picture_struct.h"
 #include "fit/losses/internal_loss.h"
 #include "fit/warning/internal_warning.h"
 #include <math.h>
@@ -46,11 +46,11 @@ static ff_status add(ff_adaptive *a, const ff_table *t, const ff_model *m, const
     ff_adaptive_candidate *c = &a->candidate[a->n];
     ff_problem *problem = NULL;
     ff_selection selection;
-    ff_status st = ff_problem_new(t, m, 1, o, &problem, err);
+    ff_status st = ff_problem_make(t, m, 1, o, &problem, err);
     if (st) return st;
     ff_problem_selection(problem, &selection);
     *weighting = selection.weighting;
-    st = ff_problem_fit(problem, m, o, &c->fit, err);
+    st = ff_problem_fit_into(problem, m, o, &c->fit, err);
     ff_problem_free(problem);
     if (st) return st;
     a->n++;
@@ -77,7 +77,7 @@ static ff_status warn_of_coverage(ff_adaptive *a)
     return ff_warnings_say(&r->warnings, FF_WARNING_FEW_PIXELS, value);
 }
 
-ff_status ff_fit_adaptive(const ff_table *t, const ff_model *m, const ff_fit_options *o, ff_adaptive *out, ff_error *err)
+ff_status ff_fit_adaptive_into(const ff_table *t, const ff_model *m, const ff_fit_options *o, ff_adaptive *out, ff_error *err)
 {
     ff_adaptive a = {.n = 0};
     ff_picture *picture = NULL;
@@ -100,19 +100,19 @@ ff_status ff_fit_adaptive(const ff_table *t, const ff_model *m, const ff_fit_opt
         if (st) ff_error_set(err, st, NULL, 0, -1, "out of memory");
         /* The samples once more rather than those of every loss all along: there may be millions. */
         one.loss = a.candidate[a.chosen].loss;
-        if (!st) st = ff_problem_new(t, m, 1, &one, &a.problem, err);
+        if (!st) st = ff_problem_make(t, m, 1, &one, &a.problem, err);
     }
     ff_picture_free(picture);
     if (st)
-        ff_adaptive_free(&a);
+        ff_adaptive_clear(&a);
     else
         *out = a;
     return st;
 }
 
-void ff_adaptive_free(ff_adaptive *a)
+void ff_adaptive_clear(ff_adaptive *a)
 {
-    for (size_t k = 0; k < a->n; k++) ff_fit_result_free(&a->candidate[k].fit);
+    for (size_t k = 0; k < a->n; k++) ff_fit_result_clear(&a->candidate[k].fit);
     ff_problem_free(a->problem);
     memset(a, 0, sizeof *a);
 }

@@ -159,8 +159,8 @@ static size_t pack(bootstrap *b, size_t repeats, size_t P)
     return n;
 }
 
-ff_status ff_trust_bootstrap(const ff_problem *p, const ff_places *places, const ff_fit_options *o, size_t repeats, uint64_t seed,
-                             ff_fit_result *fit, ff_bootstrap *out, ff_error *err)
+ff_status ff_trust_bootstrap_into(const ff_problem *p, const ff_places *places, const ff_fit_options *o, size_t repeats,
+                                  uint64_t seed, ff_fit_result *fit, ff_bootstrap *out, ff_error *err)
 {
     ff_finished f;
     ff_resampled resampled = {0};
@@ -191,7 +191,7 @@ ff_status ff_trust_bootstrap(const ff_problem *p, const ff_places *places, const
         if (!st) st = take_errors(&f.plan.l, b.x, n, places->n_groups, &count, fit);
         if (st) ff_error_set(err, st, NULL, 0, -1, "out of memory");
     }
-    if (!st) *out = (ff_bootstrap){repeats, repeats - n, places->n_groups, places->kind};
+    if (!st) *out = (ff_bootstrap){sizeof *out, repeats, repeats - n, places->n_groups, places->kind};
     ff_resampled_free(&resampled);
     free(b.weight);
     free(b.x);

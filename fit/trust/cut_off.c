@@ -9,7 +9,7 @@ enum { CUT_ITERATIONS = 50 };
 #define CUT_NEAR      1.5  /* errors: so little is not worth more than one step */
 #define CUT_ROUNDING  1e-6 /* of a value: what data without errors may move by */
 
-void ff_cut_off_free(ff_cut_off *c)
+void ff_cut_off_clear(ff_cut_off *c)
 {
     free(c->value);
     free(c->move);
@@ -82,8 +82,8 @@ static ff_status compare_with_part(const ff_plan *part, ff_point *at, const ff_f
     return st ? st : fill(part, at, fit, 0, out, &near);
 }
 
-ff_status ff_trust_cut_off(const ff_problem *p, const ff_fit_options *o, const ff_fit_result *fit, double max_theta,
-                           ff_cut_off *out, ff_error *err)
+ff_status ff_trust_cut_off_into(const ff_problem *p, const ff_fit_options *o, const ff_fit_result *fit, double max_theta,
+                                ff_cut_off *out, ff_error *err)
 {
     ff_finished f;
     struct ff_problem part = *p;
@@ -109,7 +109,7 @@ ff_status ff_trust_cut_off(const ff_problem *p, const ff_fit_options *o, const f
     free(multiplier);
     ff_finished_close(&f);
     if (st) {
-        ff_cut_off_free(&c);
+        ff_cut_off_clear(&c);
         return st;
     }
     *out = c;

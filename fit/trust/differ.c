@@ -1,7 +1,7 @@
 /* Do the channels of a measurement have different shapes? Wald's test on fits of each alone. */
 #include "base/internal_statistics.h"
 #include "fit/problem/internal_problem.h"
-#include "ff_trust.h"
+#include "trust_struct.h"
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -91,7 +91,7 @@ static double chi2_of(const ff_fit_result *fits, size_t n, const uint32_t *at, s
     return chi2;
 }
 
-ff_status ff_trust_channels_differ(const ff_fit_result *fits, size_t n, ff_difference *out, ff_error *err)
+ff_status ff_trust_channels_differ_into(const ff_fit_result *fits, size_t n, ff_difference *out, ff_error *err)
 {
     uint32_t at[FF_MAX_SHAPE];
     int ok = 0;

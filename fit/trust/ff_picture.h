@@ -15,10 +15,9 @@
  *  Exposure   one for all lights and channels: the largest channel's radiance is below 1 for FF_PICTURE_QUANTILE of the pixels.
  *  Tone       e / (1 + e) of the exposed radiance (Reinhard et al. 2002, eq. 3), negative values as 0, then the curve of sRGB (IEC
  *             61966-2-1): white, which is 1, is never reached, and highlights stay apart.
- *  Difference root mean square of the difference of tones over pixels of all lights and over channels: 0 to 1, 1/255 is a step of an
- *             8-bit image.
- *  Pixels     count when the surface there is lit and seen at angles up to max_theta and the table says something of the pair of
- *             directions, or of light and view exchanged (ff_interpolant_eval_reciprocal); the others are left out and counted.
+ *  Difference root mean square of the difference of tones over pixels of all lights and over channels: 0 to 1, 1/255 is a step of
+ * an 8-bit image. Pixels     count when the surface there is lit and seen at angles up to max_theta and the table says something of
+ * the pair of directions, or of light and view exchanged (ff_interpolant_eval_reciprocal); the others are left out and counted.
  *  Errors     ff_status and ff_error; outputs are written only on FF_OK.
  *  Threads    no global state; a picture is immutable and may be compared with from any number of threads. Results do not depend on
  *             the number of threads. */
@@ -69,28 +68,16 @@ FF_API double ff_picture_exposure(const ff_picture *p); /**< what radiances are 
 
 /** Difference between the pictures of the table and those of a model under the same lights and exposure, over the pixels that have
  *  data.
- *  @param shape    [m->n_shape]                      see ff_model_check
- *  @param channel  [ff_picture_channels][m->n_channel]
+ *  @param shape    [n_shape]                         see ff_model_check
+ *  @param channel  [ff_picture_channels][n_channel]
  *  Errors as ff_model_eval. */
-FF_API ff_status ff_picture_difference(const ff_picture *p, const ff_model *m, const double *shape, const double *channel, double *out,
-                                ff_error *err);
+FF_API ff_status ff_picture_difference(const ff_picture *p, const ff_model *m, const double *shape, const double *channel,
+                                       double *out, ff_error *err);
 
 /* ---- the loss of a fit by pictures ----------------------------------------------------------- */
 
-/** A fit with one of the losses. */
-typedef struct ff_adaptive_candidate {
-    ff_loss loss;
-    double difference; /**< as ff_picture_difference */
-    ff_fit_result fit;
-} ff_adaptive_candidate;
-
-typedef struct ff_adaptive {
-    size_t n; /**< candidates, in the order of ff_loss                                    */
-    ff_adaptive_candidate candidate[FF_LOSS_COUNT];
-    size_t chosen; /**< index of the one that was chosen                                       */
-    ff_picture_coverage coverage;
-    ff_problem *problem; /**< the samples as the chosen loss has them                                */
-} ff_adaptive;
+/** Fits with every loss, and which of them looks best. Closed; what its functions hand out by pointer belongs to it. */
+typedef struct ff_adaptive ff_adaptive;
 
 /** Fits m to t with every loss and chooses the fit whose pictures differ least from those of the table; of several within
  *  FF_PICTURE_SAME of the least the first. Fits that did not converge are chosen only when none did. With sigma weights the linear
@@ -101,8 +88,19 @@ typedef struct ff_adaptive {
  *  A warning of the chosen fit says when fewer than FF_PICTURE_COVERED of the pixels have data.
  *  Errors as ff_picture_new, ff_problem_new and ff_problem_fit; a fit that is cancelled is FF_ERR_CANCELLED. *out is released with
  *  ff_adaptive_free. */
-FF_API ff_status ff_fit_adaptive(const ff_table *t, const ff_model *m, const ff_fit_options *o, ff_adaptive *out, ff_error *err);
-FF_API void ff_adaptive_free(ff_adaptive *a);
+FF_API ff_status ff_fit_adaptive(const ff_table *t, const ff_model *m, const ff_fit_options *o, ff_adaptive **out, ff_error *err);
+FF_API void ff_adaptive_free(ff_adaptive *a); /**< NULL is allowed */
+
+/** The fits, candidates 0 .. count-1 in the order of ff_loss; k < count. */
+FF_API size_t ff_adaptive_count(const ff_adaptive *a);
+FF_API size_t ff_adaptive_chosen(const ff_adaptive *a);               /**< the one that was chosen                   */
+FF_API ff_loss ff_adaptive_loss(const ff_adaptive *a, size_t k);      /**< what was minimised                        */
+FF_API double ff_adaptive_difference(const ff_adaptive *a, size_t k); /**< of the pictures, as ff_picture_difference */
+FF_API const ff_fit_result *ff_adaptive_fit(const ff_adaptive *a, size_t k);
+FF_API ff_picture_coverage ff_adaptive_coverage(const ff_adaptive *a);
+
+/** The samples as the chosen loss has them, for ff_trust.h. */
+FF_API const ff_problem *ff_adaptive_problem(const ff_adaptive *a);
 
 #ifdef __cplusplus
 }

@@ -26,18 +26,19 @@ FF_API const char *ff_grouping_name(int kind); /**< "incident directions", ...; 
 enum { FF_PLACE_THETA_I = 0, FF_PLACE_THETA_H = 1, FF_PLACE_THETA_D = 2, FF_PLACE_COUNT = 3 };
 enum { FF_BANDS = 9, FF_BAND_DEGREES = 10 }; /**< [0, 10), [10, 20) ... degrees */
 
-typedef struct ff_places {
-    size_t n; /**< samples of the problem                                  */
-    ff_grouping kind;
-    size_t n_groups, n_directions;       /**< directions: distinct ones, or cells                     */
-    uint32_t *direction;                 /**< [n] < n_directions, numbered by theta_i, then phi_i     */
-    uint32_t *group;                     /**< [n] < n_groups: directions, or runs of samples inside them */
-    unsigned char *band[FF_PLACE_COUNT]; /**< [n] < FF_BANDS                                          */
-} ff_places;
+/** Where the samples of a problem lie: groups, incident directions, bands of angles. Closed. */
+typedef struct ff_places ff_places;
 
-/** @param t  the table that p was made from, unchanged.  FF_ERR_MEMORY. */
-FF_API ff_status ff_places_new(const ff_problem *p, const ff_table *t, ff_places *out, ff_error *err);
-FF_API void ff_places_free(ff_places *places);
+/** Finds the places of the samples of p.
+ *  @param t  the table that p was made from, unchanged
+ *  FF_ERR_MEMORY. *out is written only on FF_OK; release it with ff_places_free. */
+FF_API ff_status ff_places_new(const ff_problem *p, const ff_table *t, ff_places **out, ff_error *err);
+FF_API void ff_places_free(ff_places *places); /**< NULL is allowed */
+
+/** What the groups are, how many there are, and in how many incident directions. */
+FF_API ff_grouping ff_places_grouping(const ff_places *places);
+FF_API size_t ff_places_group_count(const ff_places *places);
+FF_API size_t ff_places_direction_count(const ff_places *places); /**< distinct incident directions, or cells of them */
 
 /* ---- values ---------------------------------------------------------------------------------- */
 
@@ -51,8 +52,8 @@ FF_API const uint32_t *ff_problem_index(const ff_problem *p);
  *  @param model     [n_channels][used] out, 1/sr; may be NULL
  *  @param residual  [n_channels][used] out, weighted, as in the objective but before a robust loss; may be NULL
  *  @param cost      [used] out, what each sample adds to the objective; may be NULL */
-FF_API ff_status ff_trust_evaluate(const ff_problem *p, const ff_fit_options *o, const ff_fit_result *fit, double *model, double *residual,
-                            double *cost, ff_error *err);
+FF_API ff_status ff_trust_evaluate(const ff_problem *p, const ff_fit_options *o, const ff_fit_result *fit, double *model,
+                                   double *residual, double *cost, ff_error *err);
 
 /** Residuals of one band of angles, all channels, by sample weight: cos(theta_i) (f - y), relative to the mean of cos(theta_i) |y|
  * in the band. */
@@ -60,22 +61,25 @@ typedef struct ff_band {
     size_t n;         /**< samples                                                      */
     double mean, rms; /**< signed mean: below 0 where the model is too low; NaN when n = 0 */
 } ff_band;
+/** All of them, by every angle of ff_place_name. */
 typedef struct ff_bands {
     ff_band band[FF_PLACE_COUNT][FF_BANDS];
 } ff_bands;
-FF_API ff_status ff_trust_bands(const ff_problem *p, const ff_places *places, const ff_fit_options *o, const ff_fit_result *fit, ff_bands *out,
-                         ff_error *err);
+
+/** Where is the model too low or too high? Residuals of the fit by angle. FF_ERR_MEMORY. */
+FF_API ff_status ff_trust_bands(const ff_problem *p, const ff_places *places, const ff_fit_options *o, const ff_fit_result *fit,
+                                ff_bands *out, ff_error *err);
 
 /** Model minus data (1/sr) as a table with the directions of t, from which p was made: samples that the fit did not use are invalid
  *  there, standard deviations are left out. Release with ff_table_free. */
 FF_API ff_status ff_trust_residual_table(const ff_problem *p, const ff_table *t, const ff_fit_options *o, const ff_fit_result *fit,
-                                  ff_table *out, ff_error *err);
+                                         ff_table **out, ff_error *err);
 
-/** Values that lie further from the model than FF_OUTLIER standard deviations of a residual there, as the scale of the robust loss
- *  tells these. */
-#define FF_OUTLIER 5.0
+#define FF_OUTLIER 5.0 /**< standard deviations of a residual, as the scale of the robust loss tells these */
 enum { FF_WORST = 5 };
+/** Values that lie further from the model than FF_OUTLIER. */
 typedef struct ff_outliers {
+    size_t size;                              /**< sizeof(ff_outliers), set by the caller                */
     size_t values, samples;                   /**< values, and samples that have one                     */
     size_t in_band[FF_PLACE_COUNT][FF_BANDS]; /**< samples with one                                      */
     size_t n_worst;
@@ -85,24 +89,29 @@ typedef struct ff_outliers {
         double ratio; /**< residual in standard deviations, with its sign */
     } worst[FF_WORST];
 } ff_outliers;
-/** FF_ERR_UNSUPPORTED without a robust loss. */
+
+/** Which values does the model not explain? *out is written only on FF_OK, its size is set. FF_ERR_RANGE for a size that is none;
+ *  FF_ERR_UNSUPPORTED without a robust loss. */
 FF_API ff_status ff_trust_outliers(const ff_problem *p, const ff_places *places, const ff_fit_options *o, const ff_fit_result *fit,
-                            ff_outliers *out, ff_error *err);
+                                   ff_outliers *out, ff_error *err);
 
 /* ---- intervals ------------------------------------------------------------------------------- */
+
+/** What a bootstrap was made of. */
+typedef struct ff_bootstrap {
+    size_t size;            /**< sizeof(ff_bootstrap), set by the caller              */
+    size_t repeats, failed; /**< refits, and those that did not converge (left out) */
+    size_t n_groups;
+    ff_grouping kind;
+} ff_bootstrap;
 
 /** Block bootstrap: refits with random weights of the groups, exponential ones (Rubin 1981), so that no incident direction is
  *  ever missing. Replaces the standard errors and intervals of fit: the standard deviation of the refits, corrected for the
  *  variance of the weights of G groups and for the number of groups that say much of the parameter, with Student's t of as many
  *  degrees of freedom less one; of a parameter on its bound the 95 % quantile. The same seed gives the same intervals.
- *  FF_ERR_RANGE for repeats < 20; FF_ERR_DATA for fewer than 5 groups. */
-typedef struct ff_bootstrap {
-    size_t repeats, failed; /**< refits, and those that did not converge (left out) */
-    size_t n_groups;
-    ff_grouping kind;
-} ff_bootstrap;
-FF_API ff_status ff_trust_bootstrap(const ff_problem *p, const ff_places *places, const ff_fit_options *o, size_t repeats, uint64_t seed,
-                             ff_fit_result *fit, ff_bootstrap *out, ff_error *err);
+ *  FF_ERR_RANGE for repeats < 20 and for a size of *out that is none; FF_ERR_DATA for fewer than 5 groups. */
+FF_API ff_status ff_trust_bootstrap(const ff_problem *p, const ff_places *places, const ff_fit_options *o, size_t repeats,
+                                    uint64_t seed, ff_fit_result *fit, ff_bootstrap *out, ff_error *err);
 
 /** Profile of the objective: for every free parameter the values at which the least objective of all others has risen by what 95 %
  * allow: t^2 / 2 times the variance of a residual, corrected as the standard error is (a parameter whose error is twice the
@@ -110,7 +119,7 @@ FF_API ff_status ff_trust_bootstrap(const ff_problem *p, const ff_places *places
  * the intervals of fit. Where a lower objective than that of the fit is found, a warning of fit says so. */
 FF_API ff_status ff_trust_profile(const ff_problem *p, const ff_fit_options *o, ff_fit_result *fit, ff_error *err);
 
-/** The same fit with a lower limit of theta: which parameters move by more than their errors? */
+/** How the parameters moved. Made by ff_trust_cut_off and only looked at; later versions may have more members at its end. */
 typedef struct ff_cut_off {
     double max_theta;     /**< radians                              */
     size_t used;          /**< samples left                         */
@@ -118,18 +127,20 @@ typedef struct ff_cut_off {
     double *value, *move; /**< [n_columns] by column of fit: value there; difference in units of its standard
                                error there, which what is wrong beyond the limit does not enlarge */
 } ff_cut_off;
-/** FF_ERR_DATA when too few samples are left. */
-FF_API ff_status ff_trust_cut_off(const ff_problem *p, const ff_fit_options *o, const ff_fit_result *fit, double max_theta, ff_cut_off *out,
-                           ff_error *err);
-FF_API void ff_cut_off_free(ff_cut_off *c);
+
+/** The same fit with a lower limit of theta: which parameters move by more than their errors? max_theta in radians. FF_ERR_DATA
+ * when too few samples are left. *out is written only on FF_OK; release it with ff_cut_off_free. */
+FF_API ff_status ff_trust_cut_off(const ff_problem *p, const ff_fit_options *o, const ff_fit_result *fit, double max_theta,
+                                  ff_cut_off **out, ff_error *err);
+FF_API void ff_cut_off_free(ff_cut_off *c); /**< NULL is allowed */
 
 /* ---- comparison ------------------------------------------------------------------------------ */
 
 /** What a fit differs from the winner by, positive where the winner is better.
  *
- *  vuong_z is the difference of the objective, with the penalty of AIC, over its standard deviation: Vuong 1989 in the form of Rivers and
- *  Vuong 2002. The variance is that over clusters of neighbours or, from 10 on, over groups, whichever leaves more doubt; p is by
- *  Student's t, whose degrees of freedom are the clusters that count less one. */
+ *  vuong_z is the difference of the objective, with the penalty of AIC, over its standard deviation: Vuong 1989 in the form of
+ * Rivers and Vuong 2002. The variance is that over clusters of neighbours or, from 10 on, over groups, whichever leaves more doubt;
+ * p is by Student's t, whose degrees of freedom are the clusters that count less one. */
 typedef struct ff_versus {
     double objective; /**< difference                                                              */
     double aic, bic;  /**< differences, with the effective number of values of the winner           */
@@ -146,17 +157,20 @@ typedef struct ff_versus {
  *  @param folds  >= 2: cross-validation, each fold every folds-th incident direction; 0: none
  *  @param out    [n] out; out[winner] is all 0
  *  FF_ERR_RANGE for folds = 1 or more than directions. */
-FF_API ff_status ff_trust_compare(const ff_problem *p, const ff_places *places, const ff_fit_options *o, const ff_fit_result *fits, size_t n,
-                           size_t winner, size_t folds, ff_versus *out, ff_error *err);
+FF_API ff_status ff_trust_compare(const ff_problem *p, const ff_places *places, const ff_fit_options *o,
+                                  const ff_fit_result *const *fits, size_t n, size_t winner, size_t folds, ff_versus *out,
+                                  ff_error *err);
+
+/** A test of a difference: its chi^2, degrees of freedom, and the probability of one as large where there is none. */
+typedef struct ff_difference {
+    double chi2, p;
+    size_t dof; /**< 0 where nothing can be compared */
+} ff_difference;
 
 /** Do fits of one model to n channels of the same data differ in their shape by more than their errors? Wald's chi^2 of the free
  * shape parameters about their common weighted mean; errors of different channels count as independent, so that it errs on the side
- * of "no".  dof = 0 where nothing can be compared.  FF_ERR_RANGE for fits of different models. */
-typedef struct ff_difference {
-    double chi2, p;
-    size_t dof;
-} ff_difference;
-FF_API ff_status ff_trust_channels_differ(const ff_fit_result *fits, size_t n, ff_difference *out, ff_error *err);
+ * of "no".  FF_ERR_RANGE for fits of different models. */
+FF_API ff_status ff_trust_channels_differ(const ff_fit_result *const *fits, size_t n, ff_difference *out, ff_error *err);
 
 #ifdef __cplusplus
 }

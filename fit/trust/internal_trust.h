@@ -1,7 +1,7 @@
 /* What the parts of ff_trust.h share: a fit taken up again where it ended. */
 #ifndef FF_INTERNAL_TRUST_H
 #define FF_INTERNAL_TRUST_H
-#include "ff_trust.h"
+#include "trust_struct.h"
 #include "fit/errors/internal_errors.h"
 #include "fit/minimise/internal_minimise.h"
 

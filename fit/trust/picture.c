@@ -1,5 +1,5 @@
 /* A sphere under a few lights, as the data and as a model have it. */
-#include "ff_picture.h"
+#include "picture_struct.h"
 #include "ff_interpolate.h"
 #include "fit/problem/internal_problem.h"
 #include <math.h>
@@ -213,7 +213,9 @@ static ff_status look_at_table(ff_picture *p, const ff_table *t, const ff_fit_op
 
 ff_status ff_picture_new(const ff_table *t, const ff_fit_options *o, ff_picture **out, ff_error *err)
 {
-    ff_status st = ff_fit_options_check(o, err);
+    ff_fit_options own;
+    o = ff_fit_options_take(o, &own, err);
+    ff_status st = o ? ff_fit_options_check(o, err) : FF_ERR_RANGE;
     if (st) return st;
     if (o->only_channel >= 0 && (size_t)o->only_channel >= t->n_channels)
         return ff_error_set(err, FF_ERR_RANGE, NULL, 0, -1, "channel %d does not exist: the data have %zu", o->only_channel,

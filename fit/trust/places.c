@@ -194,7 +194,7 @@ static ff_status split_into_runs(ff_places *out)
     return st;
 }
 
-ff_status ff_places_new(const ff_problem *p, const ff_table *t, ff_places *out, ff_error *err)
+ff_status ff_places_init(const ff_problem *p, const ff_table *t, ff_places *out, ff_error *err)
 {
     ff_places places = {
         .n = p->n, .group = malloc(p->n * sizeof *places.group), .direction = malloc(p->n * sizeof *places.direction)};
@@ -212,14 +212,14 @@ ff_status ff_places_new(const ff_problem *p, const ff_table *t, ff_places *out, 
     free(l.theta);
     free(l.phi);
     if (st) {
-        ff_places_free(&places);
+        ff_places_clear(&places);
         return ff_error_set(err, st, NULL, 0, -1, "the samples could not be grouped: %s", ff_status_str(st));
     }
     *out = places;
     return FF_OK;
 }
 
-void ff_places_free(ff_places *places)
+void ff_places_clear(ff_places *places)
 {
     free(places->group);
     free(places->direction);

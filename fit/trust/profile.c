@@ -142,8 +142,11 @@ static ff_status take_ends(const profile *f, size_t n, ff_fit_result *fit)
 
 ff_status ff_trust_profile(const ff_problem *p, const ff_fit_options *o, ff_fit_result *fit, ff_error *err)
 {
+    ff_fit_options own;
     ff_finished finished;
     ff_information *info = NULL;
+    o = ff_fit_options_take(o, &own, err);
+    if (!o) return FF_ERR_RANGE;
     ff_status st = ff_finished_open_data(p, o, fit, "the profile of the objective", &finished, err);
     if (st) return st;
     profile f = {&finished, fit->residual.objective, malloc((2 * finished.plan.l.P + 1) * sizeof *f.ends)};

@@ -1,7 +1,7 @@
 /* A finished fit looked at again: values at the samples, residuals by angle, values that stand out. */
 #include "fit/losses/internal_loss.h"
 #include "internal_trust.h"
-#include "ff_resample.h"
+#include "data_formats/interpolation/resample_struct.h"
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -10,7 +10,10 @@
 ff_status ff_trust_evaluate(const ff_problem *p, const ff_fit_options *o, const ff_fit_result *fit, double *model, double *residual,
                             double *cost, ff_error *err)
 {
+    ff_fit_options own;
     ff_finished f;
+    o = ff_fit_options_take(o, &own, err);
+    if (!o) return FF_ERR_RANGE;
     ff_status st = ff_finished_open(p, o, fit, &f, err);
     if (st) return st;
     st = ff_point_evaluate(&f.plan, &f.at, 1, model, residual, cost);
@@ -85,8 +88,8 @@ static void band_chunk(void *context, size_t chunk, int worker)
     }
 }
 
-ff_status ff_trust_bands(const ff_problem *p, const ff_places *places, const ff_fit_options *o, const ff_fit_result *fit,
-                         ff_bands *out, ff_error *err)
+ff_status ff_trust_bands_into(const ff_problem *p, const ff_places *places, const ff_fit_options *o, const ff_fit_result *fit,
+                              ff_bands *out, ff_error *err)
 {
     const size_t chunks = (p->n_blocks + FF_CHUNK - 1) / FF_CHUNK;
     ff_bands bands = {0};
@@ -117,8 +120,8 @@ ff_status ff_trust_bands(const ff_problem *p, const ff_places *places, const ff_
 
 /* ---- as a table ------------------------------------------------------------------------------ */
 
-ff_status ff_trust_residual_table(const ff_problem *p, const ff_table *t, const ff_fit_options *o, const ff_fit_result *fit,
-                                  ff_table *out, ff_error *err)
+ff_status ff_trust_residual_table_into(const ff_problem *p, const ff_table *t, const ff_fit_options *o, const ff_fit_result *fit,
+                                       ff_table *out, ff_error *err)
 {
     const size_t n = p->n, C = p->n_channels;
     ff_table made, view = *t; /* as many channels as the problem has, and the values alone */
@@ -131,7 +134,7 @@ ff_status ff_trust_residual_table(const ff_problem *p, const ff_table *t, const 
     double *model = malloc((C * n + 1) * sizeof *model);
     if (!model) return ff_error_set(err, FF_ERR_MEMORY, NULL, 0, -1, "out of memory");
     ff_status st = ff_trust_evaluate(p, o, fit, model, NULL, NULL, err);
-    if (!st) st = ff_table_copy(&view, &made, err);
+    if (!st) st = ff_table_copy_into(&view, &made, err);
     if (st) {
         free(model);
         return st;
@@ -165,10 +168,10 @@ static void keep_worst(ff_outliers *out, uint32_t sample, uint32_t channel, doub
     out->worst[at].ratio = ratio;
 }
 
-ff_status ff_trust_outliers(const ff_problem *p, const ff_places *places, const ff_fit_options *o, const ff_fit_result *fit,
-                            ff_outliers *out, ff_error *err)
+ff_status ff_trust_outliers_into(const ff_problem *p, const ff_places *places, const ff_fit_options *o, const ff_fit_result *fit,
+                                 ff_outliers *out, ff_error *err)
 {
-    ff_outliers found = {0};
+    ff_outliers found = {.size = sizeof found};
     if (o->robust == FF_ROBUST_NONE)
         return ff_error_set(err, FF_ERR_UNSUPPORTED, NULL, 0, -1, "only a robust loss has a scale that tells outliers");
     double *residual = malloc((p->n_channels * p->n + 1) * sizeof *residual);

@@ -183,8 +183,8 @@ static ff_status compare_all(const ff_problem *p, const ff_places *places, const
     return st;
 }
 
-ff_status ff_trust_compare(const ff_problem *p, const ff_places *places, const ff_fit_options *o, const ff_fit_result *fits,
-                           size_t n, size_t winner, size_t folds, ff_versus *out, ff_error *err)
+ff_status ff_trust_compare_into(const ff_problem *p, const ff_places *places, const ff_fit_options *o, const ff_fit_result *fits,
+                                size_t n, size_t winner, size_t folds, ff_versus *out, ff_error *err)
 {
     const size_t D = places->n_directions;
     if (winner >= n || folds == 1 || folds > D)

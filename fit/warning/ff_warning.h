@@ -46,6 +46,8 @@ typedef struct ff_warning_parameter {
 } ff_warning_parameter;
 #define FF_NO_CHANNEL ((size_t)-1)
 
+/** One of the warnings of a result: ff_fit_result_warning, ff_ndf_result_warning. Belongs to it and is only looked at; later
+ * versions may have more members at its end. */
 typedef struct ff_warning {
     ff_warning_code code;
     ff_severity severity;
@@ -56,15 +58,9 @@ typedef struct ff_warning {
     double value[FF_WARNING_VALUES];       /**< named by the kind; 0 beyond                                          */
 } ff_warning;
 
-/** The warnings of a result, in the order in which a person should read them. */
-typedef struct ff_warnings {
-    size_t n;
-    ff_warning *item; /**< [n]                                                                 */
-} ff_warnings;
-
 /** The kind of a code; NULL for a number that is none. */
 FF_API const ff_warning_kind *ff_warning_kind_of(int code);
-FF_API int ff_warning_find(const char *name); /**< code of a name, -1 when unknown                  */
+FF_API int ff_warning_find(const char *name);      /**< code of a name, -1 when unknown                  */
 FF_API const char *ff_severity_name(int severity); /**< "note", "warning", "problem"; NULL for a number that is none */
 
 #ifdef __cplusplus

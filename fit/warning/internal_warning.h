@@ -1,8 +1,8 @@
 /* Making the list of a result's warnings. */
 #ifndef FF_INTERNAL_WARNING_H
 #define FF_INTERNAL_WARNING_H
-#include "ff_warning.h"
 #include "ff_status.h"
+#include "warning_struct.h"
 
 /* Appends a copy of w, its parameters and channels included, with the severity of its code. FF_ERR_MEMORY: the list is as it was. */
 ff_status ff_warnings_add(ff_warnings *list, const ff_warning *w);
@@ -11,6 +11,6 @@ ff_status ff_warnings_add(ff_warnings *list, const ff_warning *w);
 ff_status ff_warnings_say(ff_warnings *list, ff_warning_code code, const double *value);
 
 /* Releases the list and zeroes it. */
-void ff_warnings_free(ff_warnings *list);
+void ff_warnings_clear(ff_warnings *list);
 
 #endif

@@ -74,7 +74,7 @@ ff_status ff_warnings_say(ff_warnings *list, ff_warning_code code, const double 
     return ff_warnings_add(list, &w);
 }
 
-void ff_warnings_free(ff_warnings *list)
+void ff_warnings_clear(ff_warnings *list)
 {
     for (size_t k = 0; k < list->n; k++) release(&list->item[k]);
     free(list->item);

@@ -1,7 +1,7 @@
 /* A pass of a composed model over a block of samples: its lobes, its columns, and the kernels of an instruction set. */
 #ifndef FF_INTERNAL_KERNEL_H
 #define FF_INTERNAL_KERNEL_H
-#include "ff_composition.h"
+#include "composition_struct.h"
 #include "models/terms/internal_term.h"
 
 /* ---- one lobe over a block ------------------------------------------------------------------- */

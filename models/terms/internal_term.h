@@ -2,7 +2,7 @@
  * and the planes of geometry they read. Compiled code of this header exists once per instruction set; see base/internal_isa.h. */
 #ifndef FF_INTERNAL_TERM_H
 #define FF_INTERNAL_TERM_H
-#include "ff_profile_table.h"
+#include "profile_table_struct.h"
 #include "ff_term.h"
 #include "base/internal_isa.h"
 #include <stddef.h>

@@ -29,7 +29,7 @@ typedef struct ff_integral {
  *  FF_ERR_RANGE, FF_ERR_UNSUPPORTED as ff_model_check; FF_ERR_RANGE for a wo that is no unit vector above the horizon;
  *  FF_ERR_MEMORY. */
 FF_API ff_status ff_albedo_directional(const ff_model *m, ff_isa isa, size_t n_channels, const double *shape, const double *channel,
-                                const double wo[3], ff_integral *out, ff_error *err);
+                                       const double wo[3], ff_integral *out, ff_error *err);
 
 /** Weak white furnace integral of lobe `lobe`: integral of G1(wo) D(h) / (4 |wo.n'|) over all wi, those below the horizon included,
  *  with n' the mesosurface (Heitz 2014, equation 19). G1 is that of the facet for v-cavity, and else the masking's G2 for light
@@ -40,10 +40,10 @@ FF_API ff_status ff_albedo_directional(const ff_model *m, ff_isa isa, size_t n_c
  *  FF_ERR_RANGE also when wo sees the mesosurface from below (wo.z <= slope_x wo.x + slope_y wo.y); FF_ERR_UNSUPPORTED when the
  *  model has no such lobe, or its masking is no product of one direction's by another's (kelemen); FF_ERR_MEMORY. */
 FF_API ff_status ff_albedo_weak_furnace(const ff_model *m, ff_isa isa, const double *shape, uint32_t lobe, const double wo[3],
-                                 ff_integral *out, ff_error *err);
+                                        ff_integral *out, ff_error *err);
 
-/** 1 where the terms of lobe `lobe` (< m->n_lobes) claim that its weak furnace integral is 1: v-cavity on a distribution with
- *  FF_UNIT_AREA, a Smith form (one that uses the distribution's Lambda) on one with FF_WEAK_FURNACE; else 0. */
+/** 1 where the terms of lobe `lobe` (< ff_model_lobe_count) claim that its weak furnace integral is 1: v-cavity on a distribution
+ * with FF_UNIT_AREA, a Smith form (one that uses the distribution's Lambda) on one with FF_WEAK_FURNACE; else 0. */
 FF_API int ff_albedo_weak_furnace_claimed(const ff_model *m, uint32_t lobe);
 
 #ifdef __cplusplus

@@ -42,6 +42,7 @@ typedef struct ff_conversion {
     const char *(*doubt)(const double *in, const double *out);
 } ff_conversion;
 
+/** The list of conversions, in a fixed order. */
 FF_API size_t ff_conversion_count(void);
 FF_API const ff_conversion *ff_conversion_at(size_t i); /**< NULL when i >= count */
 

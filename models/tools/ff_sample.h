@@ -37,7 +37,7 @@ typedef struct ff_sampler ff_sampler;
  *  *out is written only on FF_OK. FF_ERR_RANGE, FF_ERR_UNSUPPORTED as ff_model_check; FF_ERR_UNSUPPORTED for an isa that is not
  *  available; FF_ERR_MEMORY. */
 FF_API ff_status ff_sampler_new(const ff_model *m, ff_isa isa, size_t n_channels, const double *shape, const double *channel,
-                         ff_sampler **out, ff_error *err);
+                                ff_sampler **out, ff_error *err);
 FF_API void ff_sampler_free(ff_sampler *s); /**< NULL is allowed */
 
 /** Draws n directions wi, one for each wo.
@@ -52,7 +52,7 @@ FF_API void ff_sampler_free(ff_sampler *s); /**< NULL is allowed */
  *  @param weight  [n_channels][ld] out  f wi.z / pdf, over q with roulette
  *  @param ld      stride of a plane, >= n */
 FF_API void ff_sampler_sample(const ff_sampler *s, size_t n, const double *wo, const double *u, const double *roulette, double *wi,
-                       double *pdf, double *f, double *weight, size_t ld);
+                              double *pdf, double *f, double *weight, size_t ld);
 
 /** Density with which ff_sampler_sample draws wi for wo, 1/sr over the solid angle of wi; 0 where either is at or below the
  * horizon. Light that comes from there is lost, so that the integral over wi is below 1.

@@ -1,6 +1,6 @@
 /* The lattice of a tabulated distribution; see ff_profile.h. */
 #define FF_ISA_SUFFIX scalar /* the baseline's kernels: a table is the same on every machine */
-#include "ff_profile.h"
+#include "profile_struct.h"
 #include "base/internal_gauss.h"
 #include "models/terms/internal_lambda_table.h"
 #include "models/terms/internal_tabulated.h"
@@ -236,4 +236,23 @@ ff_status ff_profile_make(ff_profile_kind kind, size_t n, const double *x, const
     ff_tabulated_lambda(out, storage);
     free(storage);
     return FF_OK;
+}
+
+ff_status ff_profile_new(ff_profile_kind kind, size_t n, const double *x, const double *y, ff_profile_table **out, size_t *bad,
+                         ff_error *err)
+{
+    ff_profile_table *made = malloc(sizeof *made);
+    if (bad) *bad = n;
+    if (!made) return ff_error_set(err, FF_ERR_MEMORY, NULL, 0, -1, "out of memory");
+    const ff_status s = ff_profile_make(kind, n, x, y, made, bad, err);
+    if (s)
+        ff_profile_free(made);
+    else
+        *out = made;
+    return s;
+}
+
+void ff_profile_free(ff_profile_table *t)
+{
+    free(t);
 }

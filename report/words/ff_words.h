@@ -16,19 +16,14 @@ extern "C" {
 /** Longest text of a sentence, its end included: of 16 parameters in channels with the longest names, and of the longest note. */
 enum { FF_WORDS_SENTENCE = 2560 };
 
-/** What a warning is about: a fit or a retrieved distribution, one of them NULL, and the problem whose channels it counts. */
-typedef struct ff_words_subject {
-    const ff_problem *problem;
-    const ff_fit_result *fit;
-    const ff_ndf_result *retrieved;
-} ff_words_subject;
+/** A warning of a fit to p as a sentence without a full stop: "kd (12 of 121 channels, 400nm to 500nm) is on its lower bound, 0".
+ *  Returns out. */
+FF_API const char *ff_words_fit_warning(const ff_problem *p, const ff_fit_result *fit, const ff_warning *w,
+                                        char out[FF_WORDS_SENTENCE]);
 
-/** A warning of s as a sentence without a full stop: "kd (12 of 121 channels, 400nm to 500nm) is on its lower bound, 0". Returns
- *  out. */
-FF_API const char *ff_words_warning(const ff_words_subject *s, const ff_warning *w, char out[FF_WORDS_SENTENCE]);
-
-/** Name of a parameter of a fit: "alpha_x". */
-FF_API const char *ff_words_parameter(const ff_fit_result *fit, const ff_warning_parameter *p);
+/** The same of a retrieved distribution. */
+FF_API const char *ff_words_ndf_warning(const ff_problem *p, const ff_ndf_result *retrieved, const ff_warning *w,
+                                        char out[FF_WORDS_SENTENCE]);
 
 /** What follows the message that has the hint: "; say --scale, the 1/sr of one of them", "" for FF_HINT_NONE and what is none. */
 FF_API const char *ff_words_hint(ff_hint hint);

@@ -1,5 +1,5 @@
 /* What the flags of the program can say where the library cannot know. */
-#include "ff_words.h"
+#include "words_struct.h"
 #include <stdio.h>
 #include <string.h>
 
@@ -29,13 +29,9 @@ void ff_words_error(const ff_error *err, char *out, size_t size)
 
 const char *ff_words_note(const ff_table *t, size_t k, char out[FF_WORDS_SENTENCE])
 {
-    const char *line = t->note;
-    for (size_t i = 0; i < k && line; i++) {
-        const char *end = strchr(line, '\n');
-        line = end ? end + 1 : NULL;
-    }
-    if (!line || !*line) return NULL;
-    const ff_hint hint = k < FF_TABLE_NOTES ? (ff_hint)t->note_hint[k] : FF_HINT_NONE;
-    snprintf(out, FF_WORDS_SENTENCE, "%.*s%s", (int)strcspn(line, "\n"), line, ff_words_hint(hint));
+    ff_hint hint;
+    if (!ff_table_assumption(t, k, out, FF_WORDS_SENTENCE, &hint)) return NULL;
+    const size_t used = strlen(out);
+    snprintf(out + used, FF_WORDS_SENTENCE - used, "%s", ff_words_hint(hint));
     return out;
 }

@@ -1,6 +1,6 @@
 /* The sentence of every warning. */
 #define _GNU_SOURCE
-#include "ff_words.h"
+#include "words_struct.h"
 #include <locale.h>
 #include <stdarg.h>
 #include <stdio.h>
@@ -324,4 +324,17 @@ const char *ff_words_warning(const ff_words_subject *s, const ff_warning *w, cha
         freelocale(c_locale);
     }
     return out;
+}
+
+const char *ff_words_fit_warning(const ff_problem *p, const ff_fit_result *fit, const ff_warning *w, char out[FF_WORDS_SENTENCE])
+{
+    const ff_words_subject s = {.problem = p, .fit = fit};
+    return ff_words_warning(&s, w, out);
+}
+
+const char *ff_words_ndf_warning(const ff_problem *p, const ff_ndf_result *retrieved, const ff_warning *w,
+                                 char out[FF_WORDS_SENTENCE])
+{
+    const ff_words_subject s = {.problem = p, .retrieved = retrieved};
+    return ff_words_warning(&s, w, out);
 }

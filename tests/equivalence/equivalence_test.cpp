@@ -247,22 +247,22 @@ void Compare(const Setting &setting)
     o.max_theta = 90 * FIT_DEGREE;
     o.shape = FF_SHAPE_CORRELATED;
     ff_status st = ff_model_parse("ggx+lambert", &m, &err);
-    if (!st) st = ff_problem_new(&t, &m, 1, &o, &compressed, &err);
+    if (!st) st = ff_problem_make(&t, &m, 1, &o, &compressed, &err);
     FF_CHECK(st == FF_OK, "%s: %s", setting.what, err.message);
     if (!st) {
         Parameters p = {{0.3, 0.35, 0.1}, {{0.7, 0.2}, {0.5, 0.1}, {0.4, 0.05}}};
         ceres::Problem plain;
         AddResiduals(t, setting, &p, &plain);
         ComparePoints(setting.what, CompressedPoint(compressed, m, o, p), PlainPoint(&plain, &p));
-        st = ff_problem_fit(compressed, &m, &o, &r, &err);
+        st = ff_problem_fit_into(compressed, &m, &o, &r, &err);
         FF_CHECK(st == FF_OK, "%s: %s", setting.what, err.message);
         if (!st) {
             CompareOptima(setting.what, r, SolvePlain(&plain, &p), p);
-            ff_fit_result_free(&r);
+            ff_fit_result_clear(&r);
         }
     }
     ff_problem_free(compressed);
-    ff_table_free(&t);
+    ff_table_clear(&t);
 }
 
 void losses()

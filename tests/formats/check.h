@@ -2,7 +2,7 @@
 #ifndef FF_FORMATS_CHECK_H
 #define FF_FORMATS_CHECK_H
 #define _GNU_SOURCE
-#include "ff_table.h"
+#include "data_formats/table/table_struct.h"
 #include <dirent.h>
 #include <math.h>
 #include <stdarg.h>
@@ -105,12 +105,12 @@ __attribute__((unused)) static void check_fails(const char *label, const char *p
     memset(&t, 0x5A, sizeof t);
     ff_error err = {0};
     char all[FF_ERROR_PATH + FF_ERROR_MESSAGE + 64];
-    ff_status status = ff_table_read(path, format, &t, &err);
+    ff_status status = ff_table_read_into(path, format, &t, &err);
     ff_error_format(&err, all, sizeof all);
     CHECK(status == code && err.code == code, "%s: status %d (%s), expected %d: %s", label, status, ff_status_str(status), code,
           all);
     if (status == FF_OK) {
-        ff_table_free(&t);
+        ff_table_clear(&t);
         return;
     }
     unsigned char first;
@@ -140,10 +140,10 @@ __attribute__((unused)) static void check_pipe(const char *format, const unsigne
         if (system(command) != 0) exit(1);
         ff_table t;
         ff_error err = {0};
-        ff_status s = ff_table_read(fifo, format, &t, &err);
+        ff_status s = ff_table_read_into(fifo, format, &t, &err);
         CHECK(s == cases[k].status && (s == FF_OK || err.byte == cases[k].byte), "%s: %d at %lld %s", cases[k].filter, s,
               (long long)err.byte, err.message);
-        if (s == FF_OK) ff_table_free(&t);
+        if (s == FF_OK) ff_table_clear(&t);
     }
 }
 

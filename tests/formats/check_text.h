@@ -13,11 +13,11 @@ __attribute__((unused)) static int check_reads_with(const char *label, const cha
     check_write(path, text, strlen(text));
     ff_error err = {0};
     char all[FF_ERROR_PATH + FF_ERROR_MESSAGE + 64];
-    ff_status s = ff_table_read_with(path, o, t, &err);
+    ff_status s = ff_table_read_with_into(path, o, t, &err);
     ff_error_format(&err, all, sizeof all);
     if (!CHECK(s == FF_OK, "%s: %s", label, all)) return 0;
     if (CHECK(strcmp(t->format, format) == 0, "%s: read as %s", label, t->format)) return 1;
-    ff_table_free(t);
+    ff_table_clear(t);
     return 0;
 }
 
@@ -54,10 +54,10 @@ __attribute__((unused)) static void check_byte_order_mark(const char *format, co
     strcat(strcpy(bytes, "\xEF\xBB\xBF"), text);
     if (check_reads("behind a byte-order mark", format, bytes, &marked)) {
         check_same_tables("behind a byte-order mark", &plain, &marked);
-        ff_table_free(&marked);
+        ff_table_clear(&marked);
     }
     free(bytes);
-    ff_table_free(&plain);
+    ff_table_clear(&plain);
 }
 
 static void check_well_formed(const char *label, size_t at, const ff_table *t)
@@ -76,7 +76,7 @@ static int check_survives(const char *label, size_t at, const char *format, cons
     const char *path = check_path("damaged");
     check_write(path, bytes, n);
     ff_error err = {0};
-    if (ff_table_read(path, format, t, &err) != FF_OK) {
+    if (ff_table_read_into(path, format, t, &err) != FF_OK) {
         CHECK(strcmp(err.path, path) == 0 && err.message[0], "%s %zu: no message", label, at);
         return 0;
     }
@@ -98,7 +98,7 @@ __attribute__((unused)) static void check_prefixes(const char *format, const cha
         CHECK(t.n <= n && (k < length || t.n == n), "prefix %zu: %zu samples", k, t.n);
         const int between = text[k - 1] == '\n';
         CHECK(k == length || (between && may_end_early) || strstr(t.note, "cut"), "prefix %zu was taken as whole", k);
-        ff_table_free(&t);
+        ff_table_clear(&t);
     }
 }
 
@@ -113,7 +113,7 @@ __attribute__((unused)) static void check_flips(const char *format, const char *
         bytes[k / 8] ^= (char)(1 << k % 8);
         if (check_survives("flip", k, format, bytes, length, &t)) {
             read++;
-            ff_table_free(&t);
+            ff_table_clear(&t);
         }
         bytes[k / 8] ^= (char)(1 << k % 8);
     }

@@ -216,7 +216,7 @@ static void test_parametrisations(void)
             if (tells == SOME) CHECK(fabs(w[2] - w[5]) < 1e-12, "%s: polar angles %g %g", name, theta(w), theta(w + 3));
             CHECK(t.value[i] == (double)i, "%s: value %g", name, t.value[i]);
         }
-        ff_table_free(&t);
+        ff_table_clear(&t);
     }
 }
 
@@ -262,7 +262,7 @@ static void test_known_pairs(void)
         for (int j = 0; j < 3; j++)
             CHECK(fabs(w[j] - known[k].l[j]) < 1e-14 && fabs(w[3 + j] - known[k].v[j]) < 1e-14, "%s %s: %g %g %g, %g %g %g",
                   known[k].name, known[k].x, w[0], w[1], w[2], w[3], w[4], w[5]);
-        ff_table_free(&t);
+        ff_table_clear(&t);
     }
 }
 
@@ -299,7 +299,7 @@ static void test_values(void)
               "case %zu: %g", k, v);
         CHECK(cases[k].note[0] ? strstr(t.note, cases[k].note) != NULL : !t.note[0], "case %zu: '%s'", k, t.note);
         CHECK(t.angle[0][0] == 0.25 && t.angle[3][0] == 2, "case %zu: angles", k);
-        ff_table_free(&t);
+        ff_table_clear(&t);
     }
     ff_table t;
     /* at 90 degrees nothing can be divided by the cosine */
@@ -308,16 +308,16 @@ static void test_values(void)
                     "1\n0 0 1 0 1\n",
                     &t)) {
         CHECK(t.n == 2 && t.n_invalid == 1 && !t.valid[0], "%zu invalid", t.n_invalid);
-        ff_table_free(&t);
+        ff_table_clear(&t);
     }
     if (check_reads("no pair", "alta", "#DIM 2 1\n#PARAM_IN STARK_2D\n#PARAM_OUT INV_STERADIAN\n0.8 0.8 1\n0.5 0.5 2\n", &t)) {
         CHECK(t.n_invalid == 1 && !t.valid[0] && strstr(t.note, "1 samples have coordinates of no pair"), "'%s'", t.note);
-        ff_table_free(&t);
+        ff_table_clear(&t);
     }
     if (check_reads("no pair", "alta", "#DIM 3 1\n#PARAM_IN NEUMANN_3D\n#PARAM_OUT INV_STERADIAN\n0.8 0.8 0 1\n0.5 0.5 0 2\n",
                     &t)) {
         CHECK(t.n_invalid == 1 && !t.valid[0], "'%s'", t.note);
-        ff_table_free(&t);
+        ff_table_clear(&t);
     }
     static const struct {
         const char *header, *names[3];
@@ -334,7 +334,7 @@ static void test_values(void)
             CHECK(strcmp(t.channels[c].name, colours[k].names[c]) == 0 && t.value[2 * c + 1] == (double)c + 4, "channel '%s'",
                   t.channels[c].name);
         CHECK(k != 3 || t.channels[0].wavelength_nm == 465, "wavelength");
-        ff_table_free(&t);
+        ff_table_clear(&t);
     }
 }
 
@@ -364,7 +364,7 @@ static void test_intervals(void)
         for (size_t c = 0; c < t.n_channels && t.sigma; c++)
             CHECK(t.sigma[c * t.n] == cases[k].sigma[c], "%s: %g", text, t.sigma[c * t.n]);
         CHECK(cases[k].note[0] ? strstr(t.note, cases[k].note) != NULL : !t.note[0], "%s: '%s'", text, t.note);
-        ff_table_free(&t);
+        ff_table_clear(&t);
     }
 }
 
@@ -425,14 +425,14 @@ static void round_trip(const char *label, const ff_table *t)
     ff_error err = {0};
     const char *path = check_path("round.alta");
     if (!CHECK(ff_table_write(path, NULL, t, &err) == FF_OK, "%s: %s", label, err.message)) return;
-    if (!CHECK(ff_table_read(path, NULL, &back, &err) == FF_OK, "%s: %ld: %s", label, err.line, err.message)) return;
+    if (!CHECK(ff_table_read_into(path, NULL, &back, &err) == FF_OK, "%s: %ld: %s", label, err.line, err.message)) return;
     check_same_tables(label, t, &back);
     if (t->radians_per_unit == 1) check_same_angles(label, t, &back);
     for (size_t c = 0; c < t->n_channels; c++)
         CHECK(isnan(t->channels[c].wavelength_nm) ? isnan(back.channels[c].wavelength_nm)
                                                   : t->channels[c].wavelength_nm == back.channels[c].wavelength_nm,
               "%s: wavelength %zu", label, c);
-    ff_table_free(&back);
+    ff_table_clear(&back);
 }
 
 static void test_round_trip(void)
@@ -443,7 +443,7 @@ static void test_round_trip(void)
     for (size_t k = 0; k < sizeof names / sizeof names[0]; k++)
         for (int with_sigma = 0; with_sigma < 2; with_sigma++) {
             ff_table t;
-            if (!CHECK(ff_table_new(500, n_channels[k], NULL, with_sigma, 0, &t, &err) == FF_OK, "%s", err.message)) return;
+            if (!CHECK(ff_table_init(500, n_channels[k], NULL, with_sigma, 0, &t, &err) == FF_OK, "%s", err.message)) return;
             for (size_t i = 0; i < t.n; i++)
                 for (int j = 0; j < 4; j++) t.angle[j][i] = check_uniform() * (j % 2 ? 6.28 : 1.57);
             for (size_t i = 0; i < t.n * t.n_channels; i++) {
@@ -461,20 +461,20 @@ static void test_round_trip(void)
                 t.n_negative += (size_t)any;
             }
             round_trip(names[k][0], &t);
-            ff_table_free(&t);
+            ff_table_clear(&t);
         }
     ff_table t, back;
-    if (!CHECK(ff_table_new(3, 1, NULL, 0, 0, &t, &err) == FF_OK, "%s", err.message)) return;
+    if (!CHECK(ff_table_init(3, 1, NULL, 0, 0, &t, &err) == FF_OK, "%s", err.message)) return;
     t.radians_per_unit = check_pi / 180;
     t.angle[0][0] = 60;
     t.valid[1] = 0;
     t.value[2] = 7;
     const char *path = check_path("degrees.alta");
     CHECK(ff_table_write(path, NULL, &t, &err) == FF_OK, "%s", err.message);
-    if (CHECK(ff_table_read(path, NULL, &back, &err) == FF_OK, "%s", err.message)) {
+    if (CHECK(ff_table_read_into(path, NULL, &back, &err) == FF_OK, "%s", err.message)) {
         CHECK(back.n == 2 && back.value[1] == 7 && fabs(back.angle[0][0] - check_pi / 3) < 1e-15,
               "what was not measured is left out");
-        ff_table_free(&back);
+        ff_table_clear(&back);
     }
     static const char *const bad[] = {"", "a,b", "a\"", " a", "a ", "a\n"};
     for (size_t k = 0; k < sizeof bad / sizeof bad[0]; k++) {
@@ -482,7 +482,7 @@ static void test_round_trip(void)
         ff_status s = ff_table_write(path, NULL, &t, &err);
         CHECK(s == FF_ERR_UNSUPPORTED && strstr(err.message, "expected a name"), "'%s': %d %s", bad[k], s, err.message);
     }
-    ff_table_free(&t);
+    ff_table_clear(&t);
     CHECK(check_leftovers() == 0, "%d unfinished files", check_leftovers());
 }
 
@@ -536,7 +536,7 @@ static int test_real(void)
         ff_error err = {0};
         if (!path) continue;
         n_files++;
-        if (!CHECK(ff_table_read(path, NULL, &t, &err) == FF_OK, "%s:%ld: %s", path, err.line, err.message)) continue;
+        if (!CHECK(ff_table_read_into(path, NULL, &t, &err) == FF_OK, "%s:%ld: %s", path, err.line, err.message)) continue;
         CHECK(strcmp(t.format, "alta") == 0 && t.n == n_samples[k] && t.isotropic && t.n_negative == 0, "%s: %zu samples", path,
               t.n);
         CHECK(t.quantity == (k ? FF_BRDF : FF_BRDF_COS) && !strstr(t.note, "PARAM_OUT") == !k, "%s: '%s'", path, t.note);
@@ -572,7 +572,7 @@ static int test_real(void)
         free(rows);
         free(text);
         if (t.n_invalid == 0) round_trip(path, &t);
-        ff_table_free(&t);
+        ff_table_clear(&t);
     }
     return n_files;
 }

@@ -36,12 +36,12 @@ static void test_variants(void)
         CHECK(cases[k].note[0] ? strstr(t.note, cases[k].note) != NULL : t.note[0] == '\0', "%s: note '%s'", cases[k].label,
               t.note);
         if (strcmp(t.channels[0].name, "465nm") == 0) CHECK(t.channels[0].wavelength_nm == 465, "%s: wavelength", cases[k].label);
-        ff_table_free(&t);
+        ff_table_clear(&t);
     }
     ff_table t;
     if (check_reads("two azimuths", "astm", HEAD "VARS theta_i,phi_i,theta_s,phi_s,b\n0,3,0,0,1\n0,2,0,0,1\n", &t)) {
         CHECK(t.isotropic == 0, "two azimuths of incidence");
-        ff_table_free(&t);
+        ff_table_clear(&t);
     }
 }
 
@@ -93,11 +93,11 @@ static void test_prefixes(void)
         check_write(path, text, n);
         ff_table t;
         ff_error err = {0};
-        if (ff_table_read(path, n % 2 ? "astm" : NULL, &t, &err) == FF_OK) {
+        if (ff_table_read_into(path, n % 2 ? "astm" : NULL, &t, &err) == FF_OK) {
             whole++;
             CHECK(t.n == 2, "prefix %zu: %zu rows", n, t.n);
             CHECK(n >= sizeof text - 1 || strstr(t.note, "cut"), "prefix %zu: cut within the last number and not noted", n);
-            ff_table_free(&t);
+            ff_table_clear(&t);
         } else {
             CHECK(strcmp(err.path, path) == 0 && err.message[0], "prefix %zu: no message", n);
         }
@@ -110,7 +110,7 @@ static void test_round_trip(void)
 {
     ff_table t, back;
     ff_error err = {0};
-    if (!CHECK(ff_table_new(3000, 2, NULL, 0, 0, &t, &err) == FF_OK, "%s", err.message)) return;
+    if (!CHECK(ff_table_init(3000, 2, NULL, 0, 0, &t, &err) == FF_OK, "%s", err.message)) return;
     for (size_t i = 0; i < t.n; i++) {
         for (int k = 0; k < 4; k++) t.angle[k][i] = check_uniform() * (k % 2 ? 6.28 : 1.57);
         for (size_t c = 0; c < 2; c++) t.value[c * t.n + i] = ldexp(check_uniform(), (int)(check_random() % 40) - 30);
@@ -118,27 +118,27 @@ static void test_round_trip(void)
     strcpy(t.channels[1].name, "632.8nm");
     const char *path = check_path("round.astm");
     CHECK(ff_table_write(path, NULL, &t, &err) == FF_OK, "%s", err.message);
-    if (CHECK(ff_table_read(path, NULL, &back, &err) == FF_OK, "%s", err.message)) {
+    if (CHECK(ff_table_read_into(path, NULL, &back, &err) == FF_OK, "%s", err.message)) {
         check_same_tables("round trip", &t, &back);
         check_same_angles("round trip", &t, &back);
         CHECK(back.channels[1].wavelength_nm == 632.8, "wavelength");
-        ff_table_free(&back);
+        ff_table_clear(&back);
     }
     /* what was not measured is left out, and the count says so */
     t.valid[5] = 0;
     CHECK(ff_table_write(path, NULL, &t, &err) == FF_OK, "%s", err.message);
-    if (CHECK(ff_table_read(path, NULL, &back, &err) == FF_OK, "%s", err.message)) {
+    if (CHECK(ff_table_read_into(path, NULL, &back, &err) == FF_OK, "%s", err.message)) {
         CHECK(back.n == 2999 && back.value[5] == t.value[6], "%zu rows", back.n);
-        ff_table_free(&back);
+        ff_table_clear(&back);
     }
     strcpy(t.channels[0].name, "a b");
     ff_status s = ff_table_write(path, NULL, &t, &err);
     CHECK(s == FF_ERR_UNSUPPORTED && strstr(err.message, "'a b'"), "%d %s", s, err.message);
-    ff_table_free(&t);
-    if (!CHECK(ff_table_new(1, 1, NULL, 1, 0, &t, &err) == FF_OK, "%s", err.message)) return;
+    ff_table_clear(&t);
+    if (!CHECK(ff_table_init(1, 1, NULL, 1, 0, &t, &err) == FF_OK, "%s", err.message)) return;
     s = ff_table_write(path, NULL, &t, &err);
     CHECK(s == FF_ERR_UNSUPPORTED && strstr(err.message, "standard deviations"), "%d %s", s, err.message);
-    ff_table_free(&t);
+    ff_table_clear(&t);
     CHECK(check_leftovers() == 0, "%d unfinished files", check_leftovers());
 }
 

@@ -13,7 +13,7 @@ static ff_status read_mapped(const char *text, size_t n, const char *columns, co
     o.columns = columns;
     o.part = part;
     o.quantity = quantity;
-    return ff_table_read_with(path, &o, t, err);
+    return ff_table_read_with_into(path, &o, t, err);
 }
 
 static int reads(const char *label, const char *text, const char *columns, const char *part, ff_table *t)
@@ -35,7 +35,7 @@ static void refuses(const char *text, const char *columns, const char *part, ff_
     ff_status s = read_mapped(text, strlen(text), columns, part, -1, &t, &err);
     ff_error_format(&err, all, sizeof all);
     if (!CHECK(s == code && err.code == code, "'%s': status %d, expected %d: %s", columns, s, code, all)) {
-        if (s == FF_OK) ff_table_free(&t);
+        if (s == FF_OK) ff_table_clear(&t);
         return;
     }
     CHECK(err.line == line && err.path[0], "'%s': line %ld, expected %ld: %s", columns, err.line, line, all);
@@ -106,7 +106,7 @@ static void test_layouts(void)
         CHECK(t.isotropic == 1 && t.n_negative == 1 && t.radians_per_unit == pi / 180 && strcmp(t.channels[0].name, "f") == 0,
               "%s: description", same[k].label);
         CHECK(same[k].note[0] ? strstr(t.note, same[k].note) != NULL : !t.note[0], "%s: note '%s'", same[k].label, t.note);
-        ff_table_free(&t);
+        ff_table_clear(&t);
     }
 }
 
@@ -116,17 +116,17 @@ static void test_units_and_channels(void)
     if (reads("radians", "inc,p,em,az,v\n0.5,0.25,1,3,2\n", "theta_i=inc:rad,phi_i=p:rad,theta_o=em:rad,phi_o=az:rad,f=v", NULL,
               &t)) {
         CHECK(t.radians_per_unit == 1 && t.angle[0][0] == 0.5 && t.angle[1][0] == 0.25 && t.angle[3][0] == 3, "radians stay");
-        ff_table_free(&t);
+        ff_table_clear(&t);
     }
     /* the second of these failed while a constant without unit made the table one of degrees */
     if (reads("radians and 0", "inc,em,az,v\n0.5,1,3,2\n", "theta_i=inc:rad,phi_i=0,theta_o=em:rad,phi_o=az:rad,f=v", NULL, &t)) {
         CHECK(t.radians_per_unit == 1 && t.angle[0][0] == 0.5 && t.angle[1][0] == 0, "radians stay beside a constant");
-        ff_table_free(&t);
+        ff_table_clear(&t);
     }
     if (reads("radians and 180", "inc,em,v\n0.5,1,2\n", "theta_i=inc:rad,phi_i=0,theta_o=em:rad,phi_o=180:deg,f=v", NULL, &t)) {
         CHECK(t.radians_per_unit == pi / 180 && fabs(t.angle[0][0] - 0.5 * 180 / pi) < 1e-12 && t.angle[3][0] == 180,
               "mixed: %g %g", t.angle[0][0], t.angle[3][0]);
-        ff_table_free(&t);
+        ff_table_clear(&t);
     }
     if (reads("channels", "inc,em,az,blue,red,db,dr,w\n10,20,30,2,4,5,10,0.25\n11,20,30,-3,4,5,10,0.5\n",
               "theta_i=inc,phi_i=7,theta_o=em,phi_o=az,f_465nm=blue:%,sigma_r=dr:%,f_r=red,sigma_465nm=db:%,weight=w", NULL, &t)) {
@@ -136,19 +136,19 @@ static void test_units_and_channels(void)
         CHECK(fabs(value(&t, 0, 0) - 0.02) < 1e-17 && value(&t, 1, 0) == 4 && t.weight[1] == 0.5 && t.angle[1][1] == 7, "values");
         CHECK(fabs(t.sigma[0] - 0.001) < 1e-17 && fabs(t.sigma[2] - 0.4) < 1e-16 && fabs(t.sigma[1] - 0.0015) < 1e-17, "%g %g %g",
               t.sigma[0], t.sigma[2], t.sigma[1]);
-        ff_table_free(&t);
+        ff_table_clear(&t);
     }
     if (reads("constants", "inc,v\n10,2\n20,3\n", "theta_i=inc,phi_i=0,theta_o=inc,phi_o=0,f=v,sigma=0.5,wavelength=532.25", NULL,
               &t)) {
         CHECK(t.n == 2 && t.angle[2][1] == 20 && t.sigma[1] == 0.5 && strcmp(t.channels[0].name, "532.25nm") == 0 &&
                   t.channels[0].wavelength_nm == 532.25,
               "retro-reflection: one column for both thetas; '%s'", t.channels[0].name);
-        ff_table_free(&t);
+        ff_table_clear(&t);
     }
     if (reads("not measured", "inc,em,az,a,b\n10,20,30,,1\n10,20,30,1,2\n", "theta_i=inc,phi_i=0,theta_o=em,phi_o=az,f_a=a,f_b=b",
               NULL, &t)) {
         CHECK(!t.valid[0] && t.valid[1] && t.n_invalid == 1 && value(&t, 0, 0) == 0 && value(&t, 1, 0) == 1, "empty cells");
-        ff_table_free(&t);
+        ff_table_clear(&t);
     }
 }
 
@@ -161,11 +161,11 @@ static void test_quantities(void)
     if (CHECK(read_mapped(text, strlen(text), columns, NULL, FF_BRDF_COS, &t, &err) == FF_OK, "%s", err.message)) {
         CHECK(fabs(value(&t, 0, 0) - 2) < 1e-14 && fabs(t.sigma[0] - 1) < 1e-14 && !t.valid[1] && t.quantity == FF_BRDF_COS,
               "cosine");
-        ff_table_free(&t);
+        ff_table_clear(&t);
     }
     if (CHECK(read_mapped(text, strlen(text), columns, NULL, FF_REFLECTANCE_FACTOR, &t, &err) == FF_OK, "%s", err.message)) {
         CHECK(fabs(value(&t, 0, 1) - 1 / pi) < 1e-16 && t.valid[1], "reflectance factor");
-        ff_table_free(&t);
+        ff_table_clear(&t);
     }
     /* files of our own are taken by their word, others by nobody's */
     if (reads("ours",
@@ -175,11 +175,11 @@ static void test_quantities(void)
         CHECK(t.n_channels == 1 && fabs(value(&t, 0, 0) - 2 / pi) < 1e-16 && t.radians_per_unit == 1 && t.angle[2][0] == 1 &&
                   t.isotropic == 1,
               "%g", value(&t, 0, 0));
-        ff_table_free(&t);
+        ff_table_clear(&t);
     }
     if (reads("not ours", "# quantity: radiance\n# angles: gon\ntheta_i,phi_i,theta_o,phi_o,v\n0.5,0,1,0,1\n", "f=v", NULL, &t)) {
         CHECK(value(&t, 0, 0) == 1 && t.radians_per_unit == pi / 180, "%g", value(&t, 0, 0));
-        ff_table_free(&t);
+        ff_table_clear(&t);
     }
     /* the program's own reader takes the option too */
     ff_read_options o;
@@ -188,12 +188,12 @@ static void test_quantities(void)
     const char *path = check_path("own.csv");
     static const char own[] = "# quantity: reflectance-factor\ntheta_i,phi_i,theta_o,phi_o,f\n0,0,60,0,1\n";
     check_write(path, own, sizeof own - 1);
-    if (CHECK(ff_table_read_with(path, &o, &t, &err) == FF_OK, "%s", err.message)) {
+    if (CHECK(ff_table_read_with_into(path, &o, &t, &err) == FF_OK, "%s", err.message)) {
         CHECK(fabs(value(&t, 0, 0) - 2) < 1e-14 && t.quantity == FF_BRDF_COS, "%g", value(&t, 0, 0));
-        ff_table_free(&t);
+        ff_table_clear(&t);
     }
     o.part = "532nm";
-    CHECK(ff_table_read_with(path, &o, &t, &err) == FF_ERR_UNSUPPORTED && strstr(err.message, "'part'"), "%s", err.message);
+    CHECK(ff_table_read_with_into(path, &o, &t, &err) == FF_ERR_UNSUPPORTED && strstr(err.message, "'part'"), "%s", err.message);
 }
 
 static void test_phase(void)
@@ -202,16 +202,16 @@ static void test_phase(void)
     ff_table t;
     if (reads("azimuth 0 at the light", "i,o,az,g,v\n30,40,0,10,1\n30,40,180,70,1\n30,0,90,30,1\n", columns, NULL, &t)) {
         CHECK(t.angle[3][0] == 0 && t.angle[3][1] == 180 && !t.note[0], "%g %s", t.angle[3][0], t.note);
-        ff_table_free(&t);
+        ff_table_clear(&t);
     }
     if (reads("azimuth 0 at the mirror", "i,o,az,g,v\n30,40,0,70,1\n30,40,180,10,1\n", columns, NULL, &t)) {
         CHECK(t.angle[3][0] == 180 && t.angle[3][1] == 360 && strstr(t.note, "180 degrees are added"), "%g %s", t.angle[3][0],
               t.note);
-        ff_table_free(&t);
+        ff_table_clear(&t);
     }
     if (reads("neither", "i,o,az,g,v\n30,40,0,70,1\n30,40,0,10,1\n", columns, NULL, &t)) {
         CHECK(t.angle[3][0] == 0 && strstr(t.note, "up to 60 degrees"), "%s", t.note);
-        ff_table_free(&t);
+        ff_table_clear(&t);
     }
 }
 
@@ -236,15 +236,15 @@ static void test_complete(void)
           "values");
     CHECK(t.sigma[a] == .1 && t.sigma[2 + a] == .2 && t.sigma[4 + a] == .3, "sigmas");
     CHECK(t.valid[a] && !t.valid[1 - a] && t.n_invalid == 1 && !t.note[0], "validity, note '%s'", t.note);
-    ff_table_free(&t);
+    ff_table_clear(&t);
     if (!reads("part", text, LONG, "650nm", &t)) return;
     CHECK(t.n == 2 && t.n_channels == 1 && value(&t, 0, 0) == 3 && value(&t, 0, 1) == 6 && t.n_invalid == 0, "one of three");
     CHECK(strstr(t.note, "read are the rows of 650nm") && strstr(t.note, "450nm, 532.5nm"), "note '%s'", t.note);
-    ff_table_free(&t);
+    ff_table_clear(&t);
     if (!reads("parts", text, LONG, " 650 , 450 nm", &t)) return;
     CHECK(t.n == 2 && t.n_channels == 2 && t.channels[0].wavelength_nm == 450 && t.channels[1].wavelength_nm == 650,
           "two of three");
-    ff_table_free(&t);
+    ff_table_clear(&t);
     refuses(text, LONG, "500nm", FF_ERR_UNKNOWN, 0, WORDS("'500nm'", "450nm, 532.5nm, 650nm"));
     refuses(text, LONG, "450nm,", FF_ERR_UNKNOWN, 0, WORDS("''", "450nm"));
     refuses(text, LONG, "450x", FF_ERR_UNKNOWN, 0, WORDS("'450x'", "450nm"));
@@ -259,7 +259,7 @@ static void test_incomplete(void)
         CHECK(t.n == 2 && t.n_channels == 2 && value(&t, 1, 1) == 4 &&
                   strstr(t.note, "1 of 3 samples lack one of the 2 wavelengths"),
               "%zu, note '%s'", t.n, t.note);
-        ff_table_free(&t);
+        ff_table_clear(&t);
     }
     static const char random[] =
         "l,i,o,a,v,s\n.4,1,1,1,1,1\n.4,2,1,1,2,1\n.5,3,1,1,3,1\n.5,4,1,1,4,1\n.5,5,1,1,5,1\n.6,1,1,1,6,1\n";
@@ -267,11 +267,11 @@ static void test_incomplete(void)
         CHECK(t.n == 3 && t.n_channels == 1 && t.channels[0].wavelength_nm == 500 && value(&t, 0, 2) == 5, "%zu x %zu", t.n,
               t.n_channels);
         CHECK(strstr(t.note, "500nm alone is read, without 400nm, 600nm; the option 'part' chooses others"), "note '%s'", t.note);
-        ff_table_free(&t);
+        ff_table_clear(&t);
     }
     if (reads("a choice that has a pair", random, LONG, "400nm,600nm", &t)) {
         CHECK(t.n == 1 && t.n_channels == 2 && value(&t, 0, 0) == 1 && value(&t, 1, 0) == 6, "%zu x %zu", t.n, t.n_channels);
-        ff_table_free(&t);
+        ff_table_clear(&t);
     }
     refuses(random, LONG, "400nm,500nm", FF_ERR_DATA, 0, WORDS("no pair of directions", "400nm, 500nm", "single wavelength"));
     if (reads("measured twice",
@@ -281,7 +281,7 @@ static void test_incomplete(void)
                   value(&t, 0, 2) == 8 && value(&t, 1, 2) == 9,
               "%zu: %g %g", t.n, value(&t, 0, 0), value(&t, 1, 0));
         CHECK(strstr(t.note, "1 of 4 samples"), "note '%s'", t.note);
-        ff_table_free(&t);
+        ff_table_clear(&t);
     }
 }
 
@@ -311,7 +311,7 @@ static void test_many(void)
                 CHECK(value(&t, c, i) == 1000 * p + (int)c && t.channels[c].wavelength_nm == 400 + 10 * (int)c,
                       "pair %d channel %zu", p, c);
         }
-        ff_table_free(&t);
+        ff_table_clear(&t);
     }
     /* more wavelengths than anybody measures */
     at = text + sprintf(text, "i,v,nm\n");
@@ -323,7 +323,7 @@ static void test_many(void)
     for (int k = 0; k < 20000; k++) at += sprintf(at, "1,%d,%d\n", k, 400 + k % 2);
     if (reads("again and again", text, "theta_i=i,phi_i=0,theta_o=i,phi_o=0,f=v,wavelength=nm", NULL, &t)) {
         CHECK(t.n == 10000 && value(&t, 0, 777) == 1554 && value(&t, 1, 777) == 1555, "%zu", t.n);
-        ff_table_free(&t);
+        ff_table_clear(&t);
     }
     free(text);
 }
@@ -421,7 +421,7 @@ static void test_prefixes_and_damage(void)
         ff_status s = read_mapped(text, n, columns, NULL, -1, &t, &err);
         if (s == FF_OK) {
             CHECK(n > 70 && (text[n - 1] == '\n' || strstr(t.note, "cut")), "prefix %zu: note '%s'", n, t.note);
-            ff_table_free(&t);
+            ff_table_clear(&t);
         } else {
             CHECK(err.message[0] && err.path[0], "prefix %zu: no message", n);
         }
@@ -437,7 +437,7 @@ static void test_prefixes_and_damage(void)
         if (read_mapped(copy, sizeof text - 1, columns, NULL, -1, &t, &err) == FF_OK) {
             fine++;
             for (size_t i = 0; i < t.n; i++) CHECK(isfinite(t.value[i]) && isfinite(t.angle[2][i]), "damaged %d: not finite", k);
-            ff_table_free(&t);
+            ff_table_clear(&t);
         } else {
             CHECK(err.message[0] && err.path[0], "damaged %d: no message", k);
         }
@@ -451,7 +451,7 @@ static void test_prefixes_and_damage(void)
         ff_table t;
         ff_error err = {0};
         if (read_mapped(text, sizeof text - 1, copy, NULL, -1, &t, &err) == FF_OK)
-            ff_table_free(&t);
+            ff_table_clear(&t);
         else
             CHECK(err.message[0], "mapping '%s': no message", copy);
     }
@@ -467,7 +467,7 @@ static void test_format_given(void)
     o.format = "astm";
     ff_table t;
     ff_error err = {0};
-    CHECK(ff_table_read_with(path, &o, &t, &err) == FF_ERR_UNSUPPORTED && strstr(err.message, "'columns'"), "%s", err.message);
+    CHECK(ff_table_read_with_into(path, &o, &t, &err) == FF_ERR_UNSUPPORTED && strstr(err.message, "'columns'"), "%s", err.message);
     check_fails("without a mapping", path, "csv", FF_ERR_FORMAT, 1, WORDS("'theta_i'", "the option 'columns'", "i, o, a, v"));
 }
 

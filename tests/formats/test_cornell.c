@@ -22,7 +22,7 @@ static void test_reading(void)
               t.note);
         CHECK(strcmp(t.channels[1].name, "550.5nm") == 0 && t.channels[1].wavelength_nm == 550.5 && t.channels[1].scale == 1,
               "channel '%s'", t.channels[1].name);
-        ff_table_free(&t);
+        ff_table_clear(&t);
     }
 }
 
@@ -51,7 +51,7 @@ static void test_refusals(void)
     o.quantity = FF_BRDF_COS;
     ff_table t;
     ff_error err = {0};
-    CHECK(ff_table_read_with(path, &o, &t, &err) == FF_ERR_UNSUPPORTED && strstr(err.message, "quantity"), "%s", err.message);
+    CHECK(ff_table_read_with_into(path, &o, &t, &err) == FF_ERR_UNSUPPORTED && strstr(err.message, "quantity"), "%s", err.message);
 }
 
 /* The wavelengths and the values of a sample of the real files, with the C library as a second source. */
@@ -65,7 +65,7 @@ static int test_real(void)
         ff_error err = {0};
         if (!path) continue;
         n_files++;
-        if (!CHECK(ff_table_read(path, NULL, &t, &err) == FF_OK, "%s:%ld: %s", path, err.line, err.message)) continue;
+        if (!CHECK(ff_table_read_into(path, NULL, &t, &err) == FF_OK, "%s:%ld: %s", path, err.line, err.message)) continue;
         CHECK(strcmp(t.format, "cornell") == 0 && t.n == 1439 && t.n_channels == 31 && t.isotropic, "%s: %zu x %zu", path, t.n,
               t.n_channels);
         CHECK(t.channels[0].wavelength_nm == 400 && t.channels[30].wavelength_nm == 700, "%s: wavelengths", path);
@@ -84,7 +84,7 @@ static int test_real(void)
         check_directions(&t, brightest, w);
         CHECK(-w[0] * w[3] - w[1] * w[4] + w[2] * w[5] > cos(0.035), "%s: the peak is not at the mirror direction", path);
         free(text);
-        ff_table_free(&t);
+        ff_table_clear(&t);
     }
     return n_files;
 }

@@ -11,7 +11,7 @@ static int reads_bytes(const char *label, const char *text, size_t n, ff_table *
     check_write(path, text, n);
     ff_error err = {0};
     char all[2048];
-    ff_status s = ff_table_read(path, NULL, t, &err);
+    ff_status s = ff_table_read_into(path, NULL, t, &err);
     ff_error_format(&err, all, sizeof all);
     if (!CHECK(s == FF_OK, "%s: %s", label, all)) return 0;
     CHECK(strcmp(t->format, "csv") == 0, "%s: format '%s'", label, t->format);
@@ -51,7 +51,7 @@ static void test_columns(void)
     CHECK(t.n_negative == 1 && t.n_invalid == 0 && t.isotropic == 1 && t.radians_per_unit == acos(-1) / 180, "%zu %d", t.n_negative,
           t.isotropic);
     CHECK(t.note[0] == '\0', "note '%s'", t.note);
-    ff_table_free(&t);
+    ff_table_clear(&t);
 }
 
 static void test_variants(void)
@@ -75,12 +75,12 @@ static void test_variants(void)
                   value(&t, 0, 1) == -2,
               "%s", same[k].label);
         CHECK(strcmp(t.channels[0].name, "f") == 0 && t.n_negative == 1 && !t.note[0], "%s: %s", same[k].label, t.note);
-        ff_table_free(&t);
+        ff_table_clear(&t);
     }
     ff_table t;
     if (reads("no end of line", H "10,0,20,180,1.5", &t)) {
         CHECK(t.n == 1 && strstr(t.note, "end-of-line"), "note '%s'", t.note);
-        ff_table_free(&t);
+        ff_table_clear(&t);
     }
 }
 
@@ -93,27 +93,27 @@ static void test_quantities(void)
         CHECK(fabs(value(&t, 0, 0) - 2) < 1e-14 && fabs(t.sigma[0] - 1) < 1e-14, "%g %g", value(&t, 0, 0), t.sigma[0]);
         CHECK(t.valid[0] && !t.valid[1] && !t.valid[2] && t.n_invalid == 2 && t.quantity == FF_BRDF_COS, "validity");
         CHECK(value(&t, 0, 1) == 0 && isfinite(t.sigma[1]), "what was not measured is no number to compute with");
-        ff_table_free(&t);
+        ff_table_clear(&t);
     }
     if (reads("reflectance factor", "# quantity: reflectance-factor\n" H "0,0,60,0,1\n", &t)) {
         CHECK(fabs(value(&t, 0, 0) - 1 / pi) < 1e-16 && t.quantity == FF_REFLECTANCE_FACTOR, "%g", value(&t, 0, 0));
-        ff_table_free(&t);
+        ff_table_clear(&t);
     }
     if (reads("radians", "# angles: radians\n" H "0.5,0,3.14159265358979,-7,1\n", &t)) {
         CHECK(t.radians_per_unit == 1 && t.angle[3][0] == -7, "%g", t.radians_per_unit);
-        ff_table_free(&t);
+        ff_table_clear(&t);
     }
     if (reads("isotropic", "# isotropic: yes\n" H "1,0,1,0,1\n1,5,1,0,1\n", &t)) {
         CHECK(t.isotropic == 1, "declared");
-        ff_table_free(&t);
+        ff_table_clear(&t);
     }
     if (reads("not isotropic", "# isotropic: no\n" H "1,0,1,0,1\n1,0,1,0,1\n", &t)) {
         CHECK(t.isotropic == 0, "declared not");
-        ff_table_free(&t);
+        ff_table_clear(&t);
     }
     if (reads("two azimuths of incidence", H "1,0,1,0,1\n1,5,1,0,1\n", &t)) {
         CHECK(t.isotropic == 0, "two azimuths");
-        ff_table_free(&t);
+        ff_table_clear(&t);
     }
 }
 
@@ -125,7 +125,7 @@ static void test_not_measured(void)
         return;
     CHECK(t.n_invalid == 2 && !t.valid[0] && t.valid[1] && !t.valid[2], "%zu invalid", t.n_invalid);
     CHECK(value(&t, 0, 0) == 0 && value(&t, 1, 0) == -2 && t.sigma[0] == 0 && t.n_negative == 0, "cells of an invalid sample");
-    ff_table_free(&t);
+    ff_table_clear(&t);
 }
 
 static void test_radian_note(void)
@@ -135,11 +135,11 @@ static void test_radian_note(void)
     ff_table t;
     if (!reads("suspicious", text, &t)) return;
     CHECK(strstr(t.note, "1.5708") && strstr(t.note, "# angles: radians"), "note '%s'", t.note);
-    ff_table_free(&t);
+    ff_table_clear(&t);
     strcat(text, "2,0,0,0,1\n");
     if (!reads("not suspicious", text, &t)) return;
     CHECK(!t.note[0], "note '%s'", t.note);
-    ff_table_free(&t);
+    ff_table_clear(&t);
 }
 
 /* ---- what is refused, and in which words ----------------------------------------------------- */
@@ -236,7 +236,7 @@ static void test_bytes(void)
     ff_table t;
     if (reads_bytes("a million digits", text, head + 10 + 1000001, &t)) {
         CHECK(value(&t, 0, 0) == 1.0 / 3, "%.17g", value(&t, 0, 0));
-        ff_table_free(&t);
+        ff_table_clear(&t);
     }
     free(text);
 }
@@ -268,7 +268,7 @@ static void test_round_trip(int with_sigma, int with_weight, double unit)
     snprintf(label, sizeof label, "round trip, sigma %d, weight %d, unit %g", with_sigma, with_weight, unit);
     ff_table t, back;
     ff_error err = {0};
-    if (!CHECK(ff_table_new(5000, 3, NULL, with_sigma, with_weight, &t, &err) == FF_OK, "%s", err.message)) return;
+    if (!CHECK(ff_table_init(5000, 3, NULL, with_sigma, with_weight, &t, &err) == FF_OK, "%s", err.message)) return;
     strcpy(t.channels[0].name, "465nm");
     strcpy(t.channels[1].name, "a, \"b\"");
     strcpy(t.channels[2].name, "f");
@@ -277,7 +277,7 @@ static void test_round_trip(int with_sigma, int with_weight, double unit)
     fill(&t);
     const char *path = check_path("round.csv"), *again = check_path("again.csv");
     CHECK(ff_table_write(path, NULL, &t, &err) == FF_OK, "%s: %s", label, err.message);
-    if (CHECK(ff_table_read(path, NULL, &back, &err) == FF_OK, "%s: line %ld %s", label, err.line, err.message)) {
+    if (CHECK(ff_table_read_into(path, NULL, &back, &err) == FF_OK, "%s: line %ld %s", label, err.line, err.message)) {
         check_same_tables(label, &t, &back);
         check_same_angles(label, &t, &back);
         if (t.weight) CHECK(back.weight && check_same_bits(t.weight, back.weight, t.n), "%s: weights", label);
@@ -288,9 +288,9 @@ static void test_round_trip(int with_sigma, int with_weight, double unit)
         CHECK(n == m && memcmp(a, b, n) == 0, "%s: the second file differs", label);
         free(a);
         free(b);
-        ff_table_free(&back);
+        ff_table_clear(&back);
     }
-    ff_table_free(&t);
+    ff_table_clear(&t);
     CHECK(check_leftovers() == 0, "%d unfinished files", check_leftovers());
 }
 
@@ -305,7 +305,7 @@ static void test_prefixes(void)
         check_write(path, text, n);
         ff_table t;
         ff_error err = {0};
-        ff_status s = ff_table_read(path, n % 2 ? "csv" : NULL, &t, &err);
+        ff_status s = ff_table_read_into(path, n % 2 ? "csv" : NULL, &t, &err);
         if (s != FF_OK) {
             refused++;
             CHECK(strcmp(err.path, path) == 0 && err.message[0], "prefix %zu: no message", n);
@@ -316,7 +316,7 @@ static void test_prefixes(void)
         for (size_t k = 0; k < n; k++) ends += text[k] == '\n';
         CHECK(t.n <= 3 && t.n >= ends - 2, "prefix %zu: %zu rows", n, t.n);
         CHECK(text[n - 1] == '\n' || strstr(t.note, "cut"), "prefix %zu: cut within a row and not noted", n);
-        ff_table_free(&t);
+        ff_table_clear(&t);
     }
     CHECK(refused > 100 && shorter >= 10, "%zu refused, %zu shorter", refused, shorter);
 }
@@ -334,10 +334,10 @@ static void test_damage(void)
         check_write(path, copy, sizeof text - 1);
         ff_table t;
         ff_error err = {0};
-        if (ff_table_read(path, "csv", &t, &err) == FF_OK) {
+        if (ff_table_read_into(path, "csv", &t, &err) == FF_OK) {
             for (size_t i = 0; i < t.n; i++)
                 CHECK(isfinite(value(&t, 0, i)) && isfinite(t.angle[0][i]), "damaged %d: not finite", k);
-            ff_table_free(&t);
+            ff_table_clear(&t);
         } else {
             CHECK(err.message[0] && err.path[0], "damaged %d: no message", k);
         }
@@ -348,14 +348,14 @@ static void test_names_that_cannot_be_written(void)
 {
     ff_table t;
     ff_error err = {0};
-    if (!CHECK(ff_table_new(1, 2, NULL, 0, 0, &t, &err) == FF_OK, "%s", err.message)) return;
+    if (!CHECK(ff_table_init(1, 2, NULL, 0, 0, &t, &err) == FF_OK, "%s", err.message)) return;
     static const char *const names[] = {"", "a\nb", "c0"};
     for (int k = 0; k < 3; k++) {
         strcpy(t.channels[1].name, names[k]);
         ff_status s = ff_table_write(check_path("names.csv"), NULL, &t, &err);
         CHECK(s == FF_ERR_UNSUPPORTED && strstr(err.message, "channel 1"), "'%s': %d %s", names[k], s, err.message);
     }
-    ff_table_free(&t);
+    ff_table_clear(&t);
 }
 
 /* Sets a locale with decimal commas; makes one when the machine has none but can. */

@@ -101,12 +101,12 @@ static void test_table(void)
 {
     ff_table t = {.n = 7};
     ff_error err = {0};
-    CHECK(ff_table_new(0, 1, NULL, 0, 0, &t, &err) == FF_ERR_RANGE && t.n == 7, "no samples");
-    CHECK(ff_table_new(1, 0, NULL, 0, 0, &t, &err) == FF_ERR_RANGE && t.n == 7, "no channels");
-    CHECK(ff_table_new(5, 1, &ff_grid_merl, 0, 0, &t, &err) == FF_ERR_RANGE && t.n == 7, "not the grid's size");
-    CHECK(ff_table_new(SIZE_MAX / 8, 16, NULL, 0, 0, &t, &err) == FF_ERR_MEMORY && t.n == 7, "sizes that overflow");
-    CHECK(ff_table_new(SIZE_MAX / 64, 2, NULL, 0, 0, &t, &err) == FF_ERR_MEMORY && t.n == 7, "no such memory");
-    if (!CHECK(ff_table_new(3, 2, NULL, 1, 1, &t, &err) == FF_OK, "%s", err.message)) return;
+    CHECK(ff_table_init(0, 1, NULL, 0, 0, &t, &err) == FF_ERR_RANGE && t.n == 7, "no samples");
+    CHECK(ff_table_init(1, 0, NULL, 0, 0, &t, &err) == FF_ERR_RANGE && t.n == 7, "no channels");
+    CHECK(ff_table_init(5, 1, &ff_grid_merl, 0, 0, &t, &err) == FF_ERR_RANGE && t.n == 7, "not the grid's size");
+    CHECK(ff_table_init(SIZE_MAX / 8, 16, NULL, 0, 0, &t, &err) == FF_ERR_MEMORY && t.n == 7, "sizes that overflow");
+    CHECK(ff_table_init(SIZE_MAX / 64, 2, NULL, 0, 0, &t, &err) == FF_ERR_MEMORY && t.n == 7, "no such memory");
+    if (!CHECK(ff_table_init(3, 2, NULL, 1, 1, &t, &err) == FF_OK, "%s", err.message)) return;
     CHECK(t.value[5] == 0 && t.sigma[5] == 0 && t.weight[2] == 0 && t.angle[3][2] == 0 && t.valid[2] == 1, "initial values");
     CHECK(t.channels[1].scale == 1 && isnan(t.channels[1].wavelength_nm) && strcmp(t.channels[1].name, "c1") == 0, "channels");
     CHECK(ff_table_channel_find(&t, "c1") == 1 && ff_table_channel_find(&t, "c2") == -1, "finding channels");
@@ -121,9 +121,9 @@ static void test_table(void)
     ff_table_sigmas(&t, 1, 1, 1, &s);
     ff_table_weights(&t, 1, 1, &w);
     CHECK(v == 6 && s == 1 && w == 7 && ff_table_has_weights(&t), "%g %g %g", v, s, w);
-    ff_table_free(&t);
-    ff_table_free(&t);
-    ff_table_free(NULL);
+    ff_table_clear(&t);
+    ff_table_clear(&t);
+    ff_table_clear(NULL);
     CHECK(t.value == NULL && t.n == 0, "freed");
 }
 
@@ -131,7 +131,7 @@ static void test_writing_by_name(void)
 {
     ff_table t;
     ff_error err = {0};
-    if (!CHECK(ff_table_new(1, 1, NULL, 0, 0, &t, &err) == FF_OK, "%s", err.message)) return;
+    if (!CHECK(ff_table_init(1, 1, NULL, 0, 0, &t, &err) == FF_OK, "%s", err.message)) return;
     ff_status s = ff_table_write(check_path("x.dat"), NULL, &t, &err);
     CHECK(s == FF_ERR_UNKNOWN && strstr(err.message, "merl, astm, "), "%d %s", s, err.message);
     s = ff_table_write(check_path("x.csv"), "nonesuch", &t, &err);
@@ -164,7 +164,7 @@ static void test_writing_by_name(void)
               err.message);
         t.valid[0] = 1;
     }
-    ff_table_free(&t);
+    ff_table_clear(&t);
     CHECK(check_leftovers() == 0, "%d unfinished files", check_leftovers());
 }
 

@@ -152,7 +152,7 @@ static int read_ok(const char *label, const char *path, ff_table *t)
 {
     ff_error err = {0};
     char message[FF_ERROR_PATH + FF_ERROR_MESSAGE + 64];
-    const ff_status s = ff_table_read(path, NULL, t, &err);
+    const ff_status s = ff_table_read_into(path, NULL, t, &err);
     ff_error_format(&err, message, sizeof message);
     return CHECK(s == FF_OK, "%s: %s", label, message);
 }
@@ -171,7 +171,7 @@ static void check_list(const char *label, const char *path)
     for (int k = 0; k < 4; k++)
         for (int i = 0; i < 3; i++) CHECK(t.angle[k][i] == (double)list_angle[k][i], "%s: angle %d %d", label, k, i);
     CHECK(t.radians_per_unit == pi / 180 && !t.isotropic && t.quantity == FF_BRDF, "%s: unit, quantity", label);
-    ff_table_free(&t);
+    ff_table_clear(&t);
 }
 
 static void test_list(void)
@@ -220,7 +220,7 @@ static void test_compressions(void)
         for (size_t i = 0; i < N; i++) worst = fmax(worst, fabs(t.value[i] - (double)v[i]));
         CHECK(worst <= (c < EXR_COMPRESSION_PXR24 ? 0 : 1e-2), "%s: off by %g", label, worst);
         CHECK(!strstr(t.note, "loss") == (c < EXR_COMPRESSION_PXR24), "%s: note '%s'", label, t.note);
-        ff_table_free(&t);
+        ff_table_clear(&t);
     }
 }
 
@@ -253,7 +253,7 @@ static void test_types(void)
     if (!read_ok("doubles", write_image("double.exr", &m), &t)) return;
     CHECK(t.value[0] == v[0] && t.value[1] == v[1] && !t.valid[2] && !t.sigma && !t.weight && t.n_negative == 1,
           "doubles: %.17g %.17g", t.value[0], t.value[1]);
-    ff_table_free(&t);
+    ff_table_clear(&t);
 }
 
 static void test_quantity(void)
@@ -265,19 +265,19 @@ static void test_quantity(void)
     CHECK(fabs(t.value[0] - 1 / cos(40 * pi / 180)) < 1e-14 && fabs(t.sigma[1] - 0.25 / cos(50 * pi / 180)) < 1e-14 &&
               t.quantity == FF_BRDF_COS,
           "brdf-cos: %.17g", t.value[0]);
-    ff_table_free(&t);
+    ff_table_clear(&t);
     ff_read_options o;
     ff_error err = {0};
     ff_read_options_init(&o);
     o.quantity = FF_REFLECTANCE_FACTOR;
-    if (!CHECK(ff_table_read_with(check_path("cos.exr"), &o, &t, &err) == FF_OK, "%s", err.message)) return;
+    if (!CHECK(ff_table_read_with_into(check_path("cos.exr"), &o, &t, &err) == FF_OK, "%s", err.message)) return;
     CHECK(t.value[0] == 1 && t.channels[0].scale == 1 / pi, "the person's word goes before the file's");
-    ff_table_free(&t);
+    ff_table_clear(&t);
     m = list_image();
     m.attribute[index_of(&m, "facetfit.angle_unit")].text = "radian";
     if (!read_ok("radian", write_image("radian.exr", &m), &t)) return;
     CHECK(t.radians_per_unit == 1, "radian");
-    ff_table_free(&t);
+    ff_table_clear(&t);
 }
 
 /* ---- round trips ----------------------------------------------------------------------------- */
@@ -347,9 +347,9 @@ static void round_trip(const char *label, const ff_table *t, double relative)
     free(two);
     if (read_ok(label, second, &again)) {
         check_same_tables(label, &back, &again);
-        ff_table_free(&again);
+        ff_table_clear(&again);
     }
-    ff_table_free(&back);
+    ff_table_clear(&back);
 }
 
 static void name(ff_table *t, size_t c, const char *text, double nm)
@@ -368,14 +368,14 @@ static void test_round_trips(void)
         const double a[5] = {0, 0.1, 1.0 / 3, 45, 88}, b[3] = {0, 120.7, 240}, c[2] = {10, 11.5}, one[1] = {0};
         const size_t n[4] = {5, 1, 3, 2};
         const double *const node[4] = {a, one, b, c};
-        if (ff_table_new_axes((ff_axes_kind)kind, n, node, pi / 180, 2, kind == FF_AXES_SPECULAR, &t, &err) != FF_OK) exit(1);
+        if (ff_table_init_axes((ff_axes_kind)kind, n, node, pi / 180, 2, kind == FF_AXES_SPECULAR, &t, &err) != FF_OK) exit(1);
         fill(&t);
         t.isotropic = kind == FF_AXES_HALF_DIFFERENCE;
         round_trip("axes", &t, float_loss);
-        ff_table_free(&t);
+        ff_table_clear(&t);
     }
     for (int exact = 0; exact < 2; exact++) {
-        if (ff_table_new(20000, 5, NULL, 1, 1, &t, &err) != FF_OK) exit(1); /* two lines, the second not full */
+        if (ff_table_init(20000, 5, NULL, 1, 1, &t, &err) != FF_OK) exit(1); /* two lines, the second not full */
         for (int k = 0; k < 4; k++)
             for (size_t i = 0; i < t.n; i++) t.angle[k][i] = exact ? (double)(i % 80) + 0.5 : 80 * check_uniform();
         t.radians_per_unit = exact ? pi / 180 : 1;
@@ -387,20 +387,20 @@ static void test_round_trips(void)
         t.channels[2].scale = 1 / pi;
         fill(&t);
         round_trip(exact ? "list" : "list of doubles", &t, float_loss);
-        ff_table_free(&t);
+        ff_table_clear(&t);
     }
-    if (ff_table_new(1, 1, NULL, 0, 0, &t, &err) != FF_OK) exit(1);
+    if (ff_table_init(1, 1, NULL, 0, 0, &t, &err) != FF_OK) exit(1);
     name(&t, 0, "f", NAN);
     t.value[0] = 0.25;
     round_trip("one sample", &t, 0);
-    ff_table_free(&t);
+    ff_table_clear(&t);
 }
 
 static void test_merl(void)
 {
     ff_table t, back, binary;
     ff_error err = {0};
-    if (ff_table_new(ff_grid_merl.n, 3, &ff_grid_merl, 0, 0, &t, &err) != FF_OK) exit(1);
+    if (ff_table_init(ff_grid_merl.n, 3, &ff_grid_merl, 0, 0, &t, &err) != FF_OK) exit(1);
     name(&t, 0, "r", NAN);
     name(&t, 1, "g", NAN);
     name(&t, 2, "b", NAN);
@@ -416,9 +416,9 @@ static void test_merl(void)
             ff_table_values(&back, 2, 1000001, 1, &u);
             ff_table_values(&binary, 2, 1000001, 1, &v);
             CHECK(fabs(u - v) <= 4e-16 * u, "%.17g %.17g", u, v);
-            ff_table_free(&binary);
+            ff_table_clear(&binary);
         }
-        ff_table_free(&back);
+        ff_table_clear(&back);
     }
     /* the image is what docs/exr.md says: theta_h down, (theta_d, phi_d) across */
     size_t n;
@@ -428,7 +428,7 @@ static void test_merl(void)
     memcpy(&r, bytes + head + 3 * (8 + 3 * 4 * (size_t)16200) + 8 + 2 * 4 * (size_t)16200 + 4 * (size_t)(2 * 180 + 1), 4);
     CHECK(t.valid[i] && r == (float)t.value[i], "channel R of pixel (361, 3) is %g, expected %g", (double)r, t.value[i]);
     free(bytes);
-    ff_table_free(&t);
+    ff_table_clear(&t);
 }
 
 /* ---- layouts --------------------------------------------------------------------------------- */
@@ -455,14 +455,14 @@ static void test_product(const ff_table *t, const char *grid, ff_axes_kind kind,
     CHECK(strcmp(made.channels[0].name, t->channels[0].name) == 0, "%s: channel", grid);
     for (size_t i = 0; i < made.n * made.n_channels; i++) made.value[i] = 1.5;
     round_trip(grid, &made, 0);
-    ff_table_free(&made);
+    ff_table_clear(&made);
 }
 
 static void test_layouts(void)
 {
     ff_table t, made, back;
     ff_error err = {0};
-    if (ff_table_new(300, 2, NULL, 0, 1, &t, &err) != FF_OK) exit(1);
+    if (ff_table_init(300, 2, NULL, 0, 1, &t, &err) != FF_OK) exit(1);
     name(&t, 0, "450nm", 450);
     name(&t, 1, "x", NAN);
     for (int k = 0; k < 4; k++)
@@ -492,9 +492,9 @@ static void test_layouts(void)
             size_t equal = 0;
             for (size_t i = 0; i < t.n; i++) equal += back.value[i] == t.value[i];
             CHECK((equal > t.n / 2) == (k >= 3), "%s: %zu values to the bit", label, equal);
-            ff_table_free(&back);
+            ff_table_clear(&back);
         }
-        ff_table_free(&made);
+        ff_table_clear(&made);
     }
     if (CHECK(lay_out(&t, "merl", &made, &err) == FF_OK, "%s", err.message)) {
         CHECK(made.grid == &ff_grid_merl && made.n_channels == 2, "merl");
@@ -506,9 +506,9 @@ static void test_layouts(void)
             ff_table_directions(&list, 777777, 1, planes);
             ff_table_directions(&on_grid, 777777, 1, of_grid);
             for (int k = 0; k < 6; k++) CHECK(fabs(w[k] - g[k]) < 1e-12, "merl as list: %d: %g %g", k, w[k], g[k]);
-            ff_table_free(&list);
+            ff_table_clear(&list);
         }
-        ff_table_free(&made);
+        ff_table_clear(&made);
     }
     static const char *const wrong[] = {"",
                                         "mer",
@@ -527,7 +527,7 @@ static void test_layouts(void)
         CHECK(s == FF_ERR_SYNTAX && strstr(err.message, "expected"), "grid '%s': %d %s", wrong[k], s, err.message);
     }
     CHECK(lay_out(&t, "incident-exit:100000x100000x3", &made, &err) == FF_ERR_RANGE, "a grid beyond 2^31 samples");
-    ff_table_free(&t);
+    ff_table_clear(&t);
 }
 
 /* ---- the UTIA database ----------------------------------------------------------------------- */
@@ -558,7 +558,7 @@ static void test_utia(void)
               t.angle[0][i], t.angle[1][i], t.angle[2][i], t.angle[3][i]);
         CHECK(t.value[i] == (double)i && t.value[t.n + i] == line && t.value[2 * t.n + i] == column, "utia: values");
         CHECK(strstr(t.note, "UTIA") && strstr(t.note, "linear") && t.note_hint[1] == FF_HINT_SCALE, "utia: note '%s'", t.note);
-        ff_table_free(&t);
+        ff_table_clear(&t);
     }
     m.compression = 0;
     m.channel[0] = "A";
@@ -657,7 +657,7 @@ static void test_axes_attributes(void)
         ff_table t;
         if (!read_ok("axes", write_image("axes.exr", &m), &t)) continue;
         CHECK(t.axes.kind == FF_AXES_INCIDENT_EXIT && t.angle[0][2] == 7 && t.angle[2][1] == 20.25 && t.angle[3][0] == 180, "axes");
-        ff_table_free(&t);
+        ff_table_clear(&t);
     }
 }
 
@@ -689,7 +689,7 @@ static void test_refusals(void)
     ff_table t;
     ff_error err = {0};
     const char *path = check_path("refused.exr");
-    if (ff_table_new(4, 2, NULL, 1, 0, &t, &err) != FF_OK) exit(1);
+    if (ff_table_init(4, 2, NULL, 1, 0, &t, &err) != FF_OK) exit(1);
     for (int k = 0; k < 8; k++) t.value[k] = 1, t.sigma[k] = 1;
     static const struct {
         double value, sigma;
@@ -714,7 +714,7 @@ static void test_refusals(void)
     CHECK(access("/dev/full", W_OK) != 0 || ff_table_write("/dev/full", "exr", &t, &err) == FF_ERR_WRITE, "/dev/full: %s",
           err.message);
     CHECK(access(path, F_OK) != 0 && check_leftovers() == 0, "something was left behind");
-    ff_table_free(&t);
+    ff_table_clear(&t);
 }
 
 /* Runs a command beside the test; both ends of a named pipe wait for each other when they open it. A command whose other end never
@@ -742,12 +742,12 @@ static void test_pipe(void)
     FILE *other_end = start_beside("exec timeout 60 cat '%s' > '%s'", pipe_path, copy);
     CHECK(ff_table_write(pipe_path, "exr", &t, &err) == FF_OK, "to a pipe: %s", err.message);
     CHECK(pclose(other_end) == 0, "the reader of the pipe failed");
-    ff_table_free(&t);
+    ff_table_clear(&t);
     check_list("written to a pipe", copy);
     other_end = start_beside("exec timeout 60 cat '%s' > '%s'", path, pipe_path);
-    if (CHECK(ff_table_read(pipe_path, "exr", &t, &err) == FF_OK, "from a pipe: %s", err.message)) {
+    if (CHECK(ff_table_read_into(pipe_path, "exr", &t, &err) == FF_OK, "from a pipe: %s", err.message)) {
         CHECK(t.n == 3 && t.value[1] == 2, "from a pipe");
-        ff_table_free(&t);
+        ff_table_clear(&t);
     }
     CHECK(pclose(other_end) == 0, "the writer of the pipe failed");
 }
@@ -767,14 +767,14 @@ static ff_status check_sane(const char *label, const char *path)
     ff_table t;
     ff_error err = {0};
     const double begin = now();
-    const ff_status s = ff_table_read(path, "exr", &t, &err);
+    const ff_status s = ff_table_read_into(path, "exr", &t, &err);
     CHECK(now() - begin < 1, "%s: took %g s", label, now() - begin);
     if (s != FF_OK) {
         CHECK(err.code == s && err.message[0] && strcmp(err.path, path) == 0, "%s: an error without words", label);
         return s;
     }
     CHECK(ff_table_write("/dev/null", "csv", &t, &err) == FF_OK, "%s: a table that is none: %s", label, err.message);
-    ff_table_free(&t);
+    ff_table_clear(&t);
     return s;
 }
 
@@ -843,11 +843,11 @@ static void hostile(const char *label, const image *m, const char *word, size_t 
     check_write(path, bytes, n);
     ff_table t;
     ff_error err = {0};
-    const ff_status s = ff_table_read(path, "exr", &t, &err);
+    const ff_status s = ff_table_read_into(path, "exr", &t, &err);
     CHECK(s == code && strstr(err.message, words), "%s: %d %s", label, s, err.message);
     if (byte == -2) byte = (int64_t)at;
     if (byte >= 0) CHECK(err.byte == byte, "%s: byte %lld, expected %lld", label, (long long)err.byte, (long long)byte);
-    if (s == FF_OK) ff_table_free(&t);
+    if (s == FF_OK) ff_table_clear(&t);
     free(bytes);
 }
 

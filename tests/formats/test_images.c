@@ -23,7 +23,7 @@ static int read_ok(const char *label, const char *text, ff_table *t)
     ff_error err = {0};
     char message[FF_ERROR_PATH + FF_ERROR_MESSAGE + 64];
     csv("stack.csv", text);
-    const ff_status s = ff_table_read(check_path("stack.csv"), NULL, t, &err);
+    const ff_status s = ff_table_read_into(check_path("stack.csv"), NULL, t, &err);
     ff_error_format(&err, message, sizeof message);
     return CHECK(s == FF_OK, "%s: %s", label, message) && CHECK(strcmp(t->format, "images") == 0, "%s: %s", label, t->format);
 }
@@ -116,7 +116,7 @@ static void test_values(void)
     check_sample("values", &t, 2, b, C, whole, same, 0.5);
     CHECK(strstr(t.note, "mean of 6 to 35 pixels") && strstr(t.note, "not that of their mean"), "note: %s", t.note);
     CHECK(!strstr(t.note, "saturated") && !strstr(t.note, "no scale"), "note: %s", t.note);
-    ff_table_free(&t);
+    ff_table_clear(&t);
 
     text = "# quantity: reflectance-factor\n# angles: radians\n# isotropic: no\n# region: 2, 1, 4,3\n"
            "image,theta_i,phi_i,theta_o,phi_o\nb.exr,0.5,0,1.25,0\n\"b.exr\",0.5,0,1.25,3";
@@ -126,20 +126,20 @@ static void test_values(void)
     check_sample("comments", &t, 1, b, C, (int[]){2, 1, 4, 3}, same, 1);
     CHECK(strstr(t.note, "no scale is given") && strstr(t.note, "no end-of-line") && strstr(t.note, "mean of 12 pixels"),
           "note: %s", t.note);
-    ff_table_free(&t);
+    ff_table_clear(&t);
 
     ff_read_options o;
     ff_error err = {0};
     ff_read_options_init(&o);
     o.quantity = FF_BRDF_COS;
     o.scale = 3;
-    if (!CHECK(ff_table_read_with(check_path("stack.csv"), &o, &t, &err) == FF_OK, "%s", err.message)) return;
+    if (!CHECK(ff_table_read_with_into(check_path("stack.csv"), &o, &t, &err) == FF_OK, "%s", err.message)) return;
     double mean, spread, v;
     expected(b, C, 2, 2, 1, 4, 3, same, &mean, &spread);
     ff_table_values(&t, 2, 0, 1, &v);
     CHECK(fabs(v - 3 * mean / cos(1.25)) < 1e-6 * v && t.quantity == FF_BRDF_COS && !strstr(t.note, "no scale is"), "options: %g",
           v);
-    ff_table_free(&t);
+    ff_table_clear(&t);
 }
 
 static void test_channels(void)
@@ -165,7 +165,7 @@ static void test_channels(void)
         CHECK(isnan(t.channels[0].wavelength_nm) == !strstr(cases[k].first, "nm"), "channels %zu: wavelength", k);
         CHECK(!strstr(t.note, "alpha of 1 images") == (cases[k].channels != 4), "channels %zu: %s", k, t.note);
         check_sample("channels", &t, 0, p, cases[k].channels, whole, same, 1);
-        ff_table_free(&t);
+        ff_table_clear(&t);
     }
     picture("c4.exr", 4, "float", p, NULL, 0, NULL);
     picture("c1.exr", 1, "float", p, NULL, 0, NULL);
@@ -174,7 +174,7 @@ static void test_channels(void)
     ff_table t;
     if (read_ok("with and without alpha", "image,theta_i,phi_i,theta_o,phi_o\nc3.exr,0,0,0,0\nc4.exr,0,0,0,0\n", &t)) {
         CHECK(t.n == 2 && t.n_channels == 3, "with and without alpha");
-        ff_table_free(&t);
+        ff_table_clear(&t);
     }
     fails("other channels", "image,theta_i,phi_i,theta_o,phi_o\nc4.exr,0,0,0,0\nc1.exr,0,0,0,0\n", FF_ERR_FORMAT, 3,
           WORDS("image 'c1.exr'", "found 1 channels, number 1 named 'Y'", "the 3 of 'c4.exr', there 'R'"));
@@ -221,7 +221,7 @@ static void test_encodings(void)
         if (!read_ok(label, text, &t)) continue;
         check_sample(label, &t, 0, p, C, whole, cases[k].light ? cases[k].light : gamma22, 1);
         CHECK(strstr(t.note, cases[k].note), "%s: note: %s", label, t.note);
-        ff_table_free(&t);
+        ff_table_clear(&t);
     }
     static char pfm[16 + 4 * PIXELS]; /* made by hand: lines from the bottom up, which is the same for a mean */
     const int head = snprintf(pfm, sizeof pfm, "Pf\n%d %d\n-1\n", W, H);
@@ -231,7 +231,7 @@ static void test_encodings(void)
     if (read_ok("pfm", "image,theta_i,phi_i,theta_o,phi_o\ne.pfm,0,0,0,0\n", &t)) {
         check_sample("pfm", &t, 0, p16, 1, whole, same, 1);
         CHECK(strstr(t.note, "1 floating-point images do not say"), "pfm: %s", t.note);
-        ff_table_free(&t);
+        ff_table_clear(&t);
     }
     picture("u.tif", C, "uint16", p16, NULL, 0, NULL);
     fails("no encoding", "image,theta_i,phi_i,theta_o,phi_o\nu.tif,0,0,0,0\n", FF_ERR_UNSUPPORTED, 2,
@@ -260,7 +260,7 @@ static void test_masks(void)
         return;
     for (int c = 0; c < C; c++) CHECK(fabs(t.value[c * 2] - sum[c] / n) < 1e-6, "mask: channel %d: %g", c, t.value[c * 2]);
     CHECK(fabs(t.value[1] - region_sum / in_region) < 1e-6, "mask and region: %g, expected %g", t.value[1], region_sum / in_region);
-    ff_table_free(&t);
+    ff_table_clear(&t);
     memset(m, 0, sizeof m);
     picture("m.png", 1, "uint8", m, NULL, 0, NULL);
     fails("empty mask", "image,theta_i,phi_i,theta_o,phi_o,mask\np.exr,0,0,0,0,m.png\n", FF_ERR_DATA, 2,
@@ -282,7 +282,7 @@ static void test_spread(void)
     if (read_ok("equal", "image,theta_i,phi_i,theta_o,phi_o\nequal.png,0,0,0,0\n", &t)) {
         const double step = (srgb(100.5 / 255) - srgb(99.5 / 255)) / sqrt(12);
         CHECK(t.sigma && fabs(t.sigma[0] - step) < 1e-6 * step, "equal: %g, expected %g", t.sigma ? t.sigma[0] : -1, step);
-        ff_table_free(&t);
+        ff_table_clear(&t);
     }
     picture("equal.exr", 1, "float", p, NULL, 0, NULL);
     static const char *const without[] = {"image,theta_i,phi_i,theta_o,phi_o\nequal.exr,0,0,0,0\n",
@@ -290,7 +290,7 @@ static void test_spread(void)
     for (int k = 0; k < 2; k++)
         if (read_ok("no sigma", without[k], &t)) {
             CHECK(!t.sigma && strstr(t.note, "there are no standard deviations"), "no sigma %d: %s", k, t.note);
-            ff_table_free(&t);
+            ff_table_clear(&t);
         }
     static float q[PIXELS * C];
     fill(q, PIXELS * C, 255);
@@ -298,12 +298,12 @@ static void test_spread(void)
     picture("bright.png", C, "uint8", q, NULL, 0, NULL);
     if (read_ok("saturated", "image,theta_i,phi_i,theta_o,phi_o\nbright.png,0,0,0,0\nbright.png,10,0,0,0\n", &t)) {
         CHECK(strstr(t.note, "4 of 70 pixels in 2 images are saturated"), "saturated: %s", t.note);
-        ff_table_free(&t);
+        ff_table_clear(&t);
     }
     picture("bright.exr", C, "half", q, NULL, 0, NULL);
     if (read_ok("half", "image,theta_i,phi_i,theta_o,phi_o\nbright.exr,0,0,0,0\n", &t)) {
         CHECK(!strstr(t.note, "saturated"), "a float of 1 is no limit: %s", t.note);
-        ff_table_free(&t);
+        ff_table_clear(&t);
     }
 }
 
@@ -390,7 +390,7 @@ static void test_module(void)
     snprintf(dir, sizeof dir, "%s", check_path("facetfit_images.so"));
     *strrchr(dir, '/') = '\0';
     setenv("FACETFIT_MODULES", dir, 1);
-    if (read_ok("another module follows", "image,theta_i,phi_i,theta_o,phi_o\nm.exr,0,0,0,0\n", &t)) ff_table_free(&t);
+    if (read_ok("another module follows", "image,theta_i,phi_i,theta_o,phi_o\nm.exr,0,0,0,0\n", &t)) ff_table_clear(&t);
     unsetenv("FACETFIT_MODULES");
 }
 
@@ -432,14 +432,14 @@ static ff_status check_sane(const char *label, const char *path)
     ff_table t;
     ff_error err = {0};
     const double begin = now();
-    const ff_status s = ff_table_read(path, "images", &t, &err);
+    const ff_status s = ff_table_read_into(path, "images", &t, &err);
     CHECK(now() - begin < soon, "%s: took %g s", label, now() - begin);
     if (s != FF_OK) {
         CHECK(err.code == s && err.message[0] && strcmp(err.path, path) == 0, "%s: an error without words", label);
         return s;
     }
     CHECK(ff_table_write("/dev/null", "csv", &t, &err) == FF_OK, "%s: a table that is none: %s", label, err.message);
-    ff_table_free(&t);
+    ff_table_clear(&t);
     return s;
 }
 

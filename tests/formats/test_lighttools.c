@@ -17,7 +17,7 @@ static ff_status read_part(const char *text, const char *part, ff_table *t, ff_e
     ff_read_options o;
     ff_read_options_init(&o);
     o.part = part;
-    return ff_table_read_with(path, &o, t, err);
+    return ff_table_read_with_into(path, &o, t, err);
 }
 
 static void test_values(void)
@@ -44,7 +44,7 @@ static void test_values(void)
     CHECK(t.n_negative == 1 && t.n_invalid == 9, "%zu negative, %zu invalid", t.n_negative, t.n_invalid);
     CHECK(strstr(t.note, "light is taken to be at the azimuth 90") && strstr(t.note, "1 values of 0") && !strstr(t.note, "DataEnd"),
           "note '%s'", t.note);
-    ff_table_free(&t);
+    ff_table_clear(&t);
 }
 
 static void test_channels(void)
@@ -61,7 +61,7 @@ static void test_channels(void)
         CHECK(t.value[0] == 1 && t.value[24] == 21 && t.value[12] == 23 && t.value[36] == 22, "%g %g %g %g", t.value[0],
               t.value[24], t.value[12], t.value[36]);
         CHECK(strstr(t.note, "no DataEnd"), "note '%s'", t.note);
-        ff_table_free(&t);
+        ff_table_clear(&t);
     }
 #define TRIS(v, w) "TristimulusValue Tris" v "\nAOI 0\nScatterType BRDF\nTIS 1\n" w " 1\n"
     if (check_reads_part(
@@ -72,7 +72,7 @@ static void test_channels(void)
         CHECK(t.n == 2 && t.n_channels == 3 && strcmp(t.channels[0].name, "X") == 0 && strcmp(t.channels[2].name, "Z") == 0,
               "%zu x %zu", t.n, t.n_channels);
         CHECK(t.value[0] == 1 && t.value[2] == 2 && t.value[4] == 3 && isnan(t.channels[1].wavelength_nm), "values");
-        ff_table_free(&t);
+        ff_table_clear(&t);
     }
     if (check_reads_part(
             "no wavelength", "lighttools",
@@ -80,7 +80,7 @@ static void test_channels(void)
             "ScatterType BRDF\nTIS 1\n7\n",
             NULL, &t)) {
         CHECK(t.n == 1 && strcmp(t.channels[0].name, "f") == 0 && isnan(t.channels[0].wavelength_nm) && !t.weight, "channel");
-        ff_table_free(&t);
+        ff_table_clear(&t);
     }
 }
 
@@ -94,15 +94,15 @@ static void test_parts(void)
         CHECK(t.n == 12 && t.value[0] == 1, "front: %zu", t.n);
         CHECK(strstr(t.note, "1 blocks of the other side are left out; part back") && strstr(t.note, "1 blocks of transmission"),
               "note '%s'", t.note);
-        ff_table_free(&t);
+        ff_table_clear(&t);
     }
     if (check_reads_part("back", "lighttools", both, "back", &t)) {
         CHECK(t.n == 12 && t.value[0] == 31 && t.angle[0][0] == 30, "back: %g at %g", t.value[0], t.angle[0][0]);
-        ff_table_free(&t);
+        ff_table_clear(&t);
     }
     if (check_reads_part("back alone", "lighttools", HEAD BACK, NULL, &t)) {
         CHECK(strstr(t.note, "reflection of the back side"), "note '%s'", t.note);
-        ff_table_free(&t);
+        ff_table_clear(&t);
     }
     static const struct {
         const char *text, *part, *word;
@@ -114,7 +114,7 @@ static void test_parts(void)
     for (size_t k = 0; k < sizeof wrong / sizeof wrong[0]; k++) {
         ff_status s = read_part(wrong[k].text, wrong[k].part, &t, &err);
         CHECK(s == wrong[k].code && strstr(err.message, wrong[k].word), "part %zu: %d %s", k, s, err.message);
-        if (s == FF_OK) ff_table_free(&t);
+        if (s == FF_OK) ff_table_clear(&t);
     }
 }
 
@@ -140,7 +140,7 @@ static void test_mirror_side(double where, int said)
     double sum = 0;
     for (size_t i = 0; i < t.n; i++) sum += t.weight[i];
     CHECK(fabs(sum / (4 * 9.869604401089358 * (1 - cos(90 * degree))) - 1) < 1e-12, "cells: %g sr^2", sum);
-    ff_table_free(&t);
+    ff_table_clear(&t);
 }
 
 static void test_refusals(void)
@@ -199,10 +199,10 @@ static void test_prefixes(void)
         check_write(path, text, n);
         ff_table t;
         ff_error err = {0};
-        if (ff_table_read(path, "lighttools", &t, &err) == FF_OK) {
+        if (ff_table_read_into(path, "lighttools", &t, &err) == FF_OK) {
             whole++;
             CHECK(strstr(t.note, "no DataEnd") || n >= sizeof text - 2, "prefix %zu was read without a note", n);
-            ff_table_free(&t);
+            ff_table_clear(&t);
         } else {
             CHECK(strcmp(err.path, path) == 0 && err.message[0], "prefix %zu: no message", n);
         }
@@ -222,9 +222,9 @@ static void test_bit_flips(void)
         check_write(path, copy, sizeof text - 1);
         ff_table t;
         ff_error err = {0};
-        if (ff_table_read(path, "lighttools", &t, &err) != FF_OK) continue;
+        if (ff_table_read_into(path, "lighttools", &t, &err) != FF_OK) continue;
         CHECK(t.n == t.axes.n[0] * t.axes.n[1] * t.axes.n[2] * t.axes.n[3], "bit %zu", i);
-        ff_table_free(&t);
+        ff_table_clear(&t);
     }
 }
 

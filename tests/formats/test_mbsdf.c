@@ -65,7 +65,7 @@ static int read_bytes(const void *b, size_t n, ff_table *t)
     const char *path = check_path("made.mbsdf");
     ff_error err = {0};
     check_write(path, b, n);
-    return CHECK(ff_table_read(path, NULL, t, &err) == FF_OK, "%s", err.message);
+    return CHECK(ff_table_read_into(path, NULL, t, &err) == FF_OK, "%s", err.message);
 }
 
 /* ---- reading --------------------------------------------------------------------------------- */
@@ -143,7 +143,7 @@ static void test_reading(void)
             check_weights(&t, cases[k].n_theta, cases[k].n_phi);
             CHECK(!strstr(t.note, "transmission") == !transmission && strstr(t.note, "half a step"), "note '%s'", t.note);
             CHECK(!strstr(t.note, "repeated"), "note '%s'", t.note);
-            ff_table_free(&t);
+            ff_table_clear(&t);
             add_text(&m, "MBSDF_DATA_TRANSMISSION=\n");
             add_block(&m, 2, 2, 0);
         }
@@ -162,7 +162,7 @@ static void test_repetition(void)
         CHECK(strstr(t.note, "beyond theta_i = 54 degrees") && !strstr(t.note, "beyond theta_o"), "note '%s'", t.note);
         for (size_t i = 0; i < t.n; i++) CHECK(t.valid[i] == (t.angle[0][i] < 60), "sample %zu: valid %d", i, t.valid[i]);
         CHECK(t.n_invalid == 5 * 3, "%zu invalid", t.n_invalid);
-        ff_table_free(&t);
+        ff_table_clear(&t);
     }
     for (size_t ti = 0; ti < 5; ti++)
         for (size_t to = 3; to < 5; to++) memcpy(v + ti * slice + to * row, v + ti * slice + 2 * row, row);
@@ -170,12 +170,12 @@ static void test_repetition(void)
         CHECK(strstr(t.note, "beyond theta_i = 54 degrees") && strstr(t.note, "beyond theta_o = 36 degrees"), "note '%s'", t.note);
         for (size_t i = 0; i < t.n; i++)
             CHECK(t.valid[i] == (t.angle[0][i] < 60 && t.angle[2][i] < 40), "sample %zu: valid %d", i, t.valid[i]);
-        ff_table_free(&t);
+        ff_table_clear(&t);
     }
     m.b[m.n - 1] ^= 0x80; /* one bit is a difference */
     if (read_bytes(m.b, m.n, &t)) {
         CHECK(!strstr(t.note, "repeated"), "note '%s'", t.note);
-        ff_table_free(&t);
+        ff_table_clear(&t);
     }
 }
 
@@ -197,9 +197,9 @@ static void test_part(void)
         ff_read_options o;
         ff_read_options_init(&o);
         o.part = cases[k].part;
-        const ff_status s = ff_table_read_with(path, &o, &t, &err);
+        const ff_status s = ff_table_read_with_into(path, &o, &t, &err);
         CHECK(s == cases[k].status && strstr(err.message, cases[k].word), "part %s: %d %s", cases[k].part, s, err.message);
-        if (s == FF_OK) ff_table_free(&t);
+        if (s == FF_OK) ff_table_clear(&t);
     }
     const made only = make("MBSDF_DATA_TRANSMISSION=\n", 2, 2, 1);
     check_write(path, only.b, only.n);
@@ -215,12 +215,12 @@ static void expect_bytes(const char *label, const void *b, size_t n, ff_status c
     memset(&t, 0x5A, sizeof t);
     ff_error err = {0};
     check_write(path, b, n);
-    const ff_status s = ff_table_read(path, "mbsdf", &t, &err);
+    const ff_status s = ff_table_read_into(path, "mbsdf", &t, &err);
     CHECK(s == code && err.byte == byte && err.line == 0 && strcmp(err.path, path) == 0,
           "%s: %d at byte %lld, expected %d at %lld: %s", label, s, (long long)err.byte, code, (long long)byte, err.message);
     for (; *words; words++) CHECK(strstr(err.message, *words), "%s: no '%s' in: %s", label, *words, err.message);
     if (s == FF_OK) {
-        ff_table_free(&t);
+        ff_table_clear(&t);
         return;
     }
     CHECK(t.n_channels == (size_t)0x5A5A5A5A5A5A5A5A, "%s: the table was touched", label);
@@ -324,21 +324,21 @@ static void test_damage(void)
         ff_table t;
         ff_error err = {0};
         check_write(path, m.b, n);
-        const ff_status s = ff_table_read(path, "mbsdf", &t, &err);
+        const ff_status s = ff_table_read_into(path, "mbsdf", &t, &err);
         CHECK(n == reflection ? s == FF_OK : s == FF_ERR_READ && err.byte == (int64_t)n, "%zu bytes: %d at %lld %s", n, s,
               (long long)err.byte, err.message);
-        if (s == FF_OK) ff_table_free(&t);
+        if (s == FF_OK) ff_table_clear(&t);
     }
     for (size_t bit = 0; bit < 8 * m.n; bit++) {
         ff_table t;
         ff_error err = {0};
         m.b[bit / 8] ^= (unsigned char)(1 << bit % 8);
         check_write(path, m.b, m.n);
-        const ff_status s = ff_table_read(path, "mbsdf", &t, &err);
+        const ff_status s = ff_table_read_into(path, "mbsdf", &t, &err);
         m.b[bit / 8] ^= (unsigned char)(1 << bit % 8);
         if (s == FF_OK) {
             CHECK(t.n == 8 && t.n_channels == 3, "bit %zu: %zu x %zu", bit, t.n, t.n_channels);
-            ff_table_free(&t);
+            ff_table_clear(&t);
         } else {
             CHECK(err.message[0] && strcmp(err.path, path) == 0, "bit %zu: %d", bit, s);
         }
@@ -361,7 +361,7 @@ static void test_recognition(void)
     if (!read_bytes(m.b, m.n, &t)) return;
     CHECK(ff_table_write(check_path("x.mbsdf"), "mbsdf", &t, &err) == FF_ERR_UNSUPPORTED && strstr(err.message, "only be read"),
           "%s", err.message);
-    ff_table_free(&t);
+    ff_table_clear(&t);
 }
 
 static void test_pipe(void)
@@ -377,11 +377,11 @@ static void test_pipe(void)
         if (system(command) != 0) exit(1);
         ff_table t;
         ff_error err = {0};
-        const ff_status s = ff_table_read(fifo, "mbsdf", &t, &err);
+        const ff_status s = ff_table_read_into(fifo, "mbsdf", &t, &err);
         CHECK(s == (cut ? FF_ERR_READ : FF_OK), "%d %s", s, err.message);
         if (s != FF_OK) continue;
         check_table(&t, 4, 5, 1);
-        ff_table_free(&t);
+        ff_table_clear(&t);
     }
 }
 
@@ -400,7 +400,7 @@ static void test_real_file(const char *path, size_t negative, double largest)
     ff_error err = {0};
     size_t size, found = 0, measured = 0, invalid = 0;
     char *bytes = check_slurp(path, &size);
-    if (!CHECK(ff_table_read(path, NULL, &t, &err) == FF_OK, "%s", err.message)) exit(1);
+    if (!CHECK(ff_table_read_into(path, NULL, &t, &err) == FF_OK, "%s", err.message)) exit(1);
     CHECK(strcmp(t.format, "mbsdf") == 0 && t.n == 182250 && t.n_channels == 3 && t.isotropic && size == 2187055, "%zu x %zu", t.n,
           t.n_channels);
     double most = 0, brightest = 0;
@@ -439,7 +439,7 @@ static void test_real_file(const char *path, size_t negative, double largest)
         brightest = fmax(brightest, albedo);
     }
     printf("%s: %zu of %zu negative, albedo of blue up to %.3f\n", path, t.n_negative, t.n, brightest);
-    ff_table_free(&t);
+    ff_table_clear(&t);
     free(bytes);
 }
 

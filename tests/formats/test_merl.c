@@ -196,7 +196,7 @@ static void test_reading(const unsigned char *bytes)
     check_write(path, bytes, BYTES);
     ff_table t;
     ff_error err = {0};
-    if (!CHECK(ff_table_read(path, NULL, &t, &err) == FF_OK, "%s", err.message)) return;
+    if (!CHECK(ff_table_read_into(path, NULL, &t, &err) == FF_OK, "%s", err.message)) return;
     CHECK(t.n == N && t.n_channels == 3 && t.grid == &ff_grid_merl && t.isotropic == 1 && strcmp(t.format, "merl") == 0, "shape");
     CHECK(!t.valid[8] && !t.valid[2] && t.valid[3] && t.valid[9] && t.n_negative == 0, "validity");
     size_t invalid = 0;
@@ -217,19 +217,19 @@ static void test_reading(const unsigned char *bytes)
     char *copy = check_slurp(again, &n);
     CHECK(n == BYTES && memcmp(copy, bytes, BYTES) == 0, "written file differs from the one that was read");
     free(copy);
-    ff_table_free(&t);
+    ff_table_clear(&t);
 }
 
 static void test_writing(void)
 {
     ff_table t, back;
     ff_error err = {0};
-    if (!CHECK(ff_table_new(N, 3, &ff_grid_merl, 0, 0, &t, &err) == FF_OK, "%s", err.message)) return;
+    if (!CHECK(ff_table_init(N, 3, &ff_grid_merl, 0, 0, &t, &err) == FF_OK, "%s", err.message)) return;
     for (size_t i = 0; i < 3 * (size_t)N; i++) t.value[i] = check_uniform();
     for (size_t i = 0; i < N; i += 3) t.valid[i] = 0;
     const char *path = check_path("made2.binary");
     CHECK(ff_table_write(path, NULL, &t, &err) == FF_OK, "%s", err.message);
-    if (CHECK(ff_table_read(path, NULL, &back, &err) == FF_OK, "%s", err.message)) {
+    if (CHECK(ff_table_read_into(path, NULL, &back, &err) == FF_OK, "%s", err.message)) {
         CHECK(memcmp(t.valid, back.valid, N) == 0 && back.value[0] == -1, "validity");
         size_t same = 0, valid = 0;
         double worst = 0;
@@ -246,7 +246,7 @@ static void test_writing(void)
         CHECK((double)same > 0.7 * (double)valid, "%zu of %zu come back with the same bits", same, valid);
         printf("values in 1/sr through a MERL file: %.1f %% with the same bits, the rest within %.2g relative\n",
                100 * (double)same / (double)valid, worst);
-        ff_table_free(&back);
+        ff_table_clear(&back);
     }
     const char *never = check_path("never.binary");
     t.value[N + 4] = -1e-9;
@@ -260,13 +260,13 @@ static void test_writing(void)
     t.value[N + 4] = 1;
     s = ff_table_write("/dev/full", "merl", &t, &err);
     CHECK(s == FF_ERR_WRITE && strstr(err.message, "No space"), "%d %s", s, err.message);
-    ff_table_free(&t);
-    if (!CHECK(ff_table_new(10, 3, NULL, 0, 0, &t, &err) == FF_OK, "%s", err.message)) return;
+    ff_table_clear(&t);
+    if (!CHECK(ff_table_init(10, 3, NULL, 0, 0, &t, &err) == FF_OK, "%s", err.message)) return;
     s = ff_table_write(never, NULL, &t, &err);
     CHECK(s == FF_ERR_UNSUPPORTED && strstr(err.message, "3 channels") && strstr(err.message, "grid 'merl'") &&
               strstr(err.message, "scattered") && access(never, F_OK) != 0,
           "%d %s", s, err.message);
-    ff_table_free(&t);
+    ff_table_clear(&t);
     CHECK(check_leftovers() == 0, "%d unfinished files", check_leftovers());
 }
 
@@ -275,11 +275,11 @@ static void expect_bytes(const char *label, const char *path, ff_status code, in
 {
     ff_table t;
     ff_error err = {0};
-    ff_status s = ff_table_read(path, "merl", &t, &err);
+    ff_status s = ff_table_read_into(path, "merl", &t, &err);
     CHECK(s == code && err.byte == byte && err.line == 0 && strcmp(err.path, path) == 0,
           "%s: %d at byte %lld, expected %d at %lld: %s", label, s, (long long)err.byte, code, (long long)byte, err.message);
     for (; *words; words++) CHECK(strstr(err.message, *words), "%s: no '%s' in: %s", label, *words, err.message);
-    if (s == FF_OK) ff_table_free(&t);
+    if (s == FF_OK) ff_table_clear(&t);
 }
 
 static void patch(const char *path, long at, const void *bytes, size_t n)

@@ -23,16 +23,16 @@ static void test_made(void)
         CHECK(v == 0.41 && t.value[0] == 0.3 && t.angle[0][0] == -30 && t.angle[3][0] == 170 && t.quantity == FF_BRDF, "values");
         ff_table_directions(&t, 1, 1, planes);
         CHECK(p[0] > 0 && p[2] > 0 && p[3] < 0 && p[5] > 0, "light and detector on opposite sides: %g %g", p[0], p[3]);
-        ff_table_free(&t);
+        ff_table_clear(&t);
     }
     if (check_reads_part("random", "nist", NEW ".633,1,2,3,4,5,6,7\n.532,2,2,3,4,6,6,7\n.532,3,2,3,4,7,6,7\n", NULL, &t)) {
         CHECK(t.n == 2 && t.n_channels == 1 && t.channels[0].wavelength_nm == 532 && strstr(t.note, "'part'"), "%s", t.note);
-        ff_table_free(&t);
+        ff_table_clear(&t);
     }
     if (check_reads_part("random, chosen", "nist", NEW ".633,1,2,3,4,5,6,7\n.532,2,2,3,4,6,6,7\n.532,3,2,3,4,7,6,7\n", "633nm",
                          &t)) {
         CHECK(t.n == 1 && t.value[0] == 5, "%zu", t.n);
-        ff_table_free(&t);
+        ff_table_clear(&t);
     }
     const char *path = check_path("bad.csv");
     check_write(path, NEW ".633,1,2,3,4,nan,6,7\n", strlen(NEW) + 21);
@@ -45,7 +45,7 @@ static void test_made(void)
     if (check_reads_part("not written", "nist", NEW ".633,1,2,3,4,5,6,7\n", NULL, &t)) {
         CHECK(ff_table_write(check_path("x"), "nist", &t, &err) == FF_ERR_UNSUPPORTED && strstr(err.message, "only be read"), "%s",
               err.message);
-        ff_table_free(&t);
+        ff_table_clear(&t);
     }
 }
 
@@ -62,10 +62,10 @@ static void test_prefixes(void)
             check_write(path, copy, length);
             ff_table t;
             ff_error err = {0};
-            if (ff_table_read(path, "nist", &t, &err) == FF_OK) {
+            if (ff_table_read_into(path, "nist", &t, &err) == FF_OK) {
                 CHECK(bit >= 0 || n == 0 || text[n - 1] == '\n' || strstr(t.note, "cut"), "prefix %zu: note '%s'", n, t.note);
                 CHECK(t.n >= 1 && t.n <= 2, "%zu samples", t.n);
-                ff_table_free(&t);
+                ff_table_clear(&t);
             } else {
                 CHECK(err.message[0] && err.path[0], "prefix %zu bit %d: no message", n, bit);
             }
@@ -90,7 +90,7 @@ static int test_real(void)
     fclose(f);
     ff_table t;
     ff_error err = {0};
-    if (!CHECK(ff_table_read(path, NULL, &t, &err) == FF_OK, "%ld: %s", err.line, err.message)) return 1;
+    if (!CHECK(ff_table_read_into(path, NULL, &t, &err) == FF_OK, "%ld: %s", err.line, err.message)) return 1;
     double mine[6] = {0}, forward = 0, backward = 0;
     size_t n_forward = 0, n_backward = 0;
     for (size_t i = 0; i < t.n; i++) {
@@ -108,7 +108,7 @@ static int test_real(void)
     forward /= (double)n_forward, backward /= (double)n_backward;
     CHECK(forward > 1.2 * backward && forward < 0.5 && backward > 0.2, "forward %g, backward %g", forward, backward);
     CHECK(t.n_invalid == 0 && t.n_negative == 0 && !t.note[0], "note '%s'", t.note);
-    ff_table_free(&t);
+    ff_table_clear(&t);
     return 1;
 }
 

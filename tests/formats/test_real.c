@@ -27,7 +27,7 @@ static void test_astm_file(const char *path)
 {
     ff_table t, back;
     ff_error err = {0};
-    if (!CHECK(ff_table_read(path, NULL, &t, &err) == FF_OK, "%s:%ld: %s", path, err.line, err.message)) return;
+    if (!CHECK(ff_table_read_into(path, NULL, &t, &err) == FF_OK, "%s:%ld: %s", path, err.line, err.message)) return;
     long points;
     double sum_theta_i, sum_last, theta_i = 0, last = 0;
     second_source(path, &points, &sum_theta_i, &sum_last);
@@ -44,12 +44,12 @@ static void test_astm_file(const char *path)
     for (int k = 0; k < 2; k++) {
         const char *copy = check_path(names[k]);
         CHECK(ff_table_write(copy, NULL, &t, &err) == FF_OK, "%s: %s", path, err.message);
-        if (!CHECK(ff_table_read(copy, NULL, &back, &err) == FF_OK, "%s: %s", path, err.message)) continue;
+        if (!CHECK(ff_table_read_into(copy, NULL, &back, &err) == FF_OK, "%s: %s", path, err.message)) continue;
         check_same_tables(path, &t, &back);
         check_same_angles(path, &t, &back);
-        ff_table_free(&back);
+        ff_table_clear(&back);
     }
-    ff_table_free(&t);
+    ff_table_clear(&t);
 }
 
 static int test_astm(void)
@@ -83,7 +83,7 @@ static int test_merl(void)
     if (system(command) != 0) return 0;
     ff_table t;
     ff_error err = {0};
-    if (!CHECK(ff_table_read(path, NULL, &t, &err) == FF_OK, "%s", err.message)) return 1;
+    if (!CHECK(ff_table_read_into(path, NULL, &t, &err) == FF_OK, "%s", err.message)) return 1;
     size_t size, missing = 0, negative = 0;
     char *bytes = check_slurp(path, &size);
     for (size_t i = 0; i < t.n; i++) {
@@ -108,7 +108,7 @@ static int test_merl(void)
     printf("MERL: %zu invalid, %zu of them of the database\n", negative, missing);
     free(bytes);
     free(written);
-    ff_table_free(&t);
+    ff_table_clear(&t);
     return 1;
 }
 

@@ -2,7 +2,7 @@
  * against the output of the database's own loader. `test_formats_rgl --corpus DIR` writes the files of tests/fuzz/corpus/rgl. */
 #include "check.h"
 #include "data_formats/formats/rgl/internal_rgl.h"
-#include "ff_survey.h"
+#include "data_formats/analysis/survey_struct.h"
 #include <dirent.h>
 
 static const double pi = 3.14159265358979323846;
@@ -326,7 +326,7 @@ static int read_bytes(const unsigned char *bytes, size_t n, const char *grid, ff
     ff_read_options o;
     ff_read_options_init(&o);
     o.grid = grid;
-    return ff_table_read_with(path, &o, t, err) == FF_OK;
+    return ff_table_read_with_into(path, &o, t, err) == FF_OK;
 }
 
 /* Every sample lies where the warp of its node puts it, has the file's own number, and weighs its part of the sphere. */
@@ -490,7 +490,7 @@ static void test_reading(void)
         check_samples(label, &m, &t);
         check_weights(label, &t);
         check_masses(label, &m);
-        ff_table_free(&t);
+        ff_table_clear(&t);
         unmake(&m);
     }
 }
@@ -509,7 +509,7 @@ static void test_validity(void)
         CHECK(!t.valid[at] && t.valid[black] && t.value[black] == 0, "unmeasured and black");
         for (size_t i = 3 * size; i < 4 * size; i++) CHECK(!t.valid[i] && t.value[i] == 0, "light at 90 degrees");
         CHECK(strstr(t.note, "1 samples have no colour") && strstr(t.note, "30 samples of light at 90 degrees"), "%s", t.note);
-        ff_table_free(&t);
+        ff_table_clear(&t);
     }
     memset(m.ndf, 0, 2 * m.nw * sizeof *m.ndf);
     CHECK(!read_bytes(file_bytes, file_of(&m), NULL, &t, &err) && err.code == FF_ERR_DATA && strstr(err.message, "not measured"),
@@ -517,14 +517,14 @@ static void test_validity(void)
     m.ndf[m.nw - 1] = m.ndf[2 * m.nw - 1] = m.ndf[m.nw - 2] = m.ndf[2 * m.nw - 2] = m.ndf[m.nw - 3] = m.ndf[2 * m.nw - 3] = 1;
     if (CHECK(read_bytes(file_bytes, file_of(&m), NULL, &t, &err), "%s", err.message)) {
         CHECK(!t.valid[0] && strstr(t.note, "no density of normals"), "%s", t.note);
-        ff_table_free(&t);
+        ff_table_clear(&t);
     }
     m.jacobian[0] = 0;
     if (CHECK(read_bytes(file_bytes, file_of(&m), NULL, &t, &err), "%s", err.message)) {
         CHECK(t.valid[0] && strstr(t.note, "not relative") &&
                   fabs(t.value[1] / (double)m.colour[1] * cos(t.angle[2][1]) - 1) < 1e-12,
               "%s", t.note);
-        ff_table_free(&t);
+        ff_table_clear(&t);
     }
     unmake(&m);
 }
@@ -553,7 +553,7 @@ static void check_grid(const char *label, const material *m, const char *grid, c
         for (size_t c = 0; c < m->C; c++) worst = fmax(worst, fabs(t.value[c * t.n + i] - f[c]) * wo[2]);
     }
     CHECK(worst < 1e-5, "%s: %g", label, worst);
-    ff_table_free(&t);
+    ff_table_clear(&t);
 }
 
 static void test_grids(void)
@@ -576,7 +576,7 @@ static void test_grids(void)
             second(&iso, w, w + 3, f);
             CHECK(fabs(t.value[t.n + i] - f[1]) * w[5] < 1e-5, "merl: %zu: %g %g", i, t.value[t.n + i], f[1]);
         }
-        ff_table_free(&t);
+        ff_table_clear(&t);
     }
     static const struct {
         const char *grid;
@@ -617,11 +617,11 @@ static void expect_bad(const char *label, const unsigned char *bytes, size_t n, 
     ff_error err = {0};
     memset(&t, 0x5A, sizeof t);
     check_write(path, bytes, n);
-    const ff_status s = ff_table_read(path, "rgl", &t, &err);
+    const ff_status s = ff_table_read_into(path, "rgl", &t, &err);
     CHECK(s == code && err.byte == (int64_t)byte && err.line == 0 && strcmp(err.path, path) == 0,
           "%s: %d at byte %lld, expected %d at %zu: %s", label, s, (long long)err.byte, code, byte, err.message);
     for (; *words; words++) CHECK(strstr(err.message, *words), "%s: no '%s' in: %s", label, *words, err.message);
-    if (s == FF_OK) ff_table_free(&t);
+    if (s == FF_OK) ff_table_clear(&t);
 }
 
 static unsigned char spoilt[BIG];
@@ -740,7 +740,7 @@ static void test_content(void)
     fresh(&m), put(spoilt + data_at[WAVELENGTHS] + 8, 0, 4);
     expect_bad("wavelengths", spoilt, n, FF_ERR_DATA, data_at[WAVELENGTHS] + 8, WORDS("'wavelengths'", "increasing"));
     unmake(&m);
-    CHECK(ff_table_read(check_path("none.bsdf"), "rgl", NULL, &(ff_error){0}) == FF_ERR_OPEN, "missing file");
+    CHECK(ff_table_read_into(check_path("none.bsdf"), "rgl", NULL, &(ff_error){0}) == FF_ERR_OPEN, "missing file");
 }
 
 /* Every prefix fails; a flipped bit of the descriptions gives an error or a table that can be used. */
@@ -754,9 +754,9 @@ static void test_mutations(void)
         ff_table t;
         ff_error err = {0};
         if (truncate(path, (off_t)k) != 0) exit(1);
-        const ff_status s = ff_table_read(path, "rgl", &t, &err);
+        const ff_status s = ff_table_read_into(path, "rgl", &t, &err);
         CHECK(s == FF_ERR_READ || s == FF_ERR_FORMAT, "%zu bytes: %d %s", k, s, err.message);
-        if (s == FF_OK) ff_table_free(&t);
+        if (s == FF_OK) ff_table_clear(&t);
     }
     size_t read = 0;
     for (size_t bit = 0; bit < 8 * data_at[PHI]; bit++) {
@@ -765,14 +765,14 @@ static void test_mutations(void)
         fresh(&m);
         spoilt[bit / 8] = (unsigned char)(spoilt[bit / 8] ^ 1u << bit % 8);
         check_write(path, spoilt, n);
-        if (ff_table_read(path, "rgl", &t, &err) != FF_OK) {
+        if (ff_table_read_into(path, "rgl", &t, &err) != FF_OK) {
             CHECK(err.message[0] != 0, "bit %zu: no message", bit);
             continue;
         }
         read++;
         CHECK(t.n == 120 && t.n_channels == 3 && ff_table_write(check_path("flip.bsdf"), NULL, &t, &err) == FF_OK, "bit %zu: %s",
               bit, err.message);
-        ff_table_free(&t);
+        ff_table_clear(&t);
     }
     CHECK(read > 0 && read < 8 * data_at[PHI] / 4, "%zu of %zu flipped bits do not matter", read, 8 * data_at[PHI]);
     unmake(&m);
@@ -807,7 +807,7 @@ static void test_round_trip(size_t P, int reduction, size_t C, int spectral)
     while (!t.valid[gone]) gone++;
     t.valid[gone] = 0;
     CHECK(ff_table_write(copy, "rgl", &t, &err) == FF_OK && changed > 0, "%s", err.message);
-    if (CHECK(ff_table_read(copy, NULL, &back, &err) == FF_OK, "%s", err.message)) {
+    if (CHECK(ff_table_read_into(copy, NULL, &back, &err) == FF_OK, "%s", err.message)) {
         CHECK(memcmp(t.valid, back.valid, t.n) == 0, "validity");
         check_same_angles("round trip", &t, &back);
         double worst = 0;
@@ -821,7 +821,7 @@ static void test_round_trip(size_t P, int reduction, size_t C, int spectral)
                     worst = fmax(worst, fabs(b - a) / fabs(a));
             }
         CHECK(worst < 6.1e-8, "changed values differ by %g", worst);
-        ff_table_free(&back);
+        ff_table_clear(&back);
     }
     /* What cannot be written. */
     const char *never = check_path("never.bsdf");
@@ -831,18 +831,18 @@ static void test_round_trip(size_t P, int reduction, size_t C, int spectral)
     t.angle[3][4] = 1;
     t.value[t.n + gone + 1] = 1e300, t.valid[gone + 1] = 1;
     CHECK(ff_table_write(never, NULL, &t, &err) != FF_OK && access(never, F_OK) != 0, "too large");
-    ff_table_free(&t);
+    ff_table_clear(&t);
     if (CHECK(read_bytes(file_bytes, n, NULL, &t, &err), "%s", err.message)) {
         size_t at = 1;
         while (!t.valid[at]) at++;
         t.value[at] = 1e60;
         CHECK(ff_table_write(never, NULL, &t, &err) == FF_ERR_DATA && strstr(err.message, "too large for 32 bits"), "%s",
               err.message);
-        ff_table_free(&t);
+        ff_table_clear(&t);
     }
     if (P == 1 && CHECK(read_bytes(file_bytes, n, "9x9x9", &t, &err), "%s", err.message)) {
         CHECK(ff_table_write(never, NULL, &t, &err) == FF_ERR_UNSUPPORTED && strstr(err.message, "resample"), "%s", err.message);
-        ff_table_free(&t);
+        ff_table_clear(&t);
     }
     CHECK(access(never, F_OK) != 0 && check_leftovers() == 0, "something was left behind");
     unmake(&m);
@@ -890,7 +890,7 @@ static void test_layout(const char *label, const ff_table *from, const char *gri
     check_parts(label, &t, 2);
     fill_lobe(ax, ay, &t);
     CHECK(ff_table_write(path, NULL, &t, &err) == FF_OK, "%s: %s", label, err.message);
-    if (!CHECK(ff_table_read(path, NULL, &back, &err) == FF_OK, "%s: %s", label, err.message)) return;
+    if (!CHECK(ff_table_read_into(path, NULL, &back, &err) == FF_OK, "%s: %s", label, err.message)) return;
     check_same_angles(label, &t, &back);
     size_t above = 0;
     double worst = 0, covered = 0;
@@ -925,8 +925,8 @@ static void test_layout(const char *label, const ff_table *from, const char *gri
            mean);
     CHECK(mean < mean_most, "%s: %g in the mean between samples", label, mean);
     ff_rgl_free(r);
-    ff_table_free(&back);
-    ff_table_free(&t);
+    ff_table_clear(&back);
+    ff_table_clear(&t);
 }
 
 /* Each cell of a layout has the same part of the visible normals: (H-1) (W-1) times its solid angle times ndf / (4 sigma) is 1. */
@@ -972,7 +972,7 @@ static void check_horizon(const char *label, const ff_rgl *r, double ax, double 
 static void scattered(double ax, double ay, size_t n_channels, ff_table *t)
 {
     ff_error err;
-    if (ff_table_new(20000, n_channels, NULL, 0, 0, t, &err) != FF_OK) exit(1);
+    if (ff_table_init(20000, n_channels, NULL, 0, 0, t, &err) != FF_OK) exit(1);
     for (size_t i = 0; i < t->n; i++)
         for (int k = 0; k < 4; k++) t->angle[k][i] = (k % 2 ? 2 * pi : pi / 2) * check_uniform();
     t->isotropic = ax == ay;
@@ -1005,23 +1005,23 @@ static void test_layouts(void)
         const char *path = check_path("black.bsdf");
         ff_table black;
         CHECK(ff_table_write(path, NULL, &out, &err) == FF_OK, "zeros: %s", err.message);
-        ff_table_free(&out);
-        if (CHECK(ff_table_read(path, NULL, &black, &err) == FF_OK, "black: %s", err.message)) {
+        ff_table_clear(&out);
+        if (CHECK(ff_table_read_into(path, NULL, &black, &err) == FF_OK, "black: %s", err.message)) {
             CHECK(black.n == 36 && black.n_invalid < 20 && black.valid[0] && black.value[0] == 0, "%zu invalid", black.n_invalid);
-            ff_table_free(&black);
+            ff_table_clear(&black);
         }
     }
     for (size_t i = 0; i < t.n; i++) t.value[i] = t.value[t.n + i] = t.value[2 * t.n + i] *= t.value[i] > 0.5;
     if (CHECK(rgl->layout(&t, NULL, &out, &err) == FF_OK, "%s", err.message)) {
         check_parts("nothing beside the lobe", &out, 0);
-        ff_table_free(&out);
+        ff_table_clear(&out);
     }
-    ff_table_free(&t);
+    ff_table_clear(&t);
 
     scattered(0.25, 0.5, 1, &t);
     test_layout("anisotropic ggx 0.25, 0.5, 17x10x32", &t, "17x10x32", 0.25, 0.5, 0.05);
     CHECK(rgl->layout(&t, "2x8x32", &out, &err) == FF_ERR_RANGE && strstr(err.message, "3 to 512 azimuths"), "%s", err.message);
-    ff_table_free(&t);
+    ff_table_clear(&t);
 
     scattered(0.4, 0.4, 4, &t);
     CHECK(rgl->layout(&t, NULL, &out, &err) == FF_ERR_UNSUPPORTED && strstr(err.message, "4 channels"), "%s", err.message);
@@ -1030,7 +1030,7 @@ static void test_layouts(void)
     if (CHECK(rgl->layout(&t, "8x32", &out, &err) == FF_OK, "%s", err.message)) {
         CHECK(out.n_channels == 4 && strcmp(out.channels[1].name, "450.5nm") == 0 && out.channels[3].wavelength_nm == 551.5, "%s",
               out.channels[1].name);
-        ff_table_free(&out);
+        ff_table_clear(&out);
     }
     t.channels[2].wavelength_nm = 410;
     CHECK(rgl->layout(&t, NULL, &out, &err) == FF_ERR_UNSUPPORTED && strstr(err.message, "increasing"), "%s", err.message);
@@ -1038,9 +1038,9 @@ static void test_layouts(void)
     for (size_t c = 0; c < 4; c++) t.channels[c].wavelength_nm = 400 + 50 * (double)c;
     if (CHECK(rgl->layout(&t, NULL, &out, &err) == FF_OK, "%s", err.message)) {
         CHECK(out.n == 5 * 32 * 32 && fabs(out.angle[0][2 * 1024] - pi / 6) < 1e-6, "incidences of the table: %zu", out.n);
-        ff_table_free(&out);
+        ff_table_clear(&out);
     }
-    ff_table_free(&t);
+    ff_table_clear(&t);
 }
 
 /* ---- real files ------------------------------------------------------------------------------ */
@@ -1055,7 +1055,7 @@ static void test_real_file(const char *path)
 {
     ff_table t;
     ff_error err = {0};
-    if (!CHECK(ff_table_read(path, NULL, &t, &err) == FF_OK, "%s: %s", path, err.message)) return;
+    if (!CHECK(ff_table_read_into(path, NULL, &t, &err) == FF_OK, "%s: %s", path, err.message)) return;
     CHECK(strcmp(t.format, "rgl") == 0 && t.n == 8192 && t.n_channels == 3 && t.isotropic == 1 && t.n_invalid > 1024 &&
               t.n_invalid < 2500,
           "%s: %zu x %zu, %zu invalid", path, t.n, t.n_channels, t.n_invalid);
@@ -1083,7 +1083,7 @@ static void test_real_file(const char *path)
     }
     free(bytes);
     free(again);
-    ff_table_free(&t);
+    ff_table_clear(&t);
 }
 
 /* The loader's albedos were made by a sum over 0.5 x 1 degrees, too coarse for the sharp lobes: repeated, not improved. */
@@ -1153,7 +1153,7 @@ static void check_survey(const char *path, const ff_table *t, const ff_rgl *r)
 {
     ff_survey v;
     ff_error err = {0};
-    if (!CHECK(ff_survey_new(t, &v, &err) == FF_OK, "%s: %s", path, err.message)) return;
+    if (!CHECK(ff_survey_init(t, &v, &err) == FF_OK, "%s: %s", path, err.message)) return;
     CHECK(v.n_reflectances >= 6, "%s: %zu incidences", path, v.n_reflectances);
     for (size_t k = 0; k < v.n_reflectances; k++) {
         double uncertain;
@@ -1161,7 +1161,7 @@ static void check_survey(const char *path, const ff_table *t, const ff_rgl *r)
         const double e = apart(r, theta, v.reflectance[k].phi_i * pi / 180, 400, v.albedo + k * t->n_channels, &uncertain);
         CHECK(e < 1e-3 + uncertain, "%s: at %g degrees the survey's reflectance is %g off", path, v.reflectance[k].theta_i, e);
     }
-    ff_survey_free(&v);
+    ff_survey_clear(&v);
 }
 
 static int test_reflectances(void)
@@ -1178,13 +1178,13 @@ static int test_reflectances(void)
         ff_error err = {0};
         if (!dot || strcmp(dot, ".bsdf") != 0) continue;
         snprintf(path, sizeof path, "%s/rgl/%s", data_dir(), e->d_name);
-        if (!CHECK(ff_table_read(path, NULL, &t, &err) == FF_OK && ff_rgl_open(path, &r, &err) == FF_OK, "%s", err.message))
+        if (!CHECK(ff_table_read_into(path, NULL, &t, &err) == FF_OK && ff_rgl_open(path, &r, &err) == FF_OK, "%s", err.message))
             continue;
         check_weights(path, &t);
         worst = fmax(worst, check_sums(path, &t, r, 1e-3));
         check_survey(path, &t, r);
         ff_rgl_free(r);
-        ff_table_free(&t);
+        ff_table_clear(&t);
         files++;
     }
     if (dir) closedir(dir);

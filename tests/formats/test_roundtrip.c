@@ -2,8 +2,8 @@
  * says so and within its stated loss elsewhere, and writing that again gives the same bytes. Without measured data, one simulated
  * by hand. Full-size grids of a million samples are made of every tenth file only. */
 #include "check.h"
-#include "ff_resample.h"
-#include "ff_spectral.h"
+#include "data_formats/interpolation/resample_struct.h"
+#include "data_formats/analysis/spectral_struct.h"
 
 enum { PATH = 1024, FILES = 256 };
 
@@ -93,12 +93,12 @@ static void there_and_back(const char *label, const ff_format *f, const ff_table
     snprintf(first, sizeof first, "%s", check_path("first"));
     snprintf(second, sizeof second, "%s", check_path("second"));
     if (!CHECK(f->write(first, made, &err) == FF_OK, "%s: %s", label, err.message)) return;
-    if (!CHECK(ff_table_read(first, f->name, &again, &err) == FF_OK, "%s: %s", label, err.message)) return;
+    if (!CHECK(ff_table_read_into(first, f->name, &again, &err) == FF_OK, "%s: %s", label, err.message)) return;
     compare(label, f, made, &again);
     if (CHECK(f->write(second, &again, &err) == FF_OK, "%s, again: %s", label, err.message))
         CHECK(same_bytes(first, second), "%s: written again, the file is another", label);
     n_trips++;
-    ff_table_free(&again);
+    ff_table_clear(&again);
 }
 
 static void trip(const char *name, const ff_table *t, const ff_format *f)
@@ -110,22 +110,22 @@ static void trip(const char *name, const ff_table *t, const ff_format *f)
     ff_error err = {0};
     ff_resample_options_init(&o);
     snprintf(label, sizeof label, "%s to %s", name, f->name);
-    ff_status s = ff_resample(t, f, &o, &made, &report, &err);
+    ff_status s = ff_resample_into(t, f, &o, &made, &report, &err);
     if (s == FF_ERR_UNSUPPORTED && t->n_channels > 1) { /* fewer channels are held, for which the message asks */
         CHECK(err.message[0], "%s: refused without a word", label);
-        s = ff_table_reduce(t, "mean", &mean, &err);
-        if (s == FF_OK) s = ff_resample(&mean, f, &o, &made, &report, &err);
+        s = ff_table_reduce_into(t, "mean", &mean, &err);
+        if (s == FF_OK) s = ff_resample_into(&mean, f, &o, &made, &report, &err);
     }
     if (s == FF_ERR_DATA) { /* one incidence, where the format has others */
         CHECK(strstr(err.message, "extrapolated") != NULL, "%s: %s", label, err.message);
         o.beyond = 1;
-        s = ff_resample(t, f, &o, &made, &report, &err);
+        s = ff_resample_into(t, f, &o, &made, &report, &err);
     }
     if (CHECK(s == FF_OK, "%s: %s", label, err.message)) {
         there_and_back(label, f, &made);
-        ff_table_free(&made);
+        ff_table_clear(&made);
     }
-    ff_table_free(&mean);
+    ff_table_clear(&mean);
 }
 
 static void all_formats(const char *name, const ff_table *t, size_t number)
@@ -148,9 +148,9 @@ static void real_file(const char *path, size_t *number)
     if (ff_format_detect(path, &f, &err) != FF_OK) return; /* a description, a licence */
     ff_read_options_init(&o);
     if (strcmp(f->name, "pgii") == 0) o.scale = 1e-3;
-    if (ff_table_read_with(path, &o, &t, &err) != FF_OK) return; /* a table of parameters */
+    if (ff_table_read_with_into(path, &o, &t, &err) != FF_OK) return; /* a table of parameters */
     all_formats(strrchr(path, '/') + 1, &t, (*number)++);
-    ff_table_free(&t);
+    ff_table_clear(&t);
 }
 
 static int by_name(const void *a, const void *b)
@@ -183,7 +183,7 @@ static void made_file(void)
 {
     enum { INCIDENCES = 4, THETAS = 17, PHIS = 13, N = INCIDENCES * THETAS * PHIS };
     ff_table t;
-    if (ff_table_new(N, 2, NULL, 1, 0, &t, NULL) != FF_OK) exit(1);
+    if (ff_table_init(N, 2, NULL, 1, 0, &t, NULL) != FF_OK) exit(1);
     t.radians_per_unit = 3.14159265358979323846 / 180;
     t.isotropic = 1;
     for (size_t i = 0; i < N; i++) {
@@ -207,7 +207,7 @@ static void made_file(void)
     t.valid[200] = 0;
     t.n_invalid = t.n_negative = 1;
     all_formats("made", &t, 0);
-    ff_table_free(&t);
+    ff_table_clear(&t);
 }
 
 int main(void)

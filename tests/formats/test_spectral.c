@@ -1,6 +1,6 @@
 /* Many wavelengths become few channels. */
 #include "check.h"
-#include "ff_spectral.h"
+#include "data_formats/analysis/spectral_struct.h"
 #include "data_formats/analysis/internal_cie1931.h"
 
 /* XYZ of linear sRGB, as IEC 61966-2-1 prints it. */
@@ -11,7 +11,7 @@ static ff_table spectrum(size_t n, double first, double step, int with_sigma)
 {
     ff_table t;
     ff_error err = {0};
-    if (ff_table_new(2, n, NULL, with_sigma, 1, &t, &err) != FF_OK) exit(1);
+    if (ff_table_init(2, n, NULL, with_sigma, 1, &t, &err) != FF_OK) exit(1);
     for (size_t c = 0; c < n; c++) {
         snprintf(t.channels[c].name, sizeof t.channels[c].name, "%gnm", first + step * (double)c);
         t.channels[c].wavelength_nm = first + step * (double)c;
@@ -28,7 +28,7 @@ static ff_table spectrum(size_t n, double first, double step, int with_sigma)
 static int reduces(const ff_table *t, const char *text, ff_table *out)
 {
     ff_error err = {0};
-    return CHECK(ff_table_reduce(t, text, out, &err) == FF_OK, "%s: %s", text, err.message);
+    return CHECK(ff_table_reduce_into(t, text, out, &err) == FF_OK, "%s: %s", text, err.message);
 }
 
 static double value(const ff_table *t, size_t c)
@@ -43,9 +43,9 @@ static void refuses(const ff_table *t, const char *text, ff_status code, const c
     ff_table out;
     ff_error err = {0};
     memset(&out, 0x5A, sizeof out);
-    ff_status s = ff_table_reduce(t, text, &out, &err);
+    ff_status s = ff_table_reduce_into(t, text, &out, &err);
     if (!CHECK(s == code, "%s: %d %s", text, s, err.message)) {
-        if (s == FF_OK) ff_table_free(&out);
+        if (s == FF_OK) ff_table_clear(&out);
         return;
     }
     CHECK(out.n == 0x5A5A5A5A5A5A5A5Au, "%s: the table was touched", text);
@@ -80,9 +80,9 @@ static void test_constants(void)
                 CHECK(out.n == 2 && out.angle[0][0] == 0.25 && out.weight[0] == 7 && !out.valid[1] && out.value[1] == 0 &&
                           out.n_invalid == 1 && strncmp(out.note, "as it was", 9) == 0 && strcmp(out.format, "csv") == 0,
                       "the rest of the table: %s", out.note);
-                ff_table_free(&out);
+                ff_table_clear(&out);
             }
-            ff_table_free(&t);
+            ff_table_clear(&t);
         }
 }
 
@@ -117,9 +117,9 @@ static void test_locus(void)
             CHECK(fabs(xy[0] - locus[k].x) < 4e-4 && fabs(xy[1] - locus[k].y) < 4e-4, "%d nm: %.4f %.4f, expected %.4f %.4f",
                   locus[k].nm, xy[0], xy[1], locus[k].x, locus[k].y);
             CHECK(out.n_negative == (size_t)(value(&out, 0) < 0 || value(&out, 1) < 0 || value(&out, 2) < 0), "negatives");
-            ff_table_free(&out);
+            ff_table_clear(&out);
         }
-        ff_table_free(&t);
+        ff_table_clear(&t);
     }
 }
 
@@ -140,7 +140,7 @@ static void test_illuminants(void)
                 CHECK(fabs(xy[0] - 1. / 3) < 3e-4 && fabs(xy[1] - 1. / 3) < 3e-4, "E: %.5f %.5f", xy[0], xy[1]);
             else
                 CHECK(fabs(xy[0] - 0.44758) < 3e-4 && fabs(xy[1] - 0.40745) < 3e-4, "A: %.5f %.5f", xy[0], xy[1]);
-            ff_table_free(&out);
+            ff_table_clear(&out);
         }
         /* under E, Bradford's adaptation of E to D65 makes of A what is computed here step by step */
         if (!illuminant && reduces(&t, "srgb:e", &out)) {
@@ -165,9 +165,9 @@ static void test_illuminants(void)
                 CHECK(fabs(value(&out, (size_t)i) - expected) < 2e-3, "E, channel %d: %.5f, expected %.5f", i,
                       value(&out, (size_t)i), expected);
             }
-            ff_table_free(&out);
+            ff_table_clear(&out);
         }
-        ff_table_free(&t);
+        ff_table_clear(&t);
     }
     double sum[3] = {0, 0, 0}, white[3] = {0, 0, 0};
     for (int k = 0; k < FF_CIE_N; k++)
@@ -200,11 +200,11 @@ static void test_accuracy(void)
             for (size_t c = 0; c < coarse.n_channels; c++) coarse.value[2 * c] = smooth(kind, coarse.channels[c].wavelength_nm);
             if (reduces(&fine, "srgb", &a) && reduces(&coarse, "srgb", &b)) {
                 for (size_t c = 0; c < 3; c++) worst = fmax(worst, fabs(value(&a, c) - value(&b, c)));
-                ff_table_free(&a);
-                ff_table_free(&b);
+                ff_table_clear(&a);
+                ff_table_clear(&b);
             }
-            ff_table_free(&fine);
-            ff_table_free(&coarse);
+            ff_table_clear(&fine);
+            ff_table_clear(&coarse);
         }
         printf("%zu channels of %g nm: within %.1e of 1 nm\n", grids[g].n, grids[g].step, worst);
         CHECK(worst < grids[g].at_most, "%g nm: off by %g", grids[g].step, worst);
@@ -220,11 +220,11 @@ static void test_ends(void)
     if (reduces(&shorter, "srgb", &a) && reduces(&whole, "srgb", &b)) {
         for (size_t c = 0; c < 3; c++)
             CHECK(fabs(value(&a, c) - value(&b, c)) < 1e-14, "%zu: %g %g", c, value(&a, c), value(&b, c));
-        ff_table_free(&a);
-        ff_table_free(&b);
+        ff_table_clear(&a);
+        ff_table_clear(&b);
     }
-    ff_table_free(&shorter);
-    ff_table_free(&whole);
+    ff_table_clear(&shorter);
+    ff_table_clear(&whole);
 }
 
 static void test_coverage(void)
@@ -241,27 +241,27 @@ static void test_coverage(void)
         snprintf(expected, sizeof expected, "%.1f %% of Z", 100 * below / all);
         CHECK(strstr(out.note, expected) && strstr(out.note, "beyond 450 to 1050 nm") && strstr(out.note, "up to 120 nm apart"),
               "'%s' in '%s'", expected, out.note);
-        ff_table_free(&out);
+        ff_table_clear(&out);
     }
-    ff_table_free(&t);
+    ff_table_clear(&t);
     t = spectrum(31, 400, 10, 0);
     if (reduces(&t, "srgb", &out)) {
         CHECK(strstr(out.note, "beyond 400 to 700 nm") && !strstr(out.note, "apart"), "'%s'", out.note);
-        ff_table_free(&out);
+        ff_table_clear(&out);
     }
-    ff_table_free(&t);
+    ff_table_clear(&t);
     t = spectrum(95, 360, 5, 0);
     if (reduces(&t, "srgb", &out)) {
         CHECK(strcmp(out.note, "as it was") == 0, "'%s'", out.note);
-        ff_table_free(&out);
+        ff_table_clear(&out);
     }
-    ff_table_free(&t);
+    ff_table_clear(&t);
     t = spectrum(20, 600, 10, 0);
     refuses(&t, "srgb", FF_ERR_UNSUPPORTED, WORDS("600 to 790 nm", "at least 50 %"));
-    ff_table_free(&t);
+    ff_table_clear(&t);
     t = spectrum(1, 550, 10, 0);
     refuses(&t, "srgb", FF_ERR_UNSUPPORTED, WORDS("550 to 550 nm"));
-    ff_table_free(&t);
+    ff_table_clear(&t);
 }
 
 /* ---- bands ----------------------------------------------------------------------------------- */
@@ -289,7 +289,7 @@ static void test_bands(void)
         CHECK(strstr(out.note, "band 'low', 300 to 420 nm: the mean is over 400 to 420 nm") && !strstr(out.note, "blue"), "'%s'",
               out.note);
         CHECK(strcmp(out.channels[3].name, "up") == 0 && out.n_channels == 5 && out.sigma[1] == 0, "names");
-        ff_table_free(&out);
+        ff_table_clear(&out);
     }
     refuses(&t, "bands:ir=800-900", FF_ERR_UNSUPPORTED, WORDS("'ir'", "800 to 900", "400 to 700 nm"));
     refuses(&t, "bands:ir=700-900", FF_ERR_UNSUPPORTED, WORDS("'ir'"));
@@ -302,15 +302,15 @@ static void test_bands(void)
     memset(longer + 6, 'x', 200);
     strcpy(longer + 206, "=1-2");
     refuses(&t, longer, FF_ERR_SYNTAX, WORDS("bands NAME=A-B"));
-    ff_table_free(&t);
+    ff_table_clear(&t);
     t = spectrum(1, 550, 1, 0);
     t.value[0] = 3;
     if (reduces(&t, "bands:x=500-600", &out)) {
         CHECK(value(&out, 0) == 3, "%g", value(&out, 0));
-        ff_table_free(&out);
+        ff_table_clear(&out);
     }
     refuses(&t, "bands:x=560-600", FF_ERR_UNSUPPORTED, WORDS("560 to 600"));
-    ff_table_free(&t);
+    ff_table_clear(&t);
 }
 
 /* ---- channels, mean, and what is wrong --------------------------------------------------------- */
@@ -328,12 +328,12 @@ static void test_channels(void)
                   check_same_bits(&out.value[2], &t.value[0], 1) && out.channels[0].scale == 1.15 / 1500 &&
                   out.channels[0].wavelength_nm == 600 && out.sigma[0] == 5,
               "picked");
-        ff_table_free(&out);
+        ff_table_clear(&out);
     }
     if (reduces(&t, "mean", &out)) {
         CHECK(out.n_channels == 1 && fabs(value(&out, 0) - 0.25 * 1.15 / 1500) < 1e-19, "mean %g", value(&out, 0));
         CHECK(fabs(out.sigma[0] - 1.15 / 1500 * sqrt(9. + 16 + 25 + 36) / 4) < 1e-17, "sigma %g", out.sigma[0]);
-        ff_table_free(&out);
+        ff_table_clear(&out);
     }
     refuses(&t, "channels:600nm,x", FF_ERR_UNKNOWN, WORDS("'x'", "'400nm' to '700nm'"));
     refuses(&t, "channels:", FF_ERR_UNKNOWN, WORDS("''"));
@@ -347,7 +347,7 @@ static void test_channels(void)
     refuses(&t, "bands:x=400-500", FF_ERR_UNSUPPORTED, WORDS("'600nm' without a wavelength"));
     t.valid[0] = 0;
     refuses(&t, "mean", FF_ERR_DATA, WORDS("at least one measurement"));
-    ff_table_free(&t);
+    ff_table_clear(&t);
 }
 
 static void note_free(void *kept)
@@ -360,7 +360,7 @@ static void test_structures(void)
     ff_table t, out;
     ff_error err = {0};
     int freed = 0;
-    if (ff_table_new(ff_grid_merl.n, 2, &ff_grid_merl, 0, 0, &t, &err) != FF_OK) exit(1);
+    if (ff_table_init(ff_grid_merl.n, 2, &ff_grid_merl, 0, 0, &t, &err) != FF_OK) exit(1);
     for (size_t i = 0; i < t.n; i++) t.value[i] = 1, t.value[t.n + i] = 2, t.valid[i] = i % 3 != 0;
     t.kept = &freed;
     t.kept_free = note_free;
@@ -368,11 +368,11 @@ static void test_structures(void)
         CHECK(out.grid == &ff_grid_merl && !out.angle[0] && !out.kept && out.isotropic == 1 && out.value[1] == 1.5 &&
                   out.value[0] == 0 && out.n_invalid == t.n / 3,
               "a grid");
-        ff_table_free(&out);
+        ff_table_clear(&out);
     }
     CHECK(freed == 0, "kept was freed");
-    ff_table_free(&t);
-    if (ff_table_new(6, 2, NULL, 0, 0, &t, &err) != FF_OK) exit(1);
+    ff_table_clear(&t);
+    if (ff_table_init(6, 2, NULL, 0, 0, &t, &err) != FF_OK) exit(1);
     t.axes.kind = FF_AXES_INCIDENT_EXIT;
     for (int k = 0; k < 4; k++) {
         t.axes.n[k] = k == 0 ? 2 : k == 2 ? 3 : 1;
@@ -383,9 +383,9 @@ static void test_structures(void)
         CHECK(out.axes.kind == FF_AXES_INCIDENT_EXIT && out.axes.n[2] == 3 && out.axes.node[3][0] == 3 &&
                   out.axes.node[3] != t.axes.node[3],
               "axes");
-        ff_table_free(&out);
+        ff_table_clear(&out);
     }
-    ff_table_free(&t);
+    ff_table_clear(&t);
 }
 
 int main(void)

@@ -46,7 +46,7 @@ static int read_with(const char *path, int quantity, double scale, ff_table *t)
     ff_read_options_init(&o);
     o.quantity = quantity;
     o.scale = scale;
-    return CHECK(ff_table_read_with(path, &o, t, &err) == FF_OK, "%s", err.message);
+    return CHECK(ff_table_read_with_into(path, &o, t, &err) == FF_OK, "%s", err.message);
 }
 
 /* ---- reading --------------------------------------------------------------------------------- */
@@ -93,7 +93,7 @@ static void test_reading(const char *path, const unsigned char *bytes)
     char *written = check_slurp(copy, &n);
     CHECK(n == BYTES && memcmp(written, bytes, BYTES) == 0, "the copy differs");
     free(written);
-    ff_table_free(&t);
+    ff_table_clear(&t);
 }
 
 static void test_weights(const char *path)
@@ -119,7 +119,7 @@ static void test_weights(const char *path)
             const double cell = (a - b) * (c - d) * (2 * pi / 48) * (2 * pi / 48), w = t.weight[place(0, ti, 11, tv, 40)];
             CHECK(fabs(w / cell - 1) < 1e-12, "cell %zu %zu: %g, expected %g", ti, tv, w, cell);
         }
-    ff_table_free(&t);
+    ff_table_clear(&t);
 }
 
 static void test_quantity(const char *path)
@@ -132,12 +132,12 @@ static void test_quantity(const char *path)
         ff_table_values(&t, 1, i, 1, &v);
         CHECK(fabs(v * 0.5 / stored - 1) < 1e-15 && t.quantity == FF_BRDF_COS && t.n_invalid == 0, "f cos: %g of %g", v, stored);
         CHECK(!strstr(t.note, "without the cosine"), "note '%s'", t.note);
-        ff_table_free(&t);
+        ff_table_clear(&t);
     }
     if (read_with(path, FF_REFLECTANCE_FACTOR, NAN, &t)) {
         ff_table_values(&t, 1, i, 1, &v);
         CHECK(fabs(v * pi / stored - 1) < 1e-15, "pi f: %g of %g", v, stored);
-        ff_table_free(&t);
+        ff_table_clear(&t);
     }
     if (read_with(path, -1, 0.25, &t)) {
         ff_table_values(&t, 1, i, 1, &v);
@@ -145,10 +145,10 @@ static void test_quantity(const char *path)
         ff_error err = {0};
         const char *copy = check_path("scaled.bin");
         CHECK(ff_table_write(copy, NULL, &t, &err) == FF_OK, "%s", err.message);
-        ff_table_free(&t);
+        ff_table_clear(&t);
         if (read_with(copy, -1, NAN, &t)) {
             CHECK(t.value[N + i] == 0.25 * stored, "scaled and written: %g", t.value[N + i]);
-            ff_table_free(&t);
+            ff_table_clear(&t);
         }
     }
 }
@@ -160,11 +160,11 @@ static void expect_bytes(const char *label, const char *path, const char *format
 {
     ff_table t;
     ff_error err = {0};
-    ff_status s = ff_table_read(path, format, &t, &err);
+    ff_status s = ff_table_read_into(path, format, &t, &err);
     CHECK(s == code && err.byte == byte && err.line == 0 && strcmp(err.path, path) == 0,
           "%s: %d at byte %lld, expected %d at %lld: %s", label, s, (long long)err.byte, code, (long long)byte, err.message);
     for (; *words; words++) CHECK(strstr(err.message, *words), "%s: no '%s' in: %s", label, *words, err.message);
-    if (s == FF_OK) ff_table_free(&t);
+    if (s == FF_OK) ff_table_clear(&t);
 }
 
 static void patch(const char *path, long at, const void *bytes, size_t n)
@@ -197,10 +197,10 @@ static void test_bad_numbers(const unsigned char *bytes)
         ff_table t;
         ff_error err = {0};
         patch(path, at, &flipped, 1);
-        const ff_status s = ff_table_read(path, "utia", &t, &err);
+        const ff_status s = ff_table_read_into(path, "utia", &t, &err);
         CHECK(s == FF_OK || (s == FF_ERR_DATA && err.byte == at / 8 * 8), "bit in byte %ld: %d %s", at, s, err.message);
         if (s == FF_OK) CHECK(t.n == N && t.n_channels == 3, "bit in byte %ld", at);
-        if (s == FF_OK) ff_table_free(&t);
+        if (s == FF_OK) ff_table_clear(&t);
         patch(path, at, bytes + at, 1);
     }
 }
@@ -281,7 +281,7 @@ static void test_layout(void)
     const ff_format *f = ff_format_find("utia");
     ff_table one, t, back;
     ff_error err = {0};
-    if (!CHECK(ff_table_new(1, 1, NULL, 0, 0, &one, &err) == FF_OK, "%s", err.message)) return;
+    if (!CHECK(ff_table_init(1, 1, NULL, 0, 0, &one, &err) == FF_OK, "%s", err.message)) return;
     strcpy(one.channels[0].name, "f");
     CHECK(f->layout(&one, "fine", &t, &err) == FF_ERR_SYNTAX && strstr(err.message, "'fine'"), "%s", err.message);
     if (!CHECK(f->layout(&one, NULL, &t, &err) == FF_OK, "%s", err.message)) return;
@@ -295,9 +295,9 @@ static void test_layout(void)
             for (size_t i = 0; i < N; i++) t.angle[k][i] *= pi / 180;
         if (radians) t.radians_per_unit = 1;
         CHECK(ff_table_write(path, NULL, &t, &err) == FF_OK, "%s", err.message);
-        if (!CHECK(ff_table_read(path, NULL, &back, &err) == FF_OK, "%s", err.message)) continue;
+        if (!CHECK(ff_table_read_into(path, NULL, &back, &err) == FF_OK, "%s", err.message)) continue;
         CHECK(check_same_bits(t.value, back.value, COUNT), "values through a file");
-        ff_table_free(&back);
+        ff_table_clear(&back);
     }
     t.axes.node[2][3] += 1e-6;
     expect_unwritable("another node", &t, FF_ERR_UNSUPPORTED, WORDS("own grid", "352.5", "write csv"));
@@ -316,11 +316,11 @@ static void test_layout(void)
     t.sigma = NULL;
     ff_status s = ff_table_write("/dev/full", "utia", &t, &err);
     CHECK(s == FF_ERR_WRITE && strstr(err.message, "No space"), "%d %s", s, err.message);
-    ff_table_free(&t);
-    ff_table_free(&one);
-    if (!CHECK(ff_table_new(1, 4, NULL, 0, 0, &one, &err) == FF_OK, "%s", err.message)) return;
+    ff_table_clear(&t);
+    ff_table_clear(&one);
+    if (!CHECK(ff_table_init(1, 4, NULL, 0, 0, &one, &err) == FF_OK, "%s", err.message)) return;
     CHECK(f->layout(&one, NULL, &t, &err) == FF_ERR_UNSUPPORTED && strstr(err.message, "found 4"), "%s", err.message);
-    ff_table_free(&one);
+    ff_table_clear(&one);
     CHECK(check_leftovers() == 0, "%d unfinished files", check_leftovers());
 }
 

@@ -99,7 +99,7 @@ static int reads_part(const char *label, const text *t, const char *part, ff_tab
     ff_read_options o;
     ff_read_options_init(&o);
     o.part = part;
-    const ff_status s = ff_table_read_with(put(t), &o, table, &err);
+    const ff_status s = ff_table_read_with_into(put(t), &o, table, &err);
     ff_error_format(&err, all, sizeof all);
     if (!CHECK(s == FF_OK, "%s: %s", label, all)) return 0;
     return CHECK(strcmp(table->format, "window") == 0, "%s: read as %s", label, table->format);
@@ -119,11 +119,11 @@ static void fails_part(const char *label, const text *t, const char *part, ff_st
     ff_read_options_init(&o);
     o.part = part;
     o.format = "window";
-    const ff_status s = ff_table_read_with(put(t), &o, &table, &err);
+    const ff_status s = ff_table_read_with_into(put(t), &o, &table, &err);
     ff_error_format(&err, all, sizeof all);
     CHECK(s == code, "%s: status %d, expected %d: %s", label, s, code, all);
     for (; *words; words++) CHECK(strstr(all, *words), "%s: no '%s' in: %s", label, *words, all);
-    if (s == FF_OK) ff_table_free(&table);
+    if (s == FF_OK) ff_table_clear(&table);
 }
 
 /* ---- directions, computed independently ------------------------------------------------------ */
@@ -232,7 +232,7 @@ static void test_bases(void)
                   "%s: channel", cases[c].label);
             CHECK(table.n_negative > 0 && table.n_invalid == 0 && strstr(table.note, "means over pairs of patches"),
                   "%s: note '%s'", cases[c].label, table.note);
-            ff_table_free(&table);
+            ff_table_clear(&table);
         }
         free(value);
     }
@@ -276,7 +276,7 @@ static void test_mirror(void)
             CHECK(same(wo, -wi[0], -wi[1], wi[2]), "%s: sample %zu is not at the mirror direction", directions_of[face], s);
         }
         CHECK(n == 41, "%d values of the mirror", n);
-        ff_table_free(&table);
+        ff_table_clear(&table);
     }
     free(t.at);
 }
@@ -295,7 +295,7 @@ static void check_parts(const text *t, const char *part, double first, const cha
     CHECK(strcmp(found, names) == 0, "%s: channels '%s', expected '%s'", part ? part : "no part", found, names);
     CHECK(table.value[0] == first, "%s: begins with %g, expected %g", part ? part : "no part", table.value[0], first);
     CHECK(strstr(table.note, note), "%s: no '%s' in '%s'", part ? part : "no part", note, table.note);
-    ff_table_free(&table);
+    ff_table_clear(&table);
 }
 
 static void test_parts(void)
@@ -341,7 +341,7 @@ static void test_parts(void)
     if (reads("wavelength", &t, &table)) {
         CHECK(table.channels[0].wavelength_nm == 550 && isnan(table.channels[1].wavelength_nm), "wavelengths %g %g",
               table.channels[0].wavelength_nm, table.channels[1].wavelength_nm);
-        ff_table_free(&table);
+        ff_table_clear(&table);
     }
 
     /* the front first; a wavelength in micrometres */
@@ -393,7 +393,7 @@ static void check_counted(const char *label, const text *t)
     for (size_t i = 0; i < table.n; i++)
         if (!CHECK(table.value[i] == (double)(i + 1), "%s: value %zu is %g", label, i, table.value[i])) break;
     CHECK(table.n == 36, "%s: %zu", label, table.n);
-    ff_table_free(&table);
+    ff_table_clear(&table);
 }
 
 static void test_writing_styles(void)
@@ -466,7 +466,7 @@ static void test_borders(void)
     ff_table table;
     if (reads("borders", &t, &table)) {
         check_matrix("borders", &table, full, full, 0, 0, value);
-        ff_table_free(&table);
+        ff_table_clear(&table);
     }
     free(value);
     free(t.at);
@@ -572,7 +572,7 @@ static void test_trees(void)
         ff_table table;
         if (!reads(label, &t, &table)) continue;
         check_tree(label, &table, rank, front, leaves);
-        ff_table_free(&table);
+        ff_table_clear(&table);
     }
     /* one leaf: light from everywhere, and a cell of exit around the normal */
     for (int rank = 3; rank <= 4; rank++) {
@@ -584,7 +584,7 @@ static void test_trees(void)
         if (!reads("one leaf", &t, &table)) continue;
         CHECK(table.n == 1 && table.value[0] == 0.25 && fabs(table.weight[0] - 4 * pi * pi) < 1e-12, "one leaf of rank %d", rank);
         CHECK(table.angle[2][0] == 0 && fabs(table.angle[0][0] - (rank == 3 ? 30 : 0)) < 1e-12, "one leaf of rank %d", rank);
-        ff_table_free(&table);
+        ff_table_clear(&table);
     }
     free(t.at);
 }
@@ -616,7 +616,7 @@ static void test_tree_weights(void)
                   table.weight[o] / ring_omega, sum);
         }
         CHECK(table.n == M * M * M / 2, "%zu cells, half of them mean nothing", table.n);
-        ff_table_free(&table);
+        ff_table_clear(&table);
     }
     free(t.at);
 }
@@ -652,7 +652,7 @@ static void test_tree_mirror(void)
                 sum[1] += wo[1];
             }
             CHECK(sum[0] == (rank == 4 ? M * M : M) && fabs(sum[1]) < 1e-12, "tree mirror: %g peaks", sum[0]);
-            ff_table_free(&table);
+            ff_table_clear(&table);
         }
     free(t.at);
 }
@@ -866,11 +866,11 @@ static void try_bytes(const char *label, const char *bytes, size_t n, int may_be
     ff_error err = {0};
     ff_table table;
     check_write(path, bytes, n);
-    if (ff_table_read(path, "window", &table, &err) == FF_OK) {
+    if (ff_table_read_into(path, "window", &table, &err) == FF_OK) {
         ++*whole;
         CHECK(may_be_read, "%s: was read", label);
         check_well_formed(label, &table);
-        ff_table_free(&table);
+        ff_table_clear(&table);
     } else {
         CHECK(err.message[0] && strcmp(err.path, path) == 0, "%s: no message", label);
     }
@@ -980,7 +980,7 @@ static void test_real_file(const char *name, const char *part, int block, double
     o.part = part;
     ff_error err = {0};
     ff_table t;
-    const ff_status s = ff_table_read_with(path, &o, &t, &err);
+    const ff_status s = ff_table_read_with_into(path, &o, &t, &err);
     ff_error_format(&err, all, sizeof all);
     if (!CHECK(s == FF_OK, "%s", all)) return;
     size_t size;
@@ -999,7 +999,7 @@ static void test_real_file(const char *name, const char *part, int block, double
     if (part && strcmp(part, "reflection-back") == 0) check_lobe(name, &t);
     free(value);
     free(xml);
-    ff_table_free(&t);
+    ff_table_clear(&t);
 }
 
 int main(void)

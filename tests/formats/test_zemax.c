@@ -85,7 +85,7 @@ static void test_values(void)
         CHECK(t.valid[i] == (theta < 90), "sample %zu: theta_o %g, valid %d", i, theta, t.valid[i]);
     }
     CHECK(t.n_invalid == 1 && t.n_negative == 0 && t.note[0] == '\0', "%zu invalid, note '%s'", t.n_invalid, t.note);
-    ff_table_free(&t);
+    ff_table_clear(&t);
 }
 
 static void test_variants(void)
@@ -131,7 +131,7 @@ static void test_variants(void)
         if (t.n_channels == 3)
             CHECK(strcmp(t.channels[1].name, "Y") == 0 && t.value[4] == 5 && isnan(t.channels[0].wavelength_nm), "%s: channels",
                   cases[k].label);
-        ff_table_free(&t);
+        ff_table_clear(&t);
     }
     ff_table t;
     if (check_reads(
@@ -144,7 +144,7 @@ static void test_variants(void)
         for (size_t i = 0; i < 4; i++)
             CHECK(t.value[i] == (double)i + 1 && t.angle[0][i] == (i % 2 ? 20 : 10) && t.angle[1][i] == (i / 2 ? -180 : -90),
                   "sample %zu: %g at %g %g", i, t.value[i], t.angle[0][i], t.angle[1][i]);
-        ff_table_free(&t);
+        ff_table_clear(&t);
     }
 }
 
@@ -215,10 +215,10 @@ static void test_prefixes(void)
         check_write(path, text, n);
         ff_table t;
         ff_error err = {0};
-        if (ff_table_read(path, n % 2 ? "zemax" : NULL, &t, &err) == FF_OK) {
+        if (ff_table_read_into(path, n % 2 ? "zemax" : NULL, &t, &err) == FF_OK) {
             whole++;
             CHECK(t.n == 12 && n >= sizeof text - 2, "prefix %zu was read", n);
-            ff_table_free(&t);
+            ff_table_clear(&t);
         } else {
             CHECK(strcmp(err.path, path) == 0 && err.message[0], "prefix %zu: no message", n);
         }
@@ -238,10 +238,10 @@ static void test_bit_flips(void)
         check_write(path, copy, sizeof text - 1);
         ff_table t;
         ff_error err = {0};
-        if (ff_table_read(path, "zemax", &t, &err) != FF_OK) continue;
+        if (ff_table_read_into(path, "zemax", &t, &err) != FF_OK) continue;
         CHECK(t.n == t.axes.n[0] * t.axes.n[1] * t.axes.n[2] * t.axes.n[3] && ff_table_check(&t, path, &err) == FF_OK,
               "bit %zu: %s", i, err.message);
-        ff_table_free(&t);
+        ff_table_clear(&t);
     }
 }
 
@@ -252,11 +252,11 @@ static int lambert(int isotropic, const char *grid, ff_table *t)
 {
     ff_table data;
     ff_error err = {0};
-    if (!CHECK(ff_table_new(3, 1, NULL, 0, 0, &data, &err) == FF_OK, "%s", err.message)) return 0;
+    if (!CHECK(ff_table_init(3, 1, NULL, 0, 0, &data, &err) == FF_OK, "%s", err.message)) return 0;
     for (size_t i = 0; i < 3; i++) data.angle[0][i] = 0.1 + 0.5 * (double)i, data.angle[1][i] = (double)i;
     data.isotropic = isotropic;
     ff_status s = ff_format_find("zemax")->layout(&data, grid, t, &err);
-    ff_table_free(&data);
+    ff_table_clear(&data);
     if (!CHECK(s == FF_OK, "%s", err.message)) return 0;
     for (size_t i = 0; i < t->n; i++) {
         t->value[i] = 1 / pi;
@@ -283,7 +283,7 @@ static void test_cells(void)
         for (size_t i = 0; i < t.n && t.weight; i++) sum += t.weight[i];
         const double expected = cases[k].sphere * (1 - cos(cases[k].radial_end * degree));
         CHECK(t.weight && fabs(sum / expected - 1) < 1e-12, "case %zu: the cells are %.12g sr^2, expected %.12g", k, sum, expected);
-        ff_table_free(&t);
+        ff_table_clear(&t);
     }
     /* TIS of a white Lambert surface is 1 */
     ff_table t;
@@ -303,7 +303,7 @@ static void test_cells(void)
     CHECK(blocks == 3 && strstr(text, "Symmetry\tPlaneSymmetrical\n"), "%d blocks", blocks);
     CHECK(!strstr(text, "\t77"), "a number below the horizon");
     free(text);
-    ff_table_free(&t);
+    ff_table_clear(&t);
 }
 
 /* ---- writing --------------------------------------------------------------------------------- */
@@ -331,28 +331,28 @@ static void test_round_trip(void)
           "TIS and the number below the horizon: %s", text);
     free(text);
     const char *path = check_path("round.zemax.bsdf");
-    if (CHECK(ff_table_read(path, NULL, &back, &err) == FF_OK, "%s", err.message)) {
+    if (CHECK(ff_table_read_into(path, NULL, &back, &err) == FF_OK, "%s", err.message)) {
         check_same_tables("round trip", &t, &back);
         check_same_angles("round trip", &t, &back);
         CHECK(check_same_bits(t.value, back.value, t.n), "stored values");
         for (int k = 0; k < 4; k++) CHECK(check_same_bits(t.axes.node[k], back.axes.node[k], t.axes.n[k]), "axis %d", k);
-        ff_table_free(&back);
+        ff_table_clear(&back);
     }
     ff_read_options o;
     ff_read_options_init(&o);
     o.scale = 2;
-    if (CHECK(ff_table_read_with(path, &o, &back, &err) == FF_OK, "%s", err.message)) {
+    if (CHECK(ff_table_read_with_into(path, &o, &back, &err) == FF_OK, "%s", err.message)) {
         text = written(&back, "scaled.zemax.bsdf");
         CHECK(strstr(text, "TIS\t0.2\n") && strstr(text, "TIS\t0.4\n") && strstr(text, "\t25\nDataEnd\n"), "scaled: %s", text);
         free(text);
-        ff_table_free(&back);
+        ff_table_clear(&back);
     }
     /* measured once more below the horizon, or not at all: as 0 */
     t.valid[0] = 0;
     text = written(&t, "less.zemax.bsdf");
     CHECK(strstr(text, "TIS\t0.1\n0\t-0.002\t"), "unmeasured: %s", text);
     free(text);
-    ff_table_free(&t);
+    ff_table_clear(&t);
     CHECK(check_leftovers() == 0, "%d unfinished files", check_leftovers());
 }
 
@@ -361,11 +361,11 @@ static void test_tristimulus(void)
     ff_table t, back;
     ff_error err = {0};
     if (!lambert(0, "rotation:0/90,azimuth:90,radial:0/30", &t)) return;
-    ff_table_free(&t);
+    ff_table_clear(&t);
     const size_t n[4] = {2, 1, 3, 2};
     static const double rotation[] = {0, 0.5}, incidence[] = {0.25}, azimuth[] = {0, 1, 2}, radial[] = {0, 0.5};
     const double *const node[4] = {rotation, incidence, azimuth, radial};
-    if (!CHECK(ff_table_new_axes(FF_AXES_SPECULAR, n, node, 1, 3, 0, &t, &err) == FF_OK, "%s", err.message)) return;
+    if (!CHECK(ff_table_init_axes(FF_AXES_SPECULAR, n, node, 1, 3, 0, &t, &err) == FF_OK, "%s", err.message)) return;
     for (size_t i = 0; i < 3 * t.n; i++) t.value[i] = check_uniform() + 0.5;
     ff_status s = ff_table_write(check_path("rgb.zemax.bsdf"), NULL, &t, &err);
     CHECK(s == FF_ERR_UNSUPPORTED && strstr(err.message, "X, Y and Z") && strstr(err.message, "one file per channel"), "%d %s", s,
@@ -373,12 +373,12 @@ static void test_tristimulus(void)
     for (int c = 0; c < 3; c++) snprintf(t.channels[c].name, FF_CHANNEL_NAME, "%c", "XYZ"[c]);
     const char *path = check_path("xyz.zemax.bsdf");
     CHECK(ff_table_write(path, NULL, &t, &err) == FF_OK, "%s", err.message);
-    if (CHECK(ff_table_read(path, NULL, &back, &err) == FF_OK, "%s", err.message)) {
+    if (CHECK(ff_table_read_into(path, NULL, &back, &err) == FF_OK, "%s", err.message)) {
         check_same_tables("tristimulus", &t, &back);
         CHECK(fabs(back.axes.node[0][1] - 0.5 / degree) < 1e-12 && back.radians_per_unit == degree, "radians became degrees");
-        ff_table_free(&back);
+        ff_table_clear(&back);
     }
-    ff_table_free(&t);
+    ff_table_clear(&t);
 }
 
 static void refuses_writing(const char *label, const ff_table *t, const char *word)
@@ -392,9 +392,9 @@ static void test_unwritable(void)
 {
     ff_table t;
     ff_error err = {0};
-    if (!CHECK(ff_table_new(2, 1, NULL, 0, 0, &t, &err) == FF_OK, "%s", err.message)) return;
+    if (!CHECK(ff_table_init(2, 1, NULL, 0, 0, &t, &err) == FF_OK, "%s", err.message)) return;
     refuses_writing("scattered", &t, "resample");
-    ff_table_free(&t);
+    ff_table_clear(&t);
     if (!lambert(1, NULL, &t)) return;
     t.sigma = calloc(t.n, sizeof *t.sigma);
     for (size_t i = 0; i < t.n; i++) t.sigma[i] = 1;
@@ -404,7 +404,7 @@ static void test_unwritable(void)
     t.value[0] = NAN;
     ff_status s = ff_table_write(check_path("no.zemax.bsdf"), "zemax", &t, &err);
     CHECK(s == FF_ERR_DATA && strstr(err.message, "sample 0"), "%d %s", s, err.message);
-    ff_table_free(&t);
+    ff_table_clear(&t);
     CHECK(check_leftovers() == 0, "%d unfinished files", check_leftovers());
     CHECK(ff_format_for_writing("a.zemax.bsdf") == ff_format_find("zemax"), "extension");
 }
@@ -417,7 +417,7 @@ static void refuses_grid(const ff_table *t, const char *grid, ff_status code, co
     ff_error err = {0};
     ff_status s = ff_format_find("zemax")->layout(t, grid, &out, &err);
     CHECK(s == code && strstr(err.message, word), "grid '%s': %d %s", grid, s, err.message);
-    if (s == FF_OK) ff_table_free(&out);
+    if (s == FF_OK) ff_table_clear(&out);
 }
 
 static void test_layout(void)
@@ -425,7 +425,7 @@ static void test_layout(void)
     const ff_format *f = ff_format_find("zemax");
     ff_table data, t;
     ff_error err = {0};
-    if (!CHECK(ff_table_new(400, 1, NULL, 0, 0, &data, &err) == FF_OK, "%s", err.message)) return;
+    if (!CHECK(ff_table_init(400, 1, NULL, 0, 0, &data, &err) == FF_OK, "%s", err.message)) return;
     data.radians_per_unit = degree;
     data.isotropic = 1;
     strcpy(data.channels[0].name, "650nm");
@@ -441,14 +441,14 @@ static void test_layout(void)
         ff_table again;
         if (CHECK(f->layout(&t, NULL, &again, &err) == FF_OK, "%s", err.message)) {
             check_same_angles("a layout's own", &t, &again);
-            ff_table_free(&again);
+            ff_table_clear(&again);
         }
-        ff_table_free(&t);
+        ff_table_clear(&t);
     }
     if (CHECK(f->layout(&data, "radial:0/2/5,azimuth:45,incidence:30", &t, &err) == FF_OK, "%s", err.message)) {
         CHECK(t.axes.n[3] == 3 && t.axes.n[2] == 5 && t.axes.n[1] == 3 && t.axes.node[1][2] == 60 && t.axes.node[3][2] == 5,
               "own grid");
-        ff_table_free(&t);
+        ff_table_clear(&t);
     }
     for (size_t i = 0; i < data.n; i++) data.angle[0][i] = 0.2 * (double)i, data.angle[1][i] = 90 * (double)(i % 4) - 90;
     data.isotropic = 0;
@@ -457,12 +457,12 @@ static void test_layout(void)
               t.axes.n[0]);
         CHECK(t.axes.n[1] == 16 && t.axes.node[1][15] == 75 && t.axes.n[2] == 37, "%zu incidences, %zu azimuths", t.axes.n[1],
               t.axes.n[2]);
-        ff_table_free(&t);
+        ff_table_clear(&t);
     }
     for (size_t i = 0; i < data.n; i++) data.angle[0][i] = i % 2 ? 20 : -20, data.angle[1][i] = -90;
     if (CHECK(f->layout(&data, NULL, &t, &err) == FF_OK, "%s", err.message)) {
         CHECK(t.axes.n[1] == 1 && t.axes.node[1][0] == 20 && t.axes.n[0] == 3 && t.axes.node[0][1] == 180, "a negative theta_i");
-        ff_table_free(&t);
+        ff_table_clear(&t);
     }
     refuses_grid(&data, "", FF_ERR_SYNTAX, "azimuth:10");
     refuses_grid(&data, "angle:10", FF_ERR_SYNTAX, "'angle:10'");
@@ -479,10 +479,10 @@ static void test_layout(void)
     refuses_grid(&data, "azimuth:0.01,radial:0.01,incidence:0.01", FF_ERR_RANGE, "larger steps");
     data.isotropic = 1;
     refuses_grid(&data, "azimuth:0/90/270", FF_ERR_RANGE, "270");
-    ff_table_free(&data);
-    if (!CHECK(ff_table_new(2, 2, NULL, 0, 0, &data, &err) == FF_OK, "%s", err.message)) return;
+    ff_table_clear(&data);
+    if (!CHECK(ff_table_init(2, 2, NULL, 0, 0, &data, &err) == FF_OK, "%s", err.message)) return;
     refuses_grid(&data, NULL, FF_ERR_UNSUPPORTED, "2 channels");
-    ff_table_free(&data);
+    ff_table_clear(&data);
 }
 
 /* ---- measured files -------------------------------------------------------------------------- */
@@ -537,7 +537,7 @@ static void test_measured(const char *name, size_t n, size_t n_invalid, int isot
     ff_table t, back;
     ff_error err = {0};
     double expected, expected_last, sum = 0;
-    if (!CHECK(ff_table_read(path, NULL, &t, &err) == FF_OK, "%s:%ld: %s", path, err.line, err.message)) return;
+    if (!CHECK(ff_table_read_into(path, NULL, &t, &err) == FF_OK, "%s:%ld: %s", path, err.line, err.message)) return;
     const size_t count = second_source(path, &expected, &expected_last);
     for (size_t i = 0; i < t.n; i++) sum += t.value[i];
     CHECK(t.n == n && t.n == count && t.n_channels == 1 && strcmp(t.format, "zemax") == 0, "%s: %zu samples, %zu numbers", name,
@@ -548,13 +548,13 @@ static void test_measured(const char *name, size_t n, size_t n_invalid, int isot
     check_horizon(name, &t);
     const char *copy = check_path("copy.zemax.bsdf");
     CHECK(ff_table_write(copy, NULL, &t, &err) == FF_OK, "%s: %s", name, err.message);
-    if (CHECK(ff_table_read(copy, NULL, &back, &err) == FF_OK, "%s: %s", name, err.message)) {
+    if (CHECK(ff_table_read_into(copy, NULL, &back, &err) == FF_OK, "%s: %s", name, err.message)) {
         check_same_tables(name, &t, &back);
         check_same_angles(name, &t, &back);
         CHECK(check_same_bits(t.value, back.value, t.n) && strcmp(t.note, back.note) == 0, "%s: the copy differs", name);
-        ff_table_free(&back);
+        ff_table_clear(&back);
     }
-    ff_table_free(&t);
+    ff_table_clear(&t);
 }
 
 /* The same coating in absolute angles (FRED text: incidence, then theta, phi, value with the mirror direction at phi 0): samples in
@@ -565,7 +565,7 @@ static void test_against_fred(void)
     ff_table t;
     ff_error err = {0};
     snprintf(path, sizeof path, "%s/zemax/AnoBlackEC1onAlum.bsdf", data_dir());
-    if (!CHECK(ff_table_read(path, NULL, &t, &err) == FF_OK, "%s", err.message)) return;
+    if (!CHECK(ff_table_read_into(path, NULL, &t, &err) == FF_OK, "%s", err.message)) return;
     snprintf(path, sizeof path, "%s/fred/AnoBlackEC1onAlum.txt", data_dir());
     FILE *f = fopen(path, "r");
     double incidence = -1, squares = 0;
@@ -588,7 +588,7 @@ static void test_against_fred(void)
     if (f) fclose(f);
     CHECK(pairs > 40 && sqrt(squares / pairs) < 0.1, "%d pairs in the plane of incidence differ by %.3g rms", pairs,
           sqrt(squares / pairs));
-    ff_table_free(&t);
+    ff_table_clear(&t);
 }
 
 int main(void)

@@ -90,7 +90,7 @@ int fuzz_reader(const char *format, const uint8_t *data, size_t size)
     if (strcmp(format, "pgii") == 0) o.scale = 2; /* raw currents are refused without one */
     memset(&t, 0x5A, sizeof t);
     err = (ff_error){0};
-    const ff_status status = ff_table_read_with(path, &o, &t, &err);
+    const ff_status status = ff_table_read_with_into(path, &o, &t, &err);
     if (status != FF_OK) {
         check_error(format, status, &err, path);
         return 0;
@@ -101,6 +101,6 @@ int fuzz_reader(const char *format, const uint8_t *data, size_t size)
     if (f->write && t.n < 1000000 && f->write("/dev/null", &t, &err) != FF_OK && err.code != FF_ERR_UNSUPPORTED &&
         err.code != FF_ERR_DATA)
         fail(format, err.message);
-    ff_table_free(&t);
+    ff_table_clear(&t);
     return 1;
 }

@@ -2,7 +2,7 @@
  * its first bytes flipped, bytes at its end. Each must be refused with a message or give a sound table, within a second and 64 MB.
  */
 #define _GNU_SOURCE
-#include "ff_table.h"
+#include "data_formats/table/table_struct.h"
 #include "fuzz_reader.h"
 #include <dirent.h>
 #include <stdio.h>

@@ -1,7 +1,7 @@
 /* What must hold of every table that a reader hands out. */
 #ifndef FF_SOUND_TABLE_H
 #define FF_SOUND_TABLE_H
-#include "ff_table.h"
+#include "data_formats/table/table_struct.h"
 #include <math.h>
 #include <stdio.h>
 #include <string.h>

@@ -195,7 +195,7 @@ static int is_lit(const data_set *d)
     ff_table t = data_set_measure(d);
     for (size_t k = 0; k < t.n * t.n_channels; k++) sum += t.valid[k % t.n] ? t.value[k] : 0;
     sum /= (double)(t.n * t.n_channels);
-    ff_table_free(&t);
+    ff_table_clear(&t);
     return sum > 1e-6;
 }
 
@@ -228,7 +228,7 @@ ff_table data_set_measure(const data_set *d)
 {
     ff_table t;
     uint64_t state = d->how.seed;
-    if (ff_table_new(d->how.n, d->truth.n_channels, NULL, d->how.sigma, 0, &t, NULL)) {
+    if (ff_table_init(d->how.n, d->truth.n_channels, NULL, d->how.sigma, 0, &t, NULL)) {
         printf("out of memory for the test's samples\n");
         exit(1);
     }

@@ -19,7 +19,7 @@ typedef struct data_set {
 
 data_set data_set_make(family f, uint64_t seed, size_t i);
 
-/* Release the table with ff_table_free. */
+/* Release the table with ff_table_clear. */
 ff_table data_set_measure(const data_set *d);
 
 /* One line: model, how it was measured. */

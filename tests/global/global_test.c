@@ -120,10 +120,10 @@ static verdict judge(struct ff_problem *p, const ff_table *t, const ff_layout *l
     again.start_shape = shape;
     again.start_channel = channel;
     again.max_iterations = 1000;
-    if (!ff_problem_fit(p, l->m, &again, &r, NULL)) {
+    if (!ff_problem_fit_into(p, l->m, &again, &r, NULL)) {
         const double best = better->residual.objective;
         const int arrived = r.residual.objective <= best * (1 + relative) + floor;
-        ff_fit_result_free(&r);
+        ff_fit_result_clear(&r);
         if (arrived) return STOPPED_EARLY;
     }
     values_of(better, shape, channel);
@@ -145,16 +145,16 @@ typedef struct fits {
 static void fits_free(fits *f)
 {
     free(f->ends);
-    ff_fit_result_free(&f->found);
-    ff_fit_result_free(&f->better);
+    ff_fit_result_clear(&f->found);
+    ff_fit_result_clear(&f->better);
     ff_problem_free(f->p);
 }
 
 static ff_status default_fit(const ff_table *t, const ff_model *m, const ff_fit_options *o, fits *f, double *time_s, ff_error *err)
 {
-    ff_status st = ff_problem_new(t, m, 1, o, &f->p, err);
+    ff_status st = ff_problem_make(t, m, 1, o, &f->p, err);
     const double began = processor_seconds();
-    if (!st) st = ff_problem_fit(f->p, m, o, &f->found, err);
+    if (!st) st = ff_problem_fit_into(f->p, m, o, &f->found, err);
     *time_s = processor_seconds() - began;
     if (!st) st = ff_layout_init(m, f->p->n_channels, f->found.shape, 0, &f->l, err);
     if (!st) f->floor = nothing * power_of(f->p);
@@ -173,13 +173,13 @@ static void random_starts(uint64_t state, const ff_fit_options *o, fits *f)
         ff_fit_result r;
         random_start(&f->l, &state, x, shape, channel);
         f->ends[k] = INFINITY;
-        if (ff_problem_fit(f->p, f->l.m, &from, &r, NULL)) continue;
+        if (ff_problem_fit_into(f->p, f->l.m, &from, &r, NULL)) continue;
         f->ends[k] = r.residual.objective;
         if (f->better.shape_value && !(r.residual.objective < f->better.residual.objective)) {
-            ff_fit_result_free(&r);
+            ff_fit_result_clear(&r);
             continue;
         }
-        ff_fit_result_free(&f->better);
+        ff_fit_result_clear(&f->better);
         f->better = r;
     }
 }
@@ -225,7 +225,7 @@ static void compare(const data_set *d, uint64_t state, comparison *out)
         describe(d, &t, &o, &f, out);
     }
     fits_free(&f);
-    ff_table_free(&t);
+    ff_table_clear(&t);
 }
 
 /* ---- many, over the processors --------------------------------------------------------------- */

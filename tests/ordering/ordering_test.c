@@ -118,7 +118,7 @@ static ff_table grid_nodes(void)
                  n_phi = (PHI_D - first_phi + extent.step_phi - 1) / extent.step_phi;
     ff_table t;
     size_t i = 0;
-    if (ff_table_new(THETA_H * n_d * n_phi, 1, NULL, 0, 1, &t, NULL)) {
+    if (ff_table_init(THETA_H * n_d * n_phi, 1, NULL, 0, 1, &t, NULL)) {
         printf("out of memory for the test's samples\n");
         exit(1);
     }
@@ -181,7 +181,7 @@ static void compose(size_t f, ff_model model[DISTRIBUTIONS])
         char expression[64];
         ff_error err = {0};
         snprintf(expression, sizeof expression, "%s/smith-separable/%s+lambert", distribution[d], fresnel[f]);
-        if (ff_model_parse(expression, &model[d], &err) || ff_model_free(&model[d], "ks", &err)) {
+        if (ff_model_parse(expression, &model[d], &err) || ff_model_vary(&model[d], "ks", &err)) {
             printf("the test itself is wrong: %s: %s\n", expression, err.message);
             exit(1);
         }
@@ -200,16 +200,16 @@ static void fit_all(const char *what, const ff_table *t, size_t f, size_t k, ver
     o.shape = FF_SHAPE_ISOTROPIC;
     o.std_errors = 0;
     compose(f, model);
-    ff_status st = ff_problem_new(t, model, extent.distributions, &o, &p, &err);
+    ff_status st = ff_problem_make(t, model, extent.distributions, &o, &p, &err);
     const double nothing = objective_of_nothing(t, &criteria[k], o.max_theta);
     for (size_t d = 0; d < extent.distributions && !st; d++) {
         ff_fit_result r;
-        st = ff_problem_fit(p, &model[d], &o, &r, &err);
+        st = ff_problem_fit_into(p, &model[d], &o, &r, &err);
         if (st) break;
         fits++;
         not_converged += r.outcome != FF_CONVERGED;
         v->residual[f][k][d] += r.residual.objective / nothing / CHANNELS;
-        ff_fit_result_free(&r);
+        ff_fit_result_clear(&r);
     }
     FF_CHECK(st == FF_OK, "%s, loss %s: %s", what, ff_loss_name((int)o.loss), err.message);
     ff_problem_free(p);
@@ -395,7 +395,7 @@ static void as_published(void)
         }
     for (size_t f = 0; f < extent.fresnels; f++) print_votes(v, n, f);
     FF_CHECK(not_converged <= fits / 1000, "%ld of %ld fits did not converge", not_converged, fits);
-    ff_table_free(&t);
+    ff_table_clear(&t);
 }
 
 static const ff_test_case cases[] = {FF_TEST(as_published)};

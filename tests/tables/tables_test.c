@@ -8,7 +8,7 @@
  * A parameter set is "found" when every parameter is within 1 %, "traded" when the residual is nothing (1e-5 of the data) though
  * some parameter is not: two of them then do the same to all samples. */
 #include "published_sheet.h"
-#include "ff_simulate.h"
+#include "simulate/simulate_struct.h"
 
 enum { SEED = 12 };
 
@@ -88,7 +88,7 @@ static void recover(const char *what, const fit_surface *truth, counts *total)
     char name[64];
     ff_simulate_options_init(&so);
     so.sampling.kind = FF_SAMPLING_MERL;
-    ff_status st = ff_simulate(&truth->model, truth->n_channels, truth->shape, truth->channel, &so, &t, &err);
+    ff_status st = ff_simulate_into(&truth->model, truth->n_channels, truth->shape, truth->channel, &so, &t, &err);
     FF_CHECK(st == FF_OK, "%s: %s", what, err.message);
     if (st) return;
     const ff_fit_options o = fit_options();
@@ -104,9 +104,9 @@ static void recover(const char *what, const fit_surface *truth, counts *total)
         total->not_converged += r.outcome != FF_CONVERGED;
         total->seconds += r.time_s;
         FF_CHECK(v != MISSED, "%s: %s is off by %.2g, and the residual is %.2g of the data", what, name, error, residual);
-        ff_fit_result_free(&r);
+        ff_fit_result_clear(&r);
     }
-    ff_table_free(&t);
+    ff_table_clear(&t);
 }
 
 static void summary(const char *what, const counts *c)
@@ -140,7 +140,7 @@ static void sgd(void)
         for (size_t c = 0; c < 3; c++) {
             char what[96];
             fit_surface truth = fit_surface_make("sgd/smith-separable/sgd+lambert", 1, "");
-            if (ff_model_free(&truth.model, "ks", NULL)) exit(1);
+            if (ff_model_vary(&truth.model, "ks", NULL)) exit(1);
             set(&truth, "alpha", 0, sheet_channel(&s, row[i], "alpha", c));
             set(&truth, "p", 0, sheet_channel(&s, row[i], "p", c));
             set(&truth, "f0", 0, sheet_channel(&s, row[i], "f0", c));
@@ -173,7 +173,7 @@ static void abc(void)
         char what[96];
         const double B = sheet_number(&s, row[i], "B"), C = sheet_number(&s, row[i], "C");
         fit_surface truth = fit_surface_make("abc/v-cavity/dielectric+lambert", 3, "");
-        if (ff_model_free(&truth.model, "ks", NULL)) exit(1);
+        if (ff_model_vary(&truth.model, "ks", NULL)) exit(1);
         set(&truth, "B", 0, B);
         set(&truth, "C", 0, C);
         for (size_t c = 0; c < 3; c++) {

@@ -6,7 +6,7 @@
  * many standard deviations wide. */
 #include "base/internal_pool.h"
 #include "scan_samples.h"
-#include "ff_trust.h"
+#include "fit/trust/trust_struct.h"
 
 enum { MAX_PARAMETERS = 12, REFITS = 200, MAX_REPEATS = 100000 };
 #define REACH 5
@@ -44,13 +44,13 @@ static void one_repeat(void *context, size_t repeat, int worker)
     ff_places places = {0};
     ff_fit_result fit;
     ff_bootstrap b;
-    ff_status st = ff_problem_new(&table, &t->s->model, 1, &o, &p, NULL);
-    if (!st) st = ff_places_new(p, &table, &places, NULL);
-    if (!st) st = ff_problem_fit(p, &t->s->model, &o, &fit, NULL);
+    ff_status st = ff_problem_make(&table, &t->s->model, 1, &o, &p, NULL);
+    if (!st) st = ff_places_init(p, &table, &places, NULL);
+    if (!st) st = ff_problem_fit_into(p, &t->s->model, &o, &fit, NULL);
     for (size_t k = 0; k < MAX_PARAMETERS; k++)
         t->inside[repeat * MAX_PARAMETERS + k] = t->boot_inside[repeat * MAX_PARAMETERS + k] = -1;
     for (int pass = 0; pass < (t->correlated ? 2 : 1) && !st; pass++) {
-        if (pass) st = ff_trust_bootstrap(p, &places, &o, REFITS, repeat, &fit, &b, NULL);
+        if (pass) st = ff_trust_bootstrap_into(p, &places, &o, REFITS, repeat, &fit, &b, NULL);
         for (size_t k = 0; k < fit_parameter_count(&fit) && k < MAX_PARAMETERS && !st; k++) {
             char name[64];
             double truth;
@@ -60,10 +60,10 @@ static void one_repeat(void *context, size_t repeat, int worker)
             if (!pass) t->z[repeat * MAX_PARAMETERS + k] = (v->value - truth) / v->std_error;
         }
     }
-    if (!st) ff_fit_result_free(&fit);
-    ff_places_free(&places);
+    if (!st) ff_fit_result_clear(&fit);
+    ff_places_clear(&places);
     ff_problem_free(p);
-    ff_table_free(&table);
+    ff_table_clear(&table);
 }
 
 /* Share inside and its number; checks it against the band where `must`. */

@@ -86,7 +86,7 @@ static void lists_keep_everything(void)
         make(k, channel, parameter, &w);
         FF_CHECK(same_warning(&list.item[k], &w), "warning %zu is another", k);
     }
-    ff_warnings_free(&list);
+    ff_warnings_clear(&list);
     FF_CHECK(list.n == 0 && !list.item, "not freed");
 }
 
@@ -108,7 +108,7 @@ static void lists_without_memory(void)
             if (s == FF_OK) break;
         }
     }
-    ff_warnings_free(&list);
+    ff_warnings_clear(&list);
 }
 
 /* A fit with many warnings, each of its last allocations failing in turn: it says so, and its result is not touched. */
@@ -127,31 +127,31 @@ static void fits_without_memory(void)
     ff_problem *p = NULL;
     ff_fit_result r;
     o.threads = 1;
-    FF_CHECK(ff_problem_new(&t, &s.model, 1, &o, &p, &err) == FF_OK, "%s", err.message);
+    FF_CHECK(ff_problem_make(&t, &s.model, 1, &o, &p, &err) == FF_OK, "%s", err.message);
     if (!p) return;
     allocations = 0;
-    FF_CHECK(ff_problem_fit(p, &s.model, &o, &r, &err) == FF_OK && r.warnings.n > 3, "%zu warnings", r.warnings.n);
+    FF_CHECK(ff_problem_fit_into(p, &s.model, &o, &r, &err) == FF_OK && r.warnings.n > 3, "%zu warnings", r.warnings.n);
     const long all = allocations;
     const size_t said = r.warnings.n;
-    ff_fit_result_free(&r);
+    ff_fit_result_clear(&r);
     long failed = 0;
     for (long at = all > LAST ? all - LAST : 0; at < all; at++) {
         memset(&r, 0x5A, sizeof r);
         allocations = 0;
         failing = at;
-        const ff_status st = ff_problem_fit(p, &s.model, &o, &r, &err);
+        const ff_status st = ff_problem_fit_into(p, &s.model, &o, &r, &err);
         failing = -1;
         failed += st == FF_ERR_MEMORY;
         FF_CHECK(st == FF_ERR_MEMORY || st == FF_OK, "allocation %ld of %ld: %s", at, all, err.message);
         if (st == FF_OK) {
             FF_CHECK(r.warnings.n == said, "allocation %ld of %ld: %zu of %zu warnings", at, all, r.warnings.n, said);
-            ff_fit_result_free(&r);
+            ff_fit_result_clear(&r);
         } else
             FF_CHECK(r.warnings.n == (size_t)0x5A5A5A5A5A5A5A5A, "written all the same");
     }
     FF_CHECK(failed > LAST / 2, "%ld of %d failures are told", failed, LAST);
     ff_problem_free(p);
-    ff_table_free(&t);
+    ff_table_clear(&t);
 }
 
 /* ---- sentences ------------------------------------------------------------------------------- */
@@ -166,8 +166,8 @@ static ff_problem *problem_of(size_t n_channels, const ff_model *m)
     ff_problem *p = NULL;
     ff_error err = {0};
     for (size_t c = 0; c < n_channels; c++) snprintf(t.channels[c].name, sizeof t.channels[c].name, "%zunm", 400 + 10 * c);
-    FF_CHECK(ff_problem_new(&t, m, 1, &o, &p, &err) == FF_OK, "%s", err.message);
-    ff_table_free(&t);
+    FF_CHECK(ff_problem_make(&t, m, 1, &o, &p, &err) == FF_OK, "%s", err.message);
+    ff_table_clear(&t);
     return p;
 }
 
@@ -338,7 +338,7 @@ static void readers(void)
         ff_read_options_init(&o);
         o.scale = cases[k].scale;
         o.format = strstr(cases[k].text, "pgII") ? "pgii" : "alta";
-        const ff_status s = ff_table_read_with(path, &o, &t, &err);
+        const ff_status s = ff_table_read_with_into(path, &o, &t, &err);
         FF_CHECK((s != FF_OK) == (cases[k].error != NULL), "case %zu: %s", k, err.message);
         ff_words_error(&err, text, sizeof text);
         if (s) FF_CHECK(cases[k].error && !strcmp(text + strlen(path), cases[k].error), "case %zu: '%s'", k, text);
@@ -346,7 +346,7 @@ static void readers(void)
         int found = 0;
         for (size_t i = 0; ff_words_note(&t, i, text); i++) found |= cases[k].note && !strcmp(text, cases[k].note);
         FF_CHECK(found, "case %zu: '%s'", k, t.note);
-        ff_table_free(&t);
+        ff_table_clear(&t);
     }
     remove(path);
 }

@@ -429,7 +429,7 @@ static ff_status make_table(reader *r, const ff_read_options *o, ff_table *out)
     if (r->with_wavelength) {
         ff_table long_form = t;
         status = ff_csv_pivot(&long_form, o->part, r->path, &t, r->err);
-        ff_table_free(&long_form);
+        ff_table_clear(&long_form);
         if (status != FF_OK) return status;
     } else {
         name_channels(r, &t);
@@ -439,7 +439,7 @@ static ff_status make_table(reader *r, const ff_read_options *o, ff_table *out)
     if (status == FF_OK)
         *out = t;
     else
-        ff_table_free(&t);
+        ff_table_clear(&t);
     return status;
 }
 

@@ -315,7 +315,7 @@ static ff_status run(pivot *p, const char *part, ff_table *out)
         return ff_error_set(p->err, FF_ERR_DATA, p->path, 0, -1,
                             "found no pair of directions measured at all of %s, expected one; choose a single wavelength",
                             list(p, 1, names));
-    status = ff_table_new(p->n_complete, p->n_used, NULL, p->rows->sigma != NULL, p->rows->weight != NULL, &t, p->err);
+    status = ff_table_init(p->n_complete, p->n_used, NULL, p->rows->sigma != NULL, p->rows->weight != NULL, &t, p->err);
     if (status != FF_OK) return status;
     fill(p, &t);
     describe(p, part, differing, &t);

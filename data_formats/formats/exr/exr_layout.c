@@ -68,7 +68,7 @@ static ff_status new_product(ff_axes_kind kind, const size_t n[4], const ff_tabl
         if (!node[k]) s = ff_error_set(err, FF_ERR_MEMORY, NULL, 0, -1, "no memory for an axis of %zu nodes", n[k]);
         for (size_t i = 0; node[k] && i < n[k]; i++) node[k][i] = node_at(spaced[which][k], i, n[k], span[which][k]);
     }
-    if (s == FF_OK) s = ff_table_new_axes(kind, n, (const double *const *)node, degree, t->n_channels, 0, out, err);
+    if (s == FF_OK) s = ff_table_init_axes(kind, n, (const double *const *)node, degree, t->n_channels, 0, out, err);
     for (int k = 0; k < 4; k++) free(node[k]);
     return s;
 }
@@ -99,10 +99,10 @@ static ff_status own(const ff_table *t, int as_list, ff_table *out, ff_error *er
     const int axes = t->axes.kind != FF_AXES_NONE && !as_list;
     ff_status s;
     if (axes)
-        s = ff_table_new_axes(t->axes.kind, t->axes.n, (const double *const *)t->axes.node, t->radians_per_unit, t->n_channels,
-                              t->weight != NULL, out, err);
+        s = ff_table_init_axes(t->axes.kind, t->axes.n, (const double *const *)t->axes.node, t->radians_per_unit, t->n_channels,
+                               t->weight != NULL, out, err);
     else
-        s = ff_table_new(t->n, t->n_channels, as_list ? NULL : t->grid, 0, t->weight != NULL, out, err);
+        s = ff_table_init(t->n, t->n_channels, as_list ? NULL : t->grid, 0, t->weight != NULL, out, err);
     if (s != FF_OK) return s;
     if (!axes && !out->grid) {
         out->radians_per_unit = t->grid ? degree : t->radians_per_unit;
@@ -129,7 +129,7 @@ ff_status ff_exr_layout(const ff_table *t, const char *grid, ff_table *out, ff_e
     if (strcmp(shape, "own") == 0 || strcmp(shape, "list") == 0)
         s = own(t, *shape == 'l', &made, err);
     else if (strcmp(shape, "merl") == 0)
-        s = ff_table_new(ff_grid_merl.n, t->n_channels, &ff_grid_merl, 0, 0, &made, err);
+        s = ff_table_init(ff_grid_merl.n, t->n_channels, &ff_grid_merl, 0, 0, &made, err);
     else if (strncmp(shape, "half-difference:", 16) == 0 || strncmp(shape, "incident-exit:", 14) == 0)
         s = product(shape, t, &made, err);
     else
@@ -141,6 +141,6 @@ ff_status ff_exr_layout(const ff_table *t, const char *grid, ff_table *out, ff_e
     if (s == FF_OK)
         *out = made;
     else
-        ff_table_free(&made);
+        ff_table_clear(&made);
     return s;
 }

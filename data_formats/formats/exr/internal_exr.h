@@ -1,7 +1,7 @@
 /** @file internal_exr.h  Tables in OpenEXR images: what the files of this format share. The layout is in docs/exr.md. */
 #ifndef FF_INTERNAL_EXR_H
 #define FF_INTERNAL_EXR_H
-#include "ff_table.h"
+#include "data_formats/table/table_struct.h"
 #include <openexr.h>
 
 /* ---- exr_kept.c: names of the layout, and what a table keeps of it ---------------------------- */

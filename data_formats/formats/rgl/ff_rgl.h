@@ -32,6 +32,7 @@ FF_API ff_status ff_rgl_open(const char *path, ff_rgl **out, ff_error *err);
 /** Closes; NULL is legal. */
 FF_API void ff_rgl_free(ff_rgl *r);
 
+/** What is in it. */
 FF_API ff_rgl_info ff_rgl_about(const ff_rgl *r);
 
 /** f in 1/sr, cosine not included, at n pairs of directions.

@@ -1,6 +1,7 @@
 /** @file internal_rgl.h  An RGL file in memory, shared by the evaluator, the reader and the writer. */
 #ifndef FF_INTERNAL_RGL_H
 #define FF_INTERNAL_RGL_H
+#include "data_formats/table/table_struct.h"
 #include "ff_rgl.h"
 #include "internal_tensor_file.h"
 #include "internal_warp2d.h"

@@ -13,7 +13,7 @@
 #include "internal_rgl.h"
 #include "base/internal_input.h"
 #include "base/internal_number.h"
-#include "ff_model.h"
+#include "models/model_struct.h"
 #include <math.h>
 #include <stdatomic.h>
 #include <stdlib.h>

@@ -79,14 +79,14 @@ static ff_status matrix_directions(const ff_window_file *w, ff_table *t)
 
 static ff_status matrix_to_table(ff_window_file *w, ff_table *t)
 {
-    ff_status status = ff_table_new(w->blocks[0].data.n, w->n_blocks, NULL, 0, 1, t, w->xml.err);
+    ff_status status = ff_table_init(w->blocks[0].data.n, w->n_blocks, NULL, 0, 1, t, w->xml.err);
     if (status != FF_OK) return status;
     for (size_t c = 0; c < w->n_blocks; c++) {
         memcpy(t->value + c * t->n, w->blocks[c].data.value, t->n * sizeof *t->value);
         ff_scattering_free(&w->blocks[c].data);
     }
     status = matrix_directions(w, t);
-    if (status != FF_OK) ff_table_free(t);
+    if (status != FF_OK) ff_table_clear(t);
     return status;
 }
 

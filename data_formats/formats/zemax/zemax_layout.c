@@ -210,7 +210,7 @@ static ff_status make_layout(const ff_table *t, const plan *p, ff_table *out, ff
                             samples, MOST_SAMPLES);
     ff_status status = ff_zemax_cells_make(n, node, p->half ? FF_ZEMAX_PLANE_SYMMETRICAL : FF_ZEMAX_ASYMMETRICAL, &c, err);
     if (status != FF_OK) return status;
-    status = ff_table_new_axes(FF_AXES_SPECULAR, n, node, degree, t->n_channels, ff_zemax_has_cells(n, node), out, err);
+    status = ff_table_init_axes(FF_AXES_SPECULAR, n, node, degree, t->n_channels, ff_zemax_has_cells(n, node), out, err);
     if (status == FF_OK) {
         const double *const of[FF_ZEMAX_AXES] = {c.of[0], c.of[1], c.of[2], c.of[3]};
         if (out->weight) ff_table_product_weights(out, of);

@@ -1,0 +1,207 @@
+/* What is told of fits, for programs that do not see inside: options of any version, what is made behind pointers. */
+#include "base/internal_options.h"
+#include "picture_struct.h"
+#include "trust_struct.h"
+#include <stdlib.h>
+#include <string.h>
+
+static ff_status no_memory(ff_error *err)
+{
+    return ff_error_set(err, FF_ERR_MEMORY, NULL, 0, -1, "out of memory");
+}
+
+/* ---- places ---------------------------------------------------------------------------------- */
+
+ff_status ff_places_new(const ff_problem *p, const ff_table *t, ff_places **out, ff_error *err)
+{
+    ff_places *made = malloc(sizeof *made);
+    if (!made) return no_memory(err);
+    const ff_status s = ff_places_init(p, t, made, err);
+    if (s)
+        free(made);
+    else
+        *out = made;
+    return s;
+}
+
+void ff_places_free(ff_places *places)
+{
+    if (places) ff_places_clear(places);
+    free(places);
+}
+
+ff_grouping ff_places_grouping(const ff_places *places)
+{
+    return places->kind;
+}
+
+size_t ff_places_group_count(const ff_places *places)
+{
+    return places->n_groups;
+}
+
+size_t ff_places_direction_count(const ff_places *places)
+{
+    return places->n_directions;
+}
+
+/* ---- values ---------------------------------------------------------------------------------- */
+
+ff_status ff_trust_bands(const ff_problem *p, const ff_places *places, const ff_fit_options *o, const ff_fit_result *fit,
+                         ff_bands *out, ff_error *err)
+{
+    ff_fit_options own;
+    o = ff_fit_options_take(o, &own, err);
+    return o ? ff_trust_bands_into(p, places, o, fit, out, err) : FF_ERR_RANGE;
+}
+
+ff_status ff_trust_residual_table(const ff_problem *p, const ff_table *t, const ff_fit_options *o, const ff_fit_result *fit,
+                                  ff_table **out, ff_error *err)
+{
+    ff_fit_options own;
+    ff_table made;
+    o = ff_fit_options_take(o, &own, err);
+    if (!o) return FF_ERR_RANGE;
+    const ff_status s = ff_trust_residual_table_into(p, t, o, fit, &made, err);
+    return s ? s : ff_table_move(&made, out, err);
+}
+
+ff_status ff_trust_outliers(const ff_problem *p, const ff_places *places, const ff_fit_options *o, const ff_fit_result *fit,
+                            ff_outliers *out, ff_error *err)
+{
+    ff_fit_options own;
+    ff_outliers found;
+    ff_status s = ff_record_check("ff_outliers", out, FF_END_OF(ff_outliers, worst), err);
+    o = ff_fit_options_take(o, &own, err);
+    if (!o) return FF_ERR_RANGE;
+    if (!s) s = ff_trust_outliers_into(p, places, o, fit, &found, err);
+    if (!s) ff_options_init(out, out->size, &found, sizeof found);
+    return s;
+}
+
+/* ---- intervals ------------------------------------------------------------------------------- */
+
+ff_status ff_trust_bootstrap(const ff_problem *p, const ff_places *places, const ff_fit_options *o, size_t repeats, uint64_t seed,
+                             ff_fit_result *fit, ff_bootstrap *out, ff_error *err)
+{
+    ff_fit_options own;
+    ff_bootstrap made;
+    ff_status s = ff_record_check("ff_bootstrap", out, FF_END_OF(ff_bootstrap, kind), err);
+    o = ff_fit_options_take(o, &own, err);
+    if (!o) return FF_ERR_RANGE;
+    if (!s) s = ff_trust_bootstrap_into(p, places, o, repeats, seed, fit, &made, err);
+    if (!s) ff_options_init(out, out->size, &made, sizeof made);
+    return s;
+}
+
+ff_status ff_trust_cut_off(const ff_problem *p, const ff_fit_options *o, const ff_fit_result *fit, double max_theta,
+                           ff_cut_off **out, ff_error *err)
+{
+    ff_fit_options own;
+    o = ff_fit_options_take(o, &own, err);
+    if (!o) return FF_ERR_RANGE;
+    ff_cut_off *made = malloc(sizeof *made);
+    if (!made) return no_memory(err);
+    const ff_status s = ff_trust_cut_off_into(p, o, fit, max_theta, made, err);
+    if (s)
+        free(made);
+    else
+        *out = made;
+    return s;
+}
+
+void ff_cut_off_free(ff_cut_off *c)
+{
+    if (c) ff_cut_off_clear(c);
+    free(c);
+}
+
+/* ---- comparison ------------------------------------------------------------------------------ */
+
+/* The results side by side; they share what they own. */
+static ff_fit_result *side_by_side(const ff_fit_result *const *fits, size_t n)
+{
+    ff_fit_result *all = malloc((n + 1) * sizeof *all);
+    for (size_t k = 0; all && k < n; k++) all[k] = *fits[k];
+    return all;
+}
+
+ff_status ff_trust_compare(const ff_problem *p, const ff_places *places, const ff_fit_options *o, const ff_fit_result *const *fits,
+                           size_t n, size_t winner, size_t folds, ff_versus *out, ff_error *err)
+{
+    ff_fit_options own;
+    o = ff_fit_options_take(o, &own, err);
+    if (!o) return FF_ERR_RANGE;
+    ff_fit_result *all = side_by_side(fits, n);
+    if (!all) return no_memory(err);
+    const ff_status s = ff_trust_compare_into(p, places, o, all, n, winner, folds, out, err);
+    free(all);
+    return s;
+}
+
+ff_status ff_trust_channels_differ(const ff_fit_result *const *fits, size_t n, ff_difference *out, ff_error *err)
+{
+    ff_fit_result *all = side_by_side(fits, n);
+    if (!all) return no_memory(err);
+    const ff_status s = ff_trust_channels_differ_into(all, n, out, err);
+    free(all);
+    return s;
+}
+
+/* ---- the loss by pictures -------------------------------------------------------------------- */
+
+ff_status ff_fit_adaptive(const ff_table *t, const ff_model *m, const ff_fit_options *o, ff_adaptive **out, ff_error *err)
+{
+    ff_fit_options own;
+    o = ff_fit_options_take(o, &own, err);
+    if (!o) return FF_ERR_RANGE;
+    ff_adaptive *made = malloc(sizeof *made);
+    if (!made) return no_memory(err);
+    const ff_status s = ff_fit_adaptive_into(t, m, o, made, err);
+    if (s)
+        free(made);
+    else
+        *out = made;
+    return s;
+}
+
+void ff_adaptive_free(ff_adaptive *a)
+{
+    if (a) ff_adaptive_clear(a);
+    free(a);
+}
+
+size_t ff_adaptive_count(const ff_adaptive *a)
+{
+    return a->n;
+}
+
+size_t ff_adaptive_chosen(const ff_adaptive *a)
+{
+    return a->chosen;
+}
+
+ff_loss ff_adaptive_loss(const ff_adaptive *a, size_t k)
+{
+    return a->candidate[k].loss;
+}
+
+double ff_adaptive_difference(const ff_adaptive *a, size_t k)
+{
+    return a->candidate[k].difference;
+}
+
+const ff_fit_result *ff_adaptive_fit(const ff_adaptive *a, size_t k)
+{
+    return &a->candidate[k].fit;
+}
+
+ff_picture_coverage ff_adaptive_coverage(const ff_adaptive *a)
+{
+    return a->coverage;
+}
+
+const ff_problem *ff_adaptive_problem(const ff_adaptive *a)
+{
+    return a->problem;
+}

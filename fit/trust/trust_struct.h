@@ -1,0 +1,43 @@
+/* What is told of fits, as plain values and by results that lie side by side. */
+#ifndef FF_TRUST_STRUCT_H
+#define FF_TRUST_STRUCT_H
+#include "ff_trust.h"
+#include "fit/fit_struct.h"
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+struct ff_places {
+    size_t n; /**< samples of the problem                                  */
+    ff_grouping kind;
+    size_t n_groups, n_directions;       /**< directions: distinct ones, or cells                     */
+    uint32_t *direction;                 /**< [n] < n_directions, numbered by theta_i, then phi_i     */
+    uint32_t *group;                     /**< [n] < n_groups: directions, or runs of samples inside them */
+    unsigned char *band[FF_PLACE_COUNT]; /**< [n] < FF_BANDS                                          */
+};
+
+/* As the functions of ff_trust.h, into what is the caller's; and what releases what that owns. The options are as long as they are
+ * here. */
+ff_status ff_places_init(const ff_problem *p, const ff_table *t, ff_places *out, ff_error *err);
+void ff_places_clear(ff_places *places);
+ff_status ff_trust_bands_into(const ff_problem *p, const ff_places *places, const ff_fit_options *o, const ff_fit_result *fit,
+                              ff_bands *out, ff_error *err);
+ff_status ff_trust_residual_table_into(const ff_problem *p, const ff_table *t, const ff_fit_options *o, const ff_fit_result *fit,
+                                       ff_table *out, ff_error *err);
+ff_status ff_trust_outliers_into(const ff_problem *p, const ff_places *places, const ff_fit_options *o, const ff_fit_result *fit,
+                                 ff_outliers *out, ff_error *err);
+ff_status ff_trust_bootstrap_into(const ff_problem *p, const ff_places *places, const ff_fit_options *o, size_t repeats,
+                                  uint64_t seed, ff_fit_result *fit, ff_bootstrap *out, ff_error *err);
+ff_status ff_trust_cut_off_into(const ff_problem *p, const ff_fit_options *o, const ff_fit_result *fit, double max_theta,
+                                ff_cut_off *out, ff_error *err);
+void ff_cut_off_clear(ff_cut_off *c);
+
+/* fits [n] */
+ff_status ff_trust_compare_into(const ff_problem *p, const ff_places *places, const ff_fit_options *o, const ff_fit_result *fits,
+                                size_t n, size_t winner, size_t folds, ff_versus *out, ff_error *err);
+ff_status ff_trust_channels_differ_into(const ff_fit_result *fits, size_t n, ff_difference *out, ff_error *err);
+
+#ifdef __cplusplus
+}
+#endif
+#endif

@@ -1,0 +1,27 @@
+/* Sentences by a subject that is a fit or a retrieval. */
+#ifndef FF_WORDS_STRUCT_H
+#define FF_WORDS_STRUCT_H
+#include "ff_words.h"
+#include "fit/ndf/ndf_struct.h"
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/** What a warning is about: a fit or a retrieved distribution, one of them NULL, and the problem whose channels it counts. */
+typedef struct ff_words_subject {
+    const ff_problem *problem;
+    const ff_fit_result *fit;
+    const ff_ndf_result *retrieved;
+} ff_words_subject;
+
+/** A warning of s as a sentence without a full stop: "kd (12 of 121 channels, 400nm to 500nm) is on its lower bound, 0". Returns
+ *  out. */
+const char *ff_words_warning(const ff_words_subject *s, const ff_warning *w, char out[FF_WORDS_SENTENCE]);
+
+/** Name of a parameter of a fit: "alpha_x". */
+const char *ff_words_parameter(const ff_fit_result *fit, const ff_warning_parameter *p);
+
+#ifdef __cplusplus
+}
+#endif
+#endif
