@@ -62,6 +62,7 @@ SOURCE = '#include "ff_h.h"\nint ff_one(void) { return ff_hidden(); }\nconst cha
 SOUND = "int ff_hidden(void);\n" + SOURCE + "int ff_hidden(void) { return 1; }\n"
 CASES = [
     ("nothing", HEADER, SOUND, None),
+    ("a room that is not compiled with hidden visibility", HEADER, SOUND, "ff_hidden is exported, and no installed header declares it"),
     ("a function that no header declares", HEADER, SOUND + API.replace("FF_API", "FF_OWN") + "FF_OWN int ff_planted(void) { return 2; }\n",
      "ff_planted is exported, and no installed header declares it"),
     ("a declared function that is missing", HEADER + "FF_API int ff_gone(void);\n", SOUND, "ff_gone is declared, and not exported"),
@@ -70,13 +71,13 @@ CASES = [
 ]
 
 
-def planted(nm, cc, exports, header, source):
+def planted(nm, cc, exports, header, source, visibility):
     with tempfile.TemporaryDirectory() as folder:
         paths = [os.path.join(folder, name) for name in ("ff_h.h", "a.c", "a.o")]
         for path, text in zip(paths, (header, source)):
             with open(path, "w") as file:
                 file.write(text)
-        subprocess.run([cc, "-fPIC", "-fvisibility=hidden", "-c", paths[1], "-o", paths[2]], check=True)
+        subprocess.run([cc, "-fPIC", f"-fvisibility={visibility}", "-c", paths[1], "-o", paths[2]], check=True)
         return differences(nm, cc, exports, paths[2:], paths[:1])[0]
 
 
@@ -84,7 +85,7 @@ def main():
     nm, cc, exports, objects, headers = sys.argv[1:6]
     failed = 0
     for title, header, source, expected in CASES:
-        said = planted(nm, cc, exports, header, source)
+        said = planted(nm, cc, exports, header, source, "default" if "not compiled with hidden" in title else "hidden")
         if expected is None and said or expected and expected not in said:
             print(f"the check is wrong about {title}: it says {said}, expected '{expected or ''}'")
             failed = 1
