@@ -19,9 +19,20 @@ const char *cli_words_loss_auto(size_t i)
     return i == n ? "auto" : i < n ? cli_words_loss(i) : NULL;
 }
 
+const char *cli_meaning_loss(size_t i)
+{
+    const ff_loss_info *loss = ff_loss_at((int)i);
+    return loss ? loss->help : "the one whose pictures are nearest to the data's";
+}
+
 const char *cli_words_robust(size_t i)
 {
     return ff_robust_name((int)i);
+}
+
+const char *cli_meaning_robust(size_t i)
+{
+    return ff_robust_at((int)i)->help;
 }
 
 const char *cli_words_weighting(size_t i)
