@@ -19,11 +19,6 @@ int cli_isa(const cli_args *args, ff_isa *out)
     return EXIT_DONE;
 }
 
-cli_table_format cli_table_format_of(const cli_args *args)
-{
-    return (cli_table_format)cli_word(args, FLAG_TABLE, CLI_TABLE_TEXT);
-}
-
 const char *cli_param_nearest(const ff_model *model, size_t n, const char *name)
 {
     for (size_t i = 0; i < n; ++i) {
@@ -160,6 +155,28 @@ int cli_write_both(const cli_args *args, cli_writer json, cli_writer text, const
     const int status = path ? cli_write(path, json, context) : EXIT_DONE;
     if (status != EXIT_DONE || (path && !strcmp(path, "-"))) return status;
     return cli_write("-", text, context);
+}
+
+typedef struct table_job {
+    const cli_form *form;
+    ff_table_form as;
+    const void *context;
+} table_job;
+
+static ff_status write_table(const void *context, FILE *out)
+{
+    const table_job *job = context;
+    return job->form->table(job->context, job->as, out);
+}
+
+int cli_report(const cli_args *args, const cli_form *form, const void *context)
+{
+    const table_job job = {form, (ff_table_form)cli_word(args, FLAG_TABLE, FF_TABLE_TEXT), context};
+    if (job.as == FF_TABLE_TEXT) return cli_write_both(args, form->json, form->text, context);
+    const char *path = cli_value(args, FLAG_JSON, NULL);
+    const int status = path ? cli_write(path, form->json, context) : EXIT_DONE;
+    if (form->warnings) form->warnings(context, stderr);
+    return status == EXIT_DONE ? cli_write("-", write_table, &job) : status;
 }
 
 int cli_rows_open(const cli_args *args, const char *schema, cli_rows *rows)

@@ -66,6 +66,11 @@ const char *cli_words_monotone(size_t i)
     return ff_ndf_monotone_name((int)i);
 }
 
+const char *cli_words_table(size_t i)
+{
+    return ff_table_form_name((int)i);
+}
+
 /* In the order of ff_isa. */
 const char *cli_words_isa(size_t i)
 {
@@ -182,7 +187,6 @@ const char *cli_words_by(size_t i)
 OWN_WORDS(negative, "keep", "drop")
 OWN_WORDS(grid, "merl", "goniometer", "scattered")
 OWN_WORDS(reduce, "srgb", "bands", "channels", "mean")
-OWN_WORDS(table, "text", "csv", "tsv", "md", "latex")
 OWN_WORDS(shell, "bash", "zsh", "fish")
 
 /* ---- looking words up ------------------------------------------------------------------------ */

@@ -10,6 +10,7 @@
 #define FF_REPORT_H
 #include "ff_fit.h"
 #include "ff_json.h"
+#include "ff_ndf.h"
 #include "ff_picture.h"
 #include "ff_resample.h"
 #include "ff_trust.h"
@@ -38,6 +39,11 @@ typedef struct ff_report_trust {
     ff_outliers  outliers;
 } ff_report_trust;
 
+/** Written forms of the main table of a report, for --table: text as in the report; CSV (RFC 4180) and TSV for programs, with a
+ *  name for every column, all digits, and empty cells where there is no number; Markdown and LaTeX (tabular) to be pasted. */
+typedef enum ff_table_form { FF_TABLE_TEXT = 0, FF_TABLE_CSV = 1, FF_TABLE_TSV = 2, FF_TABLE_MARKDOWN = 3, FF_TABLE_LATEX = 4 } ff_table_form;
+const char *ff_table_form_name(int form); /**< "text", "csv", "tsv", "md", "latex"; NULL for a number that is none */
+
 /** Fits of one data set. A problem is a choice of channels: one for rgb and mean, one per channel for each. Every model is fitted
  *  to every problem; fit k belongs to problem k / (n_fits / n_problems). */
 typedef struct ff_report_fits {
@@ -65,6 +71,9 @@ void ff_report_rank(const ff_report_fits *r, size_t p, size_t *rank);
 void ff_report_warnings_text(const ff_words_subject *s, const ff_warnings *w, FILE *out);
 void ff_report_warnings_json(ff_json *j, const ff_words_subject *s, const ff_warnings *w);
 
+/** The lines of the warnings of fit i. */
+void ff_report_fit_warnings(const ff_report_fits *r, size_t i, FILE *out);
+
 /** Fits one after another: parameters, ellipse, residuals, warnings. */
 ff_status ff_report_fit_text(const ff_report_fits *r, FILE *out);
 
@@ -74,6 +83,11 @@ ff_status ff_report_compare_text(const ff_report_fits *r, FILE *out);
 /** Writes the root mean squares of r into the open object of j, a key for every loss that has one: "cosine_rmse", "cube_root_rmse". */
 void ff_report_rmses_json(ff_json *j, const ff_residual *r);
 
+/** The main table alone: a row for every parameter of every fit; a row for every fit, by problem and rank. In CSV and TSV of a
+ *  comparison all of them, and a column for every parameter. */
+ff_status ff_report_fit_table(const ff_report_fits *r, ff_table_form form, FILE *out);
+ff_status ff_report_compare_table(const ff_report_fits *r, ff_table_form form, FILE *out);
+
 /** Schema facetfit.fit/2, of `fit` and `compare`. */
 ff_status ff_report_fits_json(const ff_report_fits *r, FILE *out);
 
@@ -82,9 +96,24 @@ ff_status ff_report_fits_json(const ff_report_fits *r, FILE *out);
  *  the problem's channels; t must have as many channels, or else their mean is the datum. */
 ff_status ff_report_residuals_csv(const ff_table *t, const ff_table *residuals, const char *title, FILE *out);
 
+/** A retrieved distribution of normals. */
+typedef struct ff_report_ndf {
+    const char           *path;    /**< of the data                     */
+    const ff_table       *table;   /**< its format                      */
+    const ff_problem     *problem;
+    const ff_ndf_options *options; /**< those of the fit among them     */
+    const ff_ndf_result  *result;
+} ff_report_ndf;
+
+/** How it was retrieved, its roughness in several measures, the parameters, and its residuals beside those of the formulas. */
+ff_status ff_report_ndf_text(const ff_report_ndf *n, FILE *out);
+ff_status ff_report_ndf_table(const ff_report_ndf *n, ff_table_form form, FILE *out); /**< a row for every measure and parameter */
+
 /** What is in a table: size, channels, range of angles and values, coverage, reflectance, symmetries as ff_survey_new measures them. */
 ff_status ff_report_table_text(const char *path, const ff_table *t, FILE *out);
 ff_status ff_report_table_json(const ff_report_head *head, const char *path, const ff_table *t, FILE *out); /**< facetfit.info/1 */
+
+ff_status ff_report_channels_table(const ff_table *t, ff_table_form form, FILE *out); /**< a row for every channel */
 
 /** What a conversion did: `made` was written to out_path. */
 ff_status ff_report_resample_text(const char *in, const char *out_path, const ff_format *to, const ff_table *t, const ff_table *made,
@@ -96,8 +125,10 @@ ff_status ff_report_resample_json(const ff_report_head *head, const char *in, co
 /** The registries. */
 ff_status ff_report_models_text(FILE *out);
 ff_status ff_report_models_markdown(FILE *out); /**< docs/models.md */
+ff_status ff_report_models_table(ff_table_form form, FILE *out); /**< a row for every term */
 ff_status ff_report_models_json(const ff_report_head *head, FILE *out); /**< facetfit.models/1 */
 ff_status ff_report_formats_text(FILE *out);
+ff_status ff_report_formats_table(ff_table_form form, FILE *out);
 ff_status ff_report_formats_json(const ff_report_head *head, FILE *out); /**< facetfit.formats/1 */
 
 /** Text that is independent of the locale and reads back as the same double ("nan", "inf" where not finite).
