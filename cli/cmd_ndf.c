@@ -252,6 +252,10 @@ static void json_start(ff_json *j, const ff_ndf_result *r)
         ff_json_number(j, "angle_deg", degrees(r->back_angle));
         ff_json_number(j, "f0", r->back_f0);
         ff_json_integer(j, "iterations", r->back_iterations);
+    } else {
+        ff_json_null(j, "angle_deg");
+        ff_json_null(j, "f0");
+        ff_json_null(j, "iterations");
     }
     ff_json_close(j);
 }

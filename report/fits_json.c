@@ -199,6 +199,7 @@ static void put_channels(ff_json *j, const ff_fit_result *f)
         ff_json_close(j);
         ff_json_bool(j, "held", ff_report_all_held(f, k));
         const ff_fit_value known = known_of_channels(f, k);
+        ff_json_bool(j, "tied", known.tied);
         put_known(j, f, &f->model.channel[k], &known);
         ff_json_close(j);
     }
