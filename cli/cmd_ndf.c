@@ -340,7 +340,7 @@ static ff_status write_json(const void *context, FILE *out)
     ff_json j;
     ff_json_begin(&j, out);
     ff_json_object(&j, NULL, FF_JSON_BLOCK);
-    ff_report_head_json(&j, "facetfit.ndf/2", &n->args->head);
+    ff_report_head_json(&j, n->args->command->schema, &n->args->head);
     json_data(&j, n);
     ff_json_string(&j, "loss", ff_loss_name((int)n->f->options.loss));
     ff_json_string(&j, "masking", ff_term_at(FF_MASKING, (size_t)n->options->masking)->name);

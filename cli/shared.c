@@ -162,7 +162,7 @@ int cli_write_both(const cli_args *args, cli_writer json, cli_writer text, const
     return cli_write("-", text, context);
 }
 
-int cli_rows_open(const cli_args *args, const char *schema, cli_rows *rows)
+int cli_rows_open(const cli_args *args, cli_rows *rows)
 {
     const char *path = cli_value(args, FLAG_JSON, NULL);
     ff_error err = {0};
@@ -180,7 +180,7 @@ int cli_rows_open(const cli_args *args, const char *schema, cli_rows *rows)
     if (!rows->with_json) return EXIT_DONE;
     ff_json_begin(&rows->writer, rows->json.file);
     ff_json_object(&rows->writer, NULL, FF_JSON_BLOCK);
-    ff_report_head_json(&rows->writer, schema, &args->head);
+    ff_report_head_json(&rows->writer, args->command->schema, &args->head);
     ff_json_array(&rows->writer, "columns", FF_JSON_LINE);
     return EXIT_DONE;
 }
