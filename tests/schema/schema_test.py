@@ -5,6 +5,7 @@
                      --print-schema prints
   a document         is made by every command in RUNS, which switch on every part, and is valid
   a key              that no document of RUNS had is one that the program lost, or RUNS misses it: both fail; NOT_MADE has exceptions
+  docs/json.md       runs, and lists every document
   a planted mistake  in a document is found: in every object a key too many, one too few of those required, a value of a wrong type"""
 import concurrent.futures
 import copy
@@ -12,6 +13,7 @@ import functools
 import json
 import os
 import re
+import shutil
 import subprocess
 import sys
 import tempfile
@@ -377,6 +379,27 @@ def check_whole(s, d):
     return planted
 
 
+# ---- docs/json.md ----------------------------------------------------------------------------------------------------------------
+
+
+def check_page(schemas, directory):
+    """Its commands run one after another, its Python reads what they wrote, its table has every document."""
+    with open(os.path.join(TOP, "docs", "json.md"), encoding="utf-8") as file:
+        page = file.read()
+    names = {s.root["properties"]["schema"]["const"] for s in schemas.values()}
+    check(set(re.findall(r"`(facetfit\.[a-z-]+/\d+)`", page)) == names, "docs/json.md: the documents are %s" % sorted(names))
+    lines = re.findall(r"^    ((?:facetfit|jq|python3) .*)$", page, re.M)
+    lines = [line.replace("python3", sys.executable, 1) for line in lines if "jq " not in line or shutil.which("jq")]
+    where = {"cwd": directory, "capture_output": True, "text": True,
+             "env": dict(os.environ, PATH=os.path.dirname(PROGRAM) + os.pathsep + os.environ["PATH"])}
+    for line in lines:
+        p = subprocess.run(["sh", "-c", line], **where)
+        check(p.returncode == 0 and not p.stderr, "docs/json.md: %s: %s" % (line, p.stderr))
+    script = re.search(r"^    import json\n(?:    .*\n)+", page, re.M)[0].replace("\n    ", "\n").lstrip()
+    p = subprocess.run([sys.executable, "-c", script], **where)
+    check(len(lines) >= 5 and p.stdout.startswith("converged 0.30"), "docs/json.md: the Python says %s%s" % (p.stdout, p.stderr))
+
+
 # ---- the test --------------------------------------------------------------------------------------------------------------------
 
 
@@ -407,6 +430,7 @@ def main():
         prepare(directory)
         with concurrent.futures.ThreadPoolExecutor(2) as pool:
             documents = list(pool.map(lambda line: run(line, directory), RUNS))
+        check_page(schemas, directory)
     check({id for _, id, _ in documents} == set(ids), "no command prints %s" % (set(ids) - {id for _, id, _ in documents}))
     for line, id, d in documents:
         if d is not None:
