@@ -148,6 +148,10 @@ static void json_start(ff_json *j, const ff_ndf_result *r)
         ff_json_number(j, "angle_deg", degrees(r->back_angle));
         ff_json_number(j, "f0", r->back_f0);
         ff_json_integer(j, "iterations", r->back_iterations);
+    } else {
+        ff_json_null(j, "angle_deg");
+        ff_json_null(j, "f0");
+        ff_json_null(j, "iterations");
     }
     ff_json_close(j);
 }
@@ -232,7 +236,7 @@ static ff_status write_json(const void *context, FILE *out)
     ff_json j;
     ff_json_begin(&j, out);
     ff_json_object(&j, NULL, FF_JSON_BLOCK);
-    ff_report_head_json(&j, "facetfit.ndf/2", &n->args->head);
+    ff_report_head_json(&j, n->args->command->schema, &n->args->head);
     json_data(&j, n);
     ff_json_string(&j, "loss", ff_loss_name((int)n->f->options.loss));
     ff_json_string(&j, "masking", ff_term_at(FF_MASKING, (size_t)n->options->masking)->name);

@@ -98,14 +98,14 @@ typedef struct cli_form {
 } cli_form;
 int cli_report(const cli_args *args, const cli_form *form, const void *context);
 
-/* A table of numbers, row by row, as CSV or as JSON {columns, rows} with --json. */
+/* A table of numbers, row by row, as CSV or, with --json, as the command's JSON: {columns, rows}. */
 typedef struct cli_rows {
     ff_output csv, json;
     int       with_csv, with_json;
     ff_json   writer;
     size_t    column;
 } cli_rows;
-int  cli_rows_open(const cli_args *args, const char *schema, cli_rows *rows);
+int  cli_rows_open(const cli_args *args, cli_rows *rows);
 void cli_rows_column(cli_rows *rows, const char *name);  /* each column once, then cli_rows_end_header */
 void cli_rows_end_header(cli_rows *rows);
 void cli_rows_number(cli_rows *rows, double x);          /* each cell, then cli_rows_end_row */

@@ -78,6 +78,7 @@ typedef struct cli_command {
     const char    *more;    /* paragraphs, separated by a newline                                      */
     cli_place      place[CLI_PLACES];
     size_t         repeats; /* words that may follow the last place, as the first one                  */
+    ff_schema      schema, listed; /* what --json writes, and with --list; 0: the command has no JSON  */
     /* Command lines that work in a folder which has what docs/flags.md says of it. */
     const char    *example[CLI_EXAMPLES];
 } cli_command;

@@ -179,7 +179,7 @@ int cli_report(const cli_args *args, const cli_form *form, const void *context)
     return status == EXIT_DONE ? cli_write("-", write_table, &job) : status;
 }
 
-int cli_rows_open(const cli_args *args, const char *schema, cli_rows *rows)
+int cli_rows_open(const cli_args *args, cli_rows *rows)
 {
     const char *path = cli_value(args, FLAG_JSON, NULL);
     ff_error err = {0};
@@ -197,7 +197,7 @@ int cli_rows_open(const cli_args *args, const char *schema, cli_rows *rows)
     if (!rows->with_json) return EXIT_DONE;
     ff_json_begin(&rows->writer, rows->json.file);
     ff_json_object(&rows->writer, NULL, FF_JSON_BLOCK);
-    ff_report_head_json(&rows->writer, schema, &args->head);
+    ff_report_head_json(&rows->writer, args->command->schema, &args->head);
     ff_json_array(&rows->writer, "columns", FF_JSON_LINE);
     return EXIT_DONE;
 }

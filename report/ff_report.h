@@ -19,6 +19,19 @@
 extern "C" {
 #endif
 
+/** The JSON documents. Of each the program knows the JSON Schema, which docs/schema/ and an installation have as files too. */
+typedef enum ff_schema {
+    FF_SCHEMA_NONE = 0,
+#define FF_SCHEMA(ID) FF_SCHEMA_##ID,
+#include "ff_schemas.def"
+#undef FF_SCHEMA
+    FF_SCHEMA_COUNT
+} ff_schema;
+/** Name and version, "facetfit.fit/2": what the document says under "schema". NULL for a number that is none. */
+const char *ff_schema_name(ff_schema schema);
+/** Writes the schema itself, of draft 2020-12. FF_ERR_RANGE for a number that is none. */
+ff_status ff_report_schema_json(ff_schema schema, FILE *out);
+
 /** What was asked, for the head of every JSON document. */
 typedef struct ff_report_head {
     const char        *version;
@@ -27,7 +40,7 @@ typedef struct ff_report_head {
 } ff_report_head;
 
 /** Writes "schema", "version" and "command" into the open object of j. */
-void ff_report_head_json(ff_json *j, const char *schema, const ff_report_head *head);
+void ff_report_head_json(ff_json *j, ff_schema schema, const ff_report_head *head);
 
 /** What is known of a fit beyond its result; a part that is not there was not asked for. */
 typedef struct ff_report_trust {
@@ -88,7 +101,7 @@ void ff_report_rmses_json(ff_json *j, const ff_residual *r);
 ff_status ff_report_fit_table(const ff_report_fits *r, ff_table_form form, FILE *out);
 ff_status ff_report_compare_table(const ff_report_fits *r, ff_table_form form, FILE *out);
 
-/** Schema facetfit.fit/2, of `fit` and `compare`. */
+/** FF_SCHEMA_FIT, of `fit` and `compare`. */
 ff_status ff_report_fits_json(const ff_report_fits *r, FILE *out);
 
 /** Residuals of a fit, a row a sample that it used, as CSV: angles in degrees (theta_i, phi_i, theta_o, phi_o, theta_h, theta_d), then for
@@ -111,7 +124,7 @@ ff_status ff_report_ndf_table(const ff_report_ndf *n, ff_table_form form, FILE *
 
 /** What is in a table: size, channels, range of angles and values, coverage, reflectance, symmetries as ff_survey_new measures them. */
 ff_status ff_report_table_text(const char *path, const ff_table *t, FILE *out);
-ff_status ff_report_table_json(const ff_report_head *head, const char *path, const ff_table *t, FILE *out); /**< facetfit.info/1 */
+ff_status ff_report_table_json(const ff_report_head *head, const char *path, const ff_table *t, FILE *out); /**< FF_SCHEMA_INFO */
 
 ff_status ff_report_channels_table(const ff_table *t, ff_table_form form, FILE *out); /**< a row for every channel */
 
@@ -120,16 +133,16 @@ ff_status ff_report_resample_text(const char *in, const char *out_path, const ff
                                   const ff_resample_report *r, FILE *out);
 ff_status ff_report_resample_json(const ff_report_head *head, const char *in, const char *out_path, const ff_format *to,
                                   const ff_table *t, const ff_table *made, const ff_resample_report *r,
-                                  FILE *out); /**< facetfit.resample/1 */
+                                  FILE *out); /**< FF_SCHEMA_RESAMPLE */
 
 /** The registries. */
 ff_status ff_report_models_text(FILE *out);
 ff_status ff_report_models_markdown(FILE *out); /**< docs/models.md */
 ff_status ff_report_models_table(ff_table_form form, FILE *out); /**< a row for every term */
-ff_status ff_report_models_json(const ff_report_head *head, FILE *out); /**< facetfit.models/1 */
+ff_status ff_report_models_json(const ff_report_head *head, FILE *out); /**< FF_SCHEMA_MODELS */
 ff_status ff_report_formats_text(FILE *out);
 ff_status ff_report_formats_table(ff_table_form form, FILE *out);
-ff_status ff_report_formats_json(const ff_report_head *head, FILE *out); /**< facetfit.formats/1 */
+ff_status ff_report_formats_json(const ff_report_head *head, FILE *out); /**< FF_SCHEMA_FORMATS */
 
 /** Text that is independent of the locale and reads back as the same double ("nan", "inf" where not finite).
  *  @param out  [FF_REPORT_NUMBER] */

@@ -378,7 +378,7 @@ ff_status ff_report_table_json(const ff_report_head *head, const char *path, con
     if (status != FF_OK) return status;
     ff_json_begin(&j, out);
     ff_json_object(&j, NULL, FF_JSON_BLOCK);
-    ff_report_head_json(&j, "facetfit.info/1", head);
+    ff_report_head_json(&j, FF_SCHEMA_INFO, head);
     ff_json_string(&j, "path", path);
     ff_json_string(&j, "format", t->format);
     ff_json_integer(&j, "samples", (int64_t)t->n);
@@ -459,7 +459,7 @@ ff_status ff_report_resample_json(const ff_report_head *head, const char *in, co
     ff_json j;
     ff_json_begin(&j, out);
     ff_json_object(&j, NULL, FF_JSON_BLOCK);
-    ff_report_head_json(&j, "facetfit.resample/1", head);
+    ff_report_head_json(&j, FF_SCHEMA_RESAMPLE, head);
     ff_json_string(&j, "from", in);
     ff_json_string(&j, "from_format", t->format);
     ff_json_integer(&j, "from_samples", (int64_t)t->n);

@@ -300,7 +300,7 @@ ff_status ff_report_models_json(const ff_report_head *head, FILE *out)
     ff_json j;
     ff_json_begin(&j, out);
     ff_json_object(&j, NULL, FF_JSON_BLOCK);
-    ff_report_head_json(&j, "facetfit.models/1", head);
+    ff_report_head_json(&j, FF_SCHEMA_MODELS, head);
     ff_json_array(&j, "terms", FF_JSON_BLOCK);
     for (int kind = 0; kind < FF_TERM_KINDS; ++kind)
         for (size_t i = 0; i < ff_term_count((ff_term_kind)kind); ++i)
@@ -382,7 +382,7 @@ ff_status ff_report_formats_json(const ff_report_head *head, FILE *out)
     ff_json j;
     ff_json_begin(&j, out);
     ff_json_object(&j, NULL, FF_JSON_BLOCK);
-    ff_report_head_json(&j, "facetfit.formats/1", head);
+    ff_report_head_json(&j, FF_SCHEMA_FORMATS, head);
     ff_json_array(&j, "formats", FF_JSON_BLOCK);
     for (size_t i = 0; i < ff_format_count(); ++i) {
         const ff_format *f = ff_format_at(i);
