@@ -126,6 +126,24 @@ static ff_status write_text(const void *report, FILE *out)
     return ff_report_compare_text(report, out);
 }
 
+static ff_status write_table(const void *report, ff_table_form form, FILE *out)
+{
+    return ff_report_compare_table(report, form, out);
+}
+
+/* Of the best of every problem, as in the text. */
+static void say_warnings(const void *report, FILE *out)
+{
+    const ff_report_fits *r = report;
+    const size_t n = r->n_fits / r->n_problems;
+    size_t *rank = malloc(n * sizeof *rank);
+    for (size_t p = 0; p < r->n_problems && rank; ++p) {
+        ff_report_rank(r, p, rank);
+        ff_report_fit_warnings(r, rank[0], out);
+    }
+    free(rank);
+}
+
 /* Says which fits did not converge; the answer is no when the best of a problem is among them. */
 static int say_outcomes(const ff_report_fits *r)
 {
@@ -191,7 +209,7 @@ static int compare(const cli_args *args, cli_fitting *f, const ff_model *model, 
         status = look_closer(&report, &trust, f);
         if (status == EXIT_DONE) {
             cli_trust_report(&trust, &report);
-            status = cli_write_both(args, write_json, write_text, &report);
+            status = cli_report(args, &(cli_form){write_json, write_text, write_table, say_warnings}, &report);
         }
         const int outcome = say_outcomes(&report);
         if (status == EXIT_DONE) status = outcome;

@@ -181,7 +181,7 @@ static ff_status write_json(const void *context, FILE *out)
     ff_json j;
     ff_json_begin(&j, out);
     ff_json_object(&j, NULL, FF_JSON_BLOCK);
-    ff_report_head_json(&j, "facetfit.convert/1", &all->args->head);
+    ff_report_head_json(&j, all->args->command->schema, &all->args->head);
     ff_json_array(&j, "conversions", FF_JSON_BLOCK);
     for (size_t i = 0; i < all->n; ++i) {
         const answer *a = &all->at[i];
@@ -214,10 +214,11 @@ static ff_status write_list(const void *context, FILE *out)
 
 static ff_status write_list_json(const void *context, FILE *out)
 {
+    const cli_args *args = context;
     ff_json j;
     ff_json_begin(&j, out);
     ff_json_object(&j, NULL, FF_JSON_BLOCK);
-    ff_report_head_json(&j, "facetfit.convert-list/1", context);
+    ff_report_head_json(&j, args->command->listed, &args->head);
     ff_json_array(&j, "conversions", FF_JSON_BLOCK);
     for (size_t i = 0; i < ff_conversion_count(); ++i) {
         ff_json_object(&j, NULL, FF_JSON_BLOCK);
@@ -234,7 +235,7 @@ int cmd_convert(const cli_args *args)
 {
     answers all = {.args = args};
     if (cli_switch(args, FLAG_LIST, 0) || (args->n_words == 0 && !cli_given(args, FLAG_FROM) && !cli_given(args, FLAG_TO)))
-        return cli_write_both(args, write_list_json, write_list, &args->head);
+        return cli_write_both(args, write_list_json, write_list, args);
     int status = find_answers(args, &all);
     if (status == EXIT_DONE) status = cli_write_both(args, write_json, write_text, &all);
     if (status == EXIT_DONE) say_what_it_means(&all);

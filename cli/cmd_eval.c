@@ -190,7 +190,7 @@ static int evaluate(const cli_args *args, evaluation *e)
             ff_error_set(&err, FF_ERR_FORMAT, e->path, 0, -1, "is empty, expected a header theta_i,phi_i,theta_o,phi_o and rows");
     if (failed == FF_OK) failed = read_header(e, line, &err);
     if (failed != FF_OK) return cli_failed(failed, &err);
-    const int status = cli_rows_open(args, "facetfit.eval/1", &e->rows);
+    const int status = cli_rows_open(args, &e->rows);
     if (status != EXIT_DONE) return status;
     put_header(e);
     failed = evaluate_all(e, &err);

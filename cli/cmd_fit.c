@@ -20,6 +20,17 @@ static int looks_at_samples(const cli_args *args)
            strcmp(cli_value(args, FLAG_ROBUST, "none"), "none") || cli_given(args, FLAG_JSON);
 }
 
+static ff_status write_table(const void *report, ff_table_form form, FILE *out)
+{
+    return ff_report_fit_table(report, form, out);
+}
+
+static void say_warnings(const void *report, FILE *out)
+{
+    const ff_report_fits *r = report;
+    for (size_t i = 0; i < r->n_fits; ++i) ff_report_fit_warnings(r, i, out);
+}
+
 /* What the flags want to know of finished fits, and the report. adaptive: how their loss was chosen, NULL when it was given. */
 static int finish(const cli_args *args, cli_fitting *f, ff_fit_result *fit, size_t n, const ff_adaptive *adaptive)
 {
@@ -31,7 +42,7 @@ static int finish(const cli_args *args, cli_fitting *f, ff_fit_result *fit, size
         ff_report_fits report = cli_fitting_report(args, f, fit, n);
         cli_trust_report(&trust, &report);
         report.adaptive = adaptive;
-        status = cli_write_both(args, write_json, write_text, &report);
+        status = cli_report(args, &(cli_form){write_json, write_text, write_table, say_warnings}, &report);
         for (size_t i = 0; i < n; ++i) {
             const int outcome = cli_fitting_say_outcome(&fit[i]);
             if (status == EXIT_DONE) status = outcome;

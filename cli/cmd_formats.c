@@ -12,7 +12,13 @@ static ff_status write_text(const void *head, FILE *out)
     return ff_report_formats_text(out);
 }
 
+static ff_status write_table(const void *head, ff_table_form form, FILE *out)
+{
+    (void)head;
+    return ff_report_formats_table(form, out);
+}
+
 int cmd_formats(const cli_args *args)
 {
-    return cli_write_both(args, write_json, write_text, &args->head);
+    return cli_report(args, &(cli_form){write_json, write_text, write_table, NULL}, &args->head);
 }

@@ -89,7 +89,7 @@ static int integrate(const cli_args *args, furnace *u)
     int status;
     if (u->weak && u->scene.model.n_lobes == 0)
         return cli_usage(args, "--weak needs a model with a lobe; '%s' has none", args->word[0]);
-    if ((status = cli_rows_open(args, "facetfit.furnace/1", &u->rows))) return status;
+    if ((status = cli_rows_open(args, &u->rows))) return status;
     put_header(u);
     const ff_status failed = put_rows(u, &err);
     if (failed != FF_OK) {

@@ -19,13 +19,18 @@ static ff_status write_text(const void *context, FILE *out)
     return ff_report_table_text(f->path, f->table, out);
 }
 
+static ff_status write_table(const void *context, ff_table_form form, FILE *out)
+{
+    return ff_report_channels_table(((const file *)context)->table, form, out);
+}
+
 int cmd_info(const cli_args *args)
 {
     ff_table table;
     const file f = {args, args->word[0], &table};
     int status = cli_read(args, f.path, 0, &table);
     if (status != EXIT_DONE) return status;
-    status = cli_write_both(args, write_json, write_text, &f);
+    status = cli_report(args, &(cli_form){write_json, write_text, write_table, NULL}, &f);
     ff_table_clear(&table);
     return status;
 }

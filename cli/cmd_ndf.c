@@ -2,7 +2,6 @@
 #include "fit/ndf/ndf_struct.h"
 #include "data_formats/table/profile_file_struct.h"
 #include "internal_cli.h"
-#include "report/internal_text.h"
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -53,7 +52,7 @@ static int open_isotropic(const cli_args *args, const ff_model *models, cli_fitt
     return status;
 }
 
-/* ---- the table ------------------------------------------------------------------------------- */
+/* ---- the profile ----------------------------------------------------------------------------- */
 
 static void put_comment(const ndf_report *n, char *out, size_t size)
 {
@@ -77,7 +76,7 @@ static void put_comment(const ndf_report *n, char *out, size_t size)
         }
 }
 
-static int write_table(const ndf_report *n, const char *path)
+static int write_profile(const ndf_report *n, const char *path)
 {
     const size_t rows = n->r->n_rows;
     double *theta = malloc(2 * rows * sizeof *theta), *d = theta + rows;
@@ -94,133 +93,30 @@ static int write_table(const ndf_report *n, const char *path)
     return status == FF_OK ? EXIT_DONE : cli_failed(status, &err);
 }
 
-/* ---- text ------------------------------------------------------------------------------------ */
+/* ---- the report ------------------------------------------------------------------------------ */
 
-static void put_head(const ndf_report *n, FILE *out)
+static ff_report_ndf report_of(const ndf_report *n)
 {
-    const ff_ndf_result *r = n->r;
-    char a[FF_TEXT_NUMBER], b[FF_TEXT_NUMBER], c[FF_TEXT_NUMBER];
-    ff_selection s;
-    ff_problem_selection(n->f->problem[0], &s);
-    fprintf(out, "%s: %s, %zu samples, %zu used\n", n->f->path, n->f->table.format, s.samples, s.used);
-    fprintf(out, "loss %s, weights by %s, masking %s\n", ff_loss_name((int)n->f->options.loss), ff_weighting_name((int)s.weighting),
-            ff_term_at(FF_MASKING, (size_t)n->options->masking)->name);
-    if (r->from_back_scatter)
-        fprintf(out, "start: power iteration over %zu samples that look back within %s degrees of the half vector, f0 %s\n",
-                r->back_samples, ff_text_number(degrees(r->back_angle), 3, a), ff_text_number(r->back_f0, 3, b));
-    else
-        fprintf(out, "start: the best parametric fit\n");
-    fprintf(out, "%zu angles, half vectors from %s to %s degrees\n", r->n_nodes, ff_text_number(degrees(r->first), 3, a),
-            ff_text_number(degrees(r->reach), 3, b));
-    fprintf(out, "smooth %s%s: %s effective parameters, drawn to %s; %s after %d iterations, %s s\n\n",
-            ff_text_number(r->smooth, 3, a), isnan(n->options->smooth) ? " by cross-validation" : "",
-            ff_text_number(r->effective, 3, b), ff_term_at(FF_NDF, (size_t)r->fit[r->reference].model.lobe[0].ndf)->name,
-            ff_outcome_name((int)r->outcome), r->iterations, ff_text_number(r->time_s, 2, c));
-}
-
-static void measure_row(ff_text_table *t, const char *name, double value, const char *unit)
-{
-    char number[FF_TEXT_NUMBER];
-    ff_text_row(t);
-    ff_text_cell(t, "%s", name);
-    ff_text_cell(t, "%s", ff_text_number(value, 4, number));
-    ff_text_cell(t, "%s", unit);
-}
-
-static ff_status put_measures(const ff_ndf_result *r, FILE *out)
-{
-    const ff_ndf_measures *m = &r->measures;
-    ff_text_table t = {.right = {0, 1}};
-    char rms[64], number[FF_TEXT_NUMBER];
-    snprintf(rms, sizeof rms, "rms slope up to %s degrees", ff_text_number(degrees(r->reach), 3, number));
-    ff_text_row(&t);
-    ff_text_cell(&t, "roughness");
-    ff_text_cell(&t, "value");
-    measure_row(&t, "half width of D", degrees(m->half_width), "degrees");
-    measure_row(&t, "mean slope", m->mean_slope, "1");
-    measure_row(&t, rms, m->rms_slope, "1");
-    measure_row(&t, "alpha of beckmann or ggx, same peak", m->alpha_peak, "1");
-    measure_row(&t, "alpha of beckmann, same mean slope", m->beckmann_mean, "1");
-    measure_row(&t, "alpha of ggx, same mean slope", m->ggx_mean, "1");
-    return ff_text_print(&t, out, "  ");
-}
-
-static void channel_row(ff_text_table *t, const ndf_report *n, size_t c, const char *name, double v, double error)
-{
-    char value[FF_TEXT_NUMBER], text[FF_TEXT_NUMBER];
-    ff_text_with_error(v, error, value, text);
-    ff_text_row(t);
-    if (n->r->n_channels > 1)
-        ff_text_cell(t, "%s[%s]", name, ff_problem_channel_name(n->f->problem[0], c));
-    else
-        ff_text_cell(t, "%s", name);
-    ff_text_cell(t, "%s", value);
-    ff_text_cell(t, "%s", text);
-    ff_text_cell(t, "%s", isnan(error) ? "on its bound" : "");
-}
-
-static ff_status put_channels(const ndf_report *n, FILE *out)
-{
-    const ff_ndf_result *r = n->r;
-    ff_text_table t = {.right = {0, 1, 1}};
-    ff_text_row(&t);
-    ff_text_cell(&t, "parameter");
-    ff_text_cell(&t, "value");
-    ff_text_cell(&t, "std error");
-    for (size_t c = 0; c < r->n_channels; ++c)
-        channel_row(&t, n, c, r->scaled ? "ks" : "f0", r->scaled ? r->channel[c].ks : r->channel[c].f0, r->channel[c].scale_error);
-    for (size_t c = 0; c < r->n_channels; ++c) channel_row(&t, n, c, "kd", r->channel[c].kd, r->channel[c].kd_error);
-    return ff_text_print(&t, out, "  ");
-}
-
-/* "0.2007 gamma=1.892" */
-static void shape_cell(ff_text_table *t, const ff_fit_result *fit, int retrieved)
-{
-    char alpha[FF_TEXT_NUMBER], gamma[FF_TEXT_NUMBER];
-    const ff_fit_value *g = ff_fit_result_find(fit, "gamma", 0);
-    ff_text_number(fit->shape_value[0].value, 4, alpha);
-    if (retrieved)
-        ff_text_cell(t, "-");
-    else if (g)
-        ff_text_cell(t, "%s gamma=%s", alpha, ff_text_number(g->value, 4, gamma));
-    else
-        ff_text_cell(t, "%s", alpha);
-}
-
-static ff_status put_fits(const ff_ndf_result *r, FILE *out)
-{
-    static const char *const head[] = {"distribution", "alpha", "objective", "rmse", "cosine rmse", "log rmse"};
-    static const int order[FF_NDF_FITS] = {FF_NDF_TABULATED, FF_NDF_STUDENT_T, FF_NDF_GGX, FF_NDF_BECKMANN};
-    ff_text_table t = {.right = {0, 0, 1, 1, 1, 1}};
-    char number[FF_TEXT_NUMBER];
-    ff_text_row(&t);
-    for (size_t i = 0; i < sizeof head / sizeof *head; ++i) ff_text_cell(&t, "%s", head[i]);
-    for (int i = 0; i < FF_NDF_FITS; ++i) {
-        const ff_fit_result *fit = &r->fit[order[i]];
-        ff_text_row(&t);
-        ff_text_cell(&t, "%s", i ? ff_term_at(FF_NDF, (size_t)fit->model.lobe[0].ndf)->name : "retrieved");
-        shape_cell(&t, fit, i == 0);
-        ff_text_cell(&t, "%s", ff_text_number(fit->residual.objective, 5, number));
-        ff_text_cell(&t, "%s", ff_text_number(fit->residual.rmse, 4, number));
-        ff_text_cell(&t, "%s", ff_text_number(fit->residual.cosine_rmse, 4, number));
-        ff_text_cell(&t, "%s", ff_text_number(fit->residual.log_rmse, 4, number));
-    }
-    return ff_text_print(&t, out, "  ");
+    return (ff_report_ndf){n->f->path, &n->f->table, n->f->problem[0], n->options, n->r};
 }
 
 static ff_status write_text(const void *context, FILE *out)
 {
-    const ndf_report *n = context;
-    put_head(n, out);
-    ff_status status = put_measures(n->r, out);
-    fputc('\n', out);
-    if (status == FF_OK) status = put_channels(n, out);
-    fputc('\n', out);
-    if (status == FF_OK) status = put_fits(n->r, out);
-    const ff_words_subject subject = {.problem = n->f->problem[0], .retrieved = n->r};
-    if (n->r->warnings.n) fputc('\n', out);
-    ff_report_warnings_text(&subject, &n->r->warnings, out);
-    return status;
+    const ff_report_ndf r = report_of(context);
+    return ff_report_ndf_text(&r, out);
+}
+
+static ff_status write_table(const void *context, ff_table_form form, FILE *out)
+{
+    const ff_report_ndf r = report_of(context);
+    return ff_report_ndf_table(&r, form, out);
+}
+
+static void say_warnings(const void *context, FILE *out)
+{
+    const ff_report_ndf r = report_of(context);
+    const ff_words_subject subject = {.problem = r.problem, .retrieved = r.result};
+    ff_report_warnings_text(&subject, &r.result->warnings, out);
 }
 
 /* ---- JSON ------------------------------------------------------------------------------------ */
@@ -252,6 +148,10 @@ static void json_start(ff_json *j, const ff_ndf_result *r)
         ff_json_number(j, "angle_deg", degrees(r->back_angle));
         ff_json_number(j, "f0", r->back_f0);
         ff_json_integer(j, "iterations", r->back_iterations);
+    } else {
+        ff_json_null(j, "angle_deg");
+        ff_json_null(j, "f0");
+        ff_json_null(j, "iterations");
     }
     ff_json_close(j);
 }
@@ -336,7 +236,7 @@ static ff_status write_json(const void *context, FILE *out)
     ff_json j;
     ff_json_begin(&j, out);
     ff_json_object(&j, NULL, FF_JSON_BLOCK);
-    ff_report_head_json(&j, "facetfit.ndf/2", &n->args->head);
+    ff_report_head_json(&j, n->args->command->schema, &n->args->head);
     json_data(&j, n);
     ff_json_string(&j, "loss", ff_loss_name((int)n->f->options.loss));
     ff_json_string(&j, "masking", ff_term_at(FF_MASKING, (size_t)n->options->masking)->name);
@@ -377,9 +277,10 @@ static void show(void *context, int iteration, double objective)
 static int report(const ndf_report *n)
 {
     const char *output = cli_value(n->args, FLAG_OUTPUT, NULL), *json = cli_value(n->args, FLAG_JSON, NULL);
-    int status = output ? write_table(n, output) : EXIT_DONE;
+    int status = output ? write_profile(n, output) : EXIT_DONE;
     if (status != EXIT_DONE) return status;
-    if (!output || strcmp(output, "-")) return cli_write_both(n->args, write_json, write_text, n);
+    if (!output || strcmp(output, "-"))
+        return cli_report(n->args, &(cli_form){write_json, write_text, write_table, say_warnings}, n);
     return json ? cli_write(json, write_json, n) : EXIT_DONE;
 }
 

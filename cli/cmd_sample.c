@@ -83,7 +83,7 @@ static int put(const cli_args *args, drawing *d)
     d->weight = malloc(s->n_channels * BLOCK * sizeof *d->weight);
     if (!d->f || !d->weight) return cli_failed(FF_ERR_MEMORY, NULL);
     set_view(d);
-    const int status = cli_rows_open(args, "facetfit.sample/1", &d->rows);
+    const int status = cli_rows_open(args, &d->rows);
     if (status != EXIT_DONE) return status;
     put_header(d);
     failed = put_rows(d, &err);

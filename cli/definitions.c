@@ -61,8 +61,9 @@ enum {
     C_MEASURED = C_FITTING | C(ndf),
     C_READS = C_MEASURED | C(info) | C(resample),
     C_SCENE = C(eval) | C(simulate) | C(furnace) | C(sample),
-    C_REPORTS = C_READS | C(models) | C(formats),
-    C_ALL = (1u << COMMAND_COUNT) - 1
+    C_REPORTS = C_MEASURED | C(info) | C(models) | C(formats),
+    C_ALL = (1u << COMMAND_COUNT) - 1,
+    C_JSON = C_ALL & ~(C(simulate) | C(man) | C(completion))
 };
 
 static const cli_flag flags[FLAG_COUNT] = {

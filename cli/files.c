@@ -124,9 +124,20 @@ static int collide(const named_file *a, const named_file *b)
     return a->use == KIND_OUTPUT_FILE && same(&a->is, &b->is);
 }
 
+/* Standard output takes the table or the JSON. */
+static int check_table(const cli_args *args)
+{
+    const char *json = cli_value(args, FLAG_JSON, NULL);
+    if (cli_word(args, FLAG_TABLE, FF_TABLE_TEXT) == FF_TABLE_TEXT || !json || strcmp(json, "-")) return EXIT_DONE;
+    return cli_usage(args, "--table %s and --json both want standard output; give a file to --json",
+                     cli_value(args, FLAG_TABLE, NULL));
+}
+
 int cli_files_check(const cli_args *args)
 {
     named_file a, b;
+    const int status = check_table(args);
+    if (status != EXIT_DONE) return status;
     for (size_t i = 0; i < PLACES; ++i) {
         if (!take(args, i, &a)) continue;
         for (size_t j = 0; j < PLACES; ++j)

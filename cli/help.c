@@ -2,7 +2,17 @@
 #include "internal_flags.h"
 #include <string.h>
 
-enum { COLUMN = 28 };
+enum { COLUMN = 28, MEANING = COLUMN + 11 };
+
+/* "      NAME       what it means" */
+static void put_meanings(const cli_flag *f, FILE *out)
+{
+    const char *word;
+    for (size_t i = 0; (word = f->words(i)) != NULL; ++i) {
+        fprintf(out, "%*s%-*s", COLUMN, "", MEANING - COLUMN, word);
+        cli_wrap(out, f->meaning(i), MEANING, MEANING);
+    }
+}
 
 static void put_flag(const cli_flag *f, FILE *out)
 {
@@ -17,6 +27,7 @@ static void put_flag(const cli_flag *f, FILE *out)
     else
         fprintf(out, "%*s", (int)(COLUMN - n), "");
     cli_wrap(out, text, COLUMN, COLUMN);
+    if (f->meaning) put_meanings(f, out);
 }
 
 static void put_group(const cli_command *command, int group, FILE *out)

@@ -22,10 +22,6 @@ int cli_command_run(const cli_args *args);
 /* Index of the instruction set that --isa names. Exit status. */
 int cli_isa(const cli_args *args, ff_isa *out);
 
-/* Forms of the tables of a report, in the order of cli_words_table. */
-typedef enum cli_table_format { CLI_TABLE_TEXT, CLI_TABLE_CSV, CLI_TABLE_TSV, CLI_TABLE_MD, CLI_TABLE_LATEX } cli_table_format;
-/* What --table asks for. */
-cli_table_format cli_table_format_of(const cli_args *args);
 
 /* ---- a model and its parameters ----------------------------------------------------------------------------------------------*/
 
@@ -94,14 +90,22 @@ int cli_write(const char *path, cli_writer write, const void *context);
 /* --json F: F alone when it is "-", else F and the text on stdout. */
 int cli_write_both(const cli_args *args, cli_writer json, cli_writer text, const void *context);
 
-/* A table of numbers, row by row, as CSV or as JSON {columns, rows} with --json. */
+/* A report that has a table: the same, and with --table FORM the table instead of the text, the warnings on stderr. */
+typedef struct cli_form {
+    cli_writer json, text;
+    ff_status (*table)(const void *context, ff_table_form form, FILE *out);
+    void (*warnings)(const void *context, FILE *out); /* NULL: there are none */
+} cli_form;
+int cli_report(const cli_args *args, const cli_form *form, const void *context);
+
+/* A table of numbers, row by row, as CSV or, with --json, as the command's JSON: {columns, rows}. */
 typedef struct cli_rows {
     ff_output csv, json;
     int       with_csv, with_json;
     ff_json   writer;
     size_t    column;
 } cli_rows;
-int  cli_rows_open(const cli_args *args, const char *schema, cli_rows *rows);
+int  cli_rows_open(const cli_args *args, cli_rows *rows);
 void cli_rows_column(cli_rows *rows, const char *name);  /* each column once, then cli_rows_end_header */
 void cli_rows_end_header(cli_rows *rows);
 void cli_rows_number(cli_rows *rows, double x);          /* each cell, then cli_rows_end_row */

@@ -37,7 +37,7 @@ int cli_kind_is_file(cli_kind kind);
 
 /* The i-th word of a closed list, NULL after the last. */
 typedef const char *cli_words(size_t i);
-cli_words cli_words_loss, cli_words_loss_auto, cli_words_robust, cli_words_weighting, cli_words_shape, cli_words_channels,
+cli_words cli_words_loss, cli_words_loss_auto, cli_meaning_loss, cli_words_robust, cli_meaning_robust, cli_words_weighting, cli_words_shape, cli_words_channels,
     cli_words_channels_one, cli_words_isa, cli_words_quantity, cli_words_monotone, cli_words_negative, cli_words_ndf,
     cli_words_masking, cli_words_masking_one, cli_words_fresnel, cli_words_diffuse, cli_words_model, cli_words_read,
     cli_words_written, cli_words_grid, cli_words_reduce, cli_words_from, cli_words_to, cli_words_by, cli_words_table,
@@ -78,6 +78,7 @@ typedef struct cli_command {
     const char    *more;    /* paragraphs, separated by a newline                                      */
     cli_place      place[CLI_PLACES];
     size_t         repeats; /* words that may follow the last place, as the first one                  */
+    ff_schema      schema, listed; /* what --json writes, and with --list; 0: the command has no JSON  */
     /* Command lines that work in a folder which has what docs/flags.md says of it. */
     const char    *example[CLI_EXAMPLES];
 } cli_command;
@@ -130,6 +131,7 @@ typedef struct cli_flag {
     double      lo, hi;      /* of numbers                                                               */
     int         above;       /* 1: lo itself is none of them                                             */
     cli_words  *words;
+    cli_words  *meaning;     /* of the i-th of `words`, a line each under the flag; NULL where the words say it themselves */
     cli_group   group;
     unsigned    commands;    /* bits 1 << cli_command_id                                                 */
     const char *help;        /* one line, without the default                                            */

@@ -19,6 +19,12 @@ static ff_status write_version(const void *context, FILE *out)
     return FF_OK;
 }
 
+static ff_status write_schema(const void *args, FILE *out)
+{
+    const cli_command *command = ((const cli_args *)args)->command;
+    return ff_report_schema_json(cli_given(args, FLAG_LIST) ? command->listed : command->schema, out);
+}
+
 static int unknown_command(const char *word)
 {
     const char *nearest = cli_command_nearest(word);
@@ -36,9 +42,15 @@ static int run(const cli_command *command, int argc, char **argv)
     cli_args args;
     int status = cli_args_parse(command, argc - 1, argv + 1, &args);
     args.head = (ff_report_head){ff_version(), (size_t)argc, (const char *const *)argv};
-    const int help = cli_given(&args, FLAG_HELP) > 0;
-    if (status == EXIT_DONE && !help) status = cli_files_check(&args);
-    if (status == EXIT_DONE) status = help ? cli_write("-", write_help, command) : cli_command_run(&args);
+    if (status != EXIT_DONE) {
+        /* a message has been written */
+    } else if (cli_given(&args, FLAG_HELP)) {
+        status = cli_write("-", write_help, command);
+    } else if (cli_given(&args, FLAG_PRINT_SCHEMA)) {
+        status = cli_write("-", write_schema, &args);
+    } else if ((status = cli_files_check(&args)) == EXIT_DONE) {
+        status = cli_command_run(&args);
+    }
     cli_args_free(&args);
     return status;
 }

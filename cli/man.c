@@ -124,6 +124,18 @@ void cli_man(const char *version, FILE *out)
     see_also(NULL, out);
 }
 
+static void put_meanings(const cli_flag *f, FILE *out)
+{
+    const char *word;
+    fputs(".RS\n", out);
+    for (size_t i = 0; (word = f->words(i)) != NULL; ++i) {
+        fputs(".TP\n", out);
+        put_line(out, word);
+        put_text(out, f->meaning(i));
+    }
+    fputs(".RE\n", out);
+}
+
 static void put_option(const cli_flag *f, FILE *out)
 {
     char otherwise[128];
@@ -140,9 +152,11 @@ static void put_option(const cli_flag *f, FILE *out)
     put_text(out, f->help);
     if (f->more) put_text(out, f->more);
     if (f->repeatable) put_text(out, "Can be given several times");
-    if (!f->otherwise) return;
-    snprintf(otherwise, sizeof otherwise, "Otherwise: %s", f->otherwise);
-    put_text(out, otherwise);
+    if (f->otherwise) {
+        snprintf(otherwise, sizeof otherwise, "Otherwise: %s", f->otherwise);
+        put_text(out, otherwise);
+    }
+    if (f->meaning) put_meanings(f, out);
 }
 
 static void put_group(const cli_command *command, int group, FILE *out)

@@ -35,10 +35,19 @@ static void put_flag(const cli_flag *f, FILE *out)
     fputs(" |\n", out);
 }
 
+static void put_meanings(const cli_flag *f, FILE *out)
+{
+    const char *word;
+    fprintf(out, "\n`--%s`:\n\n", f->name);
+    for (size_t i = 0; (word = f->words(i)) != NULL; ++i) fprintf(out, "- `%s`: %s\n", word, f->meaning(i));
+}
+
 static void put_words(const cli_flag *f, FILE *out)
 {
     char list[1024];
-    if (f->words && f->kind != KIND_EXPRESSION && f->kind != KIND_TEXT)
+    if (f->meaning)
+        put_meanings(f, out);
+    else if (f->words && f->kind != KIND_EXPRESSION && f->kind != KIND_TEXT)
         fprintf(out, "\n`--%s`: %s.\n", f->name, cli_words_list(f->words, list, sizeof list));
 }
 

@@ -210,7 +210,8 @@ int cli_args_parse(const cli_command *command, int argc, char **argv, cli_args *
             status = parse_flag(out, argc, argv, &i);
         }
     }
-    return status != EXIT_DONE || cli_given(out, FLAG_HELP) ? status : check_words(out);
+    const int only_says = cli_given(out, FLAG_HELP) || cli_given(out, FLAG_PRINT_SCHEMA); /* and needs no words */
+    return status != EXIT_DONE || only_says ? status : check_words(out);
 }
 
 void cli_args_free(cli_args *args)

@@ -19,11 +19,6 @@ int cli_isa(const cli_args *args, ff_isa *out)
     return EXIT_DONE;
 }
 
-cli_table_format cli_table_format_of(const cli_args *args)
-{
-    return (cli_table_format)cli_word(args, FLAG_TABLE, CLI_TABLE_TEXT);
-}
-
 const char *cli_param_nearest(const ff_model *model, size_t n, const char *name)
 {
     for (size_t i = 0; i < n; ++i) {
@@ -162,7 +157,29 @@ int cli_write_both(const cli_args *args, cli_writer json, cli_writer text, const
     return cli_write("-", text, context);
 }
 
-int cli_rows_open(const cli_args *args, const char *schema, cli_rows *rows)
+typedef struct table_job {
+    const cli_form *form;
+    ff_table_form as;
+    const void *context;
+} table_job;
+
+static ff_status write_table(const void *context, FILE *out)
+{
+    const table_job *job = context;
+    return job->form->table(job->context, job->as, out);
+}
+
+int cli_report(const cli_args *args, const cli_form *form, const void *context)
+{
+    const table_job job = {form, (ff_table_form)cli_word(args, FLAG_TABLE, FF_TABLE_TEXT), context};
+    if (job.as == FF_TABLE_TEXT) return cli_write_both(args, form->json, form->text, context);
+    const char *path = cli_value(args, FLAG_JSON, NULL);
+    const int status = path ? cli_write(path, form->json, context) : EXIT_DONE;
+    if (form->warnings) form->warnings(context, stderr);
+    return status == EXIT_DONE ? cli_write("-", write_table, &job) : status;
+}
+
+int cli_rows_open(const cli_args *args, cli_rows *rows)
 {
     const char *path = cli_value(args, FLAG_JSON, NULL);
     ff_error err = {0};
@@ -180,7 +197,7 @@ int cli_rows_open(const cli_args *args, const char *schema, cli_rows *rows)
     if (!rows->with_json) return EXIT_DONE;
     ff_json_begin(&rows->writer, rows->json.file);
     ff_json_object(&rows->writer, NULL, FF_JSON_BLOCK);
-    ff_report_head_json(&rows->writer, schema, &args->head);
+    ff_report_head_json(&rows->writer, args->command->schema, &args->head);
     ff_json_array(&rows->writer, "columns", FF_JSON_LINE);
     return EXIT_DONE;
 }

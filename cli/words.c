@@ -19,9 +19,20 @@ const char *cli_words_loss_auto(size_t i)
     return i == n ? "auto" : i < n ? cli_words_loss(i) : NULL;
 }
 
+const char *cli_meaning_loss(size_t i)
+{
+    const ff_loss_info *loss = ff_loss_at((int)i);
+    return loss ? loss->help : "the one whose pictures are nearest to the data's";
+}
+
 const char *cli_words_robust(size_t i)
 {
     return ff_robust_name((int)i);
+}
+
+const char *cli_meaning_robust(size_t i)
+{
+    return ff_robust_at((int)i)->help;
 }
 
 const char *cli_words_weighting(size_t i)
@@ -53,6 +64,11 @@ const char *cli_words_quantity(size_t i)
 const char *cli_words_monotone(size_t i)
 {
     return ff_ndf_monotone_name((int)i);
+}
+
+const char *cli_words_table(size_t i)
+{
+    return ff_table_form_name((int)i);
 }
 
 /* In the order of ff_isa. */
@@ -171,7 +187,6 @@ const char *cli_words_by(size_t i)
 OWN_WORDS(negative, "keep", "drop")
 OWN_WORDS(grid, "merl", "goniometer", "scattered")
 OWN_WORDS(reduce, "srgb", "bands", "channels", "mean")
-OWN_WORDS(table, "text", "csv", "tsv", "md", "latex")
 OWN_WORDS(shell, "bash", "zsh", "fish")
 
 /* ---- looking words up ------------------------------------------------------------------------ */

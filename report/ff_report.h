@@ -10,6 +10,7 @@
 #define FF_REPORT_H
 #include "fit/fit_struct.h"
 #include "ff_json.h"
+#include "fit/ndf/ndf_struct.h"
 #include "fit/trust/picture_struct.h"
 #include "data_formats/interpolation/resample_struct.h"
 #include "fit/trust/trust_struct.h"
@@ -17,6 +18,19 @@
 #ifdef __cplusplus
 extern "C" {
 #endif
+
+/** The JSON documents. Of each the program knows the JSON Schema, which docs/schema/ and an installation have as files too. */
+typedef enum ff_schema {
+    FF_SCHEMA_NONE = 0,
+#define FF_SCHEMA(ID) FF_SCHEMA_##ID,
+#include "ff_schemas.def"
+#undef FF_SCHEMA
+    FF_SCHEMA_COUNT
+} ff_schema;
+/** Name and version, "facetfit.fit/2": what the document says under "schema". NULL for a number that is none. */
+const char *ff_schema_name(ff_schema schema);
+/** Writes the schema itself, of draft 2020-12. FF_ERR_RANGE for a number that is none. */
+ff_status ff_report_schema_json(ff_schema schema, FILE *out);
 
 /** What was asked, for the head of every JSON document. */
 typedef struct ff_report_head {
@@ -26,7 +40,7 @@ typedef struct ff_report_head {
 } ff_report_head;
 
 /** Writes "schema", "version" and "command" into the open object of j. */
-void ff_report_head_json(ff_json *j, const char *schema, const ff_report_head *head);
+void ff_report_head_json(ff_json *j, ff_schema schema, const ff_report_head *head);
 
 /** What is known of a fit beyond its result; a part that is not there was not asked for. */
 typedef struct ff_report_trust {
@@ -37,6 +51,11 @@ typedef struct ff_report_trust {
     ff_bootstrap bootstrap;
     ff_outliers  outliers;
 } ff_report_trust;
+
+/** Written forms of the main table of a report, for --table: text as in the report; CSV (RFC 4180) and TSV for programs, with a
+ *  name for every column, all digits, and empty cells where there is no number; Markdown and LaTeX (tabular) to be pasted. */
+typedef enum ff_table_form { FF_TABLE_TEXT = 0, FF_TABLE_CSV = 1, FF_TABLE_TSV = 2, FF_TABLE_MARKDOWN = 3, FF_TABLE_LATEX = 4 } ff_table_form;
+const char *ff_table_form_name(int form); /**< "text", "csv", "tsv", "md", "latex"; NULL for a number that is none */
 
 /** Fits of one data set. A problem is a choice of channels: one for rgb and mean, one per channel for each. Every model is fitted
  *  to every problem; fit k belongs to problem k / (n_fits / n_problems). */
@@ -65,6 +84,9 @@ void ff_report_rank(const ff_report_fits *r, size_t p, size_t *rank);
 void ff_report_warnings_text(const ff_words_subject *s, const ff_warnings *w, FILE *out);
 void ff_report_warnings_json(ff_json *j, const ff_words_subject *s, const ff_warnings *w);
 
+/** The lines of the warnings of fit i. */
+void ff_report_fit_warnings(const ff_report_fits *r, size_t i, FILE *out);
+
 /** Fits one after another: parameters, ellipse, residuals, warnings. */
 ff_status ff_report_fit_text(const ff_report_fits *r, FILE *out);
 
@@ -74,7 +96,12 @@ ff_status ff_report_compare_text(const ff_report_fits *r, FILE *out);
 /** Writes the root mean squares of r into the open object of j, a key for every loss that has one: "cosine_rmse", "cube_root_rmse". */
 void ff_report_rmses_json(ff_json *j, const ff_residual *r);
 
-/** Schema facetfit.fit/2, of `fit` and `compare`. */
+/** The main table alone: a row for every parameter of every fit; a row for every fit, by problem and rank. In CSV and TSV of a
+ *  comparison all of them, and a column for every parameter. */
+ff_status ff_report_fit_table(const ff_report_fits *r, ff_table_form form, FILE *out);
+ff_status ff_report_compare_table(const ff_report_fits *r, ff_table_form form, FILE *out);
+
+/** FF_SCHEMA_FIT, of `fit` and `compare`. */
 ff_status ff_report_fits_json(const ff_report_fits *r, FILE *out);
 
 /** Residuals of a fit, a row a sample that it used, as CSV: angles in degrees (theta_i, phi_i, theta_o, phi_o, theta_h, theta_d), then for
@@ -82,23 +109,40 @@ ff_status ff_report_fits_json(const ff_report_fits *r, FILE *out);
  *  the problem's channels; t must have as many channels, or else their mean is the datum. */
 ff_status ff_report_residuals_csv(const ff_table *t, const ff_table *residuals, const char *title, FILE *out);
 
+/** A retrieved distribution of normals. */
+typedef struct ff_report_ndf {
+    const char           *path;    /**< of the data                     */
+    const ff_table       *table;   /**< its format                      */
+    const ff_problem     *problem;
+    const ff_ndf_options *options; /**< those of the fit among them     */
+    const ff_ndf_result  *result;
+} ff_report_ndf;
+
+/** How it was retrieved, its roughness in several measures, the parameters, and its residuals beside those of the formulas. */
+ff_status ff_report_ndf_text(const ff_report_ndf *n, FILE *out);
+ff_status ff_report_ndf_table(const ff_report_ndf *n, ff_table_form form, FILE *out); /**< a row for every measure and parameter */
+
 /** What is in a table: size, channels, range of angles and values, coverage, reflectance, symmetries as ff_survey_new measures them. */
 ff_status ff_report_table_text(const char *path, const ff_table *t, FILE *out);
-ff_status ff_report_table_json(const ff_report_head *head, const char *path, const ff_table *t, FILE *out); /**< facetfit.info/1 */
+ff_status ff_report_table_json(const ff_report_head *head, const char *path, const ff_table *t, FILE *out); /**< FF_SCHEMA_INFO */
+
+ff_status ff_report_channels_table(const ff_table *t, ff_table_form form, FILE *out); /**< a row for every channel */
 
 /** What a conversion did: `made` was written to out_path. */
 ff_status ff_report_resample_text(const char *in, const char *out_path, const ff_format *to, const ff_table *t, const ff_table *made,
                                   const ff_resample_report *r, FILE *out);
 ff_status ff_report_resample_json(const ff_report_head *head, const char *in, const char *out_path, const ff_format *to,
                                   const ff_table *t, const ff_table *made, const ff_resample_report *r,
-                                  FILE *out); /**< facetfit.resample/1 */
+                                  FILE *out); /**< FF_SCHEMA_RESAMPLE */
 
 /** The registries. */
 ff_status ff_report_models_text(FILE *out);
 ff_status ff_report_models_markdown(FILE *out); /**< docs/models.md */
-ff_status ff_report_models_json(const ff_report_head *head, FILE *out); /**< facetfit.models/1 */
+ff_status ff_report_models_table(ff_table_form form, FILE *out); /**< a row for every term */
+ff_status ff_report_models_json(const ff_report_head *head, FILE *out); /**< FF_SCHEMA_MODELS */
 ff_status ff_report_formats_text(FILE *out);
-ff_status ff_report_formats_json(const ff_report_head *head, FILE *out); /**< facetfit.formats/1 */
+ff_status ff_report_formats_table(ff_table_form form, FILE *out);
+ff_status ff_report_formats_json(const ff_report_head *head, FILE *out); /**< FF_SCHEMA_FORMATS */
 
 /** Text that is independent of the locale and reads back as the same double ("nan", "inf" where not finite).
  *  @param out  [FF_REPORT_NUMBER] */

@@ -1,4 +1,4 @@
-/* Schema facetfit.fit/2: one document for `fit` and `compare`. */
+/* FF_SCHEMA_FIT: one document for `fit` and `compare`. */
 #include "ff_report.h"
 #include "internal_report.h"
 #include <math.h>
@@ -199,6 +199,7 @@ static void put_channels(ff_json *j, const ff_fit_result *f)
         ff_json_close(j);
         ff_json_bool(j, "held", ff_report_all_held(f, k));
         const ff_fit_value known = known_of_channels(f, k);
+        ff_json_bool(j, "tied", known.tied);
         put_known(j, f, &f->model.channel[k], &known);
         ff_json_close(j);
     }
@@ -392,7 +393,7 @@ ff_status ff_report_fits_json(const ff_report_fits *r, FILE *out)
     if (!rank) return FF_ERR_MEMORY;
     ff_json_begin(&j, out);
     ff_json_object(&j, NULL, FF_JSON_BLOCK);
-    ff_report_head_json(&j, "facetfit.fit/2", &r->head);
+    ff_report_head_json(&j, FF_SCHEMA_FIT, &r->head);
     put_selection(&j, r);
     put_loss(&j, r->options, r->adaptive);
     put_constraints(&j, r->options->constraints);

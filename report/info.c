@@ -1,7 +1,7 @@
 /* What is in a file. */
 #include "base/internal_order.h"
 #include "internal_report.h"
-#include "internal_text.h"
+#include "internal_columns.h"
 #include "data_formats/analysis/survey_struct.h"
 #include <math.h>
 #include <stdlib.h>
@@ -144,66 +144,113 @@ static void put_cosine(const ff_survey *s, FILE *out)
             percent(s->without_cosine, a), percent(s->reciprocity.deviation, b));
 }
 
-static ff_status put_reflectances(const ff_table *t, const ff_survey *s, FILE *out)
+enum { SHOWN = 6 };
+
+typedef struct reflectances {
+    const ff_table *t;
+    const ff_survey *s;
+} reflectances;
+
+/* The k-th of the channels that are shown, the first and the last among them. */
+static size_t channel_shown(const ff_table *t, size_t k)
 {
-    enum { COLUMNS = 6 };
-    ff_text_table rows = {.right = {1, 1, 1, 1, 1, 1, 1, 1}};
-    char n[FF_TEXT_NUMBER], m[FF_TEXT_NUMBER];
-    const size_t shown = t->n_channels < COLUMNS ? t->n_channels : COLUMNS;
+    const size_t shown = t->n_channels < SHOWN ? t->n_channels : SHOWN;
+    return k * (t->n_channels - 1) / (shown > 1 ? shown - 1 : 1);
+}
+
+static const ff_reflectance *reflectance_at(ff_where w)
+{
+    return &((const reflectances *)w.of)->s->reflectance[w.row];
+}
+
+static void theta_cell(ff_cell *out, ff_where w)
+{
+    ff_cell_number(out, reflectance_at(w)->theta_i, 4);
+}
+
+static void covered_cell(ff_cell *out, ff_where w)
+{
+    ff_cell_text(out, "%.0f %%", 100 * reflectance_at(w)->covered);
+}
+
+static void reflectance_cell(ff_cell *out, ff_where w)
+{
+    const reflectances *t = w.of;
+    ff_cell_number(out, t->s->albedo[w.row * t->t->n_channels + w.index], 3);
+}
+
+static void warn_of_reflectance(const ff_table *t, const ff_survey *s, FILE *out)
+{
     double largest = 0, at = 0;
-    if (s->n_reflectances == 0) return FF_OK;
-    fprintf(out, "\nreflectance into the covered part of the hemisphere (%s)\n", s->method);
-    ff_text_row(&rows);
-    ff_text_cell(&rows, "theta_i");
-    ff_text_cell(&rows, "covered");
-    for (size_t c = 0; c < shown; ++c)
-        ff_text_cell(&rows, "%s", t->channels[c * (t->n_channels - 1) / (shown > 1 ? shown - 1 : 1)].name);
-    for (size_t k = 0; k < s->n_reflectances; ++k) {
-        ff_text_row(&rows);
-        ff_text_cell(&rows, "%s", ff_text_number(s->reflectance[k].theta_i, 4, n));
-        ff_text_cell(&rows, "%.0f %%", 100 * s->reflectance[k].covered);
+    char n[FF_TEXT_NUMBER], m[FF_TEXT_NUMBER];
+    for (size_t k = 0; k < s->n_reflectances; ++k)
         for (size_t c = 0; c < t->n_channels; ++c)
             if (s->albedo[k * t->n_channels + c] > largest) {
                 largest = s->albedo[k * t->n_channels + c];
                 at = s->reflectance[k].theta_i;
             }
-        for (size_t c = 0; c < shown; ++c)
-            ff_text_cell(
-                &rows, "%s",
-                ff_text_number(s->albedo[k * t->n_channels + c * (t->n_channels - 1) / (shown > 1 ? shown - 1 : 1)], 3, n));
-    }
-    const ff_status status = ff_text_print(&rows, out, "  ");
-    if (status == FF_OK && largest > 1)
+    if (largest > 1)
         fprintf(
             out,
             "warning: the reflectance of %s at %s degrees is above 1: a peak between too few samples, another unit than 1/sr, or a "
             "cosine or a factor pi counted\n",
             ff_text_number(largest, 4, n), ff_text_number(at, 4, m));
+}
+
+static ff_status put_reflectances(const ff_table *t, const ff_survey *s, FILE *out)
+{
+    const reflectances of = {t, s};
+    ff_column column[2 + SHOWN] = {{.head = "theta_i", .align = FF_RIGHT, .cell = theta_cell},
+                                   {.head = "covered", .align = FF_RIGHT, .cell = covered_cell}};
+    size_t n = 2;
+    if (s->n_reflectances == 0) return FF_OK;
+    fprintf(out, "\nreflectance into the covered part of the hemisphere (%s)\n", s->method);
+    for (size_t k = 0; k < SHOWN && k < t->n_channels; ++k) {
+        const size_t c = channel_shown(t, k);
+        column[n++] = (ff_column){.head = t->channels[c].name, .align = FF_RIGHT, .cell = reflectance_cell, .index = c};
+    }
+    const ff_status status = ff_columns_print(column, n, &of, s->n_reflectances, FF_TABLE_TEXT, "  ", out);
+    if (status == FF_OK) warn_of_reflectance(t, s, out);
     return status;
 }
 
 /* ---- channels -------------------------------------------------------------------------------- */
 
-static ff_status put_channels(const ff_table *t, const table_summary *s, FILE *out)
+typedef struct channels {
+    const ff_table *t;
+    const table_summary *s;
+} channels;
+
+static void channel_cell(ff_cell *out, ff_where w)
 {
-    ff_text_table rows = {.right = {0, 1, 1, 1, 1}};
-    char n[FF_TEXT_NUMBER];
-    ff_text_row(&rows);
-    ff_text_cell(&rows, "channel");
-    ff_text_cell(&rows, "wavelength/nm");
-    ff_text_cell(&rows, "min/(1/sr)");
-    ff_text_cell(&rows, "median");
-    ff_text_cell(&rows, "max");
-    for (size_t c = 0; c < t->n_channels; ++c) {
-        ff_text_row(&rows);
-        ff_text_cell(&rows, "%s", t->channels[c].name);
-        ff_text_cell(&rows, "%s",
-                     isfinite(t->channels[c].wavelength_nm) ? ff_text_number(t->channels[c].wavelength_nm, 6, n) : "-");
-        ff_text_cell(&rows, "%s", ff_text_number(s->channel[c].min, 5, n));
-        ff_text_cell(&rows, "%s", ff_text_number(s->channel[c].median, 5, n));
-        ff_text_cell(&rows, "%s", ff_text_number(s->channel[c].max, 5, n));
-    }
-    return ff_text_print(&rows, out, "  ");
+    ff_cell_text(out, "%s", ((const channels *)w.of)->t->channels[w.row].name);
+}
+
+static void wavelength_cell(ff_cell *out, ff_where w)
+{
+    const double nm = ((const channels *)w.of)->t->channels[w.row].wavelength_nm;
+    ff_cell_number(out, isfinite(nm) ? nm : NAN, 6);
+    if (!isfinite(nm)) ff_cell_rounded(out, NAN, "-");
+}
+
+enum { LEAST, MEDIAN, MOST };
+static void summary_cell(ff_cell *out, ff_where w)
+{
+    const channel_summary *c = &((const channels *)w.of)->s->channel[w.row];
+    ff_cell_number(out, w.index == LEAST ? c->min : w.index == MEDIAN ? c->median : c->max, 5);
+}
+
+static const ff_column channel_columns[] = {
+    {.head = "channel", .cell = channel_cell},
+    {.head = "wavelength/nm", .key = "wavelength_nm", .align = FF_RIGHT, .cell = wavelength_cell},
+    {.head = "min/(1/sr)", .key = "min", .align = FF_RIGHT, .cell = summary_cell, .index = LEAST},
+    {.head = "median", .align = FF_RIGHT, .cell = summary_cell, .index = MEDIAN},
+    {.head = "max", .align = FF_RIGHT, .cell = summary_cell, .index = MOST}};
+
+static ff_status put_channels(const ff_table *t, const table_summary *s, ff_table_form form, const char *indent, FILE *out)
+{
+    const channels of = {t, s};
+    return ff_columns_print(channel_columns, FF_COUNT(channel_columns), &of, t->n_channels, form, indent, out);
 }
 
 static void put_notes(const ff_table *t, FILE *out)
@@ -233,7 +280,7 @@ ff_status ff_report_table_text(const char *path, const ff_table *t, FILE *out)
                                     : "none: every sample counts the same");
     if (t->sigma) fprintf(out, "sigma      every value has a standard deviation\n");
     fputc('\n', out);
-    status = put_channels(t, &s, out);
+    status = put_channels(t, &s, FF_TABLE_TEXT, "  ", out);
     put_coverage(&s.survey, out);
     if (status == FF_OK) status = put_reflectances(t, &s.survey, out);
     fputc('\n', out);
@@ -243,6 +290,16 @@ ff_status ff_report_table_text(const char *path, const ff_table *t, FILE *out)
     put_cosine(&s.survey, out);
     if (t->note[0]) fputc('\n', out);
     put_notes(t, out);
+    summary_free(&s);
+    return status;
+}
+
+ff_status ff_report_channels_table(const ff_table *t, ff_table_form form, FILE *out)
+{
+    table_summary s;
+    ff_status status = summarise(t, &s);
+    if (status != FF_OK) return status;
+    status = put_channels(t, &s, form, "", out);
     summary_free(&s);
     return status;
 }
@@ -321,7 +378,7 @@ ff_status ff_report_table_json(const ff_report_head *head, const char *path, con
     if (status != FF_OK) return status;
     ff_json_begin(&j, out);
     ff_json_object(&j, NULL, FF_JSON_BLOCK);
-    ff_report_head_json(&j, "facetfit.info/1", head);
+    ff_report_head_json(&j, FF_SCHEMA_INFO, head);
     ff_json_string(&j, "path", path);
     ff_json_string(&j, "format", t->format);
     ff_json_integer(&j, "samples", (int64_t)t->n);
@@ -402,7 +459,7 @@ ff_status ff_report_resample_json(const ff_report_head *head, const char *in, co
     ff_json j;
     ff_json_begin(&j, out);
     ff_json_object(&j, NULL, FF_JSON_BLOCK);
-    ff_report_head_json(&j, "facetfit.resample/1", head);
+    ff_report_head_json(&j, FF_SCHEMA_RESAMPLE, head);
     ff_json_string(&j, "from", in);
     ff_json_string(&j, "from_format", t->format);
     ff_json_integer(&j, "from_samples", (int64_t)t->n);

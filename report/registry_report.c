@@ -1,6 +1,6 @@
 /* The registries of models and formats as lists. */
 #include "ff_report.h"
-#include "internal_text.h"
+#include "internal_columns.h"
 #include <stdio.h>
 #include <string.h>
 
@@ -19,42 +19,65 @@ static const struct {
              {FF_PARAM_HELD, "held"}};
 enum { N_CLAIMS = sizeof claims / sizeof claims[0], N_FLAGS = sizeof flags / sizeof flags[0] };
 
-static void put_parameters(ff_text_table *rows, const ff_term *term)
+static const ff_param *param_at(ff_where w)
 {
-    for (uint32_t i = 0; i < term->n_params; ++i) {
-        const ff_param *p = &term->params[i];
-        char lo[FF_TEXT_NUMBER], hi[FF_TEXT_NUMBER], init[FF_TEXT_NUMBER];
-        ff_text_row(rows);
-        ff_text_cell(rows, "%s", p->name);
-        ff_text_cell(rows, "[%s, %s]", ff_text_exact(p->lo, lo), ff_text_exact(p->hi, hi));
-        ff_text_cell(rows, "%s", ff_text_exact(p->init, init));
-        ff_text_cell(rows, "%s", p->unit);
-        ff_text_cell(rows, "%s%s%s", p->meaning, p->flags & FF_PARAM_PER_CHANNEL ? ", per channel" : "",
-                     p->flags & FF_PARAM_HELD ? ", held unless freed" : "");
-    }
+    return &((const ff_term *)w.of)->params[w.row];
 }
 
-/* "reciprocal, passive", or "nothing". */
-static void put_claims(uint32_t bits, FILE *out)
+static void name_cell(ff_cell *out, ff_where w)
 {
-    int any = 0;
-    for (int i = 0; i < N_CLAIMS; ++i)
-        if (bits & claims[i].bit) fprintf(out, "%s%s", any++ ? ", " : "", claims[i].name);
-    if (!any) fputs("nothing", out);
+    ff_cell_text(out, "%s", param_at(w)->name);
+}
+
+static void range_cell(ff_cell *out, ff_where w)
+{
+    char lo[FF_TEXT_NUMBER], hi[FF_TEXT_NUMBER];
+    ff_cell_text(out, "[%s, %s]", ff_text_exact(param_at(w)->lo, lo), ff_text_exact(param_at(w)->hi, hi));
+}
+
+static void initial_cell(ff_cell *out, ff_where w)
+{
+    ff_cell_exact(out, param_at(w)->init);
+}
+
+static void unit_cell(ff_cell *out, ff_where w)
+{
+    ff_cell_text(out, "%s", param_at(w)->unit);
+}
+
+static void meaning_cell(ff_cell *out, ff_where w)
+{
+    const ff_param *p = param_at(w);
+    ff_cell_text(out, "%s%s%s", p->meaning, p->flags & FF_PARAM_PER_CHANNEL ? ", per channel" : "",
+                 p->flags & FF_PARAM_HELD ? ", held unless freed" : "");
+}
+
+/* Without a head: the text above says what they are. */
+static const ff_column parameter_columns[] = {{.head = "", .cell = name_cell},
+                                              {.head = "", .cell = range_cell},
+                                              {.head = "", .align = FF_RIGHT, .cell = initial_cell},
+                                              {.head = "", .cell = unit_cell},
+                                              {.head = "", .cell = meaning_cell}};
+
+enum { CLAIMS_TEXT = 128 };
+/* "reciprocal, passive", or "nothing". */
+static const char *claims_text(uint32_t bits, char out[CLAIMS_TEXT])
+{
+    size_t at = 0;
+    for (int i = 0; i < N_CLAIMS && at < CLAIMS_TEXT; ++i)
+        if (bits & claims[i].bit) at += (size_t)snprintf(out + at, CLAIMS_TEXT - at, "%s%s", at ? ", " : "", claims[i].name);
+    return at ? out : "nothing";
 }
 
 static ff_status put_term(const ff_term *term, FILE *out)
 {
-    ff_text_table rows = {.right = {0, 0, 1}};
+    char claimed[CLAIMS_TEXT];
     fprintf(out, "  %s\n      %s\n", term->name, term->title);
     if (term->source[0]) fprintf(out, "      source: %s\n", term->source);
-    fputs("      claims: ", out);
-    put_claims(term->claims, out);
-    fputc('\n', out);
+    fprintf(out, "      claims: %s\n", claims_text(term->claims, claimed));
     if (term->note[0]) fprintf(out, "      note: %s\n", term->note);
     if (term->n_params == 0) return FF_OK;
-    put_parameters(&rows, term);
-    return ff_text_print(&rows, out, "      ");
+    return ff_columns_print(parameter_columns, FF_COUNT(parameter_columns), term, term->n_params, FF_TABLE_TEXT, "      ", out);
 }
 
 ff_status ff_report_models_text(FILE *out)
@@ -82,6 +105,68 @@ ff_status ff_report_models_text(FILE *out)
     return status;
 }
 
+/* ---- the same as a table: terms of all kinds, one after another ------------------------------- */
+
+typedef struct term_at {
+    ff_term_kind kind;
+    const ff_term *term;
+} term_at;
+
+static term_at term_of(size_t row)
+{
+    int kind = 0;
+    for (; row >= ff_term_count((ff_term_kind)kind); ++kind) row -= ff_term_count((ff_term_kind)kind);
+    return (term_at){(ff_term_kind)kind, ff_term_at((ff_term_kind)kind, row)};
+}
+
+static void kind_cell(ff_cell *out, ff_where w)
+{
+    ff_cell_text(out, "%s", ff_term_kind_name(term_of(w.row).kind));
+}
+
+static void term_cell(ff_cell *out, ff_where w)
+{
+    ff_cell_text(out, "%s", term_of(w.row).term->name);
+}
+
+static void title_cell(ff_cell *out, ff_where w)
+{
+    ff_cell_text(out, "%s", term_of(w.row).term->title);
+}
+
+static void parameters_cell(ff_cell *out, ff_where w)
+{
+    const ff_term *t = term_of(w.row).term;
+    size_t at = 0;
+    for (uint32_t i = 0; i < t->n_params && at < sizeof out->text; ++i)
+        at += (size_t)snprintf(out->text + at, sizeof out->text - at, "%s%s", at ? " " : "", t->params[i].name);
+}
+
+static void claims_cell(ff_cell *out, ff_where w)
+{
+    char text[CLAIMS_TEXT];
+    ff_cell_text(out, "%s", claims_text(term_of(w.row).term->claims, text));
+}
+
+static void source_cell(ff_cell *out, ff_where w)
+{
+    ff_cell_text(out, "%s", term_of(w.row).term->source);
+}
+
+static const ff_column model_columns[] = {{.head = "kind", .cell = kind_cell},
+                                          {.head = "name", .cell = term_cell},
+                                          {.head = "what it is", .key = "title", .cell = title_cell},
+                                          {.head = "parameters", .cell = parameters_cell},
+                                          {.head = "claims", .cell = claims_cell},
+                                          {.head = "source", .cell = source_cell}};
+
+ff_status ff_report_models_table(ff_table_form form, FILE *out)
+{
+    size_t rows = 0;
+    for (int kind = 0; kind < FF_TERM_KINDS; ++kind) rows += ff_term_count((ff_term_kind)kind);
+    return ff_columns_print(model_columns, FF_COUNT(model_columns), NULL, rows, form, "", out);
+}
+
 /* ---- the same as a page ---------------------------------------------------------------------- */
 
 /* Text with the characters escaped that a table of Markdown would take as its own. */
@@ -95,14 +180,14 @@ static void put_escaped(const char *text, FILE *out)
 
 static void markdown_term(const ff_term *t, FILE *out)
 {
+    char claimed[CLAIMS_TEXT];
     fprintf(out, "\n### %s\n", t->name);
     put_escaped(t->title, out);
     if (t->source[0]) {
         fputs("  \nSource: ", out);
         put_escaped(t->source, out);
     }
-    fputs("  \nClaims: ", out);
-    put_claims(t->claims, out);
+    fprintf(out, "  \nClaims: %s", claims_text(t->claims, claimed));
     if (t->note[0]) {
         fputs("  \nNote: ", out);
         put_escaped(t->note, out);
@@ -215,7 +300,7 @@ ff_status ff_report_models_json(const ff_report_head *head, FILE *out)
     ff_json j;
     ff_json_begin(&j, out);
     ff_json_object(&j, NULL, FF_JSON_BLOCK);
-    ff_report_head_json(&j, "facetfit.models/1", head);
+    ff_report_head_json(&j, FF_SCHEMA_MODELS, head);
     ff_json_array(&j, "terms", FF_JSON_BLOCK);
     for (int kind = 0; kind < FF_TERM_KINDS; ++kind)
         for (size_t i = 0; i < ff_term_count((ff_term_kind)kind); ++i)
@@ -239,33 +324,51 @@ static const struct {
              {FF_HOLDS_DOUBLE, "double"}, {FF_HOLDS_WEIGHTS, "weights"}, {FF_HOLDS_MANY, "any-channels"}};
 enum { N_READS = sizeof reads / sizeof reads[0], N_HOLDS = sizeof holds / sizeof holds[0] };
 
-static void put_options(ff_text_table *rows, unsigned bits)
+static void format_cell(ff_cell *out, ff_where w)
 {
-    char text[64] = "";
-    for (int k = 0; k < N_READS; ++k)
-        if (bits & reads[k].bit) snprintf(text + strlen(text), sizeof text - strlen(text), "%s%s", *text ? " " : "", reads[k].name);
-    ff_text_cell(rows, "%s", *text ? text : "-");
+    ff_cell_text(out, "%s", ff_format_at(w.row)->name);
+}
+
+static void writes_cell(ff_cell *out, ff_where w)
+{
+    const ff_format *f = ff_format_at(w.row);
+    ff_cell_text(out, "%s", !f->write ? "-" : f->holds & FF_HOLDS_DOUBLE ? "exactly" : "rounded");
+}
+
+static void extensions_cell(ff_cell *out, ff_where w)
+{
+    ff_cell_text(out, "%s", ff_format_at(w.row)->extensions);
+}
+
+static void options_cell(ff_cell *out, ff_where w)
+{
+    const unsigned bits = ff_format_at(w.row)->reads;
+    size_t at = 0;
+    ff_cell_text(out, "-");
+    for (int k = 0; k < N_READS && at < sizeof out->text; ++k)
+        if (bits & reads[k].bit)
+            at += (size_t)snprintf(out->text + at, sizeof out->text - at, "%s%s", at ? " " : "", reads[k].name);
+}
+
+static void format_title_cell(ff_cell *out, ff_where w)
+{
+    ff_cell_text(out, "%s", ff_format_at(w.row)->title);
+}
+
+static const ff_column format_columns[] = {{.head = "format", .cell = format_cell},
+                                           {.head = "writes", .cell = writes_cell},
+                                           {.head = "names", .cell = extensions_cell},
+                                           {.head = "options", .cell = options_cell},
+                                           {.head = "what it is", .key = "title", .cell = format_title_cell}};
+
+ff_status ff_report_formats_table(ff_table_form form, FILE *out)
+{
+    return ff_columns_print(format_columns, FF_COUNT(format_columns), NULL, ff_format_count(), form, "", out);
 }
 
 ff_status ff_report_formats_text(FILE *out)
 {
-    ff_text_table rows = {.columns = 0};
-    ff_text_row(&rows);
-    ff_text_cell(&rows, "format");
-    ff_text_cell(&rows, "writes");
-    ff_text_cell(&rows, "names");
-    ff_text_cell(&rows, "options");
-    ff_text_cell(&rows, "what it is");
-    for (size_t i = 0; i < ff_format_count(); ++i) {
-        const ff_format *f = ff_format_at(i);
-        ff_text_row(&rows);
-        ff_text_cell(&rows, "%s", f->name);
-        ff_text_cell(&rows, "%s", !f->write ? "-" : f->holds & FF_HOLDS_DOUBLE ? "exactly" : "rounded");
-        ff_text_cell(&rows, "%s", f->extensions);
-        put_options(&rows, f->reads);
-        ff_text_cell(&rows, "%s", f->title);
-    }
-    const ff_status status = ff_text_print(&rows, out, "");
+    const ff_status status = ff_report_formats_table(FF_TABLE_TEXT, out);
     fputs("\nAll can be read. A format is recognised by the content of the file; --format NAME overrides. Options are those of "
           "fit, compare,\n"
           "ndf, info and resample: --columns, --grid, --part, --quantity; --scale and --reduce go with every format. "
@@ -279,7 +382,7 @@ ff_status ff_report_formats_json(const ff_report_head *head, FILE *out)
     ff_json j;
     ff_json_begin(&j, out);
     ff_json_object(&j, NULL, FF_JSON_BLOCK);
-    ff_report_head_json(&j, "facetfit.formats/1", head);
+    ff_report_head_json(&j, FF_SCHEMA_FORMATS, head);
     ff_json_array(&j, "formats", FF_JSON_BLOCK);
     for (size_t i = 0; i < ff_format_count(); ++i) {
         const ff_format *f = ff_format_at(i);

@@ -1,9 +1,7 @@
-#define _GNU_SOURCE
 #include "internal_text.h"
 #include "base/internal_number.h"
 #include <math.h>
-#include <stdarg.h>
-#include <stdlib.h>
+#include <stdio.h>
 #include <string.h>
 
 /* ---- width of UTF-8 -------------------------------------------------------------------------- */
@@ -46,78 +44,6 @@ size_t ff_text_width(const char *text)
         text += n ? n : 1;
     }
     return width;
-}
-
-/* ---- tables ---------------------------------------------------------------------------------- */
-
-void ff_text_row(ff_text_table *t)
-{
-    if (t->rows == t->capacity) {
-        const size_t capacity = t->capacity ? 2 * t->capacity : 16;
-        char **cell = realloc(t->cell, capacity * FF_TEXT_COLUMNS * sizeof *cell);
-        if (!cell) {
-            t->failed = 1;
-            return;
-        }
-        memset(cell + t->capacity * FF_TEXT_COLUMNS, 0, (capacity - t->capacity) * FF_TEXT_COLUMNS * sizeof *cell);
-        t->cell = cell;
-        t->capacity = capacity;
-    }
-    t->rows++;
-}
-
-void ff_text_cell(ff_text_table *t, const char *format, ...)
-{
-    if (t->failed || t->rows == 0) return;
-    char text[FF_TEXT_CELL], **row = t->cell + (t->rows - 1) * FF_TEXT_COLUMNS;
-    size_t c = 0;
-    va_list args;
-    va_start(args, format);
-    vsnprintf(text, sizeof text, format, args);
-    va_end(args);
-    while (c < FF_TEXT_COLUMNS && row[c]) ++c;
-    if (c == FF_TEXT_COLUMNS) return;
-    row[c] = strdup(text);
-    if (!row[c]) t->failed = 1;
-    if (c + 1 > t->columns) t->columns = c + 1;
-}
-
-static void put_spaces(FILE *out, size_t n)
-{
-    for (; n > 0; --n) fputc(' ', out);
-}
-
-static void print_row(const ff_text_table *t, char *const *row, const size_t *width, FILE *out, const char *indent)
-{
-    size_t last = 0, pending = 0;
-    for (size_t c = 0; c < t->columns; ++c)
-        if (row[c] && row[c][0]) last = c + 1;
-    fputs(indent, out);
-    for (size_t c = 0; c < last; ++c) { /* no spaces at the end of a line */
-        const char *text = row[c] ? row[c] : "";
-        const size_t fill = width[c] - ff_text_width(text);
-        put_spaces(out, pending + (t->right[c] ? fill : 0));
-        fputs(text, out);
-        pending = 2 + (t->right[c] ? 0 : fill);
-    }
-    fputc('\n', out);
-}
-
-ff_status ff_text_print(ff_text_table *t, FILE *out, const char *indent)
-{
-    size_t width[FF_TEXT_COLUMNS] = {0};
-    const ff_status status = t->failed ? FF_ERR_MEMORY : FF_OK;
-    for (size_t i = 0; i < t->rows; ++i)
-        for (size_t c = 0; c < t->columns; ++c) {
-            const char *text = t->cell[i * FF_TEXT_COLUMNS + c];
-            const size_t w = text ? ff_text_width(text) : 0;
-            if (w > width[c]) width[c] = w;
-        }
-    for (size_t i = 0; i < t->rows && status == FF_OK; ++i) print_row(t, t->cell + i * FF_TEXT_COLUMNS, width, out, indent);
-    for (size_t i = 0; i < t->rows * FF_TEXT_COLUMNS; ++i) free(t->cell[i]);
-    free(t->cell);
-    memset(t, 0, sizeof *t);
-    return status;
 }
 
 /* ---- numbers --------------------------------------------------------------------------------- */

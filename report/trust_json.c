@@ -1,6 +1,19 @@
-/* How far fits can be trusted, as programs read it: keys of a fit in facetfit.fit/2. */
+/* How far fits can be trusted, as programs read it: keys of a fit in FF_SCHEMA_FIT. */
 #include "internal_report.h"
 #include <math.h>
+
+/* What the data can tell; null without standard errors. */
+static void put_information(ff_json *j, const ff_fit_result *f)
+{
+    static const char *const keys[] = {"rank", "condition", "effective_samples", "correlated_over", "correlation_settled"};
+    for (size_t k = 0; k < sizeof keys / sizeof *keys && !f->correlation; ++k) ff_json_null(j, keys[k]);
+    if (!f->correlation) return;
+    ff_json_integer(j, "rank", (int64_t)f->rank);
+    ff_json_number(j, "condition", f->condition);
+    ff_json_number(j, "effective_samples", f->effective_samples);
+    ff_json_integer(j, "correlated_over", (int64_t)f->correlated_over);
+    ff_json_bool(j, "correlation_settled", f->correlation_settled);
+}
 
 static void put_bands(ff_json *j, const ff_bands *bands)
 {
@@ -98,15 +111,7 @@ void ff_report_trust_json(ff_json *j, const ff_report_fits *r, size_t i)
     const ff_fit_result *f = &r->fit[i];
     const ff_problem *p = r->problem[i / (r->n_fits / r->n_problems)];
     const ff_report_trust *t = r->trust ? &r->trust[i] : NULL;
-    if (f->correlation) {
-        ff_json_integer(j, "rank", (int64_t)f->rank);
-        ff_json_number(j, "condition", f->condition);
-        ff_json_number(j, "effective_samples", f->effective_samples);
-        ff_json_integer(j, "correlated_over", (int64_t)f->correlated_over);
-        ff_json_bool(j, "correlation_settled", f->correlation_settled);
-    } else {
-        ff_json_null(j, "effective_samples");
-    }
+    put_information(j, f);
     if (!t) return;
     if (t->has_versus) put_versus(j, &t->versus);
     if (t->has_bands) put_bands(j, &t->bands);

@@ -1,6 +1,5 @@
 /* How far fits can be trusted, as people read it. */
-#include "internal_report.h"
-#include "internal_text.h"
+#include "internal_fits_text.h"
 #include <math.h>
 #include <string.h>
 
@@ -133,38 +132,55 @@ static const char *percent(double x, char *out)
     return out;
 }
 
-static const char *masking_name(const ff_fit_result *f)
+/* Fits by the bands of one angle. */
+typedef struct bands {
+    const ff_report_fits *r;
+    const size_t *row; /* of the fits that have bands */
+    int place;
+} bands;
+
+static const ff_band *band_at(ff_where w)
 {
-    return f->model.n_lobes ? ff_term_at(FF_MASKING, (size_t)f->model.lobe[0].masking)->name : "-";
+    const bands *t = w.of;
+    return &t->r->trust[t->row[w.row]].bands.band[t->place][w.index];
 }
 
-static const char *ndf_name(const ff_fit_result *f)
+static const ff_fit_result *fit_at(ff_where w)
 {
-    return f->model.n_lobes ? ff_term_at(FF_NDF, (size_t)f->model.lobe[0].ndf)->name : "-";
+    const bands *t = w.of;
+    return &t->r->fit[t->row[w.row]];
 }
 
+static void masking_cell(ff_cell *out, ff_where w)
+{
+    ff_cell_text(out, "%s", ff_report_masking_name(fit_at(w)));
+}
+
+static void ndf_cell(ff_cell *out, ff_where w)
+{
+    ff_cell_text(out, "%s", ff_report_ndf_name(fit_at(w)));
+}
+
+static void band_cell(ff_cell *out, ff_where w)
+{
+    char text[FF_TEXT_NUMBER];
+    if (band_at(w)->n) ff_cell_rounded(out, 100 * band_at(w)->mean, percent(band_at(w)->mean, text));
+}
+
+/* The occupied bands: the samples are those of every fit. */
 static ff_status put_bands_of(const ff_report_fits *r, const size_t *row, size_t n, int place, FILE *out)
 {
-    ff_text_table t = {.columns = 0};
-    char cell[FF_TEXT_NUMBER];
-    ff_text_row(&t);
-    ff_text_cell(&t, "%s, degrees", ff_place_name(place));
-    ff_text_cell(&t, "%s", "");
-    for (size_t b = 0, column = 2; b < FF_BANDS; ++b) {
-        if (!r->trust[row[0]].bands.band[place][b].n) continue; /* the samples are those of every fit */
-        ff_text_cell(&t, "%zu-%zu", b * FF_BAND_DEGREES, (b + 1) * FF_BAND_DEGREES);
-        t.right[column++] = 1;
+    const bands t = {r, row, place};
+    char angle[64], label[FF_BANDS][32];
+    ff_column column[2 + FF_BANDS] = {{.head = angle, .cell = masking_cell}, {.head = "", .cell = ndf_cell}};
+    size_t columns = 2;
+    snprintf(angle, sizeof angle, "%s, degrees", ff_place_name(place));
+    for (size_t b = 0; b < FF_BANDS && n; ++b) {
+        if (!r->trust[row[0]].bands.band[place][b].n) continue;
+        snprintf(label[b], sizeof label[b], "%zu-%zu", b * FF_BAND_DEGREES, (b + 1) * FF_BAND_DEGREES);
+        column[columns++] = (ff_column){.head = label[b], .align = FF_RIGHT, .cell = band_cell, .index = b};
     }
-    for (size_t i = 0; i < n; ++i) {
-        const ff_report_trust *trust = &r->trust[row[i]];
-        if (!trust->has_bands) continue;
-        ff_text_row(&t);
-        ff_text_cell(&t, "%s", masking_name(&r->fit[row[i]]));
-        ff_text_cell(&t, "%s", ndf_name(&r->fit[row[i]]));
-        for (size_t b = 0; b < FF_BANDS; ++b)
-            if (trust->bands.band[place][b].n) ff_text_cell(&t, "%s", percent(trust->bands.band[place][b].mean, cell));
-    }
-    return ff_text_print(&t, out, "");
+    return ff_columns_print(column, columns, &t, n, FF_TABLE_TEXT, "", out);
 }
 
 ff_status ff_report_bands_text(const ff_report_fits *r, const size_t *row, size_t n, FILE *out)

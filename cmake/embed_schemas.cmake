@@ -1,0 +1,15 @@
+# cmake -DOUT=FILE -DSCHEMAS=FILE;... -P embed_schemas.cmake: C text with the bytes of every <id>.schema.json as TEXT_<ID> and, as
+# NAME_<ID>, what the document's key "schema" is there: the program cannot write another.
+set(text "")
+foreach(file ${SCHEMAS})
+  get_filename_component(id ${file} NAME)
+  string(REGEX REPLACE "\\.schema\\.json$" "" id ${id})
+  string(REPLACE "-" "_" id ${id})
+  string(TOUPPER ${id} id)
+  file(READ ${file} schema)
+  string(JSON name GET "${schema}" properties schema const)
+  file(READ ${file} bytes HEX)
+  string(REGEX REPLACE "([0-9a-f][0-9a-f])" "0x\\1," bytes ${bytes})
+  string(APPEND text "#define NAME_${id} \"${name}\"\nstatic const unsigned char TEXT_${id}[] = {${bytes}};\n")
+endforeach()
+file(WRITE ${OUT} "${text}")
