@@ -16,7 +16,8 @@
  *             plain half sum.
  *  Memory     problems and results own their arrays; release with the _free functions.
  *  Errors     ff_status and ff_error. How a fit ended (converged, stalled, ...) is not a status: see ff_outcome.
- *  Threads    a problem may serve one fit at a time; several problems are independent. */
+ *  Threads    a problem may serve one fit at a time; several problems are independent. A const result may be read from many threads
+ * at once. */
 #ifndef FF_FIT_H
 #define FF_FIT_H
 #include "ff_api.h"
@@ -236,12 +237,12 @@ FF_API void ff_fit_result_free(ff_fit_result *r); /**< NULL is allowed */
 
 FF_API const ff_model *ff_fit_result_model(const ff_fit_result *r); /**< as it was fitted, with what was held and bounded      */
 FF_API ff_shape ff_fit_result_shape(const ff_fit_result *r);        /**< never AUTO                                            */
-FF_API ff_outcome ff_fit_result_outcome(const ff_fit_result *r);
-FF_API int ff_fit_result_iterations(const ff_fit_result *r); /**< solver steps on all samples                           */
-FF_API int ff_fit_result_passes(const ff_fit_result *r);     /**< passes over all samples, the final ones included      */
-FF_API double ff_fit_result_seconds(const ff_fit_result *r); /**< wall clock                                            */
-FF_API size_t ff_fit_result_channel_count(const ff_fit_result *r);
-FF_API size_t ff_fit_result_free_count(const ff_fit_result *r); /**< free parameters, those on a bound not counted         */
+FF_API ff_outcome ff_fit_result_outcome(const ff_fit_result *r);    /**< how it ended                                          */
+FF_API int ff_fit_result_iterations(const ff_fit_result *r);        /**< solver steps on all samples                           */
+FF_API int ff_fit_result_passes(const ff_fit_result *r);            /**< passes over all samples, the final ones included      */
+FF_API double ff_fit_result_seconds(const ff_fit_result *r);        /**< wall clock                                            */
+FF_API size_t ff_fit_result_channel_count(const ff_fit_result *r);  /**< of its problem */
+FF_API size_t ff_fit_result_free_count(const ff_fit_result *r);     /**< free parameters, those on a bound not counted         */
 
 /** A number of the result: the parameter at a place of its model, in channel c where it has a value in each (else c is not read).
  *  NULL when there is no such parameter or channel. */
