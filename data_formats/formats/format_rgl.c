@@ -76,7 +76,7 @@ static double kept_incidence(const void *kept, size_t sample)
 
 /* Planes and scratch for one node of incidence. */
 typedef struct slice_room {
-    double *memory, *row;
+    double *memory, *row, *mass;
     ff_rgl_slice slice;
 } slice_room;
 
@@ -85,8 +85,8 @@ static int slice_room_new(const ff_rgl *r, slice_room *room)
     const size_t n = r->width * r->height;
     double *m = room->memory = malloc((5 * n + 2 * r->vndf.width) * sizeof(double));
     if (!m) return 0;
-    room->slice = (ff_rgl_slice){m, m + n, m + 2 * n, m + 3 * n, m + 4 * n};
-    room->row = m + 5 * n;
+    room->slice = (ff_rgl_slice){m, m + n, m + 2 * n, m + 3 * n};
+    room->mass = m + 4 * n, room->row = m + 5 * n;
     return 1;
 }
 
@@ -156,18 +156,18 @@ static size_t valid_beside(const ff_rgl *r, const unsigned char *valid, size_t i
 /* Weights of node (p, t), so that their sum with f cos(theta_o) is the reflectance of the function. A colour that is not valid
  * where it stands, most of all below the horizon, still takes part in the function on this side: its share of the reflectance is
  * added to that of the nearest sample of the row, where their colours allow it. */
-static void weigh_slice(const ff_rgl *r, size_t p, size_t t, const ff_rgl_slice *s, ff_table *out)
+static void weigh_slice(const ff_rgl *r, size_t p, size_t t, const ff_rgl_slice *s, const double *mass, ff_table *out)
 {
     const size_t n = r->width * r->height, slice = p * r->n_theta + t, at = slice * n;
     const double incidence = ff_rgl_incidence_weight(r, p, t);
     const unsigned char *valid = out->valid + at;
     double *w = out->weight + at;
-    for (size_t i = 0; i < n; i++) w[i] = valid[i] && s->factor[i] > 0 ? incidence * s->mass[i] / s->density[i] : 0;
+    for (size_t i = 0; i < n; i++) w[i] = valid[i] && s->factor[i] > 0 ? incidence * mass[i] / s->density[i] : 0;
     for (size_t i = 0; i < n; i++) {
-        const size_t to = valid[i] || !(s->mass[i] > 0) ? i : valid_beside(r, valid, i);
+        const size_t to = valid[i] || !(mass[i] > 0) ? i : valid_beside(r, valid, i);
         if (to == i) continue;
         const double ratio = colour_sum(r, slice, i) / colour_sum(r, slice, to);
-        if (ratio > 0 && isfinite(ratio)) w[to] += incidence * fmin(ratio, largest_ratio) * s->mass[i] / s->density[to];
+        if (ratio > 0 && isfinite(ratio)) w[to] += incidence * fmin(ratio, largest_ratio) * mass[i] / s->density[to];
     }
 }
 
@@ -189,12 +189,14 @@ static void fill_slice(const ff_rgl *r, size_t p, size_t t, const ff_rgl_slice *
 /* The table of the measured grid, with values or without. */
 static ff_status sample_file(const ff_rgl *r, int with_values, ff_table *out, counts *invalid, ff_error *err)
 {
-    slice_room room;
+    slice_room room = {NULL};
+    ff_rgl_weights *weights = NULL;
     ff_table t;
     const size_t n = r->n_phi * r->n_theta * r->width * r->height; /* the luminance has as many numbers */
     ff_status status = ff_table_init(n, r->n_channels, NULL, 0, 1, &t, err);
     if (status != FF_OK) return status;
-    if (!slice_room_new(r, &room)) {
+    if (!slice_room_new(r, &room) || !(weights = ff_rgl_weights_new(r))) {
+        free(room.memory);
         ff_table_clear(&t);
         return ff_error_set(err, FF_ERR_MEMORY, NULL, 0, -1, "no memory for the samples of an RGL file");
     }
@@ -203,8 +205,10 @@ static ff_status sample_file(const ff_rgl *r, int with_values, ff_table *out, co
             ff_rgl_sample_slice(r, p, k, room.row, &room.slice);
             place_slice(r, p, k, &room.slice, &t);
             if (with_values) fill_slice(r, p, k, &room.slice, &t, invalid);
-            weigh_slice(r, p, k, &room.slice, &t);
+            ff_rgl_weigh(r, weights, p, k, room.mass);
+            weigh_slice(r, p, k, &room.slice, room.mass, &t);
         }
+    ff_rgl_weights_free(weights);
     free(room.memory);
     memcpy(t.channels, r->channels, r->n_channels * sizeof *t.channels);
     t.isotropic = r->isotropic;
@@ -546,7 +550,7 @@ static ff_status write_rgl(const char *path, const ff_table *t, ff_error *err)
     slice_room room;
     if ((status = ff_tensor_file_copy(&kept->file, &copy.file, err)) != FF_OK) return status;
     if (slice_room_new(&copy, &room)) {
-        room.slice.mass = room.slice.density = NULL; /* directions and factors are all it takes */
+        room.slice.density = NULL; /* directions and factors are all it takes */
         status = put_table(&copy, t, &room, path, err);
         free(room.memory);
     } else

@@ -409,6 +409,14 @@ static double apart(const ff_rgl *r, double theta, double phi, int n, const doub
     return worst;
 }
 
+static void weigh(const ff_rgl *r, size_t p, size_t t, double *mass)
+{
+    ff_rgl_weights *w = ff_rgl_weights_new(r);
+    if (!w) exit(1);
+    ff_rgl_weigh(r, w, p, t, mass);
+    ff_rgl_weights_free(w);
+}
+
 /* All colours of a node, those below the horizon included, with the shares that they have in the function: its reflectance. The
  * bound is that of noise in every number of a warp that is no finer than the samples; check_sums has those of files as they are. */
 static void check_mass(const char *label, const ff_rgl *r, size_t p, size_t k)
@@ -416,14 +424,16 @@ static void check_mass(const char *label, const ff_rgl *r, size_t p, size_t k)
     const size_t n = r->width * r->height, slice = p * r->n_theta + k;
     double *memory = malloc((5 * n + 2 * r->vndf.width) * sizeof *memory), sum[40] = {0}, uncertain;
     if (!memory) exit(1);
-    const ff_rgl_slice s = {memory, memory + n, memory + 2 * n, memory + 3 * n, memory + 4 * n};
+    const ff_rgl_slice s = {memory, memory + n, memory + 2 * n, memory + 3 * n};
+    double *mass = memory + 4 * n;
     ff_rgl_sample_slice(r, p, k, memory + 5 * n, &s);
+    weigh(r, p, k, mass);
     size_t seen = 0;
     while (!(s.factor[seen] > 0)) seen++;
     const double per_density = s.factor[seen] * cos(s.theta_o[seen]) / s.density[seen]; /* 1 / (4 sigma) */
     for (size_t c = 0; c < r->n_channels; c++)
         for (size_t i = 0; i < n; i++)
-            sum[c] += s.mass[i] * per_density *
+            sum[c] += mass[i] * per_density *
                       (double)ff_float_of(ff_tensor_data(&r->file, r->colour) + 4 * ((slice * r->n_channels + c) * n + i));
     const double e = apart(r, r->theta[k], r->phi[p], 400, sum, &uncertain);
     printf("%s: incidence %zu %zu: sum over colours %.2g from the reflectance, known within %.2g\n", label, p, k, e, uncertain);
@@ -936,14 +946,16 @@ static void check_parts(const char *label, const ff_table *t, size_t incidence)
     const size_t n = r->width * r->height;
     double *memory = malloc((5 * n + 2 * r->vndf.width) * sizeof *memory), mean = 0, square = 0, count = 0, widest = 0;
     if (!memory) exit(1);
-    const ff_rgl_slice s = {memory, memory + n, memory + 2 * n, memory + 3 * n, memory + 4 * n};
+    const ff_rgl_slice s = {memory, memory + n, memory + 2 * n, memory + 3 * n};
+    double *mass = memory + 4 * n;
     ff_rgl_sample_slice(r, 0, incidence, memory + 5 * n, &s);
+    weigh(r, 0, incidence, mass);
     for (size_t y = 1; y + 1 < r->height; y++)
         for (size_t x = 1; x + 1 < r->width; x++) {
             const size_t i = y * r->width + x;
             if (s.factor[i + 1] <= 0) continue;
             const double part =
-                (double)((r->width - 1) * (r->height - 1)) * s.mass[i] / s.density[i] * s.factor[i] * cos(s.theta_o[i]);
+                (double)((r->width - 1) * (r->height - 1)) * mass[i] / s.density[i] * s.factor[i] * cos(s.theta_o[i]);
             mean += part, square += part * part, count++;
         }
     for (size_t i = 0; i < n; i++) widest = s.factor[i] > 0 ? fmax(widest, s.theta_o[i]) : widest;

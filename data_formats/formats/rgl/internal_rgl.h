@@ -5,6 +5,7 @@
 #include "ff_rgl.h"
 #include "internal_tensor_file.h"
 #include "internal_warp2d.h"
+#include <math.h>
 
 struct ff_rgl {
     ff_tensor_file file; /**< owned                                                                */
@@ -30,14 +31,26 @@ ff_status ff_rgl_of_file(ff_tensor_file *file, const char *path, int with_invers
 /** f cos(theta_o) per colour of a half vector at u for light from theta_i, phi_i: ndf / (4 sigma), or 1; 0 where not defined. */
 double ff_rgl_factor(const ff_rgl *r, double theta_i, double phi_i, const double u[2]);
 
-/** Samples of one node of incidence, [height width] each: the directions seen (radians; beyond pi/2 below the horizon) and f per colour
- *  (0 where not defined). With mass and density (both or neither NULL): mass is the integral of the sample's share in the function,
- *  1 at the sample and 0 at its neighbours, times the density of normals, over the solid angle above the horizon; density is that at
- *  the sample. The sum over all samples of colour times mass / (4 sigma) is the reflectance. row: scratch [2 vndf.width]. */
+/** What colours are relative to, 4 sigma apart: the density of normals at u, or 1. */
+double ff_rgl_density(const ff_rgl *r, const double u[2]);
+
+/** Samples of one node of incidence, [height width] each: the directions seen (radians; beyond pi/2 below the horizon), f per colour
+ *  (0 where not defined) and the density of normals. row: scratch [2 vndf.width]. */
 typedef struct ff_rgl_slice {
-    double *theta_o, *phi_o, *factor, *mass, *density;
+    double *theta_o, *phi_o, *factor, *density;
 } ff_rgl_slice;
 void ff_rgl_sample_slice(const ff_rgl *r, size_t p, size_t t, double *row, const ff_rgl_slice *out);
+
+/** What the samples of r weigh (rgl_weights.c): tables that serve all nodes of incidence, and scratch. One thread at a time. NULL:
+ *  no memory. */
+typedef struct ff_rgl_weights ff_rgl_weights;
+ff_rgl_weights *ff_rgl_weights_new(const ff_rgl *r);
+void ff_rgl_weights_free(ff_rgl_weights *w);
+
+/** mass [height width] of the samples of one node: the integral of the sample's share in the function, 1 at the sample and 0 at its
+ *  neighbours, times the density of normals, over the solid angle above the horizon. The sum over all samples of colour times
+ *  mass / (4 sigma) is the reflectance. */
+void ff_rgl_weigh(const ff_rgl *r, ff_rgl_weights *w, size_t p, size_t t, double *mass);
 
 /** Solid angle of the node of incidence. They add up to 2 pi. */
 double ff_rgl_incidence_weight(const ff_rgl *r, size_t p, size_t t);
@@ -50,6 +63,10 @@ static const double ff_rgl_pi = 3.14159265358979323846;
 static inline double ff_rgl_theta(double u)
 {
     return u * u * (ff_rgl_pi / 2);
+}
+static inline double ff_rgl_u_of_theta(double theta)
+{
+    return sqrt(2 / ff_rgl_pi * theta);
 }
 static inline double ff_rgl_phi(double u)
 {

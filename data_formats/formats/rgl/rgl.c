@@ -308,20 +308,14 @@ static double u_of_phi(double phi)
     return u - floor(u);
 }
 
-static double u_of_theta(double theta)
-{
-    return sqrt(2 / pi * theta);
-}
-
 /* Projected area of the microsurface seen from the light. */
 static double sigma_of(const ff_rgl *r, double theta_i, double phi_i)
 {
-    const double at[2] = {u_of_theta(theta_i), u_of_phi(phi_i)};
+    const double at[2] = {ff_rgl_u_of_theta(theta_i), u_of_phi(phi_i)};
     return r->jacobian ? ff_bilinear(r->sigma, r->sigma_width, r->sigma_height, at) : 1;
 }
 
-/* What colours are relative to, 4 sigma apart. */
-static double density_of(const ff_rgl *r, const double u[2])
+double ff_rgl_density(const ff_rgl *r, const double u[2])
 {
     return r->jacobian ? ff_bilinear(r->ndf, r->ndf_width, r->ndf_height, u) : 1;
 }
@@ -329,7 +323,7 @@ static double density_of(const ff_rgl *r, const double u[2])
 static double factor_of(const ff_rgl *r, double sigma, const double u[2])
 {
     if (!r->jacobian) return 1;
-    const double factor = density_of(r, u) / (4 * sigma);
+    const double factor = ff_rgl_density(r, u) / (4 * sigma);
     return isfinite(factor) ? factor : 0;
 }
 
@@ -382,7 +376,7 @@ static int evaluate(const ff_rgl *r, double wi[3], double wo[3], double *f, size
     const double m[3] = {wi[0] + wo[0], wi[1] + wo[1], wi[2] + wo[2]};
     const double theta_i = atan2(hypot(wi[0], wi[1]), wi[2]), phi_i = into_circle(r, atan2(wi[1], wi[0]));
     const double theta_m = atan2(hypot(m[0], m[1]), m[2]), phi_m = atan2(m[1], m[0]);
-    const double u[2] = {u_of_theta(theta_m), u_of_phi(r->isotropic ? phi_m - phi_i : phi_m)};
+    const double u[2] = {ff_rgl_u_of_theta(theta_m), u_of_phi(r->isotropic ? phi_m - phi_i : phi_m)};
     const double factor = ff_rgl_factor(r, theta_i, phi_i, u);
     if (!(factor > 0)) return 0;
     const ff_warp2d_mix mix = ff_warp2d_at(&r->vndf, (const double[]){phi_i, theta_i});
@@ -447,97 +441,7 @@ static void sample_row(const ff_rgl *r, const light *l, const ff_warp2d_mix *mix
         const double s_x = (double)x / (double)(r->width - 1);
         const double u[2] = {ff_warp2d_along(&r->vndf, row, s_x, &cell), v - floor(v)};
         sample(r, l, u, c, s, i, out);
-        if (out->density) out->density[i] = density_of(r, u);
-    }
-}
-
-/* ---- weights --------------------------------------------------------------------------------- */
-
-/* Between the samples the colours are bilinear in s: each spreads as a hat over the four cells around it. What a sample stands for
- * is therefore not the solid angle of a part of the square, where the density of normals may fall by orders of magnitude, but
- *
- *     integral of hat(s) ndf(m) dwo over the directions above the horizon
- *
- * and the sum of colours times that, over 4 sigma, is the reflectance of the function exactly. With m = (theta_m, phi_m) of u,
- * dwo = 4 (wi.m) sin(theta_m) pi u.x du.x dphi_m.
- *
- * In u.x the integrand has kinks at the nodes of the vndf and where s.x meets a column: two Gauss nodes from one to the next.
- * Between two rows of samples two lines at Gauss nodes of s.y do, as everything varies slowly with the azimuth. */
-static const double gauss[2] = {0.21132486540518712, 0.78867513459481288};
-
-/* Sine and cosine of 0..pi/2 within 3e-8, which weights do not notice: series about pi/4. */
-static void sine_cosine(double theta, double *sine, double *cosine)
-{
-    const double y = theta - pi / 4, q = y * y, half = sqrt(0.5);
-    const double s = y * (1 + q * (-1.0 / 6 + q * (1.0 / 120 + q * (-1.0 / 5040 + q * (1.0 / 362880)))));
-    const double c = 1 + q * (-1.0 / 2 + q * (1.0 / 24 + q * (-1.0 / 720 + q * (1.0 / 40320))));
-    *sine = half * (c + s), *cosine = half * (c - s);
-}
-
-/* Half vectors of one azimuth between two rows of samples. */
-typedef struct line {
-    const ff_rgl *r;
-    const double *row;    /* of the warp                                         */
-    double v;             /* azimuth in the square                               */
-    double along, across; /* wi.m = along cos(theta_m) + across sin(theta_m)     */
-    double to_columns;    /* columns of samples in a unit of the warp's integral */
-    double measure[2];    /* what the integral counts for the row on either side */
-    double *mass[2];      /* [width] of these rows                               */
-} line;
-
-/* Adds the piece from u.x = lo to hi, which lies between columns x and x + 1 and in one cell of the warp, to the shares of both. */
-static void add_piece(const line *l, double lo, double hi, size_t x, size_t cell, double share[2])
-{
-    const double *d = l->row + cell, before = d[l->r->vndf.width], cells = (double)(l->r->vndf.width - 1);
-    for (int k = 0; k < 2; k++) {
-        const double u[2] = {lo + (hi - lo) * gauss[k], l->v}, t = u[0] * cells - (double)cell;
-        double s, c;
-        sine_cosine(ff_rgl_theta(u[0]), &s, &c);
-        const double f = density_of(l->r, u) * (l->along * c + l->across * s) * s * u[0] * (hi - lo);
-        const double right = (before + t * (d[0] + 0.5 * t * (d[1] - d[0]))) * l->to_columns - (double)x;
-        share[0] += (1 - right) * f, share[1] += right * f;
-    }
-}
-
-/* From the normal to the horizon: wo.z = along cos(2 theta_m) + across sin(2 theta_m). Beyond the last column the colours are those
- * of that column. */
-static void add_line(const line *l)
-{
-    const double cells = (double)(l->r->vndf.width - 1), columns = (double)(l->r->width - 1);
-    const double horizon = u_of_theta(fmin(fmax(0.5 * atan2(l->across, l->along) + pi / 4, 0), pi / 2));
-    size_t hint = 0, cell = 0;
-    double lo = 0;
-    for (size_t x = 0; x + 1 < l->r->width && lo < horizon; x++) {
-        const double column = x + 2 < l->r->width ? ff_warp2d_along(&l->r->vndf, l->row, (double)(x + 1) / columns, &hint) : 1;
-        const double end = column < horizon ? column : horizon;
-        double sum[2] = {0};
-        while (lo < end) {
-            const double border = (double)(cell + 1) / cells, hi = border < end ? border : end;
-            add_piece(l, lo, hi, x, cell, sum);
-            cell += hi >= border && cell + 2 < l->r->vndf.width;
-            lo = hi;
-        }
-        for (int k = 0; k < 4; k++) l->mass[k / 2][x + (size_t)(k % 2)] += l->measure[k / 2] * sum[k % 2];
-    }
-}
-
-/* The lines between rows y and y + 1. */
-static void add_rows(const ff_rgl *r, const light *l, const ff_warp2d_mix *mix, double phi, size_t y, double *row, double *mass)
-{
-    const double rows = (double)(r->height - 1);
-    for (int k = 0; k < 2; k++) {
-        const double v = ff_warp2d_row(&r->vndf, mix, ((double)y + gauss[k]) / rows, row);
-        const double marginal = row[2 * r->vndf.width - 1] * (double)(r->vndf.height - 1), phi_m = ff_rgl_phi(v) + phi;
-        if (!(marginal > 0)) continue;
-        const double all = 2 * pi * pi / (marginal * rows); /* 4 pi 2 pi, and half a step for each of two nodes, twice */
-        add_line(&(line){.r = r,
-                         .row = row,
-                         .v = v - floor(v),
-                         .along = l->cosine,
-                         .across = l->sine * (cos(phi_m) * l->cos_phi + sin(phi_m) * l->sin_phi),
-                         .to_columns = (double)(r->width - 1) / row[2 * r->vndf.width - 1],
-                         .measure = {all * (1 - gauss[k]), all * gauss[k]},
-                         .mass = {mass + y * r->width, mass + (y + 1) * r->width}});
+        if (out->density) out->density[i] = ff_rgl_density(r, u);
     }
 }
 
@@ -547,8 +451,4 @@ void ff_rgl_sample_slice(const ff_rgl *r, size_t p, size_t t, double *row, const
     const double theta = r->theta[t], phi = r->phi[p], turn = r->isotropic ? phi : 0;
     const light l = {sin(theta), cos(theta), cos(phi), sin(phi), sigma_of(r, theta, phi)};
     for (size_t y = 0; y < r->height; y++) sample_row(r, &l, &mix, turn, y, row, out);
-    if (!out->mass) return;
-    memset(out->mass, 0, r->width * r->height * sizeof *out->mass);
-    if (l.cosine <= grazing) return; /* no sample is valid */
-    for (size_t y = 0; y + 1 < r->height; y++) add_rows(r, &l, &mix, turn, y, row, out->mass);
 }
