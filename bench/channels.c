@@ -6,7 +6,7 @@
  *
  * Prints JSON: for each number of channels the median seconds of both fits, nanoseconds per sample and channel, and passes. */
 #define _GNU_SOURCE /* clock_gettime */
-#include "fit/fit_struct.h"
+#include "fit/interface/fit_struct.h"
 #include "models/model_struct.h"
 #include "simulate/simulate_struct.h"
 #include "data_formats/table/table_struct.h"

@@ -8,7 +8,7 @@
  *  threads  three channels, one thread and two by turns, from the same start
  *
  *  Every repeat makes a new problem, so that nothing is warm but the caches of the processor. Prints one JSON object. */
-#include "fit/fit_struct.h"
+#include "fit/interface/fit_struct.h"
 #include "models/model_struct.h"
 #include "data_formats/table/table_struct.h"
 #include "ggx_samples.h"

@@ -2,7 +2,7 @@
 #ifndef FF_INTERNAL_CLI_H
 #define FF_INTERNAL_CLI_H
 #include "internal_flags.h"
-#include "fit/fit_struct.h"
+#include "fit/interface/fit_struct.h"
 #include "models/model_struct.h"
 #include "base/internal_output.h"
 #include "fit/trust/picture_struct.h"

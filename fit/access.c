@@ -1,5 +1,5 @@
 /* Fits for programs that do not see inside: models and results behind pointers, options of any version. */
-#include "fit_struct.h"
+#include "fit/interface/fit_struct.h"
 #include <stdlib.h>
 
 ff_status ff_problem_new(const ff_table *t, const ff_model *const *models, size_t n_models, const ff_fit_options *o,

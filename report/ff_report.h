@@ -8,7 +8,7 @@
  *  Threads  no global state. */
 #ifndef FF_REPORT_H
 #define FF_REPORT_H
-#include "fit/fit_struct.h"
+#include "fit/interface/fit_struct.h"
 #include "ff_json.h"
 #include "fit/ndf/ndf_struct.h"
 #include "fit/trust/picture_struct.h"

@@ -5,7 +5,7 @@
 #ifndef _GNU_SOURCE
 #define _GNU_SOURCE /* strtok_r, nanosleep: include this file first */
 #endif
-#include "fit/fit_struct.h"
+#include "fit/interface/fit_struct.h"
 #include "models/tools/profile_struct.h"
 #include "ff_test.h"
 

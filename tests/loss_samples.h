@@ -4,6 +4,7 @@
 #ifndef LOSS_SAMPLES_H
 #define LOSS_SAMPLES_H
 #include "fit/losses/internal_loss.h"
+#include "fit/losses/robust/internal_robust.h"
 #include "models/internal_model.h"
 #include <math.h>
 

@@ -1,7 +1,7 @@
 /* What tests ask of the warnings of a result: by their codes, never by their words. */
 #ifndef FF_TEST_WARNINGS_H
 #define FF_TEST_WARNINGS_H
-#include "fit/fit_struct.h"
+#include "fit/interface/fit_struct.h"
 #include <string.h>
 
 static inline size_t count_warnings(const ff_warnings *w, ff_warning_code code)

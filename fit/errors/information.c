@@ -92,13 +92,6 @@ ff_status ff_information_new(const ff_plan *plan, const ff_normal *n, const int 
 
 /* ---- the covariance -------------------------------------------------------------------------- */
 
-void ff_information_influence(const ff_information *info, const ff_normal *n, const double *score, double *influence)
-{
-    double *scaled = influence + info->P; /* the caller's influences have room for two */
-    for (size_t k = 0; k < info->P; k++) scaled[k] = n->diagonal ? score[k] : score[k] * info->scale[k];
-    info->storage->apply(info, scaled, influence);
-}
-
 /* Sums of products of influences, and of squares of scores. */
 typedef struct products {
     double *single, *clustered; /* the storage's                                       */

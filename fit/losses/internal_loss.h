@@ -38,18 +38,8 @@ typedef struct ff_loss_descriptor {
     void (*deviations)(const double *f, const double *y, const double *x, double *e);
 } ff_loss_descriptor;
 
-/* rho(s) of s = r^2 and its scale b. Twice differentiable but for a finite number of s, with rho'' <= 0: the second-order term of
- * Triggs et al. 1999 is dropped then, as the Ceres Solver does. */
-typedef struct ff_robust_descriptor {
-    ff_robust_info info;
-    double (*rho)(double b, double r);
-    /* rho(r^2) and rho'(r^2) over a block; NULL: nothing is done. */
-    void (*block)(double b, const double *restrict r, double *restrict rho, double *restrict slope);
-} ff_robust_descriptor;
-
-/* As compiled for an instruction set; NULL when it is not available. loss and robust must be valid. */
+/* As compiled for an instruction set; NULL when it is not available. loss must be valid. */
 const ff_loss_descriptor *ff_loss_of(ff_isa isa, ff_loss loss);
-const ff_robust_descriptor *ff_robust_of(ff_isa isa, ff_robust robust);
 
 /* ---- of the baseline ------------------------------------------------------------------------- */
 
@@ -64,8 +54,5 @@ int ff_loss_has_value(ff_loss loss, double y, double x);
 void ff_loss_targets(ff_loss loss, size_t n, const double *y, const double *x, double *g);
 void ff_loss_slopes(ff_loss loss, size_t n, const double *y, const double *x, double *slope);
 void ff_loss_factors(ff_loss loss, size_t n, const double *y, const double *x, double mean, double *factor);
-
-/* rho of a residual r at the scale b. */
-double ff_robust_rho(ff_robust robust, double b, double r);
 
 #endif

@@ -6,10 +6,7 @@
 
 #define FF_LOSS_ENTRY(NAME, id) extern const ff_loss_descriptor FF_ISA_NAME(ff_loss_##id);
 #include "ff_losses.def"
-#define FF_ROBUST_ENTRY(NAME, id) extern const ff_robust_descriptor FF_ISA_NAME(ff_robust_##id);
-#include "ff_robusts.def"
 extern const ff_loss_descriptor *const FF_ISA_NAME(ff_losses)[FF_LOSS_COUNT];
-extern const ff_robust_descriptor *const FF_ISA_NAME(ff_robusts)[FF_ROBUST_COUNT];
 
 /* r = w (g(f) - t) and j = dr/df. surrogate: the loss is linear whichever it was, see ff_problem_thin. */
 static inline void ff_loss_residuals(ff_loss loss, int surrogate, const ff_loss_planes *l, const double *restrict f,

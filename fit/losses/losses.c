@@ -2,9 +2,7 @@
 #include "internal_loss.h"
 #include <string.h>
 
-#define FF_LOSSES_OF(suffix)                                                                                                       \
-    extern const ff_loss_descriptor *const ff_losses_##suffix[FF_LOSS_COUNT];                                                      \
-    extern const ff_robust_descriptor *const ff_robusts_##suffix[FF_ROBUST_COUNT]
+#define FF_LOSSES_OF(suffix) extern const ff_loss_descriptor *const ff_losses_##suffix[FF_LOSS_COUNT]
 FF_LOSSES_OF(scalar);
 #ifdef FF_HAVE_AVX2
 FF_LOSSES_OF(avx2);
@@ -18,11 +16,6 @@ const ff_loss_descriptor *ff_loss_of(ff_isa isa, ff_loss loss)
     return ff_isa_available(isa) ? FF_ISA_PICK(isa, ff_losses)[loss] : NULL;
 }
 
-const ff_robust_descriptor *ff_robust_of(ff_isa isa, ff_robust robust)
-{
-    return ff_isa_available(isa) ? FF_ISA_PICK(isa, ff_robusts)[robust] : NULL;
-}
-
 /* ---- names ----------------------------------------------------------------------------------- */
 
 int ff_loss_count(void)
@@ -30,19 +23,9 @@ int ff_loss_count(void)
     return FF_LOSS_COUNT;
 }
 
-int ff_robust_count(void)
-{
-    return FF_ROBUST_COUNT;
-}
-
 const ff_loss_info *ff_loss_at(int loss)
 {
     return loss >= 0 && loss < FF_LOSS_COUNT ? &ff_losses_scalar[loss]->info : NULL;
-}
-
-const ff_robust_info *ff_robust_at(int robust)
-{
-    return robust >= 0 && robust < FF_ROBUST_COUNT ? &ff_robusts_scalar[robust]->info : NULL;
 }
 
 const char *ff_loss_name(int loss)
@@ -51,23 +34,10 @@ const char *ff_loss_name(int loss)
     return info ? info->name : NULL;
 }
 
-const char *ff_robust_name(int robust)
-{
-    const ff_robust_info *info = ff_robust_at(robust);
-    return info ? info->name : NULL;
-}
-
 int ff_loss_find(const char *name)
 {
     for (int i = 0; i < FF_LOSS_COUNT; i++)
         if (strcmp(ff_losses_scalar[i]->info.name, name) == 0) return i;
-    return -1;
-}
-
-int ff_robust_find(const char *name)
-{
-    for (int i = 0; i < FF_ROBUST_COUNT; i++)
-        if (strcmp(ff_robusts_scalar[i]->info.name, name) == 0) return i;
     return -1;
 }
 
@@ -124,9 +94,4 @@ void ff_loss_factors(ff_loss loss, size_t n, const double *y, const double *x, d
         d->factor_of_datum(n, y, x, mean, factor);
     else
         ones(n, factor);
-}
-
-double ff_robust_rho(ff_robust robust, double b, double r)
-{
-    return ff_robusts_scalar[robust]->rho(b, r);
 }

@@ -2,7 +2,7 @@
 #ifndef FF_NDF_STRUCT_H
 #define FF_NDF_STRUCT_H
 #include "ff_ndf.h"
-#include "fit/fit_struct.h"
+#include "fit/interface/fit_struct.h"
 #include "models/tools/profile_struct.h"
 #ifdef __cplusplus
 extern "C" {

@@ -4,6 +4,7 @@
 #define FF_INTERNAL_BLOCK_H
 #include "internal_pass.h"
 #include "fit/losses/internal_loss_block.h"
+#include "fit/losses/robust/internal_robust_block.h"
 #include "base/internal_vector_math.h"
 
 typedef double v8 __attribute__((vector_size(64), aligned(64)));

@@ -2,7 +2,7 @@
 #ifndef FF_INTERNAL_PASS_H
 #define FF_INTERNAL_PASS_H
 #include "base/internal_pool.h"
-#include "fit/fit_struct.h"
+#include "fit/interface/fit_struct.h"
 #include "fit/linalg/internal_linalg.h"
 #include "models/internal_model.h"
 #include <math.h>

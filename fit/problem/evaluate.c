@@ -1,5 +1,6 @@
 /* The model at every sample of a point, the residual there, and what each sample adds to the objective. */
 #include "fit/losses/internal_loss.h"
+#include "fit/losses/robust/internal_robust.h"
 #include "internal_problem.h"
 #include <math.h>
 #include <string.h>

@@ -1,4 +1,5 @@
 /* From the request to the plan: names, constraints and defaults are resolved here, once, and nowhere after it. */
+#include "fit/losses/robust/internal_robust.h"
 #include "internal_problem.h"
 #include <math.h>
 #include <stdlib.h>

@@ -2,7 +2,7 @@
 #ifndef FF_PICTURE_STRUCT_H
 #define FF_PICTURE_STRUCT_H
 #include "ff_picture.h"
-#include "fit/fit_struct.h"
+#include "fit/interface/fit_struct.h"
 #ifdef __cplusplus
 extern "C" {
 #endif

@@ -1,5 +1,6 @@
 /* A finished fit looked at again: values at the samples, residuals by angle, values that stand out. */
 #include "fit/losses/internal_loss.h"
+#include "fit/losses/robust/internal_robust.h"
 #include "internal_trust.h"
 #include "data_formats/interpolation/resample_struct.h"
 #include <math.h>

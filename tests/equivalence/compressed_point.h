@@ -1,7 +1,7 @@
 /** @file compressed_point.h  What the compressed problem says at one point; in C because the inside of fit/ is. */
 #ifndef COMPRESSED_POINT_H
 #define COMPRESSED_POINT_H
-#include "fit/fit_struct.h"
+#include "fit/interface/fit_struct.h"
 #ifdef __cplusplus
 extern "C" {
 #endif

@@ -1,5 +1,5 @@
 /* The logarithm of Cauchy's density. The tuning is from Holland and Welsch 1977, table 2. */
-#include "internal_loss_block.h"
+#include "internal_robust_block.h"
 #include "base/internal_vector_math.h"
 #include <math.h>
 

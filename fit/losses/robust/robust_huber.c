@@ -1,5 +1,5 @@
 /* Huber 1964: squares up to the scale, straight lines beyond. Convex. The tuning is from Holland and Welsch 1977, table 2. */
-#include "internal_loss_block.h"
+#include "internal_robust_block.h"
 #include "base/internal_vector_math.h"
 #include <math.h>
 

@@ -1,5 +1,5 @@
 /* What the caller knows of the parameters, by name, in terms of a model: bounds, and which parameters are equal. */
-#include "internal_problem.h"
+#include "internal_layout.h"
 #include <math.h>
 #include <string.h>
 

@@ -1,5 +1,5 @@
 /* Least squares: rho(s) = s. */
-#include "internal_loss_block.h"
+#include "internal_robust_block.h"
 
 static double rho(double b, double r)
 {

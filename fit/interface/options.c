@@ -1,5 +1,5 @@
 /* Options of a fit: names as on the command line, defaults, ranges. */
-#include "internal_problem.h"
+#include "internal_interface.h"
 #include "base/internal_options.h"
 #include <math.h>
 #include <string.h>
@@ -107,11 +107,6 @@ ff_status ff_fit_options_check(const ff_fit_options *o, ff_error *err)
         return ff_error_set(err, FF_ERR_RANGE, NULL, 0, -1,
                             "the options for the number of threads and of iterations must not be negative");
     return FF_OK;
-}
-
-double ff_robust_tuning(ff_robust robust)
-{
-    return ff_robust_at((int)robust)->tuning;
 }
 
 int ff_fit_cancelled(const ff_fit_options *o)

@@ -1,5 +1,5 @@
 /* Which parameters are free, and the coordinates they are searched in. */
-#include "internal_problem.h"
+#include "internal_layout.h"
 #include <math.h>
 #include <string.h>
 
@@ -160,6 +160,22 @@ const ff_model_param *ff_layout_param(const ff_layout *l, size_t k, size_t *c)
         if (l->channel_follows[i] < 0 && l->channel_shared[i] == shared && l->channel_at[i] == at)
             return &l->m->channel[l->free.channel[i]];
     return NULL; /* not of a layout that was numbered */
+}
+
+void ff_layout_range(const ff_layout *l, size_t k, double *lo, double *hi)
+{
+    size_t c;
+    const ff_model_param *p = ff_layout_param(l, k, &c);
+    const int of_channel = p >= l->m->channel && p < l->m->channel + l->m->n_channel;
+    *lo = of_channel ? ff_layout_lo(l, c, (uint32_t)(p - l->m->channel)) : p->lo;
+    *hi = of_channel ? ff_layout_hi(l, c, (uint32_t)(p - l->m->channel)) : p->hi;
+}
+
+int ff_layout_is_fixed(const ff_layout *l, size_t k)
+{
+    double lo = 0, hi = 1;
+    if (l->limits) ff_layout_range(l, k, &lo, &hi);
+    return lo == hi;
 }
 
 /* ---- between parameters and coordinates ------------------------------------------------------ */

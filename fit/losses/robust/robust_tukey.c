@@ -1,5 +1,5 @@
 /* Beaton and Tukey 1974, the biweight: constant beyond the scale. The tuning is from Holland and Welsch 1977, table 2. */
-#include "internal_loss_block.h"
+#include "internal_robust_block.h"
 #include <math.h>
 
 static double rho(double b, double r)

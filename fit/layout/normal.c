@@ -1,5 +1,5 @@
 /* What a final pass has left for the errors, in coordinates: columns of one coordinate added up. */
-#include "internal_problem.h"
+#include "internal_layout.h"
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>

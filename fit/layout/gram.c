@@ -1,5 +1,5 @@
 /* The normal equations of a pass in coordinates, channel by channel: columns of one coordinate added up. */
-#include "internal_problem.h"
+#include "internal_layout.h"
 #include <stdlib.h>
 #include <string.h>
 

@@ -1,5 +1,5 @@
-/* Coordinates by the places of results. */
-#include "internal_problem.h"
+/* Coordinates by the places of results, and as warnings name them. */
+#include "internal_layout.h"
 
 int ff_is_of_channel(const ff_model *m, const ff_model_param *p)
 {
@@ -44,4 +44,24 @@ void ff_result_copy_tied(const ff_layout *l, ff_fit_result *r)
             follow(&r->channel_value[c * l->m->n_channel + l->free.channel[k]],
                    &r->channel_value[from * l->m->n_channel + at.index], at, from);
         }
+}
+
+/* ---- as a warning names them -------------------------------------------------------------------- */
+
+ff_warning_parameter ff_layout_warned(const ff_layout *l, size_t k)
+{
+    size_t c;
+    const ff_param_ref at = ff_model_param_ref(l->m, ff_layout_param(l, k, &c));
+    return (ff_warning_parameter){at, k >= l->n_shared && l->n_channels > 1 ? c : FF_NO_CHANNEL};
+}
+
+ff_status ff_layout_warn(const ff_layout *l, size_t k, ff_warning_code code, const double *value, ff_warnings *out)
+{
+    ff_warning_parameter parameter = ff_layout_warned(l, k);
+    const size_t channel = parameter.channel;
+    ff_warning w = {.code = code, .n_parameters = 1, .parameter = &parameter};
+    for (size_t i = 0; i < FF_WARNING_VALUES && ff_warning_kind_of((int)code)->value[i]; i++) w.value[i] = value[i];
+    if (channel != FF_NO_CHANNEL) w.channel = &channel, w.n_channels = 1;
+    parameter.channel = FF_NO_CHANNEL;
+    return ff_warnings_add(out, &w);
 }

@@ -1,6 +1,6 @@
 /* Where channels differ in what is known of a parameter: a bound of one channel, a value that a parameter is held at in one of
  * them, or another one in each. */
-#include "internal_problem.h"
+#include "internal_layout.h"
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -37,22 +37,6 @@ void ff_limits_copy(const ff_limits *from, size_t from_n, size_t from_k, size_t 
         to->hi[c * n + k] = from->hi[c * from_n + from_k];
         to->init[c * n + k] = from->init[c * from_n + from_k];
     }
-}
-
-void ff_layout_range(const ff_layout *l, size_t k, double *lo, double *hi)
-{
-    size_t c;
-    const ff_model_param *p = ff_layout_param(l, k, &c);
-    const int of_channel = p >= l->m->channel && p < l->m->channel + l->m->n_channel;
-    *lo = of_channel ? ff_layout_lo(l, c, (uint32_t)(p - l->m->channel)) : p->lo;
-    *hi = of_channel ? ff_layout_hi(l, c, (uint32_t)(p - l->m->channel)) : p->hi;
-}
-
-int ff_layout_is_fixed(const ff_layout *l, size_t k)
-{
-    double lo = 0, hi = 1;
-    if (l->limits) ff_layout_range(l, k, &lo, &hi);
-    return lo == hi;
 }
 
 /* ---- names ----------------------------------------------------------------------------------- */
