@@ -56,8 +56,7 @@ typedef struct ff_robust_info {
     double      tuning; /**< b, in standard deviations of the residuals, at which 95 % of the information of normal ones is kept */
 } ff_robust_info;
 
-/** FF_LOSS_COUNT and FF_ROBUST_COUNT of the library that is linked, for programs in other languages. Results hold arrays of that
- *  length. */
+/** FF_LOSS_COUNT and FF_ROBUST_COUNT of the library that is linked, which may know more than these headers. */
 FF_API int ff_loss_count(void);
 FF_API int ff_robust_count(void);
 

@@ -27,6 +27,7 @@ extern "C" {
 /** Fits that go with a retrieval, each with the masking asked for, schlick and lambert; FF_NDF_TABULATED is the retrieved one
  * itself, as the model `tabulated` with alpha = 1. */
 enum { FF_NDF_BECKMANN = 0, FF_NDF_GGX = 1, FF_NDF_STUDENT_T = 2, FF_NDF_TABULATED = 3, FF_NDF_FITS = 4 };
+
 /** What must not rise with the angle: the density of slopes D cos^4, which lets D rise as that of ggx with alpha > 1 or of
  * student-t with gamma < 2 does, or D itself. */
 typedef enum ff_ndf_monotone { FF_NDF_MONOTONE_SLOPES = 0, FF_NDF_MONOTONE_D = 1 } ff_ndf_monotone;
@@ -110,8 +111,8 @@ FF_API double ff_ndf_result_reach(const ff_ndf_result *r);     /**< largest angl
 FF_API double ff_ndf_result_sure(const ff_ndf_result *r);      /**< largest angle at which the error is below a half   */
 FF_API double ff_ndf_result_smooth(const ff_ndf_result *r);    /**< weight of the penalty as used                      */
 FF_API double ff_ndf_result_effective(const ff_ndf_result *r); /**< parameters that the data really determine          */
-FF_API int
-ff_ndf_result_is_scaled(const ff_ndf_result *r); /**< 1: the data ask for F0 > 1; F0 is 1, the scale is ks, in all fits */
+/** 1: the data ask for F0 > 1; F0 is 1 and the scale is ks, in all fits. */
+FF_API int ff_ndf_result_is_scaled(const ff_ndf_result *r);
 FF_API int ff_ndf_result_from_back_scatter(const ff_ndf_result *r); /**< 1: it started from the power iteration             */
 FF_API double ff_ndf_result_objective(const ff_ndf_result *r);      /**< of the samples, without the penalty                */
 FF_API ff_outcome ff_ndf_result_outcome(const ff_ndf_result *r);    /**< never FF_CANCELLED                                 */

@@ -13,26 +13,19 @@
 extern "C" {
 #endif
 
-/** Longest text of a sentence, its end included: of 16 parameters in channels with the longest names, and of the longest note. */
-enum { FF_WORDS_SENTENCE = 2560 };
-
 /** A warning of a fit to p as a sentence without a full stop: "kd (12 of 121 channels, 400nm to 500nm) is on its lower bound, 0".
- *  Returns out. */
-FF_API const char *ff_words_fit_warning(const ff_problem *p, const ff_fit_result *fit, const ff_warning *w,
-                                        char out[FF_WORDS_SENTENCE]);
+ *  Into out [size], cut to fit and always terminated; returns the length of the whole sentence. */
+FF_API size_t ff_words_fit_warning(const ff_problem *p, const ff_fit_result *fit, const ff_warning *w, char *out, size_t size);
 
 /** The same of a retrieved distribution. */
-FF_API const char *ff_words_ndf_warning(const ff_problem *p, const ff_ndf_result *retrieved, const ff_warning *w,
-                                        char out[FF_WORDS_SENTENCE]);
+FF_API size_t ff_words_ndf_warning(const ff_problem *p, const ff_ndf_result *retrieved, const ff_warning *w, char *out,
+                                   size_t size);
 
 /** What follows the message that has the hint: "; say --scale, the 1/sr of one of them", "" for FF_HINT_NONE and what is none. */
 FF_API const char *ff_words_hint(ff_hint hint);
 
 /** As ff_error_format, with what the hint says behind it. */
 FF_API void ff_words_error(const ff_error *err, char *out, size_t size);
-
-/** The k-th note of t with what its hint says behind it, into out; NULL when there are not so many. Returns out. */
-FF_API const char *ff_words_note(const ff_table *t, size_t k, char out[FF_WORDS_SENTENCE]);
 
 #ifdef __cplusplus
 }

@@ -326,15 +326,19 @@ const char *ff_words_warning(const ff_words_subject *s, const ff_warning *w, cha
     return out;
 }
 
-const char *ff_words_fit_warning(const ff_problem *p, const ff_fit_result *fit, const ff_warning *w, char out[FF_WORDS_SENTENCE])
+static size_t say(const ff_words_subject *s, const ff_warning *w, char *out, size_t size)
 {
-    const ff_words_subject s = {.problem = p, .fit = fit};
-    return ff_words_warning(&s, w, out);
+    char whole[FF_WORDS_SENTENCE];
+    ff_words_warning(s, w, whole);
+    return (size_t)snprintf(out, size, "%s", whole);
 }
 
-const char *ff_words_ndf_warning(const ff_problem *p, const ff_ndf_result *retrieved, const ff_warning *w,
-                                 char out[FF_WORDS_SENTENCE])
+size_t ff_words_fit_warning(const ff_problem *p, const ff_fit_result *fit, const ff_warning *w, char *out, size_t size)
 {
-    const ff_words_subject s = {.problem = p, .retrieved = retrieved};
-    return ff_words_warning(&s, w, out);
+    return say(&(ff_words_subject){.problem = p, .fit = fit}, w, out, size);
+}
+
+size_t ff_words_ndf_warning(const ff_problem *p, const ff_ndf_result *retrieved, const ff_warning *w, char *out, size_t size)
+{
+    return say(&(ff_words_subject){.problem = p, .retrieved = retrieved}, w, out, size);
 }

@@ -7,6 +7,9 @@
 extern "C" {
 #endif
 
+/** Longest text of a sentence, its end included: of 16 parameters in channels with the longest names, and of the longest note. */
+enum { FF_WORDS_SENTENCE = 2560 };
+
 /** What a warning is about: a fit or a retrieved distribution, one of them NULL, and the problem whose channels it counts. */
 typedef struct ff_words_subject {
     const ff_problem *problem;
@@ -17,6 +20,9 @@ typedef struct ff_words_subject {
 /** A warning of s as a sentence without a full stop: "kd (12 of 121 channels, 400nm to 500nm) is on its lower bound, 0". Returns
  *  out. */
 const char *ff_words_warning(const ff_words_subject *s, const ff_warning *w, char out[FF_WORDS_SENTENCE]);
+
+/** The k-th note of t with what its hint says behind it, into out; NULL when there are not so many. Returns out. */
+const char *ff_words_note(const ff_table *t, size_t k, char out[FF_WORDS_SENTENCE]);
 
 /** Name of a parameter of a fit: "alpha_x". */
 const char *ff_words_parameter(const ff_fit_result *fit, const ff_warning_parameter *p);

@@ -201,8 +201,11 @@ static void every_code_has_a_sentence(void)
 
 static void check_sentence(const ff_words_subject *s, ff_warning w, const char *expected)
 {
-    char text[FF_WORDS_SENTENCE];
+    char text[FF_WORDS_SENTENCE], cut[8];
     FF_CHECK(!strcmp(ff_words_warning(s, &w, text), expected), "'%s', expected '%s'", text, expected);
+    if (!s->fit) return;
+    const size_t length = ff_words_fit_warning(s->problem, s->fit, &w, cut, sizeof cut);
+    FF_CHECK(length == strlen(expected) && !strncmp(cut, expected, 7) && strlen(cut) == 7, "cut to '%s'", cut);
 }
 
 /* Few channels are named, of many their number and range. */
