@@ -5,7 +5,7 @@
 #include "fit/interface/fit_struct.h"
 #include "models/model_struct.h"
 #include "base/internal_output.h"
-#include "fit/trust/picture_struct.h"
+#include "fit/picture/picture_struct.h"
 #include "ff_report.h"
 #include "ff_status.h"
 #include "data_formats/table/table_struct.h"

@@ -11,7 +11,7 @@
 #include "fit/interface/fit_struct.h"
 #include "ff_json.h"
 #include "fit/ndf/ndf_struct.h"
-#include "fit/trust/picture_struct.h"
+#include "fit/picture/picture_struct.h"
 #include "data_formats/interpolation/resample_struct.h"
 #include "fit/trust/trust_struct.h"
 #include "report/words/words_struct.h"

@@ -3,7 +3,7 @@
 #include "fit_samples.h"
 #include "data_formats/analysis/spectral_struct.h"
 #include "data_formats/interpolation/resample_struct.h"
-#include "fit/trust/picture_struct.h"
+#include "fit/picture/picture_struct.h"
 #include "fit/trust/trust_struct.h"
 
 enum { CHANNELS = 4 };

@@ -5,7 +5,7 @@
 #include "data_formats/interpolation/resample_struct.h"
 #include "ff_test.h"
 #include "fit/ndf/ndf_struct.h"
-#include "fit/trust/picture_struct.h"
+#include "fit/picture/picture_struct.h"
 #include "fit/trust/trust_struct.h"
 #include "simulate/simulate_struct.h"
 

@@ -1,6 +1,6 @@
 /* Pictures of a lit sphere: geometry, tone and exposure against plain formulas, symmetries, and the choice of a loss by them. */
 #include "fit_samples.h"
-#include "fit/trust/picture_struct.h"
+#include "fit/picture/picture_struct.h"
 #include "simulate/simulate_struct.h"
 #include "fit/losses/internal_loss.h"
 #include "warnings.h"

@@ -1,6 +1,5 @@
 /* What is told of fits, for programs that do not see inside: options of any version, what is made behind pointers. */
 #include "base/internal_options.h"
-#include "picture_struct.h"
 #include "trust_struct.h"
 #include <stdlib.h>
 #include <string.h>
@@ -146,62 +145,4 @@ ff_status ff_trust_channels_differ(const ff_fit_result *const *fits, size_t n, f
     const ff_status s = ff_trust_channels_differ_into(all, n, out, err);
     free(all);
     return s;
-}
-
-/* ---- the loss by pictures -------------------------------------------------------------------- */
-
-ff_status ff_fit_adaptive(const ff_table *t, const ff_model *m, const ff_fit_options *o, ff_adaptive **out, ff_error *err)
-{
-    ff_fit_options own;
-    o = ff_fit_options_take(o, &own, err);
-    if (!o) return FF_ERR_RANGE;
-    ff_adaptive *made = malloc(sizeof *made);
-    if (!made) return no_memory(err);
-    const ff_status s = ff_fit_adaptive_into(t, m, o, made, err);
-    if (s)
-        free(made);
-    else
-        *out = made;
-    return s;
-}
-
-void ff_adaptive_free(ff_adaptive *a)
-{
-    if (a) ff_adaptive_clear(a);
-    free(a);
-}
-
-size_t ff_adaptive_count(const ff_adaptive *a)
-{
-    return a->n;
-}
-
-size_t ff_adaptive_chosen(const ff_adaptive *a)
-{
-    return a->chosen;
-}
-
-ff_loss ff_adaptive_loss(const ff_adaptive *a, size_t k)
-{
-    return a->candidate[k].loss;
-}
-
-double ff_adaptive_difference(const ff_adaptive *a, size_t k)
-{
-    return a->candidate[k].difference;
-}
-
-const ff_fit_result *ff_adaptive_fit(const ff_adaptive *a, size_t k)
-{
-    return &a->candidate[k].fit;
-}
-
-ff_picture_coverage ff_adaptive_coverage(const ff_adaptive *a)
-{
-    return a->coverage;
-}
-
-const ff_problem *ff_adaptive_problem(const ff_adaptive *a)
-{
-    return a->problem;
 }

@@ -1,7 +1,7 @@
 /* The robust losses as the fit uses them: a constant descriptor each.
  *
- * A new one is one file robust_<id>.c with its descriptor and one line in ff_robusts.def. The files are compiled once per instruction
- * set. Planes have FF_BLOCK entries. */
+ * A new one is one file robust_<id>.c with its descriptor and one line in ff_robusts.def. The files are compiled once per
+ * instruction set. Planes have FF_BLOCK entries. */
 #ifndef FF_INTERNAL_ROBUST_H
 #define FF_INTERNAL_ROBUST_H
 #include "base/internal_isa.h"
