@@ -6,6 +6,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/mman.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -44,6 +45,56 @@ ff_status ff_input_read(int fd, const char *path, int64_t offset, void *out, siz
     }
     *got = done;
     return FF_OK;
+}
+
+/* ---- looking before reading ------------------------------------------------------------------ */
+
+static ff_status write_all(int fd, const char *bytes, size_t n, ff_error *err)
+{
+    for (size_t done = 0; done < n;) {
+        const ssize_t w = write(fd, bytes + done, n - done);
+        if (w < 0 && errno == EINTR) continue;
+        if (w <= 0) return ff_error_set(err, FF_ERR_MEMORY, "-", 0, -1, "no memory for what comes through a pipe");
+        done += (size_t)w;
+    }
+    return FF_OK;
+}
+
+static ff_status copy_all(int from, int to, ff_error *err)
+{
+    char block[1 << 16];
+    for (int64_t at = 0;; at += (int64_t)sizeof block) {
+        size_t got = 0;
+        ff_status status = ff_input_read(from, "-", at, block, sizeof block, &got, err);
+        if (status == FF_OK) status = write_all(to, block, got, err);
+        if (status != FF_OK || got < sizeof block) return status;
+    }
+}
+
+static ff_status keep_pipe(int pipe, ff_error *err)
+{
+    const int copy = memfd_create("facetfit-stdin", MFD_CLOEXEC);
+    if (copy < 0) return ff_error_set(err, FF_ERR_MEMORY, "-", 0, -1, "no memory for what comes through a pipe");
+    ff_status status = copy_all(pipe, copy, err);
+    if (status == FF_OK && (lseek(copy, 0, SEEK_SET) != 0 || dup2(copy, STDIN_FILENO) < 0))
+        status = ff_error_set(err, FF_ERR_READ, "-", 0, -1, "cannot be kept: %s", strerror(errno));
+    close(copy);
+    return status;
+}
+
+ff_status ff_input_look(const char *path, int *fd, int64_t *size, ff_error *err)
+{
+    ff_status status = ff_input_open(path, fd, size, err);
+    if (status != FF_OK || *size >= 0 || strcmp(path, "-") != 0) return status;
+    status = keep_pipe(*fd, err);
+    close(*fd);
+    return status == FF_OK ? ff_input_open(path, fd, size, err) : status;
+}
+
+void ff_input_unlook(const char *path, int fd, size_t looked_at)
+{
+    if (strcmp(path, "-") == 0) lseek(fd, -(off_t)looked_at, SEEK_CUR); /* the place is that of standard input itself */
+    close(fd);
 }
 
 size_t ff_byte_order_mark(const void *head, size_t n)

@@ -8,6 +8,13 @@
  *  FF_ERR_OPEN for a missing file, a directory, no permission. The caller closes *fd. */
 ff_status ff_input_open(const char *path, int *fd, int64_t *size, ff_error *err);
 
+/** Opens path to look at its first bytes before it is read from there. Standard input that cannot be wound back, a pipe, is copied to
+ *  memory, and the copy takes its place as the process's standard input. Any other pipe or device has *size = -1 as before, and what is
+ *  looked at is gone. Close it with ff_input_unlook, which goes back to where it began. Errors as ff_input_open, FF_ERR_READ,
+ *  FF_ERR_MEMORY. Not for several threads at once where path is "-". */
+ff_status ff_input_look(const char *path, int *fd, int64_t *size, ff_error *err);
+void ff_input_unlook(const char *path, int fd, size_t looked_at);
+
 /** Reads up to `bytes` bytes into out and stops early only at the end of the input; *got is what arrived.
  *  `offset` is the position of the first of them, for the message of FF_ERR_READ. */
 ff_status ff_input_read(int fd, const char *path, int64_t offset, void *out, size_t bytes, size_t *got, ff_error *err);

@@ -74,11 +74,12 @@ static ff_status not_recognised(const char *path, const unsigned char *head, siz
                         ff_quote((const char *)head, shown, text), list_names(0, names));
 }
 
-static ff_status detect_in(int fd, const char *path, int64_t size, const ff_format **out, ff_error *err)
+static ff_status detect_in(int fd, const char *path, int64_t size, size_t *looked_at, const ff_format **out, ff_error *err)
 {
     unsigned char head[HEAD_BYTES];
     size_t n = 0;
     ff_status status = ff_input_read(fd, path, 0, head, sizeof head, &n, err);
+    *looked_at = n;
     if (status != FF_OK) return status;
     if (n == 0) return ff_error_set(err, FF_ERR_READ, path, 0, 0, "found an empty file, expected a measurement");
     const size_t mark = ff_byte_order_mark(head, n);
@@ -92,15 +93,16 @@ ff_status ff_format_detect(const char *path, const ff_format **out, ff_error *er
 {
     int fd;
     int64_t size;
-    ff_status status = ff_input_open(path, &fd, &size, err);
+    size_t looked_at = 0;
+    ff_status status = ff_input_look(path, &fd, &size, err);
     if (status != FF_OK) return status;
     if (size < 0) /* looking at the content of a pipe would use it up */
         status = ff_error_set(
             err, FF_ERR_UNSUPPORTED, path, 0, -1,
             "found a pipe or device, whose format cannot be found by looking at it; expected a file or the name of its format");
     else
-        status = detect_in(fd, path, size, out, err);
-    close(fd);
+        status = detect_in(fd, path, size, &looked_at, out, err);
+    ff_input_unlook(path, fd, looked_at);
     return status;
 }
 
