@@ -8,10 +8,10 @@
  *  FF_ERR_OPEN for a missing file, a directory, no permission. The caller closes *fd. */
 ff_status ff_input_open(const char *path, int *fd, int64_t *size, ff_error *err);
 
-/** Opens path to look at its first bytes before it is read from there. Standard input that cannot be wound back, a pipe, is copied to
- *  memory, and the copy takes its place as the process's standard input. Any other pipe or device has *size = -1 as before, and what is
- *  looked at is gone. Close it with ff_input_unlook, which goes back to where it began. Errors as ff_input_open, FF_ERR_READ,
- *  FF_ERR_MEMORY. Not for several threads at once where path is "-". */
+/** Opens path to look at its first bytes before it is read from there. Standard input that cannot be wound back, a pipe, is copied
+ * to memory, and the copy takes its place as the process's standard input. Any other pipe or device has *size = -1 as before, and
+ * what is looked at is gone. Close it with ff_input_unlook, which goes back to where it began. Errors as ff_input_open,
+ * FF_ERR_READ, FF_ERR_MEMORY. Not for several threads at once where path is "-". */
 ff_status ff_input_look(const char *path, int *fd, int64_t *size, ff_error *err);
 void ff_input_unlook(const char *path, int fd, size_t looked_at);
 

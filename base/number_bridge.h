@@ -14,8 +14,8 @@ enum { FF_NUMBER_DIGITS = 17, FF_NUMBER_FIXED = 24 };
  * the nearest to it. Returns the length (no '\0'). Any thread. */
 unsigned ff_number_fixed(double value, char out[FF_NUMBER_FIXED]) FF_NOEXCEPT;
 
-/* The fewest decimal digits of any value > 0, chosen likewise: digits[0] . digits[1] ... 10^exponent. Returns how many; the last one is
- * not 0. Any thread. */
+/* The fewest decimal digits of any value > 0, chosen likewise: digits[0] . digits[1] ... 10^exponent. Returns how many; the last
+ * one is not 0. Any thread. */
 int ff_number_digits(double value, char digits[FF_NUMBER_DIGITS], int *exponent) FF_NOEXCEPT;
 
 #undef FF_NOEXCEPT

@@ -35,7 +35,7 @@ static const char bash_head[] = "# bash completion of facetfit, written by 'face
                                 "    local IFS=$' \\t\\n' current=$1\n"
                                 "    shift\n"
                                 "    COMPREPLY=($(compgen -W \"$*\" -- \"$current\"))\n"
-    "    return 0\n"
+                                "    return 0\n"
                                 "}\n"
                                 "\n"
                                 "_facetfit_list() { # separator current word...: what follows the last separator\n"
@@ -44,14 +44,14 @@ static const char bash_head[] = "# bash completion of facetfit, written by 'face
                                 "    case $current in *\"$separator\"*) before=${current%\"$separator\"*}$separator ;; esac\n"
                                 "    COMPREPLY=($(compgen -P \"$before\" -W \"$*\" -- \"${current#\"$before\"}\"))\n"
                                 "    compopt -o nospace 2>/dev/null\n"
-    "    return 0\n"
+                                "    return 0\n"
                                 "}\n"
                                 "\n"
                                 "_facetfit_path() { # -f|-d current\n"
                                 "    local IFS=$'\\n'\n"
                                 "    COMPREPLY=($(compgen \"$1\" -- \"$2\"))\n"
                                 "    compopt -o filenames 2>/dev/null\n"
-    "    return 0\n"
+                                "    return 0\n"
                                 "}\n\n";
 
 static const char bash_tail[] =

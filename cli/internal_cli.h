@@ -22,14 +22,13 @@ int cli_command_run(const cli_args *args);
 /* Index of the instruction set that --isa names. Exit status. */
 int cli_isa(const cli_args *args, ff_isa *out);
 
-
 /* ---- a model and its parameters ----------------------------------------------------------------------------------------------*/
 
 /* What --ndf-table names: the profile of `tabulated` lobes. NULL where the flag is not given. */
 typedef struct cli_tables {
     struct ff_profile_table *profile;
 } cli_tables;
-int  cli_tables_read(const cli_args *args, cli_tables *out);
+int cli_tables_read(const cli_args *args, cli_tables *out);
 void cli_tables_free(cli_tables *tables);
 /* Gives the lobes of m their tables, which must outlive it. FF_ERR_UNSUPPORTED when one is needed and there is none. */
 ff_status cli_tables_give(const cli_tables *tables, ff_model *m, ff_error *err);
@@ -42,15 +41,15 @@ int cli_hold_and_free(const cli_args *args, ff_model *m, int where_present);
  * line. */
 typedef struct cli_constraints {
     ff_constraints c;
-    ff_bound      *bound;
-    ff_prior      *prior;
-    ff_tie        *tie;
-    ff_fixed      *fixed;
-    size_t         n_names, n_values;
-    char         **names;
-    double       **values;
+    ff_bound *bound;
+    ff_prior *prior;
+    ff_tie *tie;
+    ff_fixed *fixed;
+    size_t n_names, n_values;
+    char **names;
+    double **values;
 } cli_constraints;
-int  cli_constraints_read(const cli_args *args, const ff_model *model, size_t n, int where_present, cli_constraints *out);
+int cli_constraints_read(const cli_args *args, const ff_model *model, size_t n, int where_present, cli_constraints *out);
 void cli_constraints_free(cli_constraints *constraints);
 
 /* A usage error for a name of --free or --fix that none of n models has. */
@@ -61,14 +60,14 @@ const char *cli_param_nearest(const ff_model *model, size_t n, const char *name)
 
 typedef struct cli_scene {
     ff_model model;
-    size_t   n_channels;
-    double   shape[FF_MAX_SHAPE];
-    double  *channel; /* [n_channels][model.n_channel] */
+    size_t n_channels;
+    double shape[FF_MAX_SHAPE];
+    double *channel; /* [n_channels][model.n_channel] */
     cli_tables tables;
 } cli_scene;
 
 /* The expression with every --set applied. As many channels as the longest list v1:v2:..., at least `least_channels`. */
-int  cli_scene_make(const cli_args *args, const char *expression, size_t least_channels, cli_scene *out);
+int cli_scene_make(const cli_args *args, const char *expression, size_t least_channels, cli_scene *out);
 void cli_scene_free(cli_scene *scene);
 /* "" for one channel, "_r", "_g", "_b" for three, "_c0" ... otherwise. */
 const char *cli_channel_suffix(size_t n_channels, size_t c, char out[24]);
@@ -101,16 +100,16 @@ int cli_report(const cli_args *args, const cli_form *form, const void *context);
 /* A table of numbers, row by row, as CSV or, with --json, as the command's JSON: {columns, rows}. */
 typedef struct cli_rows {
     ff_output csv, json;
-    int       with_csv, with_json;
-    ff_json   writer;
-    size_t    column;
+    int with_csv, with_json;
+    ff_json writer;
+    size_t column;
 } cli_rows;
-int  cli_rows_open(const cli_args *args, cli_rows *rows);
-void cli_rows_column(cli_rows *rows, const char *name);  /* each column once, then cli_rows_end_header */
+int cli_rows_open(const cli_args *args, cli_rows *rows);
+void cli_rows_column(cli_rows *rows, const char *name); /* each column once, then cli_rows_end_header */
 void cli_rows_end_header(cli_rows *rows);
-void cli_rows_number(cli_rows *rows, double x);          /* each cell, then cli_rows_end_row */
+void cli_rows_number(cli_rows *rows, double x); /* each cell, then cli_rows_end_row */
 void cli_rows_end_row(cli_rows *rows);
-int  cli_rows_commit(cli_rows *rows);
+int cli_rows_commit(cli_rows *rows);
 void cli_rows_abort(cli_rows *rows);
 
 /* ---- Ctrl-C ------------------------------------------------------------------------------------------------------------------*/
@@ -122,18 +121,18 @@ const volatile int *cli_catch_signals(void);
 
 /* Data, options and problems that both share. */
 typedef struct cli_fitting {
-    const char     *path;
-    ff_table        table;
-    ff_fit_options  options;
-    size_t          n_problems;
-    ff_problem    **problem;
-    int             progress;      /* 1: shown on stderr                                            */
-    int             keeps_samples; /* 1: the table still has its samples; else only what a report says of it */
-    int             choose_loss;   /* 1: --loss auto; cli_fitting_open leaves the problems to cli_fitting_choose */
+    const char *path;
+    ff_table table;
+    ff_fit_options options;
+    size_t n_problems;
+    ff_problem **problem;
+    int progress;      /* 1: shown on stderr                                            */
+    int keeps_samples; /* 1: the table still has its samples; else only what a report says of it */
+    int choose_loss;   /* 1: --loss auto; cli_fitting_open leaves the problems to cli_fitting_choose */
 } cli_fitting;
 /* Reads args->word[0]; the n_models models are those that will be fitted. keep_samples: also where only the problems need
  * them. Exit status; close only after EXIT_DONE. */
-int  cli_fitting_open(const cli_args *args, const ff_model *models, size_t n_models, int keep_samples, cli_fitting *out);
+int cli_fitting_open(const cli_args *args, const ff_model *models, size_t n_models, int keep_samples, cli_fitting *out);
 void cli_fitting_close(cli_fitting *f);
 /* Where the scale of a robust loss is to be estimated: by m, for all fits to this problem. */
 ff_status cli_fitting_scale(cli_fitting *f, size_t problem, const ff_model *m, ff_error *err);
@@ -146,22 +145,21 @@ int cli_fitting_say_outcome(const ff_fit_result *fit);
 /* Fits for the report; `fit` [n_fits]. */
 ff_report_fits cli_fitting_report(const cli_args *args, const cli_fitting *f, const ff_fit_result *fit, size_t n_fits);
 
-
 /* ---- how far fits can be trusted ---------------------------------------------------------------------------------------------*/
 
 /* What the flags ask for, and what came of it. Zero is a legal one to free. */
 typedef struct cli_trust {
-    size_t           bootstrap, folds; /* 0: none                              */
-    uint64_t         seed;
-    int              profile;
-    double           cut_off;          /* radians; 0: none                     */
-    int              cut_off_given;    /* 1: asked for                         */
-    const char      *residuals;        /* file; NULL: none                     */
-    size_t           n_fits, n_places;
-    ff_report_trust *each;             /* [n_fits]                             */
-    ff_places       *places;           /* [n_places] one for each problem      */
-    int              has_difference;
-    ff_difference    difference;
+    size_t bootstrap, folds; /* 0: none                              */
+    uint64_t seed;
+    int profile;
+    double cut_off;        /* radians; 0: none                     */
+    int cut_off_given;     /* 1: asked for                         */
+    const char *residuals; /* file; NULL: none                     */
+    size_t n_fits, n_places;
+    ff_report_trust *each; /* [n_fits]                             */
+    ff_places *places;     /* [n_places] one for each problem      */
+    int has_difference;
+    ff_difference difference;
 } cli_trust;
 
 /* --saturation, --noise-floor, --negative. Exit status, as all here. */

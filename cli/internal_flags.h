@@ -18,32 +18,32 @@ enum { EXIT_DONE = 0, EXIT_ANSWER_IS_NO = 1, EXIT_USAGE = 2, EXIT_INPUT = 3, EXI
 
 /* What a word of the command line is. The kind says how it is checked, completed and described. */
 typedef enum cli_kind {
-    KIND_SWITCH = 0,   /* a flag without a value                                                         */
-    KIND_INPUT_FILE,   /* "-": standard input                                                            */
-    KIND_OUTPUT_FILE,  /* "-": standard output                                                           */
+    KIND_SWITCH = 0,  /* a flag without a value                                                         */
+    KIND_INPUT_FILE,  /* "-": standard input                                                            */
+    KIND_OUTPUT_FILE, /* "-": standard output                                                           */
     KIND_FOLDER,
-    KIND_NUMBER,       /* in [lo, hi], or (lo, hi] with `above`                                          */
-    KIND_ANGLE,        /* the same, in degrees                                                           */
-    KIND_INTEGER,      /* in [lo, hi], hi = 0: any                                                       */
-    KIND_NUMBERS,      /* such numbers, "a,b,c" or "{a,b,c}"                                             */
-    KIND_WORD,         /* one of `words`                                                                 */
-    KIND_WORDS,        /* some of `words`, separated by commas                                           */
-    KIND_WORD_DETAIL,  /* one of `words`, and after a ':' what it takes, which the command reads         */
-    KIND_EXPRESSION,   /* a model                                                                        */
-    KIND_ASSIGNMENTS,  /* parameters with what is said of them; the command reads them                   */
-    KIND_TEXT          /* the command reads it; `words` are suggestions                                  */
+    KIND_NUMBER,      /* in [lo, hi], or (lo, hi] with `above`                                          */
+    KIND_ANGLE,       /* the same, in degrees                                                           */
+    KIND_INTEGER,     /* in [lo, hi], hi = 0: any                                                       */
+    KIND_NUMBERS,     /* such numbers, "a,b,c" or "{a,b,c}"                                             */
+    KIND_WORD,        /* one of `words`                                                                 */
+    KIND_WORDS,       /* some of `words`, separated by commas                                           */
+    KIND_WORD_DETAIL, /* one of `words`, and after a ':' what it takes, which the command reads         */
+    KIND_EXPRESSION,  /* a model                                                                        */
+    KIND_ASSIGNMENTS, /* parameters with what is said of them; the command reads them                   */
+    KIND_TEXT         /* the command reads it; `words` are suggestions                                  */
 } cli_kind;
 int cli_kind_is_file(cli_kind kind);
 
 /* The i-th word of a closed list, NULL after the last. */
 typedef const char *cli_words(size_t i);
-cli_words cli_words_loss, cli_words_loss_auto, cli_meaning_loss, cli_words_robust, cli_meaning_robust, cli_words_weighting, cli_words_shape, cli_words_channels,
-    cli_words_channels_one, cli_words_isa, cli_words_quantity, cli_words_monotone, cli_words_negative, cli_words_ndf,
-    cli_words_masking, cli_words_masking_one, cli_words_fresnel, cli_words_diffuse, cli_words_model, cli_words_read,
-    cli_words_written, cli_words_grid, cli_words_reduce, cli_words_from, cli_words_to, cli_words_by, cli_words_table,
-    cli_words_shell;
+cli_words cli_words_loss, cli_words_loss_auto, cli_meaning_loss, cli_words_robust, cli_meaning_robust, cli_words_weighting,
+    cli_words_shape, cli_words_channels, cli_words_channels_one, cli_words_isa, cli_words_quantity, cli_words_monotone,
+    cli_words_negative, cli_words_ndf, cli_words_masking, cli_words_masking_one, cli_words_fresnel, cli_words_diffuse,
+    cli_words_model, cli_words_read, cli_words_written, cli_words_grid, cli_words_reduce, cli_words_from, cli_words_to,
+    cli_words_by, cli_words_table, cli_words_shell;
 
-int    cli_words_find(cli_words *words, const char *word, size_t length); /* index, -1 = none of them */
+int cli_words_find(cli_words *words, const char *word, size_t length); /* index, -1 = none of them */
 size_t cli_words_count(cli_words *words);
 /* "a, b, c", as much as fits. */
 const char *cli_words_list(cli_words *words, char *out, size_t size);
@@ -64,31 +64,31 @@ typedef enum cli_command_id {
 /* A positional word. */
 typedef struct cli_place {
     const char *name; /* as the usage line and messages call it; NULL = no more */
-    cli_kind    kind;
-    cli_words  *words;
-    int         optional; /* left out: standard input, of a file; of a NAME=VALUE, any number of them */
+    cli_kind kind;
+    cli_words *words;
+    int optional; /* left out: standard input, of a file; of a NAME=VALUE, any number of them */
 } cli_place;
 
 enum { CLI_PLACES = 2, CLI_EXAMPLES = 3 };
 typedef struct cli_command {
     cli_command_id id;
-    const char    *name;
-    const char    *usage;   /* of the whole line where it is not the places; NULL: those               */
-    const char    *summary; /* one line                                                                */
-    const char    *more;    /* paragraphs, separated by a newline                                      */
-    cli_place      place[CLI_PLACES];
-    size_t         repeats; /* words that may follow the last place, as the first one                  */
-    ff_schema      schema, listed; /* what --json writes, and with --list; 0: the command has no JSON  */
+    const char *name;
+    const char *usage;   /* of the whole line where it is not the places; NULL: those               */
+    const char *summary; /* one line                                                                */
+    const char *more;    /* paragraphs, separated by a newline                                      */
+    cli_place place[CLI_PLACES];
+    size_t repeats;           /* words that may follow the last place, as the first one                  */
+    ff_schema schema, listed; /* what --json writes, and with --list; 0: the command has no JSON  */
     /* Command lines that work in a folder which has what docs/flags.md says of it. */
-    const char    *example[CLI_EXAMPLES];
+    const char *example[CLI_EXAMPLES];
 } cli_command;
 
-size_t             cli_command_count(void);
+size_t cli_command_count(void);
 const cli_command *cli_command_at(size_t i);
 const cli_command *cli_command_find(const char *name); /* NULL when unknown */
 /* "FILE", "EXPR [FILE]" */
-const char        *cli_command_usage(const cli_command *command, char *out, size_t size);
-const char        *cli_command_nearest(const char *word);
+const char *cli_command_usage(const cli_command *command, char *out, size_t size);
+const char *cli_command_nearest(const char *word);
 
 /* Headings of --help, in this order. */
 typedef enum cli_group {
@@ -115,65 +115,65 @@ typedef enum cli_flag_id {
 
 /* What a flag is to some of its commands, where that differs; NULL or 0: as the flag itself. */
 typedef struct cli_flag_other {
-    unsigned    commands; /* bits 1 << cli_command_id; 0 = no more */
+    unsigned commands; /* bits 1 << cli_command_id; 0 = no more */
     const char *help, *otherwise, *placeholder;
-    cli_kind    kind;
-    cli_words  *words;
-    int         group; /* of this command, cli_group + 1 */
+    cli_kind kind;
+    cli_words *words;
+    int group; /* of this command, cli_group + 1 */
 } cli_flag_other;
 
 enum { CLI_OTHERS = 3 };
 typedef struct cli_flag {
     const char *name;
-    char        letter;      /* short form, 0 = none                                                     */
-    cli_kind    kind;
+    char letter; /* short form, 0 = none                                                     */
+    cli_kind kind;
     const char *placeholder; /* of the value; NULL for a switch                                          */
-    double      lo, hi;      /* of numbers                                                               */
-    int         above;       /* 1: lo itself is none of them                                             */
-    cli_words  *words;
-    cli_words  *meaning;     /* of the i-th of `words`, a line each under the flag; NULL where the words say it themselves */
-    cli_group   group;
-    unsigned    commands;    /* bits 1 << cli_command_id                                                 */
-    const char *help;        /* one line, without the default                                            */
-    const char *more;        /* what the man page adds; NULL = nothing                                   */
-    const char *otherwise;   /* what it is when it is not given, as shown; NULL where that says nothing  */
-    int         repeatable;  /* 1: all that are given count; 0: the last one                             */
-    int         negatable;   /* 1: --no-NAME too                                                         */
-    const char *without;     /* the value when none follows, as the last word or before a flag; NULL = one must */
-    const char *older;       /* an earlier spelling that still works; NULL = none                        */
+    double lo, hi;           /* of numbers                                                               */
+    int above;               /* 1: lo itself is none of them                                             */
+    cli_words *words;
+    cli_words *meaning; /* of the i-th of `words`, a line each under the flag; NULL where the words say it themselves */
+    cli_group group;
+    unsigned commands;     /* bits 1 << cli_command_id                                                 */
+    const char *help;      /* one line, without the default                                            */
+    const char *more;      /* what the man page adds; NULL = nothing                                   */
+    const char *otherwise; /* what it is when it is not given, as shown; NULL where that says nothing  */
+    int repeatable;        /* 1: all that are given count; 0: the last one                             */
+    int negatable;         /* 1: --no-NAME too                                                         */
+    const char *without;   /* the value when none follows, as the last word or before a flag; NULL = one must */
+    const char *older;     /* an earlier spelling that still works; NULL = none                        */
     cli_flag_other other[CLI_OTHERS];
 } cli_flag;
 
 const cli_flag *cli_flag_at(cli_flag_id flag);
-int             cli_flag_has(const cli_flag *flag, const cli_command *command); /* does it belong to the command? */
+int cli_flag_has(const cli_flag *flag, const cli_command *command); /* does it belong to the command? */
 /* The flag as the command has it. */
-cli_flag        cli_flag_of(cli_flag_id flag, const cli_command *command);
-const char     *cli_flag_name(cli_flag_id flag);
+cli_flag cli_flag_of(cli_flag_id flag, const cli_command *command);
+const char *cli_flag_name(cli_flag_id flag);
 
 /* ---- a command line --------------------------------------------------------------------------------------------------------*/
 
 /* A command line taken apart. Words are those of argv. */
 typedef struct cli_args {
     const cli_command *command;
-    size_t             n_words, n_given;
-    const char       **word;   /* [n_words] positional           */
-    int               *flag;   /* [n_given] cli_flag_id          */
-    const char       **value;  /* [n_given] NULL for a switch, "no" for one that is switched off */
-    ff_report_head     head;   /* the whole command line         */
+    size_t n_words, n_given;
+    const char **word;   /* [n_words] positional           */
+    int *flag;           /* [n_given] cli_flag_id          */
+    const char **value;  /* [n_given] NULL for a switch, "no" for one that is switched off */
+    ff_report_head head; /* the whole command line         */
 } cli_args;
 
 /* Takes argv apart for `command` (argv[0] is its first word); every value is one of its kind. Exit status; cli_args_free
  * afterwards, whatever it is. */
-int  cli_args_parse(const cli_command *command, int argc, char **argv, cli_args *out);
+int cli_args_parse(const cli_command *command, int argc, char **argv, cli_args *out);
 void cli_args_free(cli_args *args);
 
-int         cli_given(const cli_args *args, cli_flag_id flag);                        /* how often       */
+int cli_given(const cli_args *args, cli_flag_id flag);                                /* how often       */
 const char *cli_value(const cli_args *args, cli_flag_id flag, const char *otherwise); /* of the last one */
 /* The last value of a flag of that kind, `otherwise` when there is none. The parser has checked it. */
-int      cli_switch(const cli_args *args, cli_flag_id flag, int otherwise);
-double   cli_number(const cli_args *args, cli_flag_id flag, double otherwise);
+int cli_switch(const cli_args *args, cli_flag_id flag, int otherwise);
+double cli_number(const cli_args *args, cli_flag_id flag, double otherwise);
 uint64_t cli_integer(const cli_args *args, cli_flag_id flag, uint64_t otherwise);
-int      cli_word(const cli_args *args, cli_flag_id flag, int otherwise); /* index into its words */
+int cli_word(const cli_args *args, cli_flag_id flag, int otherwise); /* index into its words */
 
 /* Is `value` one of the flag's kind? EXIT_DONE, or EXIT_USAGE and a message with flag, value and what was expected. */
 int cli_value_check(const cli_args *args, const cli_flag *flag, const char *value);
@@ -191,8 +191,8 @@ enum { CLI_NAME = 64, CLI_VALUES = 1024 };
 
 /* "NAME=REST", or "NAME[CHANNEL]=REST" */
 typedef struct cli_assignment {
-    char        name[CLI_NAME], channel[CLI_NAME]; /* channel: "" = none was named     */
-    const char *rest;                              /* after '=', in the word; NULL where there is none */
+    char name[CLI_NAME], channel[CLI_NAME]; /* channel: "" = none was named     */
+    const char *rest;                       /* after '=', in the word; NULL where there is none */
 } cli_assignment;
 /* 0 when it is not of that form. */
 int cli_assignment_read(const char *word, cli_assignment *out);
@@ -225,14 +225,14 @@ void cli_help_command(const cli_command *command, FILE *out);
 void cli_help(FILE *out);
 void cli_man(const char *version, FILE *out);
 void cli_man_command(const cli_command *command, const char *version, FILE *out);
-void cli_page(FILE *out); /* docs/flags.md */
+void cli_page(FILE *out);                /* docs/flags.md */
 void cli_complete(int shell, FILE *out); /* shell: index into cli_words_shell */
 
 /* ---- messages --------------------------------------------------------------------------------------------------------------*/
 
-void cli_message(const char *format, ...) __attribute__((format(printf, 1, 2)));     /* "facetfit: ..." on stderr */
-int  cli_usage(const cli_args *args, const char *format, ...) __attribute__((format(printf, 2, 3))); /* with a hint; EXIT_USAGE */
-int  cli_exit_status(ff_status status);
-int  cli_failed(ff_status status, const ff_error *err); /* message and exit status */
-void cli_notes(const char *path, const ff_table *t);    /* notes of a table, as messages */
+void cli_message(const char *format, ...) __attribute__((format(printf, 1, 2)));                    /* "facetfit: ..." on stderr */
+int cli_usage(const cli_args *args, const char *format, ...) __attribute__((format(printf, 2, 3))); /* with a hint; EXIT_USAGE */
+int cli_exit_status(ff_status status);
+int cli_failed(ff_status status, const ff_error *err); /* message and exit status */
+void cli_notes(const char *path, const ff_table *t);   /* notes of a table, as messages */
 #endif

@@ -22,8 +22,8 @@ typedef enum ff_json_layout {
 
 /** A writer; fill with ff_json_begin. At most FF_JSON_DEPTH levels. */
 typedef struct ff_json {
-    FILE         *file;
-    int           depth;
+    FILE *file;
+    int depth;
     unsigned char filled[FF_JSON_DEPTH + 1], line[FF_JSON_DEPTH + 1], array[FF_JSON_DEPTH + 1];
 } ff_json;
 

@@ -34,8 +34,8 @@ ff_status ff_report_schema_json(ff_schema schema, FILE *out);
 
 /** What was asked, for the head of every JSON document. */
 typedef struct ff_report_head {
-    const char        *version;
-    size_t             n_command;
+    const char *version;
+    size_t n_command;
     const char *const *command; /**< [n_command] words of the command line                      */
 } ff_report_head;
 
@@ -44,36 +44,42 @@ void ff_report_head_json(ff_json *j, ff_schema schema, const ff_report_head *hea
 
 /** What is known of a fit beyond its result; a part that is not there was not asked for. */
 typedef struct ff_report_trust {
-    int          has_bands, has_versus, has_cut_off, has_bootstrap, has_outliers;
-    ff_bands     bands;
-    ff_versus    versus;  /**< against the best of its problem: all 0 for that one      */
-    ff_cut_off   cut_off;
+    int has_bands, has_versus, has_cut_off, has_bootstrap, has_outliers;
+    ff_bands bands;
+    ff_versus versus; /**< against the best of its problem: all 0 for that one      */
+    ff_cut_off cut_off;
     ff_bootstrap bootstrap;
-    ff_outliers  outliers;
+    ff_outliers outliers;
 } ff_report_trust;
 
 /** Written forms of the main table of a report, for --table: text as in the report; CSV (RFC 4180) and TSV for programs, with a
  *  name for every column, all digits, and empty cells where there is no number; Markdown and LaTeX (tabular) to be pasted. */
-typedef enum ff_table_form { FF_TABLE_TEXT = 0, FF_TABLE_CSV = 1, FF_TABLE_TSV = 2, FF_TABLE_MARKDOWN = 3, FF_TABLE_LATEX = 4 } ff_table_form;
+typedef enum ff_table_form {
+    FF_TABLE_TEXT = 0,
+    FF_TABLE_CSV = 1,
+    FF_TABLE_TSV = 2,
+    FF_TABLE_MARKDOWN = 3,
+    FF_TABLE_LATEX = 4
+} ff_table_form;
 const char *ff_table_form_name(int form); /**< "text", "csv", "tsv", "md", "latex"; NULL for a number that is none */
 
 /** Fits of one data set. A problem is a choice of channels: one for rgb and mean, one per channel for each. Every model is fitted
  *  to every problem; fit k belongs to problem k / (n_fits / n_problems). */
 typedef struct ff_report_fits {
-    ff_report_head           head;
-    const char              *path;       /**< of the data                                       */
-    const ff_table          *table;      /**< format and notes                                  */
-    const ff_fit_options    *options;
-    size_t                   n_problems;
-    const ff_problem *const *problem;    /**< [n_problems]                                      */
-    size_t                   n_fits;     /**< a multiple of n_problems                          */
-    const ff_fit_result     *fit;        /**< [n_fits]                                          */
-    const ff_report_trust   *trust;      /**< [n_fits], NULL = none                              */
-    size_t                   folds;      /**< of the cross-validation; 0 = none                  */
-    const ff_places         *places;     /**< [n_problems], NULL where nothing needed them        */
-    const ff_difference     *difference; /**< between the channels, each fitted alone; NULL       */
-    const ff_adaptive       *adaptive;   /**< how the loss was chosen, where it was; else NULL; fit is its chosen one */
-    size_t                   rows;       /**< of a comparison's text, at most; 0 = all            */
+    ff_report_head head;
+    const char *path;      /**< of the data                                       */
+    const ff_table *table; /**< format and notes                                  */
+    const ff_fit_options *options;
+    size_t n_problems;
+    const ff_problem *const *problem; /**< [n_problems]                                      */
+    size_t n_fits;                    /**< a multiple of n_problems                          */
+    const ff_fit_result *fit;         /**< [n_fits]                                          */
+    const ff_report_trust *trust;     /**< [n_fits], NULL = none                              */
+    size_t folds;                     /**< of the cross-validation; 0 = none                  */
+    const ff_places *places;          /**< [n_problems], NULL where nothing needed them        */
+    const ff_difference *difference;  /**< between the channels, each fitted alone; NULL       */
+    const ff_adaptive *adaptive;      /**< how the loss was chosen, where it was; else NULL; fit is its chosen one */
+    size_t rows;                      /**< of a comparison's text, at most; 0 = all            */
 } ff_report_fits;
 
 /** Indices of the fits of problem p by rising objective, into rank [n_fits / n_problems]; equal ones keep their order. */
@@ -93,7 +99,8 @@ ff_status ff_report_fit_text(const ff_report_fits *r, FILE *out);
 /** Fits as rows, best first and marked '*', at most r->rows of them, then the best objective of every masking. */
 ff_status ff_report_compare_text(const ff_report_fits *r, FILE *out);
 
-/** Writes the root mean squares of r into the open object of j, a key for every loss that has one: "cosine_rmse", "cube_root_rmse". */
+/** Writes the root mean squares of r into the open object of j, a key for every loss that has one: "cosine_rmse", "cube_root_rmse".
+ */
 void ff_report_rmses_json(ff_json *j, const ff_residual *r);
 
 /** The main table alone: a row for every parameter of every fit; a row for every fit, by problem and rank. In CSV and TSV of a
@@ -104,41 +111,42 @@ ff_status ff_report_compare_table(const ff_report_fits *r, ff_table_form form, F
 /** FF_SCHEMA_FIT, of `fit` and `compare`. */
 ff_status ff_report_fits_json(const ff_report_fits *r, FILE *out);
 
-/** Residuals of a fit, a row a sample that it used, as CSV: angles in degrees (theta_i, phi_i, theta_o, phi_o, theta_h, theta_d), then for
- *  every channel f_NAME (datum), model_NAME and residual_NAME = model - datum, 1/sr. residuals: ff_trust_residual_table of t and
- *  the problem's channels; t must have as many channels, or else their mean is the datum. */
+/** Residuals of a fit, a row a sample that it used, as CSV: angles in degrees (theta_i, phi_i, theta_o, phi_o, theta_h, theta_d),
+ * then for every channel f_NAME (datum), model_NAME and residual_NAME = model - datum, 1/sr. residuals: ff_trust_residual_table of
+ * t and the problem's channels; t must have as many channels, or else their mean is the datum. */
 ff_status ff_report_residuals_csv(const ff_table *t, const ff_table *residuals, const char *title, FILE *out);
 
 /** A retrieved distribution of normals. */
 typedef struct ff_report_ndf {
-    const char           *path;    /**< of the data                     */
-    const ff_table       *table;   /**< its format                      */
-    const ff_problem     *problem;
+    const char *path;      /**< of the data                     */
+    const ff_table *table; /**< its format                      */
+    const ff_problem *problem;
     const ff_ndf_options *options; /**< those of the fit among them     */
-    const ff_ndf_result  *result;
+    const ff_ndf_result *result;
 } ff_report_ndf;
 
 /** How it was retrieved, its roughness in several measures, the parameters, and its residuals beside those of the formulas. */
 ff_status ff_report_ndf_text(const ff_report_ndf *n, FILE *out);
 ff_status ff_report_ndf_table(const ff_report_ndf *n, ff_table_form form, FILE *out); /**< a row for every measure and parameter */
 
-/** What is in a table: size, channels, range of angles and values, coverage, reflectance, symmetries as ff_survey_new measures them. */
+/** What is in a table: size, channels, range of angles and values, coverage, reflectance, symmetries as ff_survey_new measures
+ * them. */
 ff_status ff_report_table_text(const char *path, const ff_table *t, FILE *out);
 ff_status ff_report_table_json(const ff_report_head *head, const char *path, const ff_table *t, FILE *out); /**< FF_SCHEMA_INFO */
 
 ff_status ff_report_channels_table(const ff_table *t, ff_table_form form, FILE *out); /**< a row for every channel */
 
 /** What a conversion did: `made` was written to out_path. */
-ff_status ff_report_resample_text(const char *in, const char *out_path, const ff_format *to, const ff_table *t, const ff_table *made,
-                                  const ff_resample_report *r, FILE *out);
+ff_status ff_report_resample_text(const char *in, const char *out_path, const ff_format *to, const ff_table *t,
+                                  const ff_table *made, const ff_resample_report *r, FILE *out);
 ff_status ff_report_resample_json(const ff_report_head *head, const char *in, const char *out_path, const ff_format *to,
                                   const ff_table *t, const ff_table *made, const ff_resample_report *r,
                                   FILE *out); /**< FF_SCHEMA_RESAMPLE */
 
 /** The registries. */
 ff_status ff_report_models_text(FILE *out);
-ff_status ff_report_models_markdown(FILE *out); /**< docs/models.md */
-ff_status ff_report_models_table(ff_table_form form, FILE *out); /**< a row for every term */
+ff_status ff_report_models_markdown(FILE *out);                         /**< docs/models.md */
+ff_status ff_report_models_table(ff_table_form form, FILE *out);        /**< a row for every term */
 ff_status ff_report_models_json(const ff_report_head *head, FILE *out); /**< FF_SCHEMA_MODELS */
 ff_status ff_report_formats_text(FILE *out);
 ff_status ff_report_formats_table(ff_table_form form, FILE *out);

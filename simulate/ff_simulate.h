@@ -17,7 +17,7 @@ extern "C" {
 
 /** Which pairs of directions are measured. */
 typedef enum ff_sampling_kind {
-    FF_SAMPLING_MERL = 0,       /**< the 90 x 90 x 180 grid "merl" of ff_table.h; cells below the horizon are marked invalid        */
+    FF_SAMPLING_MERL = 0, /**< the 90 x 90 x 180 grid "merl" of ff_table.h; cells below the horizon are marked invalid        */
     FF_SAMPLING_GONIOMETER = 1, /**< theta_i 0, 15 .. 75; phi_i 0, 45, 90, 135 (0 alone when isotropic); theta_o 0 .. 85 and
                                      phi_o by step                                                                             */
     FF_SAMPLING_SCATTERED = 2   /**< random pairs, both directions uniform in solid angle down to 85 degrees                   */
@@ -25,10 +25,10 @@ typedef enum ff_sampling_kind {
 
 typedef struct ff_sampling {
     ff_sampling_kind kind;
-    double           step_deg; /**< goniometer: in [0.5, 45]                                                              */
-    size_t           n;        /**< scattered: pairs, >= 1                                                               */
-    double           specular; /**< scattered: fraction in [0, 1] of pairs whose half vector is drawn near the normal (slope
-                                    log-uniform in 0.002 .. 1), so that glossy lobes are met                              */
+    double step_deg; /**< goniometer: in [0.5, 45]                                                              */
+    size_t n;        /**< scattered: pairs, >= 1                                                               */
+    double specular; /**< scattered: fraction in [0, 1] of pairs whose half vector is drawn near the normal (slope
+                          log-uniform in 0.002 .. 1), so that glossy lobes are met                              */
 } ff_sampling;
 
 /** Reads "merl", "goniometer", "goniometer:STEP" (5 degrees unless given), "scattered:N" or "scattered:N:FRACTION".
@@ -37,15 +37,15 @@ FF_API ff_status ff_sampling_parse(const char *text, ff_sampling *out, ff_error 
 
 /** Options; fill with ff_simulate_options_init, then change. */
 typedef struct ff_simulate_options {
-    size_t      size;        /**< sizeof(ff_simulate_options)                                                    */
-    ff_sampling sampling;    /**< goniometer, 5 degrees                                                          */
-    double      relative;    /**< standard deviation of the multiplicative noise, >= 0; 0                        */
-    double      floor;       /**< standard deviation of the additive noise, 1/sr, >= 0; 0                        */
-    uint64_t    seed;        /**< of the noise and of scattered directions; 1                                    */
-    int         sigma;       /**< 1: the table carries the standard deviation of every value; needs noise. A value of exactly 0
-                                  under multiplicative noise alone has none: its sample is marked invalid        */
-    int         nonnegative; /**< 1: a value below 0 becomes 0 and the note counts them (MERL reads a negative as "not measured") */
-    ff_isa      isa;         /**< FF_ISA_BEST                                                                    */
+    size_t size;          /**< sizeof(ff_simulate_options)                                                    */
+    ff_sampling sampling; /**< goniometer, 5 degrees                                                          */
+    double relative;      /**< standard deviation of the multiplicative noise, >= 0; 0                        */
+    double floor;         /**< standard deviation of the additive noise, 1/sr, >= 0; 0                        */
+    uint64_t seed;        /**< of the noise and of scattered directions; 1                                    */
+    int sigma;            /**< 1: the table carries the standard deviation of every value; needs noise. A value of exactly 0
+                               under multiplicative noise alone has none: its sample is marked invalid        */
+    int nonnegative;      /**< 1: a value below 0 becomes 0 and the note counts them (MERL reads a negative as "not measured") */
+    ff_isa isa;           /**< FF_ISA_BEST                                                                    */
     const volatile int *cancel; /**< polled; not NULL and != 0 ends with FF_ERR_CANCELLED                        */
 } ff_simulate_options;
 
@@ -62,7 +62,7 @@ static inline void ff_simulate_options_init(ff_simulate_options *o)
  *  *out is written only on FF_OK; release it with ff_table_free. Samples whose f is not finite do not occur.
  *  FF_ERR_RANGE, FF_ERR_UNSUPPORTED (parameters, options), FF_ERR_MEMORY, FF_ERR_CANCELLED. */
 FF_API ff_status ff_simulate(const ff_model *m, size_t n_channels, const double *shape, const double *channel,
-                      const ff_simulate_options *o, ff_table **out, ff_error *err);
+                             const ff_simulate_options *o, ff_table **out, ff_error *err);
 
 /** Standard normal number `index` of stream `stream` under a seed: the generator that ff_simulate uses, with stream = channel and
  *  index = 2 sample for g1, 2 sample + 1 for g2. Philox4x32-10 (Salmon et al. 2011), inverted by AS 241 (Wichura 1988). */

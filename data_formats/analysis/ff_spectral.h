@@ -12,17 +12,16 @@
 extern "C" {
 #endif
 
-/** Reduces the channels of t; directions, grid, axes, weights, validity and notes stay, what its format kept to write the same file again does not come along.
+/** Reduces the channels of t; directions, grid, axes, weights, validity and notes stay, what its format kept to write the same file
+ * again does not come along.
  *  @param text  one of
- *    "bands:NAME=A-B,NAME=A-B,..."  means over bands from A to B nm, by the trapezoidal rule; a band that the wavelengths cover only
- *                                   in part is the mean over that part, and the table's note says so
- *    "srgb", "srgb:d65", "srgb:e"   linear sRGB r, g, b: CIE 1931 2-degree observer, illuminant D65 (also for "srgb") or equal
- *                                   energy. A spectrum that is constant c gives r = g = b = c under either: with D65 since that is
- *                                   sRGB's white, with E by adaptation of E to D65 (Bradford). Beyond the first and last
- *                                   wavelength f stays as it is there (CIE 15); the note says how much of X, Y and Z that
- *                                   concerns. Colours outside of sRGB have a negative channel.
- *    "channels:NAME,NAME,..."       those, in this order, to the bit
- *    "mean"                         the plain mean of all channels
+ *    "bands:NAME=A-B,NAME=A-B,..."  means over bands from A to B nm, by the trapezoidal rule; a band that the wavelengths cover
+ * only in part is the mean over that part, and the table's note says so "srgb", "srgb:d65", "srgb:e"   linear sRGB r, g, b: CIE
+ * 1931 2-degree observer, illuminant D65 (also for "srgb") or equal energy. A spectrum that is constant c gives r = g = b = c under
+ * either: with D65 since that is sRGB's white, with E by adaptation of E to D65 (Bradford). Beyond the first and last wavelength f
+ * stays as it is there (CIE 15); the note says how much of X, Y and Z that concerns. Colours outside of sRGB have a negative
+ * channel. "channels:NAME,NAME,..."       those, in this order, to the bit "mean"                         the plain mean of all
+ * channels
  *  @param out   written only on FF_OK; release it with ff_table_free.
  *  FF_ERR_SYNTAX, FF_ERR_UNKNOWN (a channel that is not there), FF_ERR_UNSUPPORTED (a channel without wavelength or two of the same
  *  for bands and srgb; a band outside of the wavelengths; wavelengths with less than half of Y), FF_ERR_RANGE (a band that is

@@ -1,11 +1,11 @@
 /** @file ff_resample.h  A table on the directions that another format needs.
  *
- *  Where the format takes any directions, or the table has those of its layout already, nothing is interpolated. Elsewhere values are
- *  those of ff_interpolant_eval_reciprocal: a pair beyond the data takes the value of light and detector exchanged, where that is
- *  known. What interpolation is worth on these data is measured by predicting samples from the others; narrow peaks between samples
- *  are where it fails. What the format cannot hold (standard deviations, negative values, ...) is dropped. The report counts, the note of the new table says so.
- *  Errors   ff_status and ff_error; outputs are written only on FF_OK.
- *  Threads  no global state. */
+ *  Where the format takes any directions, or the table has those of its layout already, nothing is interpolated. Elsewhere values
+ * are those of ff_interpolant_eval_reciprocal: a pair beyond the data takes the value of light and detector exchanged, where that
+ * is known. What interpolation is worth on these data is measured by predicting samples from the others; narrow peaks between
+ * samples are where it fails. What the format cannot hold (standard deviations, negative values, ...) is dropped. The report
+ * counts, the note of the new table says so. Errors   ff_status and ff_error; outputs are written only on FF_OK. Threads  no global
+ * state. */
 #ifndef FF_RESAMPLE_H
 #define FF_RESAMPLE_H
 #include "ff_api.h"
@@ -16,11 +16,11 @@ extern "C" {
 
 /** Options; fill with ff_resample_options_init, then change. */
 typedef struct ff_resample_options {
-    size_t      size;   /**< sizeof(ff_resample_options)                                                               */
-    const char *grid;   /**< passed to the format's layout; NULL = the usual                                           */
-    int         beyond; /**< samples beyond the data: 0 are invalid where the format can say so, else the nearest values; 1 are
-                             always the nearest values                                                                 */
-    int         threads; /**< 0 = as many as the system lets run; the result does not depend on it                     */
+    size_t size;      /**< sizeof(ff_resample_options)                                                               */
+    const char *grid; /**< passed to the format's layout; NULL = the usual                                           */
+    int beyond;       /**< samples beyond the data: 0 are invalid where the format can say so, else the nearest values; 1 are
+                           always the nearest values                                                                 */
+    int threads;      /**< 0 = as many as the system lets run; the result does not depend on it                     */
     const volatile int *cancel; /**< polled; not NULL and != 0 ends with FF_ERR_CANCELLED                              */
 } ff_resample_options;
 
@@ -39,13 +39,13 @@ typedef struct ff_prediction {
 
 /** What became of the samples. */
 typedef struct ff_resample_report {
-    size_t size;                /**< sizeof(ff_resample_report), set by the caller                               */
-    int    as_it_is;            /**< 1: the directions are the table's own, nothing was interpolated             */
-    size_t n;                   /**< samples of the result                                                       */
+    size_t size;  /**< sizeof(ff_resample_report), set by the caller                               */
+    int as_it_is; /**< 1: the directions are the table's own, nothing was interpolated             */
+    size_t n;     /**< samples of the result                                                       */
     size_t at_sample, between, reciprocal, beyond, below_horizon; /**< they add up to n; as ff_found             */
     size_t invalid;             /**< of them, marked as not measured                                             */
     size_t raised;              /**< negative values that became 0                                               */
-    char   method[96];          /**< of interpolation; "" when as_it_is                                          */
+    char method[96];            /**< of interpolation; "" when as_it_is                                          */
     ff_prediction near, across; /**< what interpolation is worth at a measured incidence, and between incidences */
 } ff_resample_report;
 

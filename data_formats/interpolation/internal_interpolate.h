@@ -26,29 +26,32 @@ typedef enum ff_interpolation { FF_PRODUCT, FF_SLICES, FF_SCATTERED } ff_interpo
 struct ff_interpolant {
     const ff_table *t;
     ff_interpolation method;
-    int mirrored;        /**< the table is isotropic and has one side of the plane of incidence only */
-    ff_axes_kind kind;   /**< product   */
+    int mirrored;      /**< the table is isotropic and has one side of the plane of incidence only */
+    ff_axes_kind kind; /**< product   */
     ff_axis axis[4];
     size_t n_slices;     /**< slices    */
     ff_slice *slice;     /**< by theta_i, phi_i */
     ff_neighbours *tree; /**< scattered */
 };
 
-/** Each method: find_ says whether the table is of its kind and prepares (1 yes, 0 no, -1 no memory); at_ is the value of every channel,
- *  value[c * stride], for unit vectors above the horizon, as seen without the sample `without` (UINT32_MAX: none). */
-int      ff_product_find(ff_interpolant *p);
+/** Each method: find_ says whether the table is of its kind and prepares (1 yes, 0 no, -1 no memory); at_ is the value of every
+ * channel, value[c * stride], for unit vectors above the horizon, as seen without the sample `without` (UINT32_MAX: none). */
+int ff_product_find(ff_interpolant *p);
 ff_found ff_product_at(const ff_interpolant *p, const double wi[3], const double wo[3], double *value, size_t stride);
-int      ff_slices_find(ff_interpolant *p);
-ff_found ff_slices_at(const ff_interpolant *p, const double wi[3], const double wo[3], uint32_t without, double *value, size_t stride);
+int ff_slices_find(ff_interpolant *p);
+ff_found ff_slices_at(const ff_interpolant *p, const double wi[3], const double wo[3], uint32_t without, double *value,
+                      size_t stride);
 /** First slices of each theta_i, spread evenly when there are more than asked for. */
-size_t   ff_slices_incidences(const ff_interpolant *p, size_t most, double *theta_i, double *phi_i);
-int      ff_scattered_find(ff_interpolant *p);
-ff_found ff_scattered_at(const ff_interpolant *p, const double wi[3], const double wo[3], uint32_t without, double *value, size_t stride);
+size_t ff_slices_incidences(const ff_interpolant *p, size_t most, double *theta_i, double *phi_i);
+int ff_scattered_find(ff_interpolant *p);
+ff_found ff_scattered_at(const ff_interpolant *p, const double wi[3], const double wo[3], uint32_t without, double *value,
+                         size_t stride);
 
 /** A sample that scattered_find adds to its tree may stand there this often. */
 enum { FF_SCATTERED_COPIES = 24 };
 
-/** The value at x [dim] of the samples in one tree, by regression over its neighbours: of second degree in the plane, else of first. */
+/** The value at x [dim] of the samples in one tree, by regression over its neighbours: of second degree in the plane, else of
+ * first. */
 ff_found ff_regress(const ff_table *t, const ff_neighbours *tree, int dim, const double *x, uint32_t without, double *value,
                     size_t stride);
 

@@ -5,8 +5,8 @@
  *      0,12.73                           0,0.3183
  *      0.5,12.69                         0.01,0.3120
  *
- *  - theta_deg is the angle of the normal in degrees, 0 to 90, D in 1/sr; q2 the square of the slope and p its density. The scale of
- *    the values does not matter. Numbers are written as in the CSV of samples.
+ *  - theta_deg is the angle of the normal in degrees, 0 to 90, D in 1/sr; q2 the square of the slope and p its density. The scale
+ * of the values does not matter. Numbers are written as in the CSV of samples.
  *  - Errors say the path, the line, what was found and what was expected; nothing is left behind.
  *  - There is no global state. */
 #ifndef FF_PROFILE_FILE_H
@@ -24,8 +24,8 @@ FF_API ff_status ff_profile_read(const char *path, ff_profile_table **out, ff_er
 
 /** Writes n points, x [n] (theta_m in radians, or q2) and y [n], after `comment` (lines without '#', NULL = none).
  *  FF_ERR_DATA for a number that is not finite; FF_ERR_WRITE. "-" is standard output. */
-FF_API ff_status ff_profile_write(const char *path, ff_profile_kind kind, size_t n, const double *x, const double *y, const char *comment,
-                           ff_error *err);
+FF_API ff_status ff_profile_write(const char *path, ff_profile_kind kind, size_t n, const double *x, const double *y,
+                                  const char *comment, ff_error *err);
 
 #ifdef __cplusplus
 }

@@ -32,9 +32,9 @@ enum { FF_CHANNEL_NAME = 64, FF_TABLE_NOTES = 64 };
 
 /** One colour channel. */
 typedef struct ff_channel {
-    char   name[FF_CHANNEL_NAME]; /**< "r", "465nm", ...                                              */
-    double wavelength_nm;         /**< NaN where the channel is not a wavelength                      */
-    double scale;                 /**< 1/sr per stored unit: value = scale * stored                   */
+    char name[FF_CHANNEL_NAME]; /**< "r", "465nm", ...                                              */
+    double wavelength_nm;       /**< NaN where the channel is not a wavelength                      */
+    double scale;               /**< 1/sr per stored unit: value = scale * stored                   */
 } ff_channel;
 
 /** What the values of a file stand for. Readers convert to FF_BRDF; writers write FF_BRDF unless their format says otherwise. */
@@ -101,7 +101,7 @@ FF_API ff_status ff_table_set_channel(ff_table *t, size_t c, const char *name, d
 
 /* ---- reading --------------------------------------------------------------------------------- */
 
-FF_API size_t ff_table_samples(const ff_table *t);      /**< n: samples, those that are no measurements included          */
+FF_API size_t ff_table_samples(const ff_table *t);       /**< n: samples, those that are no measurements included          */
 FF_API size_t ff_table_channel_count(const ff_table *t); /**< n_channels                                                  */
 
 /** Channel c; NULL when there is none. It goes with the table. */
@@ -116,8 +116,8 @@ FF_API int ff_table_is_isotropic(const ff_table *t);     /**< 1: see ff_table_se
 FF_API double ff_table_angle_unit(const ff_table *t);    /**< radians per unit of the angle planes                          */
 FF_API ff_quantity ff_table_quantity(const ff_table *t); /**< what the file declared; values are the BRDF already           */
 
-/** What a reader had to assume: sentence k of the notes into out [size], always terminated; what the caller can say to it into *hint
- *  (may be NULL). Returns 0 when there are not so many. */
+/** What a reader had to assume: sentence k of the notes into out [size], always terminated; what the caller can say to it into
+ * *hint (may be NULL). Returns 0 when there are not so many. */
 FF_API int ff_table_assumption(const ff_table *t, size_t k, char *out, size_t size, ff_hint *hint);
 
 /** Unit vectors of samples first .. first+count-1 into six planes [count] wix wiy wiz wox woy woz. first+count <= n. */
@@ -142,13 +142,13 @@ FF_API void ff_table_weights(const ff_table *t, size_t first, size_t count, doub
 
 /** What a person knows about a file and the file does not say. Fill with ff_read_options_init, then change. */
 typedef struct ff_read_options {
-    size_t      size;      /**< sizeof(ff_read_options)                                                                   */
-    const char *format;    /**< name of the format; NULL: by content                                                      */
-    const char *columns;   /**< "theta_i=incidence,f=reflectance": our names of a CSV's columns; NULL: the file's names     */
-    const char *grid;      /**< sampling of a file that holds a function rather than samples; NULL: as it was measured      */
-    const char *part;      /**< which of several data sets in the file ("reflection-back"); NULL: the format's usual one    */
-    int         quantity;  /**< ff_quantity of the numbers, -1: what the file says                                        */
-    double      scale;     /**< factor on all values (1/sr per unit of an uncalibrated file), > 0; NaN: none given          */
+    size_t size;         /**< sizeof(ff_read_options)                                                                   */
+    const char *format;  /**< name of the format; NULL: by content                                                      */
+    const char *columns; /**< "theta_i=incidence,f=reflectance": our names of a CSV's columns; NULL: the file's names     */
+    const char *grid;    /**< sampling of a file that holds a function rather than samples; NULL: as it was measured      */
+    const char *part;    /**< which of several data sets in the file ("reflection-back"); NULL: the format's usual one    */
+    int quantity;        /**< ff_quantity of the numbers, -1: what the file says                                        */
+    double scale;        /**< factor on all values (1/sr per unit of an uncalibrated file), > 0; NaN: none given          */
     /** Asked before a file is opened that the data name (an image of a stack): anything but FF_OK ends the reading with that status
      *  and the message of err. NULL: all may be read. */
     ff_status (*ask)(const void *context, const char *path, ff_error *err);
@@ -165,7 +165,8 @@ static inline void ff_read_options_init(ff_read_options *o)
 /** Options that a format understands beyond `format` and `scale`; giving another is an error. */
 enum { FF_READS_COLUMNS = 1 << 0, FF_READS_GRID = 1 << 1, FF_READS_PART = 1 << 2, FF_READS_QUANTITY = 1 << 3 };
 
-/** What a file of a format can hold beside values. What it cannot is dropped by ff_resample, which says so; a plain write refuses. */
+/** What a file of a format can hold beside values. What it cannot is dropped by ff_resample, which says so; a plain write refuses.
+ */
 enum {
     FF_HOLDS_SIGMA = 1 << 0,    /**< standard deviations                                              */
     FF_HOLDS_INVALID = 1 << 1,  /**< samples that were not measured, in their places                  */
@@ -180,7 +181,7 @@ enum {
 typedef struct ff_format ff_format;
 
 /** The list of formats, in a fixed order. */
-FF_API size_t           ff_format_count(void);
+FF_API size_t ff_format_count(void);
 FF_API const ff_format *ff_format_at(size_t i);           /**< NULL when i >= count */
 FF_API const ff_format *ff_format_find(const char *name); /**< NULL when unknown    */
 
@@ -207,9 +208,9 @@ FF_API ff_status ff_table_read(const char *path, const char *format, ff_table **
 /** The same with all options (NULL: none). FF_ERR_UNSUPPORTED also for an option that the format does not understand. */
 FF_API ff_status ff_table_read_with(const char *path, const ff_read_options *o, ff_table **out, ff_error *err);
 
-/** Writes with the named format, or by extension when format is NULL ("-" is standard output). The file appears whole or not at all.
- *  FF_ERR_UNSUPPORTED for a format that cannot be written or cannot hold such data, FF_ERR_DATA for samples that no file can hold,
- *  FF_ERR_UNKNOWN, FF_ERR_WRITE, FF_ERR_MEMORY. */
+/** Writes with the named format, or by extension when format is NULL ("-" is standard output). The file appears whole or not at
+ * all. FF_ERR_UNSUPPORTED for a format that cannot be written or cannot hold such data, FF_ERR_DATA for samples that no file can
+ * hold, FF_ERR_UNKNOWN, FF_ERR_WRITE, FF_ERR_MEMORY. */
 FF_API ff_status ff_table_write(const char *path, const char *format, const ff_table *t, ff_error *err);
 
 #ifdef __cplusplus

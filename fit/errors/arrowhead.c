@@ -50,7 +50,8 @@ static blocks blocks_of(const ff_information *info)
 /* Entry (i, j) of channel c's H, scaled. */
 static double entry(const ff_information *info, const ff_gram *g, size_t c, size_t i, size_t j)
 {
-    return g->local[c * g->tri + ff_tri(i, j)] * info->scale[ff_gram_coordinate(g, c, i)] * info->scale[ff_gram_coordinate(g, c, j)];
+    return g->local[c * g->tri + ff_tri(i, j)] * info->scale[ff_gram_coordinate(g, c, i)] *
+           info->scale[ff_gram_coordinate(g, c, j)];
 }
 
 /* D_c^-1 and K_c of a channel, of the parameters in use; what it leaves of the shape's block is taken from T. */
@@ -58,7 +59,8 @@ static void eliminate(ff_information *info, const ff_gram *g, size_t c, double *
 {
     const size_t S = info->S, K = info->K;
     const int *use = info->use;
-    double D[FF_MAX_CHANNEL_PARAMS * FF_MAX_CHANNEL_PARAMS], *own = info->arrow.own + c * K * K, *follow = info->arrow.follow + c * K * S;
+    double D[FF_MAX_CHANNEL_PARAMS * FF_MAX_CHANNEL_PARAMS], *own = info->arrow.own + c * K * K,
+                                                             *follow = info->arrow.follow + c * K * S;
     size_t index[FF_MAX_CHANNEL_PARAMS], k = 0;
     for (size_t i = 0; i < K; i++) {
         if (use[S + c * K + i]) index[k++] = i;
@@ -250,7 +252,8 @@ static double largest_eigenvalue(const ff_information *info, const ff_gram *g, d
 }
 
 /* The flattest direction joins channels, of which correlations are not formed: it is not looked for. */
-static ff_status condition(const ff_information *info, const ff_gram *g, size_t *rank, double *out, double *curvature, double *share)
+static ff_status condition(const ff_information *info, const ff_gram *g, size_t *rank, double *out, double *curvature,
+                           double *share)
 {
     double *work = malloc((2 * info->P + 1) * sizeof *work);
     size_t lost = 0;

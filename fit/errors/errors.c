@@ -16,7 +16,6 @@ void ff_influence_chunk_avx512(const ff_pass *pass, const ff_arrow *arrow, size_
                                const ff_influence_sums *sums);
 #endif
 
-
 /* ---- the pass over influences ---------------------------------------------------------------- */
 
 typedef struct run {

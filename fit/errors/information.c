@@ -18,7 +18,8 @@ static ff_information *make(const ff_plan *plan)
     const size_t P = l->P, own = storage->doubles(l->n_shared, l->n_own, l->n_channels);
     ff_information *info = calloc(1, sizeof *info + (5 * P + own) * sizeof(double) + 2 * P * sizeof(int));
     if (!info) return NULL;
-    double *next = (double *)(info + 1), **const vectors[] = {&info->scale, &info->inverse, &info->variance, &info->dof, &info->of_data};
+    double *next = (double *)(info + 1),
+           **const vectors[] = {&info->scale, &info->inverse, &info->variance, &info->dof, &info->of_data};
     for (size_t k = 0; k < sizeof vectors / sizeof *vectors; k++, next += P) *vectors[k] = next;
     info->storage = storage;
     info->P = P, info->S = l->n_shared, info->K = l->n_own, info->C = l->n_channels;
@@ -41,8 +42,7 @@ static ff_status gram_of(const ff_plan *plan, const ff_normal *n, int penalties,
 static void fill_scale(ff_information *info, const ff_gram *g)
 {
     for (size_t c = 0; c < g->C; c++)
-        for (size_t i = 0; i < g->S + g->K; i++)
-            info->scale[ff_gram_coordinate(g, c, i)] += g->local[c * g->tri + ff_tri(i, i)];
+        for (size_t i = 0; i < g->S + g->K; i++) info->scale[ff_gram_coordinate(g, c, i)] += g->local[c * g->tri + ff_tri(i, i)];
     for (size_t k = 0; k < info->P; k++) /* no effect at all: the ridge then marks it */
         info->scale[k] = info->scale[k] > 0 ? 1 / sqrt(info->scale[k]) : 1e150;
 }
@@ -100,7 +100,8 @@ typedef struct products {
 } products;
 
 /* Of clusters of info->clusters.run samples. */
-static ff_status sum_clusters(const ff_information *info, const struct ff_problem *p, const ff_normal *n, size_t n_samples, products *s)
+static ff_status sum_clusters(const ff_information *info, const struct ff_problem *p, const ff_normal *n, size_t n_samples,
+                              products *s)
 {
     const size_t P = info->P, length = ff_run_length(p), runs = (p->n + length - 1) / length, last = info->clusters.run;
     double *sums = malloc((runs * P + 1) * sizeof *sums);
@@ -147,7 +148,8 @@ static void widen(ff_information *info, int sigma, double correction, const prod
                      data = info->of_data[k];
         factor[k] = correction;
         if (sigma && clustered && one > 0) factor[k] *= fmax(more / one, 1); /* larger by what clusters have more than samples */
-        if (clustered) factor[k] /= data * ff_information_seen(info, info->dof[k]) + 1 - data; /* of so many samples nothing is missed */
+        if (clustered)
+            factor[k] /= data * ff_information_seen(info, info->dof[k]) + 1 - data; /* of so many samples nothing is missed */
         factor[k] = info->scale[k] * sqrt(factor[k]);
         info->dof[k] = (info->dof[k] - 1) / data;
     }
@@ -167,7 +169,8 @@ static ff_status fill(ff_information *info, const ff_plan *plan, const ff_normal
 {
     const ff_storage *storage = info->storage;
     const int sigma = is_sigma(plan);
-    const double N = (double)(n_samples * info->C), used = (double)info->used, correction = !sigma && N > used ? (N - 1) / (N - used) : 1;
+    const double N = (double)(n_samples * info->C), used = (double)info->used,
+                 correction = !sigma && N > used ? (N - 1) / (N - used) : 1;
     ff_status st = sum_clusters(info, plan->p, n, n_samples, s);
     if (!st) st = storage->of_single(info, n, n_samples, s->mean, of_samples, s->single);
     if (!st) st = count_clusters(info, plan, n, n_samples);
@@ -184,7 +187,8 @@ static ff_status fill(ff_information *info, const ff_plan *plan, const ff_normal
     return FF_OK;
 }
 
-static ff_status covariance(ff_information *info, const ff_plan *plan, const ff_normal *n, size_t n_samples, const double *of_samples)
+static ff_status covariance(ff_information *info, const ff_plan *plan, const ff_normal *n, size_t n_samples,
+                            const double *of_samples)
 {
     const size_t size = info->storage->products(info), P = info->P;
     double *memory = calloc(2 * size + 5 * P + 1, sizeof *memory);
@@ -197,7 +201,8 @@ static ff_status covariance(ff_information *info, const ff_plan *plan, const ff_
     return st;
 }
 
-ff_status ff_information_finish(ff_information *info, const ff_plan *plan, const ff_normal *n, size_t n_samples, const double *of_samples)
+ff_status ff_information_finish(ff_information *info, const ff_plan *plan, const ff_normal *n, size_t n_samples,
+                                const double *of_samples)
 {
     const ff_status st = ff_clusters_choose(plan->p, n, n_samples, &info->clusters);
     return st ? st : covariance(info, plan, n, n_samples, of_samples);

@@ -6,9 +6,9 @@
 
 /* ---- information ------------------------------------------------------------------------------ */
 
-/* The two sides of what is known at an optimum, of the parameters (not coordinates) in use: the information H = J^T J, by its inverse,
- * and the covariance. H is kept as a whole or as an arrow, behind the functions of a storage; nobody else needs to know which. One
- * piece of memory, released with free. */
+/* The two sides of what is known at an optimum, of the parameters (not coordinates) in use: the information H = J^T J, by its
+ * inverse, and the covariance. H is kept as a whole or as an arrow, behind the functions of a storage; nobody else needs to know
+ * which. One piece of memory, released with free. */
 typedef struct ff_information {
     const struct ff_storage *storage;
     size_t P, S, K, C; /* parameters: all, shared, of a channel; channels                                            */
@@ -29,14 +29,14 @@ typedef struct ff_information {
     double *covariance; /* as the storage lays it out                                                                */
 } ff_information;
 
-/* H and its inverse from the sums of a pass, in the storage of the plan's layout. at_bound [P]: parameters that are on a bound are not
- * in use; NULL: all are. FF_ERR_MEMORY. */
+/* H and its inverse from the sums of a pass, in the storage of the plan's layout. at_bound [P]: parameters that are on a bound are
+ * not in use; NULL: all are. FF_ERR_MEMORY. */
 ff_status ff_information_new(const ff_plan *plan, const ff_normal *n, const int *at_bound, ff_information **out);
 
 /* The covariance from the sums of a final pass over n_samples of the plan's samples: H^-1 M H^-1 with M over clusters
- * (heteroscedasticity-consistent, HC1: MacKinnon and White 1985); with weights by the data's standard deviations H^-1, its errors larger
- * by what the clusters say. of_samples: the products of the influences of single samples, where the pass has made them, else NULL.
- * FF_ERR_MEMORY. */
+ * (heteroscedasticity-consistent, HC1: MacKinnon and White 1985); with weights by the data's standard deviations H^-1, its errors
+ * larger by what the clusters say. of_samples: the products of the influences of single samples, where the pass has made them, else
+ * NULL. FF_ERR_MEMORY. */
 ff_status ff_information_finish(ff_information *info, const ff_plan *plan, const ff_normal *n, size_t n_samples,
                                 const double *of_samples);
 
@@ -46,7 +46,8 @@ ff_status ff_information_of_all(const ff_plan *plan, const ff_point *at, ff_info
 /* Of parameters i and j; NaN where it is not formed: between channels of an arrow. */
 double ff_information_covariance(const ff_information *info, size_t i, size_t j);
 
-/* The scaled influence H^-1 s of a score [P] in the units of the runs of n: influence [2 P], whose second half is room to work in. */
+/* The scaled influence H^-1 s of a score [P] in the units of the runs of n: influence [2 P], whose second half is room to work in.
+ */
 void ff_information_influence(const ff_information *info, const ff_normal *n, const double *score, double *influence);
 
 /* What is known of the parameters from a change of the gradient: out = H^-1 gradient, [P] each. FF_ERR_MEMORY. */
@@ -55,11 +56,12 @@ ff_status ff_information_solve(const ff_information *info, const double *gradien
 /* Share of the variance that is seen when the error of a parameter is estimated from a number of clusters. */
 double ff_information_seen(const ff_information *info, double number);
 
-/* Rank and condition of the Jacobian of the parameters in use, by the data alone, each column scaled to unit length. FF_ERR_MEMORY. */
+/* Rank and condition of the Jacobian of the parameters in use, by the data alone, each column scaled to unit length. FF_ERR_MEMORY.
+ */
 ff_status ff_information_condition(const ff_plan *plan, const ff_point *at, size_t *rank, double *condition);
 
-/* The flattest direction of the scaled H: its curvature and the shares [P] of the parameters in it; curvature 1 where the storage does
- * not look for it. FF_ERR_MEMORY. */
+/* The flattest direction of the scaled H: its curvature and the shares [P] of the parameters in it; curvature 1 where the storage
+ * does not look for it. FF_ERR_MEMORY. */
 ff_status ff_information_flattest(const ff_plan *plan, const ff_point *at, double *curvature, double *share);
 
 /* The stage between minimisation and result: what errors and statistics of a point need, unless the minimisation has left it.

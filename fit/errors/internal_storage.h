@@ -3,7 +3,8 @@
 #define FF_INTERNAL_STORAGE_H
 #include "internal_errors.h"
 
-/* Everything is scaled. Products of influences are those of a packed triangle: of all parameters, or of an arrow of those that it keeps. */
+/* Everything is scaled. Products of influences are those of a packed triangle: of all parameters, or of an arrow of those that it
+ * keeps. */
 typedef struct ff_storage {
     size_t (*doubles)(size_t S, size_t K, size_t C); /* that it needs of the information's memory */
     void (*lay_out)(ff_information *info, double *memory);

@@ -121,7 +121,8 @@ static double covariance(const ff_information *info, size_t i, size_t j)
 /* In a direction that is flatter than this nothing is determined. */
 #define FF_NOTHING 1e-12
 
-static ff_status condition(const ff_information *info, const ff_gram *g, size_t *rank, double *out, double *curvature, double *share)
+static ff_status condition(const ff_information *info, const ff_gram *g, size_t *rank, double *out, double *curvature,
+                           double *share)
 {
     const size_t P = info->P;
     double *H = malloc((3 * P * P + 2 * P + 1) * sizeof *H), *A = H + P * P, *V = A + P * P, *w = V + P * P, *gradient = w + P;
@@ -148,5 +149,5 @@ static ff_status condition(const ff_information *info, const ff_gram *g, size_t 
     return st;
 }
 
-const ff_storage ff_storage_whole = {doubles,      lay_out,    invert,    inverse_at,    apply,        products, add_products,
-                                     product_at,   of_single,  take_products, take_inverse, multiply, covariance, condition};
+const ff_storage ff_storage_whole = {doubles,    lay_out,   invert,        inverse_at,   apply,    products,   add_products,
+                                     product_at, of_single, take_products, take_inverse, multiply, covariance, condition};

@@ -28,13 +28,13 @@ typedef struct ff_layout {
     int channel_shared[FF_MAX_CHANNEL_PARAMS];  /* 1: the former                                                     */
     int shape_follows[FF_MAX_SHAPE];            /* the free parameter of its kind that it is equal to, -1 = none     */
     int channel_follows[FF_MAX_CHANNEL_PARAMS]; /* in its channel                                                    */
-    const struct ff_limits *limits; /* where channels differ in their bounds or held values, NULL = nowhere          */
+    const struct ff_limits *limits;             /* where channels differ in their bounds or held values, NULL = nowhere          */
     int arrow;     /* 1: many channels: nothing of size P^2 is made                                                  */
     size_t pinned; /* coordinate that ff_solve leaves where it is; FF_NOT_PINNED */
 } ff_layout;
 
-/* Bounds and initial values of the channel parameters of a model, [n_channels][n_channel] each. Where lo = hi, the parameter is held
- * there in that channel. */
+/* Bounds and initial values of the channel parameters of a model, [n_channels][n_channel] each. Where lo = hi, the parameter is
+ * held there in that channel. */
 typedef struct ff_limits {
     double *lo, *hi, *init;
 } ff_limits;
@@ -147,8 +147,9 @@ void ff_layout_bounds(const ff_layout *l, double *lower, double *upper);
 /* Room for a pass over the columns of l. FF_ERR_MEMORY. */
 ff_status ff_layout_normal(const ff_layout *l, ff_normal *out);
 
-/* J^T J, J^T r and r^T r of every channel in coordinates, penalties on top: an arrow, since a parameter of one channel meets what all
- * share and its own channel, no other one. A channel has its shared coordinates first, [S], then its own, [K], then the residual. */
+/* J^T J, J^T r and r^T r of every channel in coordinates, penalties on top: an arrow, since a parameter of one channel meets what
+ * all share and its own channel, no other one. A channel has its shared coordinates first, [S], then its own, [K], then the
+ * residual. */
 typedef struct ff_gram {
     size_t S, K, C, tri; /* shared, own, channels; doubles of a channel's packed triangle */
     double cost2;        /* twice the objective                                           */

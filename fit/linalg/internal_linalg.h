@@ -27,8 +27,8 @@ void ff_factored_solve(const double *L, const double *D, size_t n, const double 
 /* X [n][m] = A^-1 B of a symmetric positive semidefinite A [n][n], n <= FF_MAX_SHAPE, and B [n][m]; 0 in what A does not say. */
 void ff_solve_symmetric(const double *A, size_t n, const double *B, size_t m, double *X);
 
-/* Inverse of the rows and columns index [k] of A [n][n], whose diagonal is near 1 and has a ridge added: 0 elsewhere, symmetric to the
- * last bit. What rounding has left no pivot gets that of the ridge. work [4 k k + k]. */
+/* Inverse of the rows and columns index [k] of A [n][n], whose diagonal is near 1 and has a ridge added: 0 elsewhere, symmetric to
+ * the last bit. What rounding has left no pivot gets that of the ridge. work [4 k k + k]. */
 void ff_ridge_inverse(const double *A, size_t n, const size_t *index, size_t k, double ridge, double *inverse, double *work);
 
 /* Bounded least squares: q in [lo, hi] minimising |r + L q|^2 from the packed gram of [L r], n <= FF_MAX_CHANNEL_PARAMS columns.

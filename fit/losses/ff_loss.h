@@ -53,7 +53,7 @@ typedef struct ff_robust_info {
     const char *help;   /**< what it is good for, a line of --help                                                 */
     const char *rho;    /**< rho(s) as a formula of s = r^2 and the scale b                                        */
     const char *source; /**< author and year, "" where there is none                                               */
-    double      tuning; /**< b, in standard deviations of the residuals, at which 95 % of the information of normal ones is kept */
+    double tuning;      /**< b, in standard deviations of the residuals, at which 95 % of the information of normal ones is kept */
 } ff_robust_info;
 
 /** FF_LOSS_COUNT and FF_ROBUST_COUNT of the library that is linked, which may know more than these headers. */
@@ -61,7 +61,7 @@ FF_API int ff_loss_count(void);
 FF_API int ff_robust_count(void);
 
 /** NULL for a number that is none. */
-FF_API const ff_loss_info   *ff_loss_at(int loss);
+FF_API const ff_loss_info *ff_loss_at(int loss);
 FF_API const ff_robust_info *ff_robust_at(int robust);
 
 /** The name alone; NULL for a number that is none. */

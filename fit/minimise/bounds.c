@@ -15,7 +15,8 @@ static void effect_in(const ff_layout *l, const ff_gram *g, const double *x, siz
         const size_t at = ff_gram_coordinate(g, c, a);
         const ff_model_param *p = ff_layout_param(l, at, NULL);
         if (!ff_is_of_channel(l->m, p)) continue;
-        const double value = ff_coordinate_value(p->info, x[at]), slope = ff_coordinate_slope(p->info, value), h = local[ff_tri(a, a)];
+        const double value = ff_coordinate_value(p->info, x[at]), slope = ff_coordinate_slope(p->info, value),
+                     h = local[ff_tri(a, a)];
         *size2 += h * (value / slope) * (value / slope);
         if (at == k) *effect2 += h;
     }

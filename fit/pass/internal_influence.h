@@ -12,11 +12,11 @@ typedef struct ff_clusters {
 
 /* What a pass needs of an information that is kept as an arrow, scaled so that the diagonal of H is 1. P = S + C K parameters. */
 typedef struct ff_arrow {
-    size_t S, K, C, P;   /* parameters that all channels share, the shape; of a channel; channels; all */
-    const double *scale; /* [P] 1 / the root of H's diagonal                                        */
-    double *inverse;     /* [S][S] T^-1; 0 where a parameter is not in use                          */
-    double *own;         /* [C][K][K] D_c^-1                                                        */
-    double *follow;      /* [C][K][S] K_c                                                           */
+    size_t S, K, C, P;                       /* parameters that all channels share, the shape; of a channel; channels; all */
+    const double *scale;                     /* [P] 1 / the root of H's diagonal                                        */
+    double *inverse;                         /* [S][S] T^-1; 0 where a parameter is not in use                          */
+    double *own;                             /* [C][K][K] D_c^-1                                                        */
+    double *follow;                          /* [C][K][S] K_c                                                           */
     size_t n_columns, place[FF_MAX_COLUMNS]; /* of a channel's columns: the parameter of the shape, or S + that of the channel */
 } ff_arrow;
 

@@ -1,4 +1,5 @@
-/* The inside of what is known besides the data: penalties.c adds the terms to the normal equations, penalised.c finds their weights. */
+/* The inside of what is known besides the data: penalties.c adds the terms to the normal equations, penalised.c finds their
+ * weights. */
 #ifndef FF_INTERNAL_PENALTIES_H
 #define FF_INTERNAL_PENALTIES_H
 #include "internal_problem.h"
@@ -34,7 +35,7 @@ typedef struct ff_energy {
     double alone_cost2;
     double left; /* violation at the end                                                  */
     size_t n_rows;
-    double *row; /* [n_rows][n_shared + n_own] gradients of what binds, by parameters          */
+    double *row;         /* [n_rows][n_shared + n_own] gradients of what binds, by parameters          */
     size_t *row_channel; /* [n_rows]                                                            */
 } ff_energy;
 
@@ -50,10 +51,11 @@ void ff_view_at(double mu, double phi, double wo[3]);
 
 /* Albedos of all channels at n views, and with `wanted` their derivatives by its columns: out [n][C][1 + columns]; NULL: values
  * alone. FF_ERR_MEMORY. */
-ff_status ff_penalties_albedos(const ff_plan *plan, int parallel, const double *shape, const double *channel, const ff_wanted *wanted,
-                               size_t n, const double (*wo)[3], double *out);
+ff_status ff_penalties_albedos(const ff_plan *plan, int parallel, const double *shape, const double *channel,
+                               const ff_wanted *wanted, size_t n, const double (*wo)[3], double *out);
 
-/* Gradient row [n_shared + n_own] of an albedo of channel c by coordinates, or by their parameters for slope NULL, from its columns. */
+/* Gradient row [n_shared + n_own] of an albedo of channel c by coordinates, or by their parameters for slope NULL, from its
+ * columns. */
 void ff_penalties_gradient(const ff_layout *l, size_t c, const double *column, const double *slope, double *row);
 
 /* The parameter of a coordinate. */

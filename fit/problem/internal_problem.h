@@ -1,5 +1,5 @@
-/* What a fit is about: the samples and their smaller stand-ins, which parameters are free in which coordinates, what is known of them
- * besides the data, and the two things that every stage takes: the plan and the point. */
+/* What a fit is about: the samples and their smaller stand-ins, which parameters are free in which coordinates, what is known of
+ * them besides the data, and the two things that every stage takes: the plan and the point. */
 #ifndef FF_INTERNAL_PROBLEM_H
 #define FF_INTERNAL_PROBLEM_H
 #include "fit/interface/internal_interface.h"
@@ -39,9 +39,9 @@ typedef struct ff_plan {
     const volatile int *cancel;
     void (*progress)(void *context, int iteration, double objective);
     void *progress_context;
-    const ff_penalties *penalties; /* NULL = none                                                                  */
+    const ff_penalties *penalties;             /* NULL = none                                                                  */
     const double *start_shape, *start_channel; /* NULL: to be searched for                                         */
-    int bounded; /* 1: there are constraints, which a given start is brought into                                  */
+    int bounded;    /* 1: there are constraints, which a given start is brought into                                  */
     ff_model model; /* of a plan made by ff_plan_new: bounds and what is held applied                              */
     ff_penalties *own_penalties;
     ff_limits *own_limits;
@@ -54,7 +54,8 @@ void ff_plan_free(ff_plan *plan);
 
 /* The plan that a finished fit had, without penalties: its model has bounds and what is held, which are tied is said again.
  * FF_ERR_RANGE for a fit of other channels than those of p. */
-ff_status ff_plan_of_result(const struct ff_problem *p, const ff_fit_options *o, const ff_fit_result *fit, ff_plan *out, ff_error *err);
+ff_status ff_plan_of_result(const struct ff_problem *p, const ff_fit_options *o, const ff_fit_result *fit, ff_plan *out,
+                            ff_error *err);
 
 /* A plan of a layout whose model and constraints are seen to already. */
 ff_plan ff_plan_with(const ff_layout *l, const struct ff_problem *p, const ff_fit_options *o);
@@ -108,8 +109,8 @@ ff_status ff_point_of_result(const ff_plan *plan, const ff_fit_result *fit, ff_p
 /* A pass at the point with statistics and, as the plan wants them, errors, into at->normal, columns of one coordinate added up. */
 ff_status ff_point_pass(const ff_plan *plan, ff_point *at);
 
-/* At the point, for channel c and used sample i: model and residual [n_channels][n], the residual as it was minimised; what each sample
- * adds to the objective, cost [n]. Each may be NULL. parallel as ff_pass_run. FF_ERR_MEMORY. */
+/* At the point, for channel c and used sample i: model and residual [n_channels][n], the residual as it was minimised; what each
+ * sample adds to the objective, cost [n]. Each may be NULL. parallel as ff_pass_run. FF_ERR_MEMORY. */
 ff_status ff_point_evaluate(const ff_plan *plan, const ff_point *at, int parallel, double *model, double *residual, double *cost);
 
 /* Puts lobes of one kind into the order of their widths, narrowest first, with everything that belongs to them: a sum has no order,
@@ -126,8 +127,8 @@ int ff_plan_exchangeable(const ff_plan *plan, uint32_t a, uint32_t b);
 
 /* Those of c (NULL = none) for a layout that has its ties; *out = NULL when there are none. FF_ERR_MEMORY, FF_ERR_UNKNOWN for a
  * channel that p does not have. The terms weigh nothing until ff_penalised_solve gives them their weights. */
-ff_status ff_penalties_new(const ff_constraints *c, const ff_layout *l, const struct ff_problem *p, ff_shape shape, ff_penalties **out,
-                           ff_error *err);
+ff_status ff_penalties_new(const ff_constraints *c, const ff_layout *l, const struct ff_problem *p, ff_shape shape,
+                           ff_penalties **out, ff_error *err);
 void ff_penalties_free(ff_penalties *e);
 
 /* Does a prior name a parameter of one of these lobes that is not tied to that in its place in the other? */
@@ -136,8 +137,8 @@ int ff_penalties_tell_apart(const ff_plan *plan, uint32_t a, uint32_t b);
 /* Sum of squares of the distances to the priors, in their standard deviations. */
 double ff_penalties_mismatch(const ff_plan *plan, const double *shape, const double *channel);
 
-/* Adds the terms of plan at these parameters to the normal equations in coordinates; slope as ff_gram_fill. parallel as ff_pass_run.
- * Without terms it does nothing. FF_ERR_MEMORY. */
+/* Adds the terms of plan at these parameters to the normal equations in coordinates; slope as ff_gram_fill. parallel as
+ * ff_pass_run. Without terms it does nothing. FF_ERR_MEMORY. */
 ff_status ff_penalties_add(const ff_plan *plan, int parallel, const double *shape, const double *channel, const double *slope,
                            ff_gram *g);
 

@@ -76,8 +76,8 @@ static void add_prior(ff_penalties *e, const ff_layout *l, ff_shape shape, const
 }
 
 /* Priors of channels that the problem has; where it is one of several, those of the others are not its own. */
-static ff_status add_priors(ff_penalties *e, const ff_constraints *c, const ff_layout *l, const struct ff_problem *p, ff_shape shape,
-                            ff_error *err)
+static ff_status add_priors(ff_penalties *e, const ff_constraints *c, const ff_layout *l, const struct ff_problem *p,
+                            ff_shape shape, ff_error *err)
 {
     for (size_t i = 0; i < c->n_priors; i++) {
         const ff_prior *prior = &c->prior[i];
@@ -89,8 +89,8 @@ static ff_status add_priors(ff_penalties *e, const ff_constraints *c, const ff_l
     return FF_OK;
 }
 
-ff_status ff_penalties_new(const ff_constraints *c, const ff_layout *l, const struct ff_problem *p, ff_shape shape, ff_penalties **out,
-                           ff_error *err)
+ff_status ff_penalties_new(const ff_constraints *c, const ff_layout *l, const struct ff_problem *p, ff_shape shape,
+                           ff_penalties **out, ff_error *err)
 {
     *out = NULL;
     if (!c || (c->n_priors == 0 && !c->energy_conserving)) return FF_OK;

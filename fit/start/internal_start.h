@@ -9,9 +9,9 @@ typedef struct ff_candidate {
     double shape[FF_MAX_SHAPE];
 } ff_candidate;
 
-/* Bounded least squares for all channels of a layout of channel parameters alone of which some are tied: from the parameters `at` [n_channels]
- * [n_channel], where tied ones are equal, to the minimum out (may be at) of the quadratic that the grams are of. Returns it;
- * INFINITY and out = at without memory. */
+/* Bounded least squares for all channels of a layout of channel parameters alone of which some are tied: from the parameters `at`
+ * [n_channels] [n_channel], where tied ones are equal, to the minimum out (may be at) of the quadratic that the grams are of.
+ * Returns it; INFINITY and out = at without memory. */
 double ff_tied_least_squares(const ff_layout *l, const ff_normal *normal, const double *at, double *out);
 
 /* A model that is linear in its channel parameters and has the lobes of l's: its start leads to that of l's (ff_standin_start). For
@@ -51,12 +51,12 @@ ff_status ff_start_moves(const ff_plan *plan, const double *from, uint32_t lobe,
 enum { FF_SEQUENCES = 4 };
 ff_status ff_start_sequence(const ff_plan *plan, uint32_t first, ff_candidate *out, size_t *n_out);
 
-/* The free channel parameters that minimise the thin problem of the plan for a shape: exact where the residual is linear in them, else by
- * Gauss-Newton steps, from the linear stand-in of the loss or, in a layout that is not linear, from channel as it comes. channel
- * [n_channels][n_channel] in and out. On the calling thread. */
+/* The free channel parameters that minimise the thin problem of the plan for a shape: exact where the residual is linear in them,
+ * else by Gauss-Newton steps, from the linear stand-in of the loss or, in a layout that is not linear, from channel as it comes.
+ * channel [n_channels][n_channel] in and out. On the calling thread. */
 ff_status ff_start_channels(const ff_plan *plan, const double *shape, double *channel, double *cost2);
 
-/* The stage before the minimisation: the point given or searched for on the thin problem, and most of the way to the optimum, which is
- * gone on fewer samples. FF_ERR_CANCELLED, FF_ERR_MEMORY. */
+/* The stage before the minimisation: the point given or searched for on the thin problem, and most of the way to the optimum, which
+ * is gone on fewer samples. FF_ERR_CANCELLED, FF_ERR_MEMORY. */
 ff_status ff_start(const ff_plan *plan, ff_point *at, ff_error *err);
 #endif

@@ -131,7 +131,8 @@ static ff_status count_groups(ff_finished *f, const ff_places *places, const gro
     const ff_plan *plan = &f->plan;
     ff_status st = ff_errors(plan, &f->at);
     if (!st)
-        st = ff_clusters_informative(plan->p, &f->at.normal, plan->p->n, places->group, places->n_groups, f->at.information, count->number);
+        st = ff_clusters_informative(plan->p, &f->at.normal, plan->p->n, places->group, places->n_groups, f->at.information,
+                                     count->number);
     for (size_t k = 0; k < plan->l.P && !st; k++) count->seen[k] = ff_information_seen(f->at.information, count->number[k]);
     return st;
 }

@@ -11,11 +11,12 @@ typedef struct ff_finished {
     ff_point at;
 } ff_finished;
 
-/* FF_ERR_RANGE for a fit of other channels than those of p, and for a robust loss whose scale is not known; FF_ERR_MEMORY. out must stay
- * where it is; release with ff_finished_close. */
-ff_status ff_finished_open(const struct ff_problem *p, const ff_fit_options *o, const ff_fit_result *fit, ff_finished *out, ff_error *err);
-/* The same for refits, which know the samples alone: FF_ERR_UNSUPPORTED where priors or conserved energy moved the fit; `what` says who
- * asks. */
+/* FF_ERR_RANGE for a fit of other channels than those of p, and for a robust loss whose scale is not known; FF_ERR_MEMORY. out must
+ * stay where it is; release with ff_finished_close. */
+ff_status ff_finished_open(const struct ff_problem *p, const ff_fit_options *o, const ff_fit_result *fit, ff_finished *out,
+                           ff_error *err);
+/* The same for refits, which know the samples alone: FF_ERR_UNSUPPORTED where priors or conserved energy moved the fit; `what` says
+ * who asks. */
 ff_status ff_finished_open_data(const struct ff_problem *p, const ff_fit_options *o, const ff_fit_result *fit, const char *what,
                                 ff_finished *out, ff_error *err);
 void ff_finished_close(ff_finished *f);

@@ -4,7 +4,8 @@
 #include "ff_status.h"
 #include "warning_struct.h"
 
-/* Appends a copy of w, its parameters and channels included, with the severity of its code. FF_ERR_MEMORY: the list is as it was. */
+/* Appends a copy of w, its parameters and channels included, with the severity of its code. FF_ERR_MEMORY: the list is as it was.
+ */
 ff_status ff_warnings_add(ff_warnings *list, const ff_warning *w);
 
 /* One without parameters or channels; value [those the code has], NULL when it has none. */

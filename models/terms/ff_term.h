@@ -1,8 +1,9 @@
-/** @file ff_term.h  What a person is told about one term of a model: its name, where it was published, what it claims, its parameters.
+/** @file ff_term.h  What a person is told about one term of a model: its name, where it was published, what it claims, its
+ * parameters.
  *
- *  A model is put together from terms: how the facets of the surface are spread (a distribution), which of them hide others (masking),
- *  how much one of them reflects (Fresnel), and what is scattered from underneath (diffuse).
- *  ff_model.h lists the terms and composes them. Descriptors are immutable and have static storage: read them from any thread. */
+ *  A model is put together from terms: how the facets of the surface are spread (a distribution), which of them hide others
+ * (masking), how much one of them reflects (Fresnel), and what is scattered from underneath (diffuse). ff_model.h lists the terms
+ * and composes them. Descriptors are immutable and have static storage: read them from any thread. */
 #ifndef FF_TERM_H
 #define FF_TERM_H
 #include <stdint.h>

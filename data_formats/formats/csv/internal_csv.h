@@ -8,33 +8,43 @@
 
 /** What a column can be. The first four are the places of the angles in a row. */
 typedef enum ff_csv_key {
-    FF_CSV_THETA_I, FF_CSV_PHI_I, FF_CSV_THETA_O, FF_CSV_PHI_O,
-    FF_CSV_VALUE, FF_CSV_SIGMA, FF_CSV_WEIGHT, FF_CSV_WAVELENGTH, FF_CSV_PHASE
+    FF_CSV_THETA_I,
+    FF_CSV_PHI_I,
+    FF_CSV_THETA_O,
+    FF_CSV_PHI_O,
+    FF_CSV_VALUE,
+    FF_CSV_SIGMA,
+    FF_CSV_WEIGHT,
+    FF_CSV_WAVELENGTH,
+    FF_CSV_PHASE
 } ff_csv_key;
 
 typedef enum ff_csv_unit {
-    FF_CSV_PLAIN,                    /**< not said: degrees, nm, the quantity's own                                */
-    FF_CSV_DEGREES, FF_CSV_RADIANS,
-    FF_CSV_NM, FF_CSV_UM, FF_CSV_M,
-    FF_CSV_PERCENT                   /**< of f: hundredths; of sigma: hundredths of the value of f                 */
+    FF_CSV_PLAIN, /**< not said: degrees, nm, the quantity's own                                */
+    FF_CSV_DEGREES,
+    FF_CSV_RADIANS,
+    FF_CSV_NM,
+    FF_CSV_UM,
+    FF_CSV_M,
+    FF_CSV_PERCENT /**< of f: hundredths; of sigma: hundredths of the value of f                 */
 } ff_csv_unit;
 
 /** One "key=column:unit". */
 typedef struct ff_csv_item {
-    ff_csv_key  key;
-    const char *text;     /**< the key as written, for messages                                                    */
-    const char *channel;  /**< of FF_CSV_VALUE and FF_CSV_SIGMA: NAME of f_NAME, "" of plain f and sigma           */
-    const char *column;   /**< name in the file, "a|b" for either; NULL where number or constant stands for it     */
-    int         exact;    /**< the name was in quotes: '|' is part of it                                           */
-    long        number;   /**< #3 is 2; -1: none                                                                   */
-    double      constant; /**< NaN: none                                                                           */
+    ff_csv_key key;
+    const char *text;    /**< the key as written, for messages                                                    */
+    const char *channel; /**< of FF_CSV_VALUE and FF_CSV_SIGMA: NAME of f_NAME, "" of plain f and sigma           */
+    const char *column;  /**< name in the file, "a|b" for either; NULL where number or constant stands for it     */
+    int exact;           /**< the name was in quotes: '|' is part of it                                           */
+    long number;         /**< #3 is 2; -1: none                                                                   */
+    double constant;     /**< NaN: none                                                                           */
     ff_csv_unit unit;
 } ff_csv_item;
 
 typedef struct ff_csv_mapping {
-    size_t       n;
-    ff_csv_item *item;    /**< [n], strings into text                                                              */
-    char        *text;
+    size_t n;
+    ff_csv_item *item; /**< [n], strings into text                                                              */
+    char *text;
 } ff_csv_mapping;
 
 /** Reads "theta_i=incidence,f=#4,phi_i=0". FF_ERR_SYNTAX, FF_ERR_UNKNOWN (a key that is none), FF_ERR_MEMORY; messages name path
@@ -50,8 +60,8 @@ size_t ff_csv_item_find(const ff_csv_item *item, const ff_names *names, int *twi
 /** What "# key: value" lines before the header say. */
 typedef struct ff_csv_head {
     ff_quantity quantity;
-    double      radians_per_unit;
-    int         isotropic; /**< -1: not said */
+    double radians_per_unit;
+    int isotropic; /**< -1: not said */
 } ff_csv_head;
 
 /** One comment line; it is changed. Comments that say nothing to us are FF_OK. FF_ERR_FORMAT. */
@@ -60,12 +70,12 @@ ff_status ff_csv_comment(ff_csv_head *h, char *text, int after_header, const cha
 /* ---- csv_header.c ---------------------------------------------------------------------------------- */
 
 typedef struct ff_csv_header {
-    ff_names    names;
-    char        separator;
-    long        line, passed_over; /**< its number; lines before it that are no comments                           */
-    int         ours;              /**< the file says "facetfit-csv": its comments are in our words                */
-    const char *first_row;         /**< the line found where the file has no header, valid until the next is read  */
-    size_t      first_row_length;
+    ff_names names;
+    char separator;
+    long line, passed_over; /**< its number; lines before it that are no comments                           */
+    int ours;               /**< the file says "facetfit-csv": its comments are in our words                */
+    const char *first_row;  /**< the line found where the file has no header, valid until the next is read  */
+    size_t first_row_length;
 } ff_csv_header;
 
 /** Reads lines up to the header. *out is written only on FF_OK; the caller frees its names. FF_ERR_FORMAT tells the columns of the
@@ -97,11 +107,11 @@ static inline const char *ff_csv_skip_cell(const char *p, const char *stop, char
 
 /** A layout of somebody's CSV files that is described by a mapping. */
 typedef struct ff_csv_layout {
-    const char *format;   /**< name of the format                                                                  */
-    const char *columns;  /**< its mapping                                                                         */
+    const char *format;  /**< name of the format                                                                  */
+    const char *columns; /**< its mapping                                                                         */
     ff_quantity quantity;
-    int         zero_sigma_is_small; /**< 1: a standard deviation of 0 is below what the instrument resolves       */
-    const char *note;     /**< sentence on what is read of such files, or NULL                                      */
+    int zero_sigma_is_small; /**< 1: a standard deviation of 0 is below what the instrument resolves       */
+    const char *note;        /**< sentence on what is read of such files, or NULL                                      */
 } ff_csv_layout;
 
 /** 1 when one of the first lines at head has all the columns of the layout. */

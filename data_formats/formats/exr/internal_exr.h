@@ -8,16 +8,16 @@
 
 enum { FF_EXR_VERSION = 1, FF_EXR_SOURCE = 32 };
 #define FF_EXR_A(name) "facetfit." name /**< an attribute of the table                                     */
-#define FF_EXR_HIGH ".high"             /**< appended to the name of a plane of doubles: its upper 32 bits */
-#define FF_EXR_LOW ".low"
-extern const char *const ff_exr_direction[4];        /**< planes of angles: "direction.theta_i", ...                */
-extern const char *const ff_exr_parametrisation[4];  /**< by ff_axes_kind: "list", "half-difference", ...           */
-extern const char *const ff_exr_axis_name[4][4];     /**< [ff_axes_kind][k], the attribute that holds an axis       */
+#define FF_EXR_HIGH    ".high"          /**< appended to the name of a plane of doubles: its upper 32 bits */
+#define FF_EXR_LOW     ".low"
+extern const char *const ff_exr_direction[4];       /**< planes of angles: "direction.theta_i", ...                */
+extern const char *const ff_exr_parametrisation[4]; /**< by ff_axes_kind: "list", "half-difference", ...           */
+extern const char *const ff_exr_axis_name[4][4];    /**< [ff_axes_kind][k], the attribute that holds an axis       */
 
 /** ff_table.kept of a table that was read or laid out here; kept_free is ff_exr_kept_free. */
 typedef struct ff_exr_kept {
-    int doubles;                 /**< values, sigmas and weights are written as doubles */
-    char source[FF_EXR_SOURCE];  /**< format that the table came from                    */
+    int doubles;                /**< values, sigmas and weights are written as doubles */
+    char source[FF_EXR_SOURCE]; /**< format that the table came from                    */
 } ff_exr_kept;
 void ff_exr_kept_free(void *kept);
 /** Gives t a kept; FF_ERR_MEMORY. */

@@ -54,7 +54,8 @@ ff_status Describe(const OIIO::ImageSpec &spec, const char *kind, const std::str
     const double band = spec.tile_height > 0 ? spec.tile_height : std::max(1.0, std::min(64.0, kBandFloats / line));
     const double tile_width = std::max(spec.tile_width, 1);
     if (4 * band * (line + tile_width * spec.nchannels) > most)
-        return fail(FF_ERR_FORMAT, "tiles of " + std::to_string(spec.tile_width) + " x " + std::to_string(spec.tile_height) + " pixels",
+        return fail(FF_ERR_FORMAT,
+                    "tiles of " + std::to_string(spec.tile_width) + " x " + std::to_string(spec.tile_height) + " pixels",
                     "a file that is large enough to hold them");
     *info = ff_image_info{};
     info->width = spec.width;
@@ -99,17 +100,19 @@ ff_status Lines(ff_image &image, long first, long count, float *out, ff_error *e
     OIIO::ImageInput &input = *image.input;
     const OIIO::ImageSpec &spec = input.spec();
     const int y = spec.y + static_cast<int>(first), end = y + static_cast<int>(count);
-    const bool done = spec.tile_width ? input.read_tiles(0, 0, spec.x, spec.x + spec.width, y, end, spec.z, spec.z + 1, 0, spec.nchannels,
-                                                         OIIO::TypeDesc::FLOAT, out)
+    const bool done = spec.tile_width ? input.read_tiles(0, 0, spec.x, spec.x + spec.width, y, end, spec.z, spec.z + 1, 0,
+                                                         spec.nchannels, OIIO::TypeDesc::FLOAT, out)
                                       : input.read_scanlines(0, 0, y, end, spec.z, 0, spec.nchannels, OIIO::TypeDesc::FLOAT, out);
     const std::string reason = input.geterror();
     if (done) return FF_OK;
-    return ff_error_set(err, FF_ERR_READ, image.path.c_str(), 0, -1, "OpenImageIO cannot read lines %ld to %ld (%s), expected a whole image",
-                        first, first + count - 1, reason.empty() ? "no reason given" : reason.c_str());
+    return ff_error_set(err, FF_ERR_READ, image.path.c_str(), 0, -1,
+                        "OpenImageIO cannot read lines %ld to %ld (%s), expected a whole image", first, first + count - 1,
+                        reason.empty() ? "no reason given" : reason.c_str());
 }
 
 /// Runs what must not throw.
-template <class F> ff_status Guarded(const char *path, ff_error *err, F &&call) noexcept
+template <class F>
+ff_status Guarded(const char *path, ff_error *err, F &&call) noexcept
 {
     try {
         return call();
@@ -144,5 +147,5 @@ void CloseImage(ff_image *image)
 
 } // namespace
 
-extern "C" __attribute__((visibility("default"))) const ff_image_reader ff_image_reader_v1 = {FF_IMAGE_READER, OpenImage, ReadLines,
-                                                                                               CloseImage};
+extern "C" __attribute__((visibility("default")))
+const ff_image_reader ff_image_reader_v1 = {FF_IMAGE_READER, OpenImage, ReadLines, CloseImage};

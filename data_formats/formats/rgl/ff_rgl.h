@@ -18,11 +18,11 @@ typedef struct ff_rgl ff_rgl;
 
 /** What an open file holds; valid until ff_rgl_free. */
 typedef struct ff_rgl_info {
-    size_t            n_channels;  /**< 3 of an RGB file, else one per wavelength                         */
-    const ff_channel *channels;    /**< [n_channels]; scale 1                                             */
-    const char       *description; /**< the file's own words, "" when it has none                         */
-    int               isotropic;   /**< 1: depends on the difference of the azimuths only                 */
-    size_t            n_phi_i, n_theta_i, width, height; /**< measured: incidences, half vectors for each */
+    size_t n_channels;                        /**< 3 of an RGB file, else one per wavelength                         */
+    const ff_channel *channels;               /**< [n_channels]; scale 1                                             */
+    const char *description;                  /**< the file's own words, "" when it has none                         */
+    int isotropic;                            /**< 1: depends on the difference of the azimuths only                 */
+    size_t n_phi_i, n_theta_i, width, height; /**< measured: incidences, half vectors for each */
 } ff_rgl_info;
 
 /** Opens path ("-" is standard input). FF_ERR_OPEN, FF_ERR_READ, FF_ERR_FORMAT, FF_ERR_DATA, FF_ERR_UNSUPPORTED, FF_ERR_MEMORY.
@@ -37,7 +37,8 @@ FF_API ff_rgl_info ff_rgl_about(const ff_rgl *r);
 
 /** f in 1/sr, cosine not included, at n pairs of directions.
  *  @param w      six planes [n] of unit vectors: wix wiy wiz wox woy woz
- *  @param f      [n_channels][ld] out, f[c*ld + i]; 0 where the function is not defined. May be negative: a colour outside the gamut
+ *  @param f      [n_channels][ld] out, f[c*ld + i]; 0 where the function is not defined. May be negative: a colour outside the
+ * gamut
  *  @param ld     stride of a channel, >= n
  *  @param valid  [n] out: 0 where a direction is not above the horizon or the file holds no density there; NULL = not needed */
 FF_API void ff_rgl_eval(const ff_rgl *r, const double *const w[6], size_t n, double *f, size_t ld, unsigned char *valid);

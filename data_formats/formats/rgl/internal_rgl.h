@@ -34,8 +34,8 @@ double ff_rgl_factor(const ff_rgl *r, double theta_i, double phi_i, const double
 /** What colours are relative to, 4 sigma apart: the density of normals at u, or 1. */
 double ff_rgl_density(const ff_rgl *r, const double u[2]);
 
-/** Samples of one node of incidence, [height width] each: the directions seen (radians; beyond pi/2 below the horizon), f per colour
- *  (0 where not defined) and the density of normals. row: scratch [2 vndf.width]. */
+/** Samples of one node of incidence, [height width] each: the directions seen (radians; beyond pi/2 below the horizon), f per
+ * colour (0 where not defined) and the density of normals. row: scratch [2 vndf.width]. */
 typedef struct ff_rgl_slice {
     double *theta_o, *phi_o, *factor, *density;
 } ff_rgl_slice;

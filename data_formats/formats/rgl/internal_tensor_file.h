@@ -57,9 +57,9 @@ typedef struct ff_tensor_file {
 /** Limits beyond any file of the kind. */
 enum { FF_TENSOR_FIELDS = 256, FF_TENSOR_DIMS = 16 };
 
-/** Reads path. Every field lies inside the file, after the descriptions, and apart from the others; names differ; nothing but up to 7
- *  bytes of padding stands between the fields or after the last. *out is written only on FF_OK; then ff_tensor_file_free must follow.
- *  FF_ERR_READ where the file ends early, FF_ERR_FORMAT, FF_ERR_MEMORY, FF_ERR_OPEN. */
+/** Reads path. Every field lies inside the file, after the descriptions, and apart from the others; names differ; nothing but up to
+ * 7 bytes of padding stands between the fields or after the last. *out is written only on FF_OK; then ff_tensor_file_free must
+ * follow. FF_ERR_READ where the file ends early, FF_ERR_FORMAT, FF_ERR_MEMORY, FF_ERR_OPEN. */
 ff_status ff_tensor_file_read(const char *path, ff_tensor_file *out, ff_error *err);
 
 /** A file in memory with these fields (name, type, n_dims, shape are read), their data zero; laid out as the database does. */

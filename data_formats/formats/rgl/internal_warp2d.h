@@ -3,7 +3,8 @@
  *  For each pair of nodes (a, b) of the parameters the density is bilinear between the numbers of a height x width grid, whose
  *  corners are the corners of the square, and has integral 1; between nodes of the parameters it is interpolated linearly, and
  *  constant beyond the outer ones. The map from uniform s to u with that density goes by its marginal over rows (s.y -> u.y), then
- *  by the density along the row there (s.x -> u.x): Dupuy and Jakob 2018, section 4, and the class of the same kind in their loader.
+ *  by the density along the row there (s.x -> u.x): Dupuy and Jakob 2018, section 4, and the class of the same kind in their
+ * loader.
  *
  *  x is the last index of the grid, y the one before. */
 #ifndef FF_INTERNAL_WARP2D_H
@@ -11,18 +12,18 @@
 #include <stddef.h>
 
 typedef struct ff_warp2d {
-    size_t width, height;  /**< >= 2 each                                                                      */
-    size_t n_node[2];      /**< of the parameters, >= 1 each                                                   */
-    double *node[2];       /**< [n_node[k]], increasing                                                        */
-    float *density;        /**< [n_node[0]][n_node[1]][height][width], divided by the integral in cells         */
-    float *marginal;       /**< [slices][height], integral of the rows before                                  */
-    float *conditional;    /**< [slices][height][width], integral along the row so far; NULL without inverse    */
+    size_t width, height; /**< >= 2 each                                                                      */
+    size_t n_node[2];     /**< of the parameters, >= 1 each                                                   */
+    double *node[2];      /**< [n_node[k]], increasing                                                        */
+    float *density;       /**< [n_node[0]][n_node[1]][height][width], divided by the integral in cells         */
+    float *marginal;      /**< [slices][height], integral of the rows before                                  */
+    float *conditional;   /**< [slices][height][width], integral along the row so far; NULL without inverse    */
 } ff_warp2d;
 
 /** Copies nodes; takes over `density` [slices][height][width] (malloc'ed, numbers of any scale, finite and >= 0, each slice with a
  *  positive integral), also on failure. Returns 0 when memory is out. */
-int ff_warp2d_new(size_t width, size_t height, const size_t n_node[2], const double *const node[2], float *density, int with_inverse,
-                  ff_warp2d *out);
+int ff_warp2d_new(size_t width, size_t height, const size_t n_node[2], const double *const node[2], float *density,
+                  int with_inverse, ff_warp2d *out);
 void ff_warp2d_free(ff_warp2d *w);
 
 /** The slices that stand for a point of the parameters: up to four with their weights. */

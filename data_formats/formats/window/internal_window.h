@@ -23,8 +23,8 @@ typedef struct ff_window_basis {
 /** Fills a basis whose name is set with the rings that the name stands for ("LBNL/Klems Full", Half, Quarter): 1, else 0. */
 int ff_window_standard_basis(ff_window_basis *b);
 
-/** Adds a ring beyond the last one. FF_ERR_DATA for one that does not continue it, FF_ERR_UNSUPPORTED for a ring of one patch, whose
- *  values have no azimuth. */
+/** Adds a ring beyond the last one. FF_ERR_DATA for one that does not continue it, FF_ERR_UNSUPPORTED for a ring of one patch,
+ * whose values have no azimuth. */
 ff_status ff_window_add_ring(ff_window_basis *b, const ff_window_ring *ring, const char *path, long line, ff_error *err);
 
 /** Centres and solid angles of the patches: theta, phi (degrees), omega (sr) [n] each. */
@@ -49,26 +49,26 @@ typedef struct ff_tree_cell {
 typedef struct ff_scattering {
     const char *path;
     ff_error *err;
-    char *buffer;              /**< [FF_SCATTERING_BUFFER], the caller's          */
-    long (*line)(void *user);  /**< where the present piece begins                */
+    char *buffer;             /**< [FF_SCATTERING_BUFFER], the caller's          */
+    long (*line)(void *user); /**< where the present piece begins                */
     void *user;
-    uint64_t expected;         /**< numbers of a matrix                           */
-    char what[64];             /**< "145 x 145 values"                            */
-    int rank;                  /**< 0: a matrix; 3 or 4: a tensor tree            */
-    int mirrored;              /**< 1: x of a tree points the other way           */
+    uint64_t expected; /**< numbers of a matrix                           */
+    char what[64];     /**< "145 x 145 values"                            */
+    int rank;          /**< 0: a matrix; 3 or 4: a tensor tree            */
+    int mirrored;      /**< 1: x of a tree points the other way           */
 
-    size_t n_buffer;           /**< text that waits                               */
-    long first_line;           /**< of the buffer                                 */
-    const char *at;            /**< what is being looked at in it                 */
+    size_t n_buffer; /**< text that waits                               */
+    long first_line; /**< of the buffer                                 */
+    const char *at;  /**< what is being looked at in it                 */
     int comma_may_follow;
-    double *value;             /**< the matrix; of a tree: the present leaf       */
+    double *value; /**< the matrix; of a tree: the present leaf       */
     size_t n, capacity;
     ff_tree_node node[FF_TREE_LEVELS + 1];
-    unsigned depth;            /**< open nodes                                    */
-    int closed;                /**< the tree is complete                          */
-    ff_tree_cell *cell;        /**< of the present leaf                           */
+    unsigned depth;     /**< open nodes                                    */
+    int closed;         /**< the tree is complete                          */
+    ff_tree_cell *cell; /**< of the present leaf                           */
     size_t n_cells;
-    ff_rows leaves;            /**< theta_i, phi_i, theta_o, phi_o (degrees), value, d wi d wo */
+    ff_rows leaves; /**< theta_i, phi_i, theta_o, phi_o (degrees), value, d wi d wo */
 } ff_scattering;
 
 /** Takes the next piece. FF_ERR_DATA for what is no finite number, FF_ERR_FORMAT for too many of them or a tree that is none. */
