@@ -79,10 +79,11 @@ static void put_comment(const ndf_report *n, char *out, size_t size)
 static int write_profile(const ndf_report *n, const char *path)
 {
     const size_t rows = n->r->n_rows;
-    double *theta = malloc(2 * rows * sizeof *theta), *d = theta + rows;
+    double *theta = malloc(2 * rows * sizeof *theta);
     char comment[2048];
     ff_error err = {0};
     if (!theta) return cli_failed(FF_ERR_MEMORY, NULL);
+    double *d = theta + rows;
     for (size_t i = 0; i < rows; ++i) {
         theta[i] = n->r->row[i].theta;
         d[i] = n->r->row[i].d;

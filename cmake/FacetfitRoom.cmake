@@ -5,7 +5,7 @@
 #   The rooms made so far are listed, lowest first, in the global property FACETFIT_ROOMS.
 #   `scalar` is the baseline of the target and always there; the others exist on x86-64 only.
 set(FACETFIT_ISAS scalar)
-if(CMAKE_SYSTEM_PROCESSOR MATCHES "^(x86_64|AMD64|amd64)$")
+if(FACETFIT_VECTOR_ISAS AND CMAKE_SYSTEM_PROCESSOR MATCHES "^(x86_64|AMD64|amd64)$")
   list(APPEND FACETFIT_ISAS avx2 avx512)
 endif()
 set(FACETFIT_FLAGS_scalar "")

@@ -235,8 +235,9 @@ static ff_status gradients(const ff_energy *e, const ff_plan *plan, const ff_poi
 static ff_status ease_of(const ff_plan *plan, const ff_information *info, size_t c, const double *row, double *out)
 {
     const ff_layout *l = &plan->l;
-    double *gradient = calloc(2 * l->P + 1, sizeof *gradient), *moved = gradient + l->P;
+    double *gradient = calloc(2 * l->P + 1, sizeof *gradient);
     if (!gradient) return FF_ERR_MEMORY;
+    double *moved = gradient + l->P;
     for (size_t i = 0; i < l->n_shared + l->n_own; i++) gradient[i < l->n_shared ? i : i + c * l->n_own] = row[i];
     const ff_status s = ff_information_solve(info, gradient, moved);
     *out = 0;

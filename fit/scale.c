@@ -204,7 +204,7 @@ ff_status ff_problem_estimate_scale(ff_problem *p, const ff_model *m, const ff_f
     forget_units(p);
     ff_status st = ff_fit_run(p, m, &plain, &fit, err);
     if (st) return st;
-    double *model = malloc(2 * all * sizeof *model), *residual = model + all, change = 1;
+    double *model = malloc(2 * all * sizeof *model), *residual = model ? model + all : NULL, change = 1;
     value *values = malloc((MOST_VALUES + 1) * sizeof *values);
     if (!model || !values) st = ff_error_set(err, FF_ERR_MEMORY, NULL, 0, -1, "out of memory");
     for (int round = 0; round < ROUNDS && !st && change > SCALE_SETTLED; round++) {

@@ -219,8 +219,9 @@ static ff_status settle_columns(alta *a, const char *text)
 
 static ff_status take_row(alta *a)
 {
-    double *row = ff_rows_add(&a->rows), *value = row + 4;
+    double *row = ff_rows_add(&a->rows);
     if (!row) return ff_error_set(a->err, FF_ERR_MEMORY, a->path, line_of(a), -1, "no memory for row %zu", a->rows.n + 1);
+    double *value = row + 4;
     const double *y = a->x + a->n_x;
     const ff_alta_conversion found = a->in->convert(a->x, row);
     if (found == FF_ALTA_WRONG)

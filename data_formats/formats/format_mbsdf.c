@@ -212,8 +212,9 @@ static ff_status new_table(const block *b, ff_table *out, ff_error *err)
 {
     const size_t n[4] = {b->n_theta, 1, b->n_theta, b->n_phi};
     const double zero = 0;
-    double *work = malloc((2 * b->n_theta + b->n_phi) * sizeof *work), *theta = work, *phi = work + 2 * b->n_theta;
+    double *work = malloc((2 * b->n_theta + b->n_phi) * sizeof *work);
     if (!work) return ff_error_set(err, FF_ERR_MEMORY, NULL, 0, -1, "no memory for %zu + %zu nodes", b->n_theta, b->n_phi);
+    double *theta = work, *phi = work + 2 * b->n_theta;
     for (size_t k = 0; k < b->n_theta; k++) theta[k] = 90 * (double)k / (double)b->n_theta;
     for (size_t k = 0; k < b->n_phi; k++) phi[k] = 180 * (double)k / (double)(b->n_phi - 1);
     if (b->n_phi == 1) phi[0] = 90; /* the middle of all of them */

@@ -102,9 +102,10 @@ static void take_inverse(ff_information *info)
 static ff_status invert(ff_information *info, const ff_gram *g)
 {
     const size_t S = info->S, most = S > info->K ? S : info->K;
-    double *T = calloc(S * S + 4 * most * most + most + 1, sizeof *T), *work = T + S * S;
+    double *T = calloc(S * S + 4 * most * most + most + 1, sizeof *T);
     size_t index[FF_MAX_SHARED], k = 0;
     if (!T) return FF_ERR_MEMORY;
+    double *work = T + S * S;
     for (size_t i = 0; i < S; i++) {
         T[i * S + i] = FF_RIDGE;
         if (info->use[i]) index[k++] = i;

@@ -82,9 +82,10 @@ static ff_status of_single(const ff_information *info, const ff_normal *n, size_
                            const double *of_samples, double *sums)
 {
     const size_t P = info->P;
-    double *M = malloc((2 * P * P + 1) * sizeof *M), *T = M + P * P;
+    double *M = malloc((2 * P * P + 1) * sizeof *M);
     (void)of_samples;
     if (!M) return FF_ERR_MEMORY;
+    double *T = M + P * P;
     for (size_t i = 0; i < P; i++)
         for (size_t j = 0; j < P; j++)
             M[i * P + j] = (n->meat[ff_tri(i, j)] - (double)n_samples * mean[i] * mean[j]) * info->scale[i] * info->scale[j];
