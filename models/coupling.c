@@ -132,7 +132,7 @@ static void add_from_zero(filler *f, const ray *r, double end)
         return;
     }
     while (q[from] > far) from++;
-    for (to = from; q[to] > near && to < RAY_POINTS - 1;) to++;
+    for (to = from; to < RAY_POINTS - 1 && q[to] > near;) to++;
     add_points(f, r, to - from, q + from, w + from, end);
     add_points(f, r, 1, q + to, &(double){w[to] / (1 - exp(-2 * step))}, end); /* with it, as a geometric series, all below */
 }

@@ -214,7 +214,7 @@ static int is_minimum(const ff_layout *l, const grid *g, const double *cost2, si
             at += (to - 1) * stride;
             stride *= g->size[k];
         }
-        if (inside && (cost2[at] < cost2[code] || (cost2[at] == cost2[code] && at < code))) return 0;
+        if (inside && (at < code ? cost2[at] <= cost2[code] : cost2[at] < cost2[code])) return 0;
     }
     return 1;
 }
