@@ -237,7 +237,7 @@ def introduction(paints):
         "(`astm/`), and films, papers and paints of the EPFL goniophotometer in RGB (`rgl/`; Dupuy and Jakob 2018). Schlick's term, Lambert's part and one roughness for all channels are what a first fit would use; that they are "
         "right for any of these is not known. The files are not part of the project.", "",
         "## How to read it", "",
-        f"* Minimised is half the weighted sum of squares of (f - y) cos(theta_i), up to {number(paints[0].max_theta)} degrees from the normal ([fitting.md](fitting.md)). A number in a table is this objective over that of the winner of the file, **1**; its "
+        f"* Minimised is half the weighted sum of squares of (f - y) cos(theta_i), up to {number(paints[0].max_theta)} degrees from the normal ([fitting-reference.md](fitting-reference.md)). A number in a table is this objective over that of the winner of the file, **1**; its "
         "square root is the ratio of the root mean squares.",
         f"* `{RETRIEVED}` is no formula: the distribution found from the same file by `facetfit ndf` under the height-correlated form, some 20 effective parameters that no criterion here charges for. It cannot be a "
         "winner; it shows what the best isotropic distribution could reach with that masking, Schlick's F and Lambert's part.",
@@ -245,7 +245,7 @@ def introduction(paints):
         "* Maskings: Smith's separable, height-correlated, direction-correlated and height-direction-correlated forms, V-cavity, Kelemen's, none; Hammon's and Schlick's approximations of Smith's go with ggx alone. "
         "beckmann-walter and phong-walter are beckmann and phong with Walter's rational masking."]
     if paints[0].statistics():
-        lines.append("* Not told apart: Vuong's test between the winner and the model, with a variance that knows of neighbours and of incident directions, is not significant ([fitting.md](fitting.md)). Residual by angle: mean and root mean square of "
+        lines.append("* Not told apart: Vuong's test between the winner and the model, with a variance that knows of neighbours and of incident directions, is not significant ([fitting-reference.md](fitting-reference.md)). Residual by angle: mean and root mean square of "
                      "(model - data) cos(theta_i) in a band, relative to the mean |data cos(theta_i)| there.")
     else:
         lines.append(f"* Not told apart: this version of the program reports no test between models, no effective number of samples and no residuals by angle. Listed instead are models within {more(NEAR)} of the "

@@ -88,7 +88,7 @@ static void page(void)
 {
     enum { SIZE = 1 << 17 };
     char *text = calloc(1, SIZE), rows[1 << 14] = "";
-    FILE *f = fopen(FF_TEST_SOURCE_DIR "/../docs/fitting.md", "r");
+    FILE *f = fopen(FF_TEST_SOURCE_DIR "/../docs/fitting-reference.md", "r");
     if (!text || !f || fread(text, 1, SIZE - 1, f) == 0) {
         printf("docs/fitting.md cannot be read\n");
         exit(1);

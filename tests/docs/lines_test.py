@@ -17,6 +17,7 @@ NAMED = re.compile(r"^[\w./-]+\.(?:c|h|cpp|def|py|cmake|svg|md|transcript)$")
 FLAGS_OF_OTHERS = {"--install", "--prefix", "--cflags", "--libs", "--output-on-failure", "--update"}
 # Placeholders of a naming rule (`ff_x_new`), and what a recipe adds or a user of the library would write.
 EXAMPLES = re.compile(r"^ff_(x|noun)\b|^ff_x_")
+INSTALLED = ("include/", "lib/", "share/")
 failures = 0
 
 
@@ -96,9 +97,10 @@ def check_names(page, text, files, code, flags, new):
     for span in spans(text):
         if NAMED.match(span) and not span.startswith(("http", "src/")):
             local = os.path.normpath(os.path.join(os.path.dirname(page), span))
-            there = span in files or local in files or any(f.endswith("/" + span) for f in files) if "/" in span else span in names
+            there = span in files or local in files or any(f.endswith("/" + span) for f in files) if "/" in span \
+                else span in names or (span[0] == "_" and any(name.endswith(span) for name in names))
             check(there or span in new, f"{page}: there is no file {span}")
-        elif re.match(r"^[\w./-]+/$", span):
+        elif re.match(r"^[\w./-]+/$", span) and not span.startswith(INSTALLED):
             check(any(f.startswith(span) or "/" + span in f for f in files), f"{page}: there is no folder {span}")
         for name in re.findall(r"\b([A-Za-z_]\w*)\(\)", span):
             check(re.search(r"\b%s\(" % name, code), f"{page}: there is no function {name}()")
