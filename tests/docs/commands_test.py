@@ -116,6 +116,20 @@ def check_page(page):
             check_block(page, number, comments, lines, folder)
 
 
+def check_picture():
+    """The picture of the README is what its script draws today."""
+    with tempfile.TemporaryDirectory() as folder:
+        drawn = os.path.join(folder, "lobes.svg")
+        done = subprocess.run([sys.executable, os.path.join(TOP, "docs", "lobes.py"), PROGRAM, drawn], stderr=subprocess.PIPE, text=True, check=False)
+        check(done.returncode == 0, f"docs/lobes.py: {done.stderr[-600:]}")
+        if done.returncode == 0:
+            with open(drawn, encoding="utf-8") as new, open(os.path.join(TOP, "docs", "lobes.svg"), encoding="utf-8") as kept:
+                a, b = new.read().split(), kept.read().split()
+            check(len(a) == len(b) and all(same(x, y) for x, y in zip(a, b)), "docs/lobes.svg is not what docs/lobes.py draws")
+
+
+if not sys.argv[3:]:
+    check_picture()
 pages = sys.argv[3:] or ["README.md"] + sorted("docs/" + name for name in os.listdir(os.path.join(TOP, "docs")) if name.endswith(".md"))
 for name in pages:
     check_page(name)
