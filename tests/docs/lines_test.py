@@ -92,6 +92,13 @@ def spans(text):
     return {" ".join(span.split()) for span in re.findall(r"`([^`]+)`", "\n".join(line for _, line in prose(text)))}
 
 
+def check_places(page, text, files):
+    """`f()` in `file`, also `f()`, `g()` and `h()` in `file`: that file has them."""
+    for functions, path in re.findall(r"((?:`\w+\(\)`(?:,\s+|\s+and\s+)?)+)\s+in\s+`([\w/]+\.(?:c|cpp|h))`", text):
+        for name in re.findall(r"`(\w+)\(\)`", functions):
+            check(path in files and re.search(r"\b%s\(" % name, read(path)), f"{page}: {name}() is not in {path}")
+
+
 def check_names(page, text, files, code, flags, new):
     names = {os.path.basename(path) for path in files}
     for span in spans(text):
@@ -126,6 +133,7 @@ for page in page_names:
     if page not in WRITTEN_BY_THE_PROGRAM:
         check_width(page, text)
     check_links(page, text, known_anchors)
+    check_places(page, text, files)
     check_names(page, text, files, code + recipes, flags, new)
 check(len(read("README.md").splitlines()) <= README_LINES, f"README.md has more than {README_LINES} lines")
 check(len(page_names) >= 10 and len(flags) > 50, f"{len(page_names)} pages, {len(flags)} flags")
