@@ -11,6 +11,7 @@ words of it may be left out; numbers may differ in their last digit, `...` stand
 """
 import os
 import re
+import shutil
 import subprocess
 import sys
 import tempfile
@@ -95,7 +96,10 @@ def check_block(page, number, comments, lines, folder):
     output, at_line = [], 0
     for k, line in enumerate(lines):
         match = COMMAND.match(line)
-        if match:
+        if match and "| jq " in line and not shutil.which("jq"):
+            print(f"{page}:{number + k}: not run, jq is not installed")
+            output = None
+        elif match:
             done = run(match[2], folder)
             ran += 1
             check(done.returncode == int(said.get("exit status", 0)), f"{page}:{number + k}: {match[2]}\n  ends with {done.returncode}: {done.stderr[-600:]}")
