@@ -1,7 +1,8 @@
 #!/usr/bin/env python3
-"""real.py PROGRAM FITS DATA PAGE [WORD...]: fits every distribution under every masking to real paints and writes a page about it.
+"""real.py PROGRAM FITS DATA PAGE REPORT [WORD...]: fits every distribution under every masking to real paints and writes two pages:
+PAGE says what all files together show, REPORT has a section for each file.
 
-Every figure of the page, those in its sentences too, comes from the JSON of `facetfit compare`, kept in the folder FITS. What a version of
+Every figure of the pages, those in its sentences too, comes from the JSON of `facetfit compare`, kept in the folder FITS. What a version of
 the program does not report (see STATISTICS) is left out of the page, which says so.
 """
 import datetime
@@ -13,6 +14,7 @@ import platform
 import statistics
 import subprocess
 import sys
+import textwrap
 import time
 
 DATA_SETS = [("astm", "*.astm"), ("rgl", "*.bsdf")]
@@ -32,6 +34,7 @@ TIE = 1.001  # objectives that count as the same in the contests of maskings
 COUNTS = 1.02  # worst over best masking, rms, from which on the masking is said to count
 LONG_TAIL, LONGEST_TAIL = 1.7, 1.55  # of student-t's gamma
 LOSSES = ("cosine", "log")
+WIDTH = 100
 
 
 # ---- running ----------------------------------------------------------------------------------
@@ -234,7 +237,7 @@ def introduction(paints):
         "(`astm/`), and films, papers and paints of the EPFL goniophotometer in RGB (`rgl/`; Dupuy and Jakob 2018). Schlick's term, Lambert's part and one roughness for all channels are what a first fit would use; that they are "
         "right for any of these is not known. The files are not part of the project.", "",
         "## How to read it", "",
-        f"* Minimised is half the weighted sum of squares of (f - y) cos(theta_i), up to {number(paints[0].max_theta)} degrees from the normal (`docs/fitting.md`). A number in a table is this objective over that of the winner of the file, **1**; its "
+        f"* Minimised is half the weighted sum of squares of (f - y) cos(theta_i), up to {number(paints[0].max_theta)} degrees from the normal ([fitting-reference.md](fitting-reference.md)). A number in a table is this objective over that of the winner of the file, **1**; its "
         "square root is the ratio of the root mean squares.",
         f"* `{RETRIEVED}` is no formula: the distribution found from the same file by `facetfit ndf` under the height-correlated form, some 20 effective parameters that no criterion here charges for. It cannot be a "
         "winner; it shows what the best isotropic distribution could reach with that masking, Schlick's F and Lambert's part.",
@@ -242,7 +245,7 @@ def introduction(paints):
         "* Maskings: Smith's separable, height-correlated, direction-correlated and height-direction-correlated forms, V-cavity, Kelemen's, none; Hammon's and Schlick's approximations of Smith's go with ggx alone. "
         "beckmann-walter and phong-walter are beckmann and phong with Walter's rational masking."]
     if paints[0].statistics():
-        lines.append("* Not told apart: Vuong's test between the winner and the model, with a variance that knows of neighbours and of incident directions, is not significant (`docs/fitting.md`). Residual by angle: mean and root mean square of "
+        lines.append("* Not told apart: Vuong's test between the winner and the model, with a variance that knows of neighbours and of incident directions, is not significant ([fitting-reference.md](fitting-reference.md)). Residual by angle: mean and root mean square of "
                      "(model - data) cos(theta_i) in a band, relative to the mean |data cos(theta_i)| there.")
     else:
         lines.append(f"* Not told apart: this version of the program reports no test between models, no effective number of samples and no residuals by angle. Listed instead are models within {more(NEAR)} of the "
@@ -258,21 +261,21 @@ def gamma(p):
     return p.cell["student-t", "smith-height-correlated"]["parameters"]["gamma"]["value"]
 
 
-def summary_row(p, ndfs):
+def summary_row(p, ndfs, report):
     by_distribution, by_masking = p.best_other(distribution), p.best_other(masking)
     of_distributions, of_maskings = spreads(p, ndfs, SURFACES)
-    return [f"[{p.name}](#{p.name.lower()})", str(p.data["used"]), number(ggx_alpha(p), 2), number(gamma(p)), f"**{label(p.best)}**",
+    return [f"[{p.name}]({report}#{p.name.lower()})", str(p.data["used"]), number(ggx_alpha(p), 2), number(gamma(p)), f"**{label(p.best)}**",
             number(p.best["residual"]["cosine_rmse"]), number(p.best["residual"]["rmse"]),
             f"{label(by_distribution)} {ratio_text(p.ratio(by_distribution))}", f"{label(by_masking)} {ratio_text(p.ratio(by_masking))}",
             ratio_text(p.ratio(p.floor())), label(p.best_by[LOSSES[1]]), excess_text(of_distributions), excess_text(of_maskings),
             " / ".join(f"{100 * x:.0f}" for x in shares(p, ndfs, SURFACES)), f"{p.seconds:.1f}"]
 
 
-def summary(paints):
+def summary(paints, report):
     ndfs = distributions_of(paints, SURFACES)
     head = ["file", "samples", "alpha", "gamma", "winner", "cos. rms", "rms", "best other distribution", "best other masking", RETRIEVED,
             "winner by log loss", "distributions, %", "maskings, %", "shares, %", "s"]
-    return ["## All files", "", *table(head, [summary_row(p, ndfs) for p in paints]), "",
+    return ["## All files", "", *table(head, [summary_row(p, ndfs, report) for p in paints]), "",
             f"*alpha* of ggx and *gamma* of student-t, height-correlated, as measures of roughness and tail (2 is ggx, large beckmann). *distributions, %*, *maskings, %*: around the best of {len(ndfs)} distributions ({commas(ndfs)}) under {len(SURFACES)} maskings "
             f"({commas(MASKINGS[m] for m in SURFACES)}), by how much the rms of the worst distribution under the same masking, and of the worst masking of the same distribution, exceeds it. *shares*: of the variance of "
             f"ln(objective) over these {len(ndfs)} x {len(SURFACES)} fits, what goes with the distribution / with the masking / with particular pairs. The last column is wall clock."]
@@ -476,19 +479,40 @@ def section(p):
     return lines
 
 
-def page(paints, program, words, seconds):
-    blocks = [introduction(paints), provenance(paints, program, words, seconds), reading(paints), summary(paints), contest_table(paints),
-              distribution_table(paints), band_table(paints), ["## File by file", "",
-              "Objective over the winner's; **1** the winner, *italic* what is not told apart from it, `?` a fit that did not converge."]]
-    blocks += [section(p) for p in paints]
-    return "\n".join("\n".join(block) + "\n" for block in blocks if block)
+def wrapped(line):
+    """Prose in lines of at most WIDTH characters; tables and headings as they are."""
+    if line.startswith(("|", "#")):
+        return line
+    return textwrap.fill(line, WIDTH, subsequent_indent="  " if line.startswith("* ") else "", break_long_words=False, break_on_hyphens=False)
+
+
+def joined(blocks):
+    return "\n".join("\n".join(wrapped(line) for line in block) + "\n" for block in blocks if block)
+
+
+def page(paints, program, words, seconds, report):
+    """What all files together show; `report` is the way from this page to the one of the files."""
+    return joined([introduction(paints), provenance(paints, program, words, seconds), reading(paints), summary(paints, report),
+                   contest_table(paints), distribution_table(paints), band_table(paints)])
+
+
+def file_by_file(paints, program, words, seconds):
+    head = ["# Real paints, file by file", "", "The fits behind `docs/real.md`. A number in a table is an objective over that of the winner of the file; **1** the winner, "
+            "*italic* what is not told apart from it, `?` a fit that did not converge."]
+    return joined([head, provenance(paints, program, words, seconds), *(section(p) for p in paints)])
+
+
+def write(path, text):
+    with open(path + ".part", "w", encoding="utf-8") as f:
+        f.write(text)
+    os.replace(path + ".part", path)
 
 
 def main(argv):
-    if len(argv) < 5:
-        print("usage: real.py PROGRAM FITS DATA PAGE [WORD...]", file=sys.stderr)
+    if len(argv) < 6:
+        print("usage: real.py PROGRAM FITS DATA PAGE REPORT [WORD...]", file=sys.stderr)
         return 2
-    program, folder, data, target, words = argv[1], argv[2], argv[3], argv[4], argv[5:]
+    program, folder, data, target, report, words = argv[1], argv[2], argv[3], argv[4], argv[5], argv[6:]
     files = measured_files(data)
     if not files:
         print(f"real.py: {data} holds neither {' nor '.join(os.path.join(*s) for s in DATA_SETS)}", file=sys.stderr)
@@ -497,10 +521,9 @@ def main(argv):
     begin = time.monotonic()
     ndfs = formulas(program, folder)
     paints = [compare_file(program, folder, path, ndfs, words) for path in files]
-    text = page(paints, program, words, time.monotonic() - begin)
-    with open(target + ".part", "w", encoding="utf-8") as f:
-        f.write(text)
-    os.replace(target + ".part", target)
+    seconds = time.monotonic() - begin
+    write(target, page(paints, program, words, seconds, os.path.relpath(report, os.path.dirname(target) or ".")))
+    write(report, file_by_file(paints, program, words, seconds))
     return 0
 
 

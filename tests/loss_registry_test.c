@@ -1,5 +1,5 @@
 /* Every loss and robust loss of the registry, whichever these are: the parts of a descriptor against each other for every
- * instruction set, what a problem and the retrieval of a distribution make of them, and the tables of docs/fitting.md. What each of
+ * instruction set, what a problem and the retrieval of a distribution make of them, and the tables of docs/fitting-reference.md. What each of
  * them should be is worked out by hand in loss_test.c. */
 #include "fit_samples.h"
 #include "pass_of.h"
@@ -77,20 +77,20 @@ static void put_row(char *page, size_t size, const char *name, const char *note,
 static void check_table(const char *page, const char *head, const char *rows)
 {
     const char *at = strstr(page, head);
-    FF_CHECK(at != NULL, "docs/fitting.md has no table that begins with\n%s", head);
+    FF_CHECK(at != NULL, "docs/fitting-reference.md has no table that begins with\n%s", head);
     if (!at) return;
     const char *end = at + strlen(head) + strlen(rows);
     FF_CHECK(!strncmp(at + strlen(head), rows, strlen(rows)) && *end != '|',
-             "the table of docs/fitting.md is not the registry's, which is\n%s%s", head, rows);
+             "the table of docs/fitting-reference.md is not the registry's, which is\n%s%s", head, rows);
 }
 
 static void page(void)
 {
     enum { SIZE = 1 << 17 };
     char *text = calloc(1, SIZE), rows[1 << 14] = "";
-    FILE *f = fopen(FF_TEST_SOURCE_DIR "/../docs/fitting.md", "r");
+    FILE *f = fopen(FF_TEST_SOURCE_DIR "/../docs/fitting-reference.md", "r");
     if (!text || !f || fread(text, 1, SIZE - 1, f) == 0) {
-        printf("docs/fitting.md cannot be read\n");
+        printf("docs/fitting-reference.md cannot be read\n");
         exit(1);
     }
     fclose(f);

@@ -94,7 +94,7 @@ static double mean_by_hand(void)
     return sum;
 }
 
-/* Residual of sample i before its weight, as in the table of docs/fitting.md. */
+/* Residual of sample i before its weight, as in the table of docs/fitting-reference.md. */
 static double residual_by_hand(ff_loss loss, int i, double f)
 {
     const double y = YX[i] / X[i];

@@ -501,7 +501,7 @@ static void options(void)
     ff_table_clear(&t);
 }
 
-/* The paint of docs/fitting.md, as it stands there. */
+/* The paint of docs/fitting-reference.md, as it stands there. */
 static void paint(void)
 {
     static const double expected[] = {0.03896, 0.0347, 0.02894, 0.2721, 0.05206}; /* of the losses that stand there */

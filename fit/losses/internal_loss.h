@@ -1,9 +1,9 @@
 /* The losses as the fit uses them: a constant descriptor each, which nothing outside fit/losses/ knows more of.
  *
  * A new loss is one file loss_<id>.c with its descriptor and one line in ff_losses.def. Everything follows from these: fits, ndf,
- * --loss auto, the measures of a finished fit, help, JSON and the tests, which also say which row the table of docs/fitting.md
- * lacks. The files are compiled once per instruction set. What is seldom computed (targets, slopes, factors) is always that of the
- * baseline, so that the data of a fit do not depend on the processor.
+ * --loss auto, the measures of a finished fit, help, JSON and the tests, which also say which row the table of
+ * docs/fitting-reference.md lacks. The files are compiled once per instruction set. What is seldom computed (targets, slopes,
+ * factors) is always that of the baseline, so that the data of a fit do not depend on the processor.
  *
  * f model, y datum, x = cos(theta_i); planes may have any length n where it is given and else have FF_BLOCK entries. */
 #ifndef FF_INTERNAL_LOSS_H

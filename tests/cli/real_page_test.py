@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""real_page_test.py PROGRAM SCRIPT: bench/real.py writes a page about files of a known origin whose figures are those of the fits."""
+"""real_page_test.py PROGRAM SCRIPT: bench/real.py writes pages about files of a known origin whose figures are those of the fits."""
 import importlib.util
 import os
 import re
@@ -56,26 +56,31 @@ with tempfile.TemporaryDirectory() as folder:
     spec = importlib.util.spec_from_file_location("real", script)
     real = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(real)
-    data, fits, target = (os.path.join(folder, name) for name in ("data", "fits", "page.md"))
+    data, fits, target, report = (os.path.join(folder, name) for name in ("data", "fits", "page.md", "report.md"))
     os.makedirs(os.path.join(data, "astm"))
-    empty = subprocess.run([sys.executable, script, program, fits, data, target], stderr=subprocess.PIPE, text=True)
+    empty = subprocess.run([sys.executable, script, program, fits, data, target, report], stderr=subprocess.PIPE, text=True)
     check(empty.returncode == 1 and "astm" in empty.stderr and not os.path.exists(target), f"no data: {empty}")
     simulate(os.path.join(data, "astm"))
-    done = subprocess.run([sys.executable, script, program, fits, data, target, "--max-theta", "75"], stderr=subprocess.PIPE, text=True)
+    done = subprocess.run([sys.executable, script, program, fits, data, target, report, "--max-theta", "75"], stderr=subprocess.PIPE, text=True)
     check(done.returncode == 0, done.stderr[-500:])
     with open(target, encoding="utf-8") as f:
         page = f.read()
-    check("`bench/real -- --max-theta 75`" in page and "nan" not in page.lower(), "the head of the page")
-    check(len(re.findall(r"^\| \[[ab]\]", page, re.M)) == 2, "the table of all files")
+    with open(report, encoding="utf-8") as f:
+        files = f.read()
+    for text in (page, files):
+        check("`bench/real -- --max-theta 75`" in " ".join(text.split()) and "nan" not in text.lower(), "the head of a page")
+    check(all(len(line) <= 100 for line in page.splitlines() if not line.startswith("|")), "a line of the page is too long")
+    check(len(re.findall(r"^\| \[[ab]\]\(report\.md#[ab]\)", page, re.M)) == 2, "the table of all files")
     paints = []
     for name, (_, winner) in SURFACES.items():
         base = os.path.join(fits, name + ".astm")
         by_loss = {loss: real.load(f"{base}.{loss}.json") for loss in real.LOSSES}
         paints.append(real.Paint(base, by_loss, real.load(f"{base}.{real.RETRIEVED}.json"), real.load(f"{base}.info.json"), 1.0))
-        check_figures(real, name, sections(page)[name], paints[-1].fits)
+        check_figures(real, name, sections(files)[name], paints[-1].fits)
         first = {(fit["ndf"], fit["masking"]) for fit in [paints[-1].best] + paints[-1].not_told_apart()}
         check(tuple(winner.split(" / ")) in first, f"{name}: {winner} is not among the best, {first}")
-    page = real.page([with_statistics(real, p) for p in paints], program, [], 1.0)
+    paints = [with_statistics(real, p) for p in paints]
+    page = " ".join((real.page(paints, program, [], 1.0, "report.md") + real.file_by_file(paints, program, [], 1.0)).split())
     for words in ("Vuong z 9.25 (p 0.5), held-out difference 0.125 +- 0.062", "321 effective samples", "* residual by theta_d, % mean (rms): 0-10: -4.0 (20)",
                   "## Where the winners miss", "| 0 to 10 | 2 | 2 | -4.0 | 4.0 | 20.0 |", "**By angle**", "* not told apart: "):
         check(words in page, f"with the statistics, the page does not say '{words}'")
