@@ -124,7 +124,7 @@ code = "\n".join(read(path) for path in sorted(files) if path.endswith(SOURCES))
 code += "\n".join(os.path.basename(path) for path in files)  # ff_fit.h
 flags = set(re.findall(r'"(--[a-z-]+)"', code)) | {"--" + name for name in re.findall(r'^FLAG\w*\([^"]*"([a-z-]+)"', read("cli/flags.def"), re.M)}
 flags |= {"--help", "--version"}
-page_names = ["README.md", "reports/README.md"] + sorted(f for f in files if re.match(r"docs/[^/]+\.md$", f))
+page_names = ["README.md", "CONTRIBUTING.md", "SECURITY.md", "reports/README.md"] + sorted(f for f in files if re.match(r"docs/[^/]+\.md$", f))
 recipes = read("docs/adding.md")
 new = set(re.findall(r"<!-- new: (\S+) -->", recipes))
 known_anchors = {}
@@ -135,6 +135,7 @@ for page in page_names:
     check_links(page, text, known_anchors)
     check_places(page, text, files)
     check_names(page, text, files, code + recipes, flags, new)
+check_width("CHANGELOG.md", read("CHANGELOG.md"))  # names what is no longer there too
 check(len(read("README.md").splitlines()) <= README_LINES, f"README.md has more than {README_LINES} lines")
 check(len(page_names) >= 10 and len(flags) > 50, f"{len(page_names)} pages, {len(flags)} flags")
 print(f"{len(page_names)} pages, {len(flags)} flags, {failures} failures")
