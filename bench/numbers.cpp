@@ -42,24 +42,24 @@ double angle()
 {
     return std::floor(uniform() * 36000) / 100;
 }
-double value()
+double random_value()
 {
     return std::exp(-9 * uniform()) * uniform();
 }
 double single()
 {
-    return static_cast<float>(value());
+    return static_cast<float>(random_value());
 }
 const struct {
     const char *name;
     double (*draw)();
     int digits;
 } kinds[] = {{"angles of two decimals", angle, 0},
-             {"values, 6 digits", value, 6},
-             {"values, all digits", value, 0},
+             {"values, 6 digits", random_value, 6},
+             {"values, all digits", random_value, 0},
              {"floats, 9 digits", single, 9}};
 
-bool is_digit(char c)
+bool is_a_digit(char c)
 {
     return static_cast<unsigned>(c - '0') < 10u;
 }
@@ -69,18 +69,18 @@ const char *scanned(const char *p)
 {
     if (*p == '-' || *p == '+') p++;
     const char *first = p;
-    while (is_digit(*p)) p++;
+    while (is_a_digit(*p)) p++;
     long digits = p - first;
     if (*p == '.') {
         const char *fraction = ++p;
-        while (is_digit(*p)) p++;
+        while (is_a_digit(*p)) p++;
         digits += p - fraction;
     }
     if (digits == 0) return nullptr;
     if (*p != 'e' && *p != 'E') return p;
     p += p[1] == '-' || p[1] == '+' ? 2 : 1;
-    if (!is_digit(*p)) return nullptr;
-    while (is_digit(*p)) p++;
+    if (!is_a_digit(*p)) return nullptr;
+    while (is_a_digit(*p)) p++;
     return p;
 }
 

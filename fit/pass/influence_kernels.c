@@ -107,7 +107,7 @@ void FF_ISA_NAME(ff_influence_chunk)(const ff_pass *pass, const ff_arrow *arrow,
             statistics(s.f, ff_problem_plane(p, block, p->value + (int)c), s.x, ff_problem_plane(p, block, p->sample_weight),
                        sums->stat);
             if (!arrow) continue;
-            residuals(pass, block, c, s.x, s.f, s.r, s.j, robust);
+            weighted_residuals(pass, block, c, s.x, s.f, s.r, s.j, robust);
             prepared->kernels->block_columns(prepared, FF_BLOCK, c, s.j, &s.model, s.column);
             channel_scores(arrow, c, &s, score, score + arrow->S + c * arrow->K, sums->own);
         }

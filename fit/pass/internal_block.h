@@ -59,8 +59,8 @@ static void one_sided(const double *restrict side, double *restrict r, double *r
 
 /* r and j = dr/df of channel c from its model values f. x: cosines; NULL unless the loss reads them. cost2 [8]: lanes of a robust
  * loss. */
-static inline void residuals(const ff_pass *pass, size_t block, size_t c, const double *restrict x, const double *restrict f,
-                             double *restrict r, double *restrict j, double *restrict cost2)
+static inline void weighted_residuals(const ff_pass *pass, size_t block, size_t c, const double *restrict x,
+                                      const double *restrict f, double *restrict r, double *restrict j, double *restrict cost2)
 {
     const struct ff_problem *p = pass->p;
     const ff_loss_planes l = {ff_problem_plane(p, block, p->weight + p->weight_stride * (int)c),

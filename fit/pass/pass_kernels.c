@@ -129,7 +129,7 @@ static void channel_block(const ff_pass *pass, size_t block, size_t c, const ff_
     const struct ff_problem *p = pass->p;
     const uint32_t n_shape = prepared->wanted.n_shape, n_channel = prepared->wanted.n_channel;
     prepared->kernels->block_value(prepared, g, FF_BLOCK, c, &s->model, s->f);
-    residuals(pass, block, c, x, s->f, s->r, s->j, sums->cost2);
+    weighted_residuals(pass, block, c, x, s->f, s->r, s->j, sums->cost2);
     prepared->kernels->block_columns(prepared, FF_BLOCK, c, s->j, &s->model, s->column);
     const size_t n = n_shape + n_channel, m1 = n + 1;
     memcpy(s->column[n], s->r, sizeof s->r);
