@@ -54,14 +54,14 @@ static void evaluations(void)
 {
     static model_pairs w;
     static double f[2][CHANNELS * MODEL_PAIRS], df[2][CHANNELS * PARAMS * MODEL_PAIRS], terms[2][5][MODEL_PAIRS];
-    uint64_t state = 51;
     double worst[2] = {0, 0};
     for (size_t k = 0; k < model_combination_count(); k++) {
         char label[MODEL_LABEL];
         fit_surface s = {.n_channels = CHANNELS};
         s.model = model_combination(k, label);
         const size_t n_params = s.model.n_shape + s.model.n_channel;
-        model_random_parameters(&s.model, CHANNELS, (model_freedom)(k / 2 % 3), 0.4, &state, s.shape, s.channel);
+        uint64_t state = ff_test_stream("instruction sets %s", label);
+        model_random_parameters(&s.model, CHANNELS, (model_freedom)model_turn(label, 3), 0.4, &state, s.shape, s.channel);
         w.n = 0;
         model_pairs_random(&s.model, s.shape, &state, 301, &w);
         const ff_dirs dirs = model_dirs(&w);

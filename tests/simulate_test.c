@@ -56,9 +56,10 @@ static void philox_known_answers(void)
 /* The quantile must invert the normal distribution: erfc is the second source. */
 static void normal_is_the_quantile_of_uniform(void)
 {
+    const uint64_t seed = ff_test_stream("quantile");
     double worst = 0;
     for (uint64_t i = 0; i < 200000; ++i) {
-        const double u = ff_random_uniform(7, 3, i), x = ff_random_normal(7, 3, i);
+        const double u = ff_random_uniform(seed, 3, i), x = ff_random_normal(seed, 3, i);
         FF_CHECK(u > 0 && u < 1, "uniform %g", u);
         const double p = x < 0 ? 0.5 * erfc(-x / sqrt(2)) : 0.5 * erfc(x / sqrt(2)), want = x < 0 ? u : 1 - u;
         worst = fmax(worst, fabs(p - want) / want);
@@ -69,15 +70,16 @@ static void normal_is_the_quantile_of_uniform(void)
 static void normal_moments(void)
 {
     enum { N = 1000000 };
+    const uint64_t seed = ff_test_stream("moments");
     double m[5] = {0}, lag = 0, before = 0, across = 0;
     for (uint64_t i = 0; i < N; ++i) {
-        const double x = ff_random_normal(42, 0, i);
+        const double x = ff_random_normal(seed, 0, i);
         for (int k = 1; k <= 4; ++k) m[k] += pow(x, k) / N;
         lag += x * before / N;
-        across += x * ff_random_normal(42, 1, i) / N;
+        across += x * ff_random_normal(seed, 1, i) / N;
         before = x;
     }
-    /* five standard errors of each */
+    /* five standard errors of each: a right generator fails one of the six in 3e-6 of all seeds */
     FF_CHECK_CLOSE(m[1], 0, 0, 5 * sqrt(1.0 / N));
     FF_CHECK_CLOSE(m[2], 1, 0, 5 * sqrt(2.0 / N));
     FF_CHECK_CLOSE(m[3], 0, 0, 5 * sqrt(15.0 / N));
