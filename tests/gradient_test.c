@@ -107,6 +107,22 @@ static void the_referee_is_right(void)
     }
 }
 
+/* A narrow lobe on a broad one: the first steps leap over it to both sides and see nothing. */
+static void lobes_are_not_leapt_over(void)
+{
+    const double at = 0.301, middle = 0.3, width = 2e-3;
+    model_ridders r;
+    double step = 0.1;
+    model_ridders_start(&r);
+    for (int level = 0; level < MODEL_LEVELS; level++, step /= MODEL_RATIO) {
+        const double low = (at - step - middle) / width, high = (at + step - middle) / width;
+        model_ridders_add(&r, (exp(-high * high) - exp(-low * low)) / (2 * step), ROUNDING / step);
+    }
+    const double x = (at - middle) / width, derivative = -2 * x / width * exp(-x * x);
+    FF_CHECK(model_judge(&r, derivative, 1 / width) == MODEL_RIGHT, "%g, by differences %g +- %g", derivative, r.value, r.error);
+    FF_CHECK(model_judge(&r, 0, 1 / width) == MODEL_WRONG, "0 where a lobe is");
+}
+
 /* Differences that are noise, and a derivative that is 0: neither right nor wrong. */
 static void noise_is_not_resolved(void)
 {
@@ -832,7 +848,7 @@ static void wrong_gradients_are_caught(void)
         }
 }
 
-FF_TEST_MAIN(FF_TEST(the_referee_is_right), FF_TEST(noise_is_not_resolved), FF_TEST(every_combination), FF_TEST(wide_boxes),
-             FF_TEST(whole_numbers), FF_TEST(several_lobes), FF_TEST(shared_and_coupled), FF_TEST(wrong_derivatives_are_caught),
-             FF_TEST(every_objective), FF_TEST(dark_data), FF_TEST(every_term_in_the_fit), FF_TEST(normal_equations),
-             FF_TEST(wrong_gradients_are_caught))
+FF_TEST_MAIN(FF_TEST(the_referee_is_right), FF_TEST(lobes_are_not_leapt_over), FF_TEST(noise_is_not_resolved),
+             FF_TEST(every_combination), FF_TEST(wide_boxes), FF_TEST(whole_numbers), FF_TEST(several_lobes),
+             FF_TEST(shared_and_coupled), FF_TEST(wrong_derivatives_are_caught), FF_TEST(every_objective), FF_TEST(dark_data),
+             FF_TEST(every_term_in_the_fit), FF_TEST(normal_equations), FF_TEST(wrong_gradients_are_caught))

@@ -222,18 +222,20 @@ static inline void model_random_parameters(const ff_model *m, size_t n_channels,
 /** Ridders' extrapolation (Ridders 1982; Press et al., Numerical Recipes, section 5.7) of central differences at steps h,
  * h/MODEL_RATIO, h/MODEL_RATIO^2 ... Every run of up to MODEL_TABLEAU successive steps is extrapolated and the one of least
  * estimated error is kept, so that a function with a kink inside the first steps, or one that changes faster than they can see, is
- * still resolved by later ones. */
+ * still resolved by later ones. Steps that leap over all that happens find a plateau without any error: when MODEL_AGAINST shorter
+ * steps after each other contradict, these are believed. */
 #define MODEL_RATIO 1.6
-enum { MODEL_TABLEAU = 9, MODEL_LEVELS = 34 };
+enum { MODEL_TABLEAU = 9, MODEL_LEVELS = 34, MODEL_AGAINST = 3 };
 typedef struct model_ridders {
     double row[3][MODEL_TABLEAU]; /**< the last rows of the tableau, latest first: extrapolations that end at a step */
     int n;                        /**< entries of the latest                                                         */
+    int against;                  /**< steps after each other that contradict the best                               */
     double value, error;          /**< best so far; error infinite when there is none                                */
 } model_ridders;
 
 static inline void model_ridders_start(model_ridders *r)
 {
-    r->n = 0;
+    r->n = r->against = 0;
     r->value = NAN;
     r->error = HUGE_VAL;
 }
@@ -247,7 +249,7 @@ static inline void model_ridders_drop(model_ridders *r)
 /** The central difference at the next step. noise: what rounding may have done to it. */
 static inline void model_ridders_add(model_ridders *r, double difference, double noise)
 {
-    double(*row)[MODEL_TABLEAU] = r->row, factor = 1;
+    double(*row)[MODEL_TABLEAU] = r->row, factor = 1, value = NAN, least = HUGE_VAL;
     const int n = r->n < MODEL_TABLEAU - 1 ? r->n : MODEL_TABLEAU - 1;
     memmove(row[1], row[0], 2 * sizeof *row);
     row[0][0] = difference;
@@ -258,9 +260,11 @@ static inline void model_ridders_add(model_ridders *r, double difference, double
         /* agreement along two steps of the diagonal: among thousands of derivatives two estimates agree by chance now and then */
         const double along = fmax(fabs(row[0][k] - row[1][k - 1]), fabs(row[1][k - 1] - row[2][k - 2]));
         const double error = fmax(noise, fmax(along, fabs(row[0][k] - row[0][k - 1])));
-        if (error < r->error) r->value = row[0][k], r->error = error;
+        if (error < least) value = row[0][k], least = error;
     }
     r->n = n + 1;
+    r->against = fabs(value - r->value) > 10 * (least + r->error) ? r->against + 1 : 0;
+    if (least < r->error || r->against == MODEL_AGAINST) r->value = value, r->error = least, r->against = 0;
 }
 
 /** What a comparison of an analytic derivative with its differences says. */

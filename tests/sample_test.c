@@ -9,7 +9,7 @@
 #include "simulate/simulate_struct.h"
 
 enum { N = 100000, THETAS = 24, PHIS = 48, BINS = THETAS * PHIS, LABEL = FF_MODEL_NAME + 200 };
-static const double significance = 0.01; /* chance that a right sampler fails one of all its checks */
+static const double significance = 1e-6; /* chance, over all seeds, that a right sampler fails one of all its checks */
 
 /* ---- chances --------------------------------------------------------------------------------- */
 
@@ -263,7 +263,9 @@ static void check_weights(const scene *s)
     scene_view((scene *)s, wo);
     FF_CHECK(ff_albedo_directional(&s->model, FF_ISA_BEST, 1, s->shape, s->channel, wo, &albedo, &err) == FF_OK, "%s: %s", s->what,
              err.message);
-    const double mean = sum / N, spread = sqrt(fmax(square / N - mean * mean, 0) / N);
+    /* What happens to a few samples in N at most, as being lost at a narrow lobe, the variance of the others does not know of: a
+     * mean that misses some such events is off by 1 / N for each. Five of them are the least spread, as of the counts. */
+    const double mean = sum / N, spread = fmax(sqrt(fmax(square / N - mean * mean, 0) / N), 5.0 / N);
     const double excess = fmax(fabs(mean - albedo.value) - albedo.error - 1e-7, 0);
     settle_later("mean weight", s, excess > 0 ? normal_tails(excess / spread) : 1);
 }
