@@ -120,10 +120,15 @@ static void bounds_hold(void)
     FF_CHECK(of_kd && of_kd->value[2] == 1 && of_kd->n_channels > 0, "the bound of kd goes without a word");
     for (size_t k = 0; of_kd && k < of_kd->n_channels; k++)
         FF_CHECK(value_of(&r, "kd", of_kd->channel[k])->at_bound == (int)of_kd->value[1], "channel %zu", of_kd->channel[k]);
+    size_t on_bound = 0;
     for (size_t i = 0; i < 2; i++) {
         const ff_fit_value *kd = value_of(&r, "kd", i);
-        FF_CHECK(kd->value >= 0.15 && kd->value <= 0.25, "kd is %g", kd->value);
+        const double expected = kd->at_bound < 0 ? 0.15 : kd->at_bound > 0 ? 0.25 : kd->value;
+        FF_CHECK(kd->value == expected, "kd is %g, and on its bound %g", kd->value, expected);
+        FF_CHECK(kd->at_bound || (kd->value > 0.15 && kd->value < 0.25), "kd is %g, and on no bound", kd->value);
+        on_bound += kd->at_bound != 0;
     }
+    FF_CHECK(of_kd && on_bound >= of_kd->n_channels && on_bound > 0, "%zu channels on a bound", on_bound);
     o.constraints = NULL;
     ff_model held = s.model;
     ff_model_hold(&held, "alpha", 0.2, NULL);
