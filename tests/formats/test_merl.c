@@ -363,6 +363,20 @@ static void test_prefixes(const unsigned char *bytes)
     }
 }
 
+/* A file of other dimensions whose size is that of its cells is known as MERL's, and refused for them. */
+static void other_dimensions(void)
+{
+    enum { CELLS = 10 * 20 * 30, SIZE = 12 + 24 * CELLS };
+    static const int32_t dimension[3] = {10, 20, 30};
+    unsigned char *bytes = calloc(SIZE, 1);
+    if (!bytes) exit(1);
+    for (int k = 0; k < 3; k++) bytes[4 * k] = (unsigned char)dimension[k];
+    const char *path = ff_test_path("other");
+    ff_test_write(path, bytes, SIZE);
+    check_fails("other dimensions", path, NULL, FF_ERR_FORMAT, 0, WORDS("10 x 20 x 30", "90 x 90 x 180"));
+    free(bytes);
+}
+
 static void reading(void)
 {
     unsigned char *bytes = make_file();
@@ -385,4 +399,5 @@ static void pipes(void)
     free(bytes);
 }
 
-FF_TEST_MAIN(FF_TEST(test_directions), FF_TEST(test_weights), FF_TEST(reading), FF_TEST(writing), FF_TEST(damage), FF_TEST(pipes))
+FF_TEST_MAIN(FF_TEST(test_directions), FF_TEST(test_weights), FF_TEST(other_dimensions), FF_TEST(reading), FF_TEST(writing),
+             FF_TEST(damage), FF_TEST(pipes))

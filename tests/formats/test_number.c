@@ -1,6 +1,7 @@
 /* Numbers: reading is correctly rounded (the C library is the second source), writing reads back as the same bits and is short. */
 #include "check_table.h"
 #include "base/internal_number.h"
+#include "base/internal_tokens.h"
 
 static void compare(const char *text)
 {
@@ -224,4 +225,50 @@ static void test_writing(void)
     written(0.24101638793945313, "0.24101638793945312"); /* half-way between two of 17 digits: the even one, as printf has it */
 }
 
-FF_TEST_MAIN(FF_TEST(test_reading), FF_TEST(long_numbers), FF_TEST(refusing), FF_TEST(test_writing))
+/* Whole numbers up to a limit, which may be one digit or all that 64 bits hold. */
+static void whole_numbers(void)
+{
+    static const struct {
+        const char *text;
+        uint64_t most, value;
+        int good;
+    } cases[] = {{"0", 0, 0, 1},
+                 {"1", 0, 0, 0},
+                 {"3", 3, 3, 1},
+                 {"4", 3, 0, 0},
+                 {"7", 3, 0, 0},
+                 {"12", 12, 12, 1},
+                 {"13", 12, 0, 0},
+                 {"20", 12, 0, 0},
+                 {"007", 7, 7, 1},
+                 {"", 9, 0, 0},
+                 {"-1", 9, 0, 0},
+                 {"1a", 99, 0, 0},
+                 {"+1", 9, 0, 0},
+                 {"1 ", 9, 0, 0},
+                 {"18446744073709551615", UINT64_MAX, UINT64_MAX, 1},
+                 {"18446744073709551616", UINT64_MAX, 0, 0},
+                 {"18446744073709551625", UINT64_MAX, 0, 0}};
+    for (size_t k = 0; k < sizeof cases / sizeof *cases; k++) {
+        uint64_t n = 4711;
+        const int good = ff_whole_number(cases[k].text, cases[k].most, &n);
+        FF_CHECK(good == cases[k].good && n == (good ? cases[k].value : 4711), "'%s' of at most %llu: %d, %llu", cases[k].text,
+                 (unsigned long long)cases[k].most, good, (unsigned long long)n);
+    }
+}
+
+/* Every kind of blank stands between two numbers, a carriage return in the middle of a line too. */
+static void blanks_between_numbers(void)
+{
+    static const char *const texts[] = {"1 2 3", "1\t2\t3", "1,2,3", "1\r2\r3", " 1 , 2\t,\r3 # 4"};
+    for (size_t k = 0; k < sizeof texts / sizeof *texts; k++) {
+        double v[3] = {0};
+        size_t n = 0;
+        ff_error err = {0};
+        FF_CHECK(ff_line_numbers(texts[k], v, 3, &n, "path", 1, "three numbers", &err) == FF_OK, "%zu: %s", k, err.message);
+        FF_CHECK(n == 3 && v[0] == 1 && v[1] == 2 && v[2] == 3, "%zu: %zu numbers, %g %g %g", k, n, v[0], v[1], v[2]);
+    }
+}
+
+FF_TEST_MAIN(FF_TEST(whole_numbers), FF_TEST(blanks_between_numbers), FF_TEST(test_reading), FF_TEST(long_numbers),
+             FF_TEST(refusing), FF_TEST(test_writing))
