@@ -108,7 +108,6 @@ static void furnace_anywhere(const lobe *base, int settings, uint64_t *state, ta
  * are for the first of them. */
 static void weak_furnace_is_one(void)
 {
-    uint64_t state = 61;
     tally claimed = {0, 0};
     int pairs = 0, refused = 0;
     for (size_t d = 0; d < ff_term_count(FF_NDF); ++d)
@@ -125,6 +124,7 @@ static void weak_furnace_is_one(void)
                 ++refused;
                 continue;
             }
+            uint64_t state = ff_test_stream("weak furnace %s/%s", ff_term_at(FF_NDF, d)->name, masking->name);
             const int first = (masking->claims & FF_WEAK_FURNACE) != 0;
             if (first && ff_model_param_find(&l.model, "alpha_x").kind != FF_PARAM_NONE)
                 furnace_stretched(&l, (masking->claims & FF_NEEDS_CENTRED) != 0, &t);
@@ -324,12 +324,12 @@ static void narrow_lobes(void)
 static void passive_models_reflect_at_most_one(void)
 {
     static const double mus[] = {0.02, 0.3, 0.8};
-    uint64_t state = 62;
     long claimed = 0;
     double most = 0;
     for (size_t d = 0; d < ff_term_count(FF_NDF); ++d)
         for (size_t m = 0; m < ff_term_count(FF_MASKING); ++m) {
             double beyond = 0;
+            uint64_t state = ff_test_stream("passive %s/%s", ff_term_at(FF_NDF, d)->name, ff_term_at(FF_MASKING, m)->name);
             lobe l = {.n_channels = 1};
             if (!model_lobe(d, ff_term_at(FF_MASKING, m)->name, "none", &l.model)) continue;
             for (int i = 0; i < 2; ++i) {

@@ -120,10 +120,15 @@ static void bounds_hold(void)
     FF_CHECK(of_kd && of_kd->value[2] == 1 && of_kd->n_channels > 0, "the bound of kd goes without a word");
     for (size_t k = 0; of_kd && k < of_kd->n_channels; k++)
         FF_CHECK(value_of(&r, "kd", of_kd->channel[k])->at_bound == (int)of_kd->value[1], "channel %zu", of_kd->channel[k]);
+    size_t on_bound = 0;
     for (size_t i = 0; i < 2; i++) {
         const ff_fit_value *kd = value_of(&r, "kd", i);
-        FF_CHECK(kd->value >= 0.15 && kd->value <= 0.25, "kd is %g", kd->value);
+        const double expected = kd->at_bound < 0 ? 0.15 : kd->at_bound > 0 ? 0.25 : kd->value;
+        FF_CHECK(kd->value == expected, "kd is %g, and on its bound %g", kd->value, expected);
+        FF_CHECK(kd->at_bound || (kd->value > 0.15 && kd->value < 0.25), "kd is %g, and on no bound", kd->value);
+        on_bound += kd->at_bound != 0;
     }
+    FF_CHECK(of_kd && on_bound >= of_kd->n_channels && on_bound > 0, "%zu channels on a bound", on_bound);
     o.constraints = NULL;
     ff_model held = s.model;
     ff_model_hold(&held, "alpha", 0.2, NULL);
@@ -349,8 +354,8 @@ static void ties_against_brute_force(void)
 static void folded_least_squares(void)
 {
     const fit_surface s = fit_surface_make("ggx+ggx+lambert", 3, "");
-    uint64_t state = 77;
     for (int trial = 0; trial < 200; trial++) {
+        uint64_t state = ff_test_stream("folded least squares %d", trial);
         const ff_tie all[] = {{"f0", NULL}, {"lobe2.f0", "f0"}, {"kd", NULL}, {"kd", "lobe2.f0"}};
         const ff_constraints c = {.n_ties = 1, .tie = &all[trial % 4]};
         ff_model m = s.model;
@@ -453,8 +458,8 @@ static void coordinates_of_tied_parameters(void)
     FF_CHECK(ff_constraints_apply(&c, FF_SHAPE_CORRELATED, &m, &ties, NULL) == FF_OK, "ties");
     FF_CHECK(ff_layout_init(&m, 3, FF_SHAPE_CORRELATED, 0, &l, NULL) == FF_OK, "layout");
     ff_layout_tie(&l, &ties);
-    FF_CHECK(l.n_columns == 6 + 3 * 3 && l.P == 4 + 1 + 3 && ff_layout_normal(&l, &n) == FF_OK, "%zu coordinates of %zu columns", l.P,
-             l.n_columns);
+    FF_CHECK(l.n_columns == 6 + 3 * 3 && l.P == 4 + 1 + 3 && ff_layout_normal(&l, &n) == FF_OK, "%zu coordinates of %zu columns",
+             l.P, l.n_columns);
     enum { P = 8 };
     double shape[FF_MAX_SHAPE], channel[FIT_CHANNELS * FF_MAX_CHANNEL_PARAMS], x[P], back[P], slope[P], g[P], H[P * P];
     memcpy(shape, s.shape, sizeof shape);
@@ -739,7 +744,7 @@ static void cover_with_a_prior(const char *what, const fit_sampling *sampling, d
     const fit_surface s = fit_surface_make("ggx+lambert", 1, "alpha=0.3 f0=0.5 kd=0.2");
     ff_fit_options o = fit_options();
     o.shape = FF_SHAPE_ISOTROPIC;
-    uint64_t state = 31;
+    uint64_t state = ff_test_stream("prior %s", what);
     double sum_z2[3] = {0}, plain_z2 = 0, gain = 0;
     int inside[3] = {0};
     for (uint64_t i = 0; i < REPEATS; i++) {

@@ -111,10 +111,10 @@ static void finite_on_closed_boxes(void)
 static void finite_inside(void)
 {
     static model_pairs w;
-    uint64_t state = 41;
     for (size_t k = 0; k < model_combination_count(); k++) {
         char label[MODEL_LABEL];
         const ff_model m = model_combination(k, label);
+        uint64_t state = ff_test_stream("finite inside %s", label);
         for (int i = 0; i < 6; i++) {
             fit_surface s = {.model = m, .n_channels = CHANNELS};
             model_random_parameters(&m, CHANNELS, (model_freedom)(i % 3), 1, &state, s.shape, s.channel);
@@ -144,12 +144,12 @@ static void nothing_below_the_horizon(void)
     const double last[3] = {sqrt(1 - 4e-16), 0, 2 * FF_COS_MIN};
     model_pairs_add(&w, last, up); /* just above */
     const ff_dirs dirs = model_dirs(&w);
-    uint64_t state = 47;
     for (size_t code = 0; code < 2 * model_combination_count(); code++) { /* as they begin, and tilted */
         char label[MODEL_LABEL];
         fit_surface s = {.n_channels = 1};
         const int tilted = code >= model_combination_count();
         s.model = model_combination(code % model_combination_count(), label);
+        uint64_t state = ff_test_stream("horizon %s", label);
         if (tilted)
             model_random_parameters(&s.model, 1, MODEL_TILTED, 0.5, &state, s.shape, s.channel);
         else
@@ -179,12 +179,12 @@ static void blocks_of_any_size(void)
     static double f[CHANNELS * LD], df[CHANNELS * PARAMS * LD], terms[5][LD], one_f[CHANNELS], one_df[CHANNELS * PARAMS],
         one_term[5];
     const double sentinel = -4711.5;
-    uint64_t state = 42;
     for (size_t ndf = 0; ndf < ff_term_count(FF_NDF); ndf++) {
         char label[FF_MODEL_NAME];
         snprintf(label, sizeof label, "%s/%s+%s/v-cavity+lambert", ff_term_at(FF_NDF, ndf)->name,
                  ff_ndf_at((int)ndf)->lambda ? "smith-direction-correlated" : "none", ff_term_at(FF_NDF, 0)->name);
         fit_surface s = fit_surface_make(label, CHANNELS, "");
+        uint64_t state = ff_test_stream("blocks %s", label);
         const size_t n_params = s.model.n_shape + s.model.n_channel;
         w.n = 0;
         model_pairs_random(&s.model, s.shape, &state, 1000, &w);
@@ -266,13 +266,13 @@ static void reciprocity(void)
 {
     static model_pairs w;
     static double f[CHANNELS * MODEL_PAIRS], back[CHANNELS * MODEL_PAIRS];
-    uint64_t state = 43;
     long claimed = 0, not_claimed = 0, seen = 0;
     for (size_t k = 0; k < model_combination_count(); k++)
         for (int freedom = MODEL_ROUND; freedom <= MODEL_TILTED; freedom++) {
             char label[MODEL_LABEL];
             fit_surface s = {.n_channels = CHANNELS};
             s.model = model_combination(k, label);
+            uint64_t state = ff_test_stream("reciprocity %s %d", label, freedom);
             model_random_parameters(&s.model, CHANNELS, (model_freedom)freedom, 0.7, &state, s.shape, s.channel);
             w.n = 0;
             model_pairs_random(&s.model, s.shape, &state, 1000, &w);
@@ -325,14 +325,14 @@ static void rotations(void)
 {
     static model_pairs w, turned;
     static double f[CHANNELS * MODEL_PAIRS], g[CHANNELS * MODEL_PAIRS];
-    uint64_t state = 44;
     long isotropic = 0, with_surface = 0, seen = 0, anisotropic = 0;
     for (size_t k = 0; k < model_combination_count(); k++)
         for (int freedom = MODEL_ROUND; freedom <= MODEL_TILTED; freedom++) {
             char label[MODEL_LABEL];
             fit_surface s = {.n_channels = CHANNELS};
-            const double phi = 2 * MODEL_PI * fit_uniform(&state);
             s.model = model_combination(k, label);
+            uint64_t state = ff_test_stream("rotation %s %d", label, freedom);
+            const double phi = 2 * MODEL_PI * fit_uniform(&state);
             model_random_parameters(&s.model, CHANNELS, (model_freedom)freedom, 0.4, &state, s.shape, s.channel);
             w.n = 0;
             model_pairs_random(&s.model, s.shape, &state, 300, &w);
@@ -361,7 +361,7 @@ static void gamma_is_continuous(void)
 {
     static model_pairs w;
     static double f[3][MODEL_PAIRS];
-    uint64_t state = 45;
+    uint64_t state = ff_test_stream("continuous gamma");
     static const double gammas[] = {1.6, 2, 2.5, 3, 4, 11, 99};
     for (size_t k = 0; k < sizeof gammas / sizeof *gammas; k++) {
         fit_surface s = fit_surface_make("student-t/smith-separable/none", 1, "alpha_x=0.3 alpha_y=0.6 r_xy=0.3");
@@ -382,7 +382,6 @@ static void gamma_is_continuous(void)
 static void passivity(void)
 {
     static const double thetas[] = {0, 50, 80};
-    uint64_t state = 46;
     double most = 0;
     long checked = 0;
     for (size_t ndf = 0; ndf < ff_term_count(FF_NDF); ndf++)
@@ -393,6 +392,8 @@ static void passivity(void)
                     double wo[3];
                     ff_integral albedo = {NAN, NAN};
                     if (!model_lobe(ndf, ff_term_at(FF_MASKING, masking)->name, "schlick", &s.model)) continue;
+                    uint64_t state = ff_test_stream("passivity %s/%s %d %zu", ff_term_at(FF_NDF, ndf)->name,
+                                                    ff_term_at(FF_MASKING, masking)->name, freedom, t);
                     model_random_parameters(&s.model, 1, (model_freedom)freedom, 0.5, &state, s.shape, s.channel);
                     s.channel[0] = s.channel[1] = 1; /* f0, ks */
                     if (!(ff_model_claims(&s.model, s.shape) & FF_PASSIVE)) continue;

@@ -9,13 +9,24 @@
  * exists. */
 #ifndef FF_TEST_H
 #define FF_TEST_H
+#ifndef _GNU_SOURCE
+#define _GNU_SOURCE /* mkdtemp, strtok_r, nanosleep: include this file first */
+#endif
 #include <math.h>
+#include <stdarg.h>
+#include <stdint.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 #include <unistd.h>
 
 enum { FF_TEST_SKIPPED = 77, FF_TEST_SHOWN = 20 };
+
+#ifdef __GNUC__
+#define FF_TEST_PRINTF(text, first) __attribute__((format(printf, text, first)))
+#else
+#define FF_TEST_PRINTF(text, first)
+#endif
 
 typedef struct ff_test_case {
     const char *name;
@@ -25,9 +36,36 @@ typedef struct ff_test_case {
 /** Counters of this program; a test is one file, hence one copy. */
 typedef struct ff_test_counts {
     long checks, failures;
-    int skipped; /**< the function that runs now has called FF_SKIP */
+    int skipped;     /**< the function that runs now has called FF_SKIP */
+    uint64_t random; /**< its stream                                    */
 } ff_test_counts;
 static ff_test_counts ff_test_count;
+
+/** Where a check stands, and how often it was reached: with $FF_TEST_SITES set the program lists those that no run of it came to,
+ * in a loop of no turns or under a condition that never holds. The linker gathers the places; 32 bytes each, without gaps. */
+#if defined(__GNUC__) && !defined(__cplusplus) && !defined(__SANITIZE_ADDRESS__) && defined(__linux__)
+typedef struct ff_test_site {
+    const char *file;
+    long line, reached, unused;
+} ff_test_site;
+extern ff_test_site __start_ff_test_sites[], __stop_ff_test_sites[];
+#define FF_TEST_SITE                                                                                                               \
+    __extension__({                                                                                                                \
+        static ff_test_site site __attribute__((section("ff_test_sites"), aligned(32))) = {__FILE__, __LINE__, 0, 0};              \
+        site.reached++;                                                                                                            \
+    })
+
+static inline void ff_test_unreached(void)
+{
+    for (const ff_test_site *s = __start_ff_test_sites; getenv("FF_TEST_SITES") && s < __stop_ff_test_sites; s++)
+        if (s->reached == 0) printf("never reached: %s:%ld\n", s->file, s->line);
+}
+#else
+#define FF_TEST_SITE (void)0
+static inline void ff_test_unreached(void)
+{
+}
+#endif
 
 /** Counts a failure; the first FF_TEST_SHOWN are printed, so that a check inside a loop does not flood the log. */
 static inline int ff_test_failed(const char *file, int line, const char *what)
@@ -39,19 +77,32 @@ static inline int ff_test_failed(const char *file, int line, const char *what)
     return 1;
 }
 
-/** FF_CHECK(condition, format, ...): when the condition does not hold, prints it with the message and counts a failure. */
-#define FF_CHECK(cond, ...)                                                                                                        \
-    do {                                                                                                                           \
-        ff_test_count.checks++;                                                                                                    \
-        if (!(cond) && ff_test_failed(__FILE__, __LINE__, #cond)) {                                                                \
-            printf("    ");                                                                                                        \
-            printf(__VA_ARGS__);                                                                                                   \
-            printf("\n");                                                                                                          \
-        }                                                                                                                          \
-    } while (0)
+/** The two ends of a check: 1, and 0 with the message. */
+static inline int ff_test_held(void)
+{
+    ff_test_count.checks++;
+    return 1;
+}
+
+FF_TEST_PRINTF(4, 5) static inline int ff_test_broken(const char *file, int line, const char *what, const char *format, ...)
+{
+    va_list args;
+    ff_test_count.checks++;
+    if (!ff_test_failed(file, line, what)) return 0;
+    va_start(args, format);
+    printf("    ");
+    vprintf(format, args);
+    printf("\n");
+    va_end(args);
+    return 0;
+}
+
+/** FF_CHECK(condition, format, ...): when the condition does not hold, prints it with the message and counts a failure. An
+ *  expression, 1 when it holds; the message is not evaluated then. */
+#define FF_CHECK(cond, ...) (FF_TEST_SITE, (cond) ? ff_test_held() : ff_test_broken(__FILE__, __LINE__, #cond, __VA_ARGS__))
 
 /** FF_CHECK_CLOSE(a, b, rel, abs): |a - b| <= max(rel |b|, abs). A NaN is close to nothing. */
-#define FF_CHECK_CLOSE(a, b, rel, abs) ff_test_close(__FILE__, __LINE__, #a " ~ " #b, (a), (b), (rel), (abs))
+#define FF_CHECK_CLOSE(a, b, rel, abs) FF_TEST_SITE, ff_test_close(__FILE__, __LINE__, #a " ~ " #b, (a), (b), (rel), (abs))
 
 static inline void ff_test_close(const char *file, int line, const char *what, double a, double b, double rel, double abs)
 {
@@ -71,6 +122,117 @@ static inline void ff_test_close(const char *file, int line, const char *what, d
         ff_test_count.skipped = 1;                                                                                                 \
         return;                                                                                                                    \
     } while (0)
+
+/* ---- random numbers -------------------------------------------------------------------------- */
+
+/** The seed of this run, $FF_TEST_SEED: 0 when it is not set. */
+static inline uint64_t ff_test_seed(void)
+{
+    const char *seed = getenv("FF_TEST_SEED");
+    return seed ? strtoull(seed, NULL, 10) : 0;
+}
+
+/** A state that a test has chosen, moved by the seed of the run; with seed 0 it stays what it is. */
+static inline uint64_t ff_test_seeded(uint64_t state)
+{
+    uint64_t z = ff_test_seed() * UINT64_C(0x9e3779b97f4a7c15);
+    z = (z ^ (z >> 30)) * UINT64_C(0xbf58476d1ce4e5b9);
+    z = (z ^ (z >> 27)) * UINT64_C(0x94d049bb133111eb);
+    return state + (z ^ (z >> 31));
+}
+
+/** ff_test_stream(format, ...): where the random numbers of the case of that name start. A function of the name and of the seed
+ *  of the run alone: what is registered, what ran before and in which order change nothing. FNV-1a, 64 bits. */
+FF_TEST_PRINTF(1, 2) static inline uint64_t ff_test_stream(const char *format, ...)
+{
+    char name[1024];
+    uint64_t h = UINT64_C(0xcbf29ce484222325);
+    va_list args;
+    va_start(args, format);
+    vsnprintf(name, sizeof name, format, args);
+    va_end(args);
+    for (const char *c = name; *c; c++) h = (h ^ (unsigned char)*c) * UINT64_C(0x100000001b3);
+    return ff_test_seeded(h);
+}
+
+/** The next number of the stream of the test function that runs now, which is named by it. SplitMix64 (Steele, Lea and Flood 2014).
+ */
+static inline uint64_t ff_test_next(uint64_t *state)
+{
+    uint64_t z = *state += UINT64_C(0x9e3779b97f4a7c15);
+    z = (z ^ (z >> 30)) * UINT64_C(0xbf58476d1ce4e5b9);
+    z = (z ^ (z >> 27)) * UINT64_C(0x94d049bb133111eb);
+    return z ^ (z >> 31);
+}
+static inline uint64_t ff_test_random(void)
+{
+    return ff_test_next(&ff_test_count.random);
+}
+
+/** In [0, 1). */
+static inline double ff_test_uniform(void)
+{
+    return (double)(ff_test_random() >> 11) * 0x1p-53;
+}
+
+/* ---- files ----------------------------------------------------------------------------------- */
+
+/** The directory of this program's files, which goes away with it; made by the first ff_test_path. */
+static char ff_test_dir[64];
+
+static inline void ff_test_remove_dir(void)
+{
+    char command[96];
+    snprintf(command, sizeof command, "rm -rf '%s'", ff_test_dir);
+    if (system(command) != 0) fprintf(stderr, "%s is left behind\n", ff_test_dir);
+}
+
+/** Path of a file in it; one of a few rotating buffers. */
+static inline const char *ff_test_path(const char *name)
+{
+    static char paths[8][160];
+    static int next;
+    if (!ff_test_dir[0]) {
+        strcpy(ff_test_dir, "/tmp/facetfit-test-XXXXXX");
+        if (!mkdtemp(ff_test_dir)) {
+            perror(ff_test_dir);
+            exit(1);
+        }
+        atexit(ff_test_remove_dir);
+    }
+    char *path = paths[next++ % 8];
+    snprintf(path, sizeof paths[0], "%s/%s", ff_test_dir, name);
+    return path;
+}
+
+static inline void ff_test_write(const char *path, const void *bytes, size_t n)
+{
+    FILE *f = fopen(path, "wb");
+    if (!f || fwrite(bytes, 1, n, f) != n || fclose(f) != 0) {
+        perror(path);
+        exit(1);
+    }
+}
+
+/** The whole file, malloc'ed and '\0'-terminated. */
+static inline char *ff_test_slurp(const char *path, size_t *n)
+{
+    FILE *f = fopen(path, "rb");
+    if (!f) {
+        perror(path);
+        exit(1);
+    }
+    fseek(f, 0, SEEK_END);
+    *n = (size_t)ftell(f);
+    rewind(f);
+    char *bytes = (char *)malloc(*n + 1);
+    if (!bytes || fread(bytes, 1, *n, f) != *n) exit(1);
+    bytes[*n] = '\0';
+    fclose(f);
+    return bytes;
+}
+
+/* ---- material -------------------------------------------------------------------------------- */
 
 /** Path of a file of the shared material into out [size]: "data/astm/C9_Gold.astm", "golden/specular.csv", "tools/make_merl.py".
  *  It lies beside the project (FF_SHARED, a compile definition); when $FACETFIT_DATA is set, that is the data directory and the
@@ -104,6 +266,7 @@ static inline int ff_test_main(const ff_test_case *cases, size_t n, int argc, ch
         const long failures = ff_test_count.failures, checks = ff_test_count.checks;
         if (!ff_test_wanted(cases[i].name, argc, argv)) continue;
         ff_test_count.skipped = 0;
+        ff_test_count.random = ff_test_stream("%s", cases[i].name);
         cases[i].run();
         run++;
         skipped += (size_t)ff_test_count.skipped;
@@ -115,6 +278,7 @@ static inline int ff_test_main(const ff_test_case *cases, size_t n, int argc, ch
                                                  : "passed",
                cases[i].name, ff_test_count.checks - checks);
     }
+    ff_test_unreached();
     printf("%ld checks, %ld failures\n", ff_test_count.checks, ff_test_count.failures);
     if (run == 0) {
         printf("no test of that name\n");

@@ -13,13 +13,10 @@
 
 /* ---- numbers --------------------------------------------------------------------------------- */
 
-/** SplitMix64 (Steele, Lea and Flood 2014). */
+/** The next number of a stream. */
 static inline uint64_t fit_random(uint64_t *state)
 {
-    uint64_t z = *state += UINT64_C(0x9e3779b97f4a7c15);
-    z = (z ^ (z >> 30)) * UINT64_C(0xbf58476d1ce4e5b9);
-    z = (z ^ (z >> 27)) * UINT64_C(0x94d049bb133111eb);
-    return z ^ (z >> 31);
+    return ff_test_next(state);
 }
 
 /** In (0, 1). */
@@ -49,11 +46,11 @@ typedef struct fit_surface {
 /** How it is measured. What is left 0: no noise, uniform directions, no sigma, scattered samples. */
 typedef struct fit_sampling {
     size_t n;
-    double max_theta; /**< degrees; both directions are uniform in solid angle up to it                        */
-    double glossy;    /**< fraction of samples whose half vector is near the normal: slope log-uniform in 0.002 .. 1 */
-    double noise;     /**< standard deviation relative to the value                                            */
-    int sigma;        /**< 1: the table carries the standard deviations                                        */
-    uint64_t seed;
+    double max_theta;    /**< degrees; both directions are uniform in solid angle up to it                        */
+    double glossy;       /**< fraction of samples whose half vector is near the normal: slope log-uniform in 0.002 .. 1 */
+    double noise;        /**< standard deviation relative to the value                                            */
+    int sigma;           /**< 1: the table carries the standard deviations                                        */
+    uint64_t seed;       /**< of this measurement; the seed of the run is added to it                              */
     const ff_grid *grid; /**< instead of random directions; n is the grid's                                       */
 } fit_sampling;
 
@@ -153,7 +150,7 @@ static inline void fit_evaluate(const fit_surface *s, ff_table *t)
 static inline ff_table fit_measure(const fit_surface *s, const fit_sampling *how)
 {
     ff_table t;
-    uint64_t state = how->seed * UINT64_C(0xd1342543de82ef95) + 1;
+    uint64_t state = ff_test_seeded(how->seed * UINT64_C(0xd1342543de82ef95) + 1);
     if (ff_table_init(how->grid ? how->grid->n : how->n, s->n_channels, how->grid, how->sigma, 0, &t, NULL)) {
         printf("out of memory for the test's samples\n");
         exit(1);

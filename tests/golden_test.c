@@ -446,7 +446,6 @@ static double around(const void *context, double q)
 static void area_is_one(void)
 {
     const rule g = gauss();
-    uint64_t state = 31;
     for (size_t ndf = 0; ndf < ff_term_count(FF_NDF); ndf++)
         for (int k = 0; k < 12; k++) {
             fit_surface s = {.n_channels = 1};
@@ -454,6 +453,7 @@ static void area_is_one(void)
             const char *name = ff_term_at(FF_NDF, ndf)->name;
             if (!(ff_term_at(FF_NDF, ndf)->claims & FF_UNIT_AREA)) continue;
             if (!model_lobe(ndf, "none", "schlick", &s.model)) exit(1);
+            uint64_t state = ff_test_stream("area %s %d", name, k);
             model_random_parameters(&s.model, 1, (model_freedom)(k % 3), 0.6, &state, s.shape, s.channel);
             if (k == 0) ff_model_defaults(&s.model, 1, s.shape, s.channel);
             ff_lobe_pass pass;
@@ -477,7 +477,7 @@ static void check_same(const char *a, const char *b, const char *set_a, const ch
     const fit_surface sa = fit_surface_make(a, 1, set_a), sb = fit_surface_make(b, 1, set_b);
     static model_pairs w;
     static double ta[6][MODEL_PAIRS], tb[6][MODEL_PAIRS];
-    uint64_t state = 32;
+    uint64_t state = ff_test_stream("same %s %s", a, set_a);
     w.n = 0;
     model_pairs_random(&sa.model, sa.shape, &state, 500, &w);
     const ff_dirs dirs = model_dirs(&w);

@@ -5,10 +5,8 @@
 #include "pass_of.h"
 #include "loss_samples.h"
 
-#define TOLERANCE 1e-8 /* of the natural scale of a derivative */
-/* A difference whose own estimated error is above this says nothing about the analytic value. */
-#define RESOLVED 1e-9
-#define ROUNDING 1e-15 /* relative error of what is differenced, at least */
+#define TOLERANCE 1e-8  /* of the natural scale of a product of the normal equations */
+#define ROUNDING  1e-15 /* relative error of what is differenced, at least */
 
 typedef struct tally {
     long checked, wrong, unresolved;
@@ -20,18 +18,123 @@ typedef struct tally {
 static void compare(const model_ridders *r, double analytic, double scale, tally *t, const char *label, const char *name,
                     size_t where)
 {
-    if (!(r->error <= RESOLVED * scale)) {
+    const model_verdict verdict = model_judge(r, analytic, scale);
+    if (verdict == MODEL_UNRESOLVED) {
         t->unresolved++;
         return;
     }
     const double deviation = fabs(analytic - r->value) / scale;
-    const int wrong = !(deviation <= TOLERANCE);
+    const int wrong = verdict == MODEL_WRONG;
     t->checked++;
     if (t->wrong == 0 && (wrong || deviation > t->worst))
-        snprintf(t->what, sizeof t->what, "%s: d/d %s at %zu: %.15g, by differences %.15g, scale %.3g", label, name, where,
-                 analytic, r->value, scale);
+        snprintf(t->what, sizeof t->what, "%s: d/d %s at %zu: %.15g, by differences %.15g +- %.1g, scale %.3g", label, name, where,
+                 analytic, r->value, r->error, scale);
     if (!(deviation <= t->worst)) t->worst = deviation;
     t->wrong += wrong;
+}
+
+/* ---- the referee ----------------------------------------------------------------------------- */
+
+/* Three functions of three variables, of which the second is nearly flat: it varies by billionths of its value. */
+static void example(const double *x, double *y)
+{
+    y[0] = exp(x[0]) * x[1] + 3 * x[2];
+    y[1] = 1 + 3e-9 * sin(2 * x[0]) + 2e-9 * x[1] * x[2];
+    y[2] = sqrt(1 + x[0] * x[1]) + x[2] * x[2] * x[2];
+}
+
+static void example_jacobian(const double *x, double J[3][3])
+{
+    const double root = sqrt(1 + x[0] * x[1]);
+    const double right[3][3] = {{exp(x[0]) * x[1], exp(x[0]), 3},
+                                {6e-9 * cos(2 * x[0]), 2e-9 * x[2], 2e-9 * x[1]},
+                                {x[1] / (2 * root), x[0] / (2 * root), 3 * x[2] * x[2]}};
+    memcpy(J, right, sizeof right);
+}
+
+/* A Jacobian [row][column] judged entry by entry: how many were of each verdict. */
+static void judge_all(const double *x, double J[3][3], int *counts)
+{
+    memset(counts, 0, 3 * sizeof *counts);
+    for (int k = 0; k < 3; k++) {
+        model_ridders r[3];
+        double moved[3], low[3], high[3], at[3], step = 0.1;
+        example(x, at);
+        for (int i = 0; i < 3; i++) model_ridders_start(&r[i]);
+        for (int level = 0; level < MODEL_LEVELS; level++, step /= MODEL_RATIO) {
+            memcpy(moved, x, sizeof moved);
+            moved[k] = x[k] - step;
+            example(moved, low);
+            moved[k] = x[k] + step;
+            example(moved, high);
+            for (int i = 0; i < 3; i++) model_ridders_add(&r[i], (high[i] - low[i]) / (2 * step), ROUNDING * fabs(at[i]) / step);
+        }
+        for (int i = 0; i < 3; i++) counts[model_judge(&r[i], J[i][k], fabs(at[i]) + fabs(r[i].value))]++;
+    }
+}
+
+static void the_referee_is_right(void)
+{
+    for (int trial = 0; trial < 50; trial++) {
+        uint64_t state = ff_test_stream("referee %d", trial);
+        double x[3], J[3][3];
+        int n[3];
+        for (int k = 0; k < 3; k++) x[k] = 0.1 + 0.6 * fit_uniform(&state);
+        example_jacobian(x, J);
+        judge_all(x, J, n);
+        FF_CHECK(n[MODEL_RIGHT] == 9, "right: %d wrong, %d not resolved", n[MODEL_WRONG], n[MODEL_UNRESOLVED]);
+        for (int i = 0; i < 3; i++)
+            for (int k = 0; k < 3; k++) {
+                const double was = J[i][k];
+                J[i][k] = was * (1 + 1e-6);
+                judge_all(x, J, n);
+                /* of a plateau this is a change of 1e-15 of the value, which no difference shows */
+                FF_CHECK(n[MODEL_WRONG] == (i != 1), "(%d, %d) off by a millionth: %d wrong", i, k, n[MODEL_WRONG]);
+                J[i][k] = 0;
+                judge_all(x, J, n);
+                FF_CHECK(n[MODEL_WRONG] == 1, "a zero at (%d, %d): %d wrong", i, k, n[MODEL_WRONG]);
+                J[i][k] = was;
+            }
+        for (int k = 0; k < 2; k++) { /* every row of two columns */
+            for (int i = 0; i < 3; i++) {
+                const double swap = J[i][k];
+                J[i][k] = J[i][k + 1], J[i][k + 1] = swap;
+            }
+            judge_all(x, J, n);
+            FF_CHECK(n[MODEL_WRONG] >= 4, "columns %d and %d swapped: %d wrong", k, k + 1, n[MODEL_WRONG]);
+            example_jacobian(x, J);
+        }
+    }
+}
+
+/* A narrow lobe on a broad one: the first steps leap over it to both sides and see nothing. */
+static void lobes_are_not_leapt_over(void)
+{
+    const double at = 0.301, middle = 0.3, width = 2e-3;
+    model_ridders r;
+    double step = 0.1;
+    model_ridders_start(&r);
+    for (int level = 0; level < MODEL_LEVELS; level++, step /= MODEL_RATIO) {
+        const double low = (at - step - middle) / width, high = (at + step - middle) / width;
+        model_ridders_add(&r, (exp(-high * high) - exp(-low * low)) / (2 * step), ROUNDING / step);
+    }
+    const double x = (at - middle) / width, derivative = -2 * x / width * exp(-x * x);
+    FF_CHECK(model_judge(&r, derivative, 1 / width) == MODEL_RIGHT, "%g, by differences %g +- %g", derivative, r.value, r.error);
+    FF_CHECK(model_judge(&r, 0, 1 / width) == MODEL_WRONG, "0 where a lobe is");
+}
+
+/* Differences that are noise, and a derivative that is 0: neither right nor wrong. */
+static void noise_is_not_resolved(void)
+{
+    model_ridders r = {.value = 3e-13, .error = 2e-13};
+    FF_CHECK(model_judge(&r, 0, 1) == MODEL_UNRESOLVED, "0 against noise");
+    r.value = 0;
+    FF_CHECK(model_judge(&r, 0, 1) == MODEL_RIGHT, "what does not vary at all has the derivative 0");
+    r.value = 1, r.error = 1e-8;
+    FF_CHECK(model_judge(&r, 1, 1) == MODEL_UNRESOLVED, "differences that say nothing");
+    FF_CHECK(model_judge(&r, NAN, 1) == MODEL_UNRESOLVED && (r.error = 0, model_judge(&r, NAN, 1)) == MODEL_WRONG, "NaN");
+    r.value = NAN;
+    FF_CHECK(model_judge(&r, 1, 1) == MODEL_WRONG, "differences of NaN");
 }
 
 /* ---- models ---------------------------------------------------------------------------------- */
@@ -153,16 +256,13 @@ static void report(const tally *t, const char *of)
 static void every_combination(void)
 {
     tally all = {0};
-    uint64_t state = 11;
     for (size_t k = 0; k < model_combination_count(); k++) {
         char label[MODEL_LABEL];
         const ff_model m = model_combination(k, label);
         tally t = {0};
+        uint64_t state = ff_test_stream("combination %s", label);
         check_model(&m, MODEL_ROUND, 0.5, &state, label, NULL, 0, &t);
-        if (k % 2)
-            check_model(&m, MODEL_CENTRED, 0.5, &state, label, NULL, 0, &t); /* half of the combinations each: they differ in */
-        else
-            check_model(&m, MODEL_TILTED, 0.5, &state, label, NULL, 0, &t); /* the diffuse term only                         */
+        check_model(&m, m.n_bases ? MODEL_CENTRED : MODEL_TILTED, 0.5, &state, label, NULL, 0, &t); /* half of them each */
         report(&t, label);
         all.checked += t.checked, all.unresolved += t.unresolved, all.worst = fmax(all.worst, t.worst);
     }
@@ -172,12 +272,12 @@ static void every_combination(void)
 /* The whole box, corners nearly: roughness from 1e-4 to 4, correlation to 0.99. */
 static void wide_boxes(void)
 {
-    uint64_t state = 12;
     for (size_t ndf = 0; ndf < ff_term_count(FF_NDF); ndf++) {
         ff_model m;
         tally t = {0};
         const char *name = ff_term_at(FF_NDF, ndf)->name;
         if (!model_lobe(ndf, ff_ndf_at((int)ndf)->lambda ? "smith-height-correlated" : "kelemen", "schlick", &m)) exit(1);
+        uint64_t state = ff_test_stream("wide box %s", name);
         for (int k = 0; k < 12; k++) check_model(&m, (model_freedom)(k % 3), 1, &state, name, NULL, 0, &t);
         report(&t, name);
         printf("  %-15s %ld derivatives, worst %.1e of the scale, %ld not resolved\n", name, t.checked, t.worst, t.unresolved);
@@ -187,12 +287,12 @@ static void wide_boxes(void)
 /* Small whole numbers and the initial values, where a series may end early or a function has a branch of its own. */
 static void whole_numbers(void)
 {
-    uint64_t state = 15;
     for (size_t ndf = 0; ndf < ff_term_count(FF_NDF); ndf++) {
         ff_model m;
         tally t = {0};
         const char *name = ff_term_at(FF_NDF, ndf)->name;
         if (!model_lobe(ndf, ff_ndf_at((int)ndf)->lambda ? "smith-separable" : "kelemen", "schlick", &m)) exit(1);
+        uint64_t state = ff_test_stream("whole numbers %s", name);
         check_model(&m, MODEL_ROUND, 0, &state, name, NULL, 0, &t);
         for (int value = 0; value <= 20; value++) {
             fit_surface s = {.model = m, .n_channels = CHANNELS};
@@ -210,26 +310,43 @@ static void whole_numbers(void)
     }
 }
 
-/* Sums of lobes: every distribution with the next one, each with another masking. */
+/* A distribution under a masking beside what others there are; 1 when it is a model. */
+static int check_sum(const char *ndf, const char *masking, const char *rest, model_freedom freedom)
+{
+    char expression[MODEL_LABEL];
+    tally t = {0};
+    ff_model m;
+    snprintf(expression, sizeof expression, "%s/%s+%s", ndf, masking, rest);
+    if (ff_model_parse(expression, &m, NULL)) return 0; /* these do not go together */
+    ff_model_set_table(&m, fit_profile());
+    uint64_t state = ff_test_stream("sum %s", expression);
+    check_model(&m, freedom, 0.5, &state, expression, NULL, 0, &t);
+    report(&t, expression);
+    return 1;
+}
+
+/* Sums of lobes: every distribution, and every masking, before others. The companions are named, not the next in the registry. */
 static void several_lobes(void)
 {
-    uint64_t state = 13;
+    static const char *const rests[] = {"beckmann/smith-separable", "student-t/v-cavity+ggx+lambert",
+                                        "phong/smith-height-correlated+ggx"};
     const size_t n = ff_term_count(FF_NDF), n_masking = ff_term_count(FF_MASKING);
-    size_t checked = 0;
-    for (size_t k = 0; k < 3 * n; k++) {
-        char expression[MODEL_LABEL];
-        tally t = {0};
-        snprintf(expression, sizeof expression, "%s/%s+%s/%s%s%s", ff_term_at(FF_NDF, k % n)->name,
-                 ff_term_at(FF_MASKING, k % n_masking)->name, ff_term_at(FF_NDF, (k + 1) % n)->name,
-                 ff_term_at(FF_MASKING, (3 * k + 1) % n_masking)->name, k % 3 ? "+ggx" : "", k % 2 ? "+lambert" : "");
-        ff_model m;
-        if (ff_model_parse(expression, &m, NULL)) continue; /* these do not go together */
-        ff_model_set_table(&m, fit_profile());
-        check_model(&m, (model_freedom)(k % 3), 0.5, &state, expression, NULL, 0, &t);
-        report(&t, expression);
-        checked++;
+    size_t distributions = 0, maskings = 0;
+    for (size_t k = 0; k < n; k++) {
+        int sums = 0;
+        for (int i = 0; i < 3; i++)
+            sums += check_sum(ff_term_at(FF_NDF, k)->name, ff_ndf_at((int)k)->lambda ? "smith-direction-correlated" : "kelemen",
+                              rests[i], (model_freedom)i);
+        distributions += sums > 0;
     }
-    FF_CHECK(checked > n, "only %zu sums", checked);
+    for (size_t g = 0; g < n_masking; g++) {
+        int sums = 0;
+        for (int i = 0; i < 3; i++)
+            sums += check_sum(i == 2 ? "beckmann" : "ggx", ff_term_at(FF_MASKING, g)->name, rests[i], (model_freedom)i);
+        maskings += sums > 0;
+    }
+    FF_CHECK(distributions == n, "only %zu of %zu distributions were summed", distributions, n);
+    FF_CHECK(maskings + 2 >= n_masking, "only %zu of %zu maskings", maskings, n_masking);
 }
 
 /* Lobes that share a Fresnel term, more than one base, free scales, and everything that is coupled at once. */
@@ -252,10 +369,10 @@ static void shared_and_coupled(void)
         "hammon-2017",
         "torrance-sparrow",
         "walter-2007"};
-    uint64_t state = 16;
     for (size_t k = 0; k < sizeof expressions / sizeof *expressions; k++) {
         const ff_model m = model_parse(expressions[k]);
         tally t = {0};
+        uint64_t state = ff_test_stream("shared and coupled %s", expressions[k]);
         for (int i = 0; i < 3; i++) check_model(&m, (model_freedom)(i % 2), 0.5, &state, expressions[k], NULL, 0, &t);
         report(&t, expressions[k]);
     }
@@ -303,10 +420,11 @@ static void wrong_derivatives_are_caught(void)
         for (uint32_t k = 0; k < m.n_shape + m.n_channel; k++) {
             const char *param = k < m.n_shape ? m.shape[k].name : m.channel[k - m.n_shape].name;
             tally right = {0};
-            uint64_t state = 14 + k, again = 14 + k;
+            const uint64_t start = ff_test_stream("faults %s %s", name, param);
+            uint64_t state = start, again = start;
             check_model(&m, MODEL_TILTED, 0.3, &state, name, as_it_is, k, &right);
             FF_CHECK(right.wrong == 0 && right.checked > PAIRS, "%s", right.what);
-            for (size_t f = 0; f < sizeof faults / sizeof *faults; f++, again = 14 + k) {
+            for (size_t f = 0; f < sizeof faults / sizeof *faults; f++, again = start) {
                 /* the diffuse term has one derivative for all samples: taking another sample's is no fault */
                 if (faults[f] == by_one_sample && k + 1 == m.n_shape + m.n_channel) continue;
                 tally t = {0};
@@ -376,11 +494,11 @@ static void objective_make(const setting *g, size_t n_channels, size_t n, ff_los
                            objective *b)
 {
     ff_error err = {0};
-    uint64_t state = 21 + n;
     memset(b, 0, sizeof *b);
     b->s = fit_surface_make(g->expression, n_channels, g->point);
     snprintf(b->label, sizeof b->label, "%s, %s, robust %s, weight %s", g->expression, ff_loss_name((int)loss),
              ff_robust_name((int)robust), ff_weighting_name((int)weighting));
+    uint64_t state = ff_test_stream("objective %s", b->label);
     model_pairs_random(&b->s.model, b->s.shape, &state, n, &b->w);
     b->t = measurement(g, &b->w, n_channels, &state);
     ff_fit_options_init(&b->o);
@@ -730,6 +848,7 @@ static void wrong_gradients_are_caught(void)
         }
 }
 
-FF_TEST_MAIN(FF_TEST(every_combination), FF_TEST(wide_boxes), FF_TEST(whole_numbers), FF_TEST(several_lobes),
+FF_TEST_MAIN(FF_TEST(the_referee_is_right), FF_TEST(lobes_are_not_leapt_over), FF_TEST(noise_is_not_resolved),
+             FF_TEST(every_combination), FF_TEST(wide_boxes), FF_TEST(whole_numbers), FF_TEST(several_lobes),
              FF_TEST(shared_and_coupled), FF_TEST(wrong_derivatives_are_caught), FF_TEST(every_objective), FF_TEST(dark_data),
              FF_TEST(every_term_in_the_fit), FF_TEST(normal_equations), FF_TEST(wrong_gradients_are_caught))

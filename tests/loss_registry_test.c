@@ -181,7 +181,7 @@ static void kernels(void)
     for (int loss = 0; loss < FF_LOSS_COUNT; loss++)
         for (int isa = FF_ISA_SCALAR; isa <= FF_ISA_AVX512; isa++) {
             const ff_loss_descriptor *d = ff_isa_available((ff_isa)isa) ? ff_loss_of((ff_isa)isa, (ff_loss)loss) : NULL;
-            uint64_t state = 7;
+            uint64_t state = ff_test_stream("kernel %s", ff_loss_name(loss));
             if (!d) continue;
             FF_CHECK(!strcmp(d->info.name, ff_loss_name(loss)), "%s is called %s with %s", ff_loss_name(loss), d->info.name,
                      ff_isa_name((ff_isa)isa));
@@ -202,7 +202,7 @@ static void measures(void)
         for (int isa = FF_ISA_SCALAR; isa <= FF_ISA_AVX512; isa++) {
             const ff_loss loss = (ff_loss)k;
             const ff_loss_descriptor *d = ff_isa_available((ff_isa)isa) ? ff_loss_of((ff_isa)isa, loss) : NULL;
-            uint64_t state = 9;
+            uint64_t state = ff_test_stream("measure %s", ff_loss_name(k));
             samples s;
             if (!d) continue;
             FF_CHECK((!d->deviations) == (!d->info.rmse_unit), "%s: a measure without unit, or a unit without measure",

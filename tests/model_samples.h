@@ -101,13 +101,16 @@ static inline void model_list_add(model_list *l, int ndf, int masking, int fresn
     memcpy(l->term[l->n++], term, sizeof term);
 }
 
-/** Every distribution under every masking that it goes with, each Fresnel term and each diffuse term in turn; and every Fresnel and
- * diffuse term with three distributions of different kinds. */
+/** Every distribution under every masking that it goes with, with Schlick's Fresnel term and without any on a matte base; and every
+ * Fresnel and diffuse term with three distributions of different kinds. What goes with what is said by name, so that a term more or
+ * fewer leaves the other combinations as they are. */
 static inline const model_list *model_all(void)
 {
     static model_list list;
     const int N = (int)ff_term_count(FF_NDF), G = (int)ff_term_count(FF_MASKING), F = (int)ff_term_count(FF_FRESNEL),
-              B = (int)ff_term_count(FF_DIFFUSE), schlick = ff_term_find(FF_FRESNEL, "schlick");
+              B = (int)ff_term_count(FF_DIFFUSE), schlick = ff_term_find(FF_FRESNEL, "schlick"),
+              none = ff_term_find(FF_FRESNEL, "none"), conductor = ff_term_find(FF_FRESNEL, "conductor"),
+              matte[] = {-1, ff_term_find(FF_DIFFUSE, "lambert"), ff_term_find(FF_DIFFUSE, "oren-nayar")};
     const int with[][2] = {{ff_term_find(FF_NDF, "beckmann"), ff_term_find(FF_MASKING, "smith-separable")},
                            {ff_term_find(FF_NDF, "ggx"), ff_term_find(FF_MASKING, "v-cavity")},
                            {ff_term_find(FF_NDF, "phong"), ff_term_find(FF_MASKING, "smith-height-correlated")}};
@@ -115,11 +118,11 @@ static inline const model_list *model_all(void)
     for (int d = 0; d < N; d++)
         for (int g = 0; g < G; g++) {
             model_list_add(&list, d, g, schlick, -1);
-            model_list_add(&list, d, g, F - 1, 0);
+            model_list_add(&list, d, g, none, matte[1]);
         }
     for (size_t i = 0; i < 3; i++) {
-        for (int f = 0; f < F; f++) model_list_add(&list, with[i][0], with[i][1], f, (int)i - 1);
-        for (int b = 0; b < B; b++) model_list_add(&list, with[i][0], with[i][1], i == 2 ? F / 2 : schlick, b);
+        for (int f = 0; f < F; f++) model_list_add(&list, with[i][0], with[i][1], f, matte[i]);
+        for (int b = 0; b < B; b++) model_list_add(&list, with[i][0], with[i][1], i == 2 ? conductor : schlick, b);
     }
     return &list;
 }
@@ -138,6 +141,13 @@ static inline ff_model model_combination(size_t k, char *label)
     ff_model_set_table(&m, fit_profile());
     ff_model_expression(&m, label, MODEL_LABEL);
     return m;
+}
+
+/** Which of n a case takes where the cases go through them in turn: by the name of the case, not by its number. */
+static inline int model_turn(const char *label, int n)
+{
+    uint64_t state = ff_test_stream("turn of %s", label);
+    return (int)(fit_random(&state) % (uint64_t)n);
 }
 
 /** One lobe without a diffuse term; 0 when the terms do not go together. */
@@ -212,18 +222,20 @@ static inline void model_random_parameters(const ff_model *m, size_t n_channels,
 /** Ridders' extrapolation (Ridders 1982; Press et al., Numerical Recipes, section 5.7) of central differences at steps h,
  * h/MODEL_RATIO, h/MODEL_RATIO^2 ... Every run of up to MODEL_TABLEAU successive steps is extrapolated and the one of least
  * estimated error is kept, so that a function with a kink inside the first steps, or one that changes faster than they can see, is
- * still resolved by later ones. */
+ * still resolved by later ones. Steps that leap over all that happens find a plateau without any error: when MODEL_AGAINST shorter
+ * steps after each other contradict, these are believed. */
 #define MODEL_RATIO 1.6
-enum { MODEL_TABLEAU = 9, MODEL_LEVELS = 34 };
+enum { MODEL_TABLEAU = 9, MODEL_LEVELS = 34, MODEL_AGAINST = 3 };
 typedef struct model_ridders {
     double row[3][MODEL_TABLEAU]; /**< the last rows of the tableau, latest first: extrapolations that end at a step */
     int n;                        /**< entries of the latest                                                         */
+    int against;                  /**< steps after each other that contradict the best                               */
     double value, error;          /**< best so far; error infinite when there is none                                */
 } model_ridders;
 
 static inline void model_ridders_start(model_ridders *r)
 {
-    r->n = 0;
+    r->n = r->against = 0;
     r->value = NAN;
     r->error = HUGE_VAL;
 }
@@ -237,7 +249,7 @@ static inline void model_ridders_drop(model_ridders *r)
 /** The central difference at the next step. noise: what rounding may have done to it. */
 static inline void model_ridders_add(model_ridders *r, double difference, double noise)
 {
-    double(*row)[MODEL_TABLEAU] = r->row, factor = 1;
+    double(*row)[MODEL_TABLEAU] = r->row, factor = 1, value = NAN, least = HUGE_VAL;
     const int n = r->n < MODEL_TABLEAU - 1 ? r->n : MODEL_TABLEAU - 1;
     memmove(row[1], row[0], 2 * sizeof *row);
     row[0][0] = difference;
@@ -248,9 +260,31 @@ static inline void model_ridders_add(model_ridders *r, double difference, double
         /* agreement along two steps of the diagonal: among thousands of derivatives two estimates agree by chance now and then */
         const double along = fmax(fabs(row[0][k] - row[1][k - 1]), fabs(row[1][k - 1] - row[2][k - 2]));
         const double error = fmax(noise, fmax(along, fabs(row[0][k] - row[0][k - 1])));
-        if (error < r->error) r->value = row[0][k], r->error = error;
+        if (error < least) value = row[0][k], least = error;
     }
     r->n = n + 1;
+    r->against = fabs(value - r->value) > 10 * (least + r->error) ? r->against + 1 : 0;
+    if (least < r->error || r->against == MODEL_AGAINST) r->value = value, r->error = least, r->against = 0;
+}
+
+/** What a comparison of an analytic derivative with its differences says. */
+typedef enum model_verdict { MODEL_RIGHT, MODEL_WRONG, MODEL_UNRESOLVED } model_verdict;
+#define MODEL_TOLERANCE 1e-8  /* relative error that a derivative may have */
+#define MODEL_RESOLVED  1e-9  /* of the scale: differences with a larger error say nothing */
+#define MODEL_ANALYTIC  1e-12 /* of the scale: rounding of the analytic derivative */
+
+/** The analytic derivative may be off by
+ *      10 times the error of the differences, which is an estimate (the change along the diagonal, and at least their rounding),
+ *      1e-8 of the derivative itself, and
+ *      1e-12 of the scale, value / size of the parameter: a derivative is a sum of terms about that large, a few thousand
+ * roundings. Not by a fraction of the scale that the differences can see through: where a function is nearly flat its derivative is
+ * far below the scale, and 0 would pass. A 0 against differences that are mostly noise passes neither: it is not resolved. */
+static inline model_verdict model_judge(const model_ridders *r, double analytic, double scale)
+{
+    const double noise = 10 * r->error + MODEL_ANALYTIC * scale;
+    if (!(r->error <= MODEL_RESOLVED * scale)) return MODEL_UNRESOLVED;
+    if (!(fabs(analytic - r->value) <= MODEL_TOLERANCE * fabs(r->value) + noise)) return MODEL_WRONG;
+    return analytic == 0 && r->value != 0 ? MODEL_UNRESOLVED : MODEL_RIGHT;
 }
 
 /** The first step for a parameter at v: a tenth of its natural size, inside its box. */

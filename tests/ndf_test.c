@@ -267,7 +267,7 @@ static void gradients(void)
 static void check_exact(const char *masking, int scaled)
 {
     bench b;
-    uint64_t state = 5;
+    uint64_t state = ff_test_stream("exact %s %d", masking, scaled);
     double zero[64] = {0}, d[64], gram = 0, data = 0;
     const double h = 2e-3;
     bench_open(&b, masking, FF_LOSS_COSINE, scaled, 0);

@@ -45,7 +45,7 @@ static double as_published(const material *s, size_t c, const double a[4])
 static ff_table measure(const material *s)
 {
     ff_table t;
-    uint64_t state = 5;
+    uint64_t state = ff_test_stream("material %s", s->name);
     const fit_sampling how = {.n = SAMPLES, .max_theta = 80, .glossy = 0.5};
     if (ff_table_init(how.n, CHANNELS, NULL, 0, 0, &t, NULL)) {
         printf("out of memory for the test's samples\n");

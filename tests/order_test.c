@@ -13,7 +13,7 @@ static double deviation(const fit_surface *a, const fit_surface *b)
 {
     static model_pairs w;
     static double f[2][FIT_CHANNELS * MODEL_PAIRS];
-    uint64_t state = 5;
+    uint64_t state = ff_test_stream("pairs of the order");
     double worst = 0;
     w.n = 0;
     model_pairs_random(&a->model, a->shape, &state, 300, &w);
@@ -39,10 +39,10 @@ static void sums_do_not_change(void)
         "ggx/smith-separable/dielectric+ggx/smith-separable/dielectric+lambert",
         "phong+phong+oren-nayar",
     };
-    uint64_t state = 6;
     for (size_t k = 0; k < sizeof models / sizeof *models; k++) {
         int moved = 0;
         for (int trial = 0; trial < 30; trial++) {
+            uint64_t state = ff_test_stream("order %s %d", models[k], trial);
             fit_surface s = fit_surface_make(models[k], 2, "");
             model_random_parameters(&s.model, 2, (model_freedom)(trial % 2), 0.4, &state, s.shape, s.channel);
             fit_surface sorted = s;
@@ -138,9 +138,9 @@ static double by_all_states(const double *gram, size_t n, const double *lo, cons
 
 static void active_sets(void)
 {
-    uint64_t state = 7;
     int on_bound = 0;
     for (int trial = 0; trial < 2000; trial++) {
+        uint64_t state = ff_test_stream("active sets %d", trial);
         enum { ROWS = 7 };
         const size_t n = 1 + (size_t)trial % 4;
         double L[ROWS][5], gram[15], lo[4], hi[4], q[4];

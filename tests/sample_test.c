@@ -9,7 +9,7 @@
 #include "simulate/simulate_struct.h"
 
 enum { N = 100000, THETAS = 24, PHIS = 48, BINS = THETAS * PHIS, LABEL = FF_MODEL_NAME + 200 };
-static const double significance = 0.01; /* chance that a right sampler fails one of all its checks */
+static const double significance = 1e-6; /* chance, over all seeds, that a right sampler fails one of all its checks */
 
 /* ---- chances --------------------------------------------------------------------------------- */
 
@@ -263,7 +263,9 @@ static void check_weights(const scene *s)
     scene_view((scene *)s, wo);
     FF_CHECK(ff_albedo_directional(&s->model, FF_ISA_BEST, 1, s->shape, s->channel, wo, &albedo, &err) == FF_OK, "%s: %s", s->what,
              err.message);
-    const double mean = sum / N, spread = sqrt(fmax(square / N - mean * mean, 0) / N);
+    /* What happens to a few samples in N at most, as being lost at a narrow lobe, the variance of the others does not know of: a
+     * mean that misses some such events is off by 1 / N for each. Five of them are the least spread, as of the counts. */
+    const double mean = sum / N, spread = fmax(sqrt(fmax(square / N - mean * mean, 0) / N), 5.0 / N);
     const double excess = fmax(fabs(mean - albedo.value) - albedo.error - 1e-7, 0);
     settle_later("mean weight", s, excess > 0 ? normal_tails(excess / spread) : 1);
 }
@@ -303,15 +305,15 @@ static void check_support(const scene *s, uint64_t seed)
 static void check_scene(scene *s)
 {
     static const double thetas[] = {0, 40, 80};
-    static uint64_t seed = 1;
     scene_open(s);
     for (size_t v = 0; v < sizeof thetas / sizeof thetas[0]; v++) {
         s->theta = thetas[v];
         s->phi = 40;
-        scene_draw(s, seed++);
+        const uint64_t seed = ff_test_stream("scene %s, view %g", s->what, s->theta);
+        scene_draw(s, seed);
         check_counts(s);
         check_weights(s);
-        check_support(s, seed);
+        check_support(s, seed + 1);
     }
     ff_sampler_free(s->sampler);
 }
@@ -421,7 +423,7 @@ static void wrong_densities_are_caught(void)
         set(&s, "alpha_x=0.2"), set(&s, "alpha_y=0.4"), set(&s, "r_xy=0.5"), set(&s, "f0=0.3");
         scene_open(&s);
         s.theta = 40, s.phi = 20;
-        scene_draw(&s, 99 + m);
+        scene_draw(&s, ff_test_stream("wrong densities %s", s.what));
         count_bins(count);
         probabilities(&s, RIGHT, probability);
         FF_CHECK(chi_square(BINS + 1, N, probability, count) > least_chance(MOST), "%s", s.what);
@@ -548,7 +550,7 @@ static void roulette_keeps_the_mean(void)
     set(&s, "f0=0.04"), set(&s, "kd=0.2");
     scene_open(&s);
     s.theta = 50;
-    scene_draw(&s, 5);
+    scene_draw(&s, ff_test_stream("roulette"));
     memcpy(weight, draws.weight, sizeof weight);
     ff_sampler_sample(s.sampler, N, draws.wo[0], draws.u[0], draws.u[3], draws.wi[0], draws.pdf, draws.f, draws.weight, N);
     double q = 0, plain = 0, mean = 0, square = 0, alive = 0;
@@ -577,7 +579,7 @@ static void one_at_a_time(void)
     fit_surface surface =
         fit_surface_make("ggx+beckmann+lambert", CHANNELS, "f0=0.9:0.5:0.1 kd=0.1:0.2:0.3 alpha=0.2 lobe2.alpha=0.6");
     ff_sampler *s = NULL;
-    uint64_t state = 3;
+    uint64_t state = ff_test_stream("one at a time");
     FF_CHECK(ff_sampler_new(&surface.model, FF_ISA_BEST, CHANNELS, surface.shape, surface.channel, &s, NULL) == FF_OK, "new");
     for (size_t i = 0; i < COUNT; i++) {
         double o[3];
@@ -607,7 +609,7 @@ static void instruction_sets_agree(void)
     ff_model_defaults(&s.model, 1, s.shape, s.channel);
     s.theta = 50;
     scene_open(&s);
-    scene_draw(&s, 8);
+    scene_draw(&s, ff_test_stream("instruction sets"));
     for (size_t k = 0; k < sizeof isas / sizeof isas[0]; k++) {
         ff_sampler *other = NULL;
         const size_t at = k > 0;

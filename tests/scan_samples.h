@@ -33,7 +33,7 @@ static inline void scan_exit(const scan_sampling *how, size_t k, double theta_i,
 static inline ff_table scan_measure(const fit_surface *s, const scan_sampling *how)
 {
     ff_table t;
-    uint64_t state = how->seed * UINT64_C(0xd1342543de82ef95) + 1;
+    uint64_t state = ff_test_seeded(how->seed * UINT64_C(0xd1342543de82ef95) + 1);
     const size_t directions = how->n_theta * how->n_phi;
     if (ff_table_init(directions * how->n_exit, s->n_channels, NULL, 0, 0, &t, NULL)) exit(1);
     t.radians_per_unit = 1;

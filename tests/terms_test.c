@@ -158,10 +158,10 @@ static double probe_fresnel(void *context, double x)
 
 static void fresnel_derivatives(void)
 {
-    uint64_t seed = 5;
     for (size_t t = 0; t < ff_term_count(FF_FRESNEL); ++t) {
         fresnel_probe p = {.f = kernels()->fresnel[t]};
         const ff_term *term = &p.f->term;
+        uint64_t seed = ff_test_stream("fresnel %s", term->name);
         for (int i = 0; i < 300; ++i) {
             double d[4];
             for (uint32_t k = 0; k < term->n_params; ++k) {
@@ -199,7 +199,7 @@ static void kelemen_below_v_cavity(void)
     pairs p;
     double G[FF_BLOCK], V[FF_BLOCK];
     for (uint64_t seed = 1; seed < 50; ++seed) {
-        pairs_random(&p, seed);
+        pairs_random(&p, ff_test_seeded(seed));
         masking("kelemen")->eval(0, &p.g, p.n, NULL, NULL, G, NULL, NULL, NULL);
         masking("v-cavity")->eval(0, &p.g, p.n, NULL, NULL, V, NULL, NULL, NULL);
         for (size_t i = 0; i < p.n; ++i) {
@@ -265,8 +265,8 @@ static void ginneken(void)
     const ff_masking *m = masking("smith-height-direction-correlated");
     pairs p;
     double li[FF_BLOCK], lo[FF_BLOCK], G[FF_BLOCK], gi[FF_BLOCK], go[FF_BLOCK], gx[FF_BLOCK], up[FF_BLOCK], down[FF_BLOCK];
-    uint64_t seed = 9;
-    pairs_random(&p, 3);
+    uint64_t seed = ff_test_stream("van Ginneken");
+    pairs_random(&p, ff_test_seeded(3));
     FF_CHECK(m->term.n_params == 1 && m->term.params[0].init == 4.41, "van Ginneken's constant");
     for (size_t i = 0; i < p.n; ++i) li[i] = 3 * uniform(&seed), lo[i] = 3 * uniform(&seed);
     for (double w = 0.2; w < 90; w *= 2.1) {
@@ -402,7 +402,7 @@ static void check_derivatives(const ff_diffuse *t, uint64_t *seed)
     pairs p;
     static double planes[FF_DD_COUNT][FF_BLOCK];
     double f[FF_BLOCK], plain[FF_BLOCK], ai[FF_BLOCK], ao[FF_BLOCK], *d[FF_DD_COUNT] = {NULL};
-    pairs_random(&p, 1 + (uint64_t)(1000 * uniform(seed)));
+    pairs_random(&p, (uint64_t)(0x1p53 * uniform(seed)));
     for (size_t i = 0; i < p.n; ++i) ai[i] = 0.9 * uniform(seed), ao[i] = 0.9 * uniform(seed);
     diffuse_probe probe = {
         .t = t, .p = &p, .in = {.alpha = 0.05 + 0.9 * uniform(seed), .f0 = 0.9 * uniform(seed), .ai = ai, .ao = ao}};
@@ -441,9 +441,10 @@ static void check_derivatives(const ff_diffuse *t, uint64_t *seed)
 
 static void diffuse_derivatives(void)
 {
-    uint64_t seed = 21;
-    for (size_t t = 0; t < ff_term_count(FF_DIFFUSE); ++t)
+    for (size_t t = 0; t < ff_term_count(FF_DIFFUSE); ++t) {
+        uint64_t seed = ff_test_stream("diffuse %s", ff_term_at(FF_DIFFUSE, t)->name);
         for (int i = 0; i < 20; ++i) check_derivatives(kernels()->diffuse[t], &seed);
+    }
 }
 
 /* ---- energy ---------------------------------------------------------------------------------- */

@@ -359,7 +359,7 @@ static int told_apart_of_blend(double w, int repeats, double *mean_z)
     *mean_z = 0;
     for (int i = 0; i < repeats; i++) {
         scan_sampling how = usual_scan;
-        uint64_t state = (uint64_t)(7000 + i);
+        uint64_t state = ff_test_stream("noise along scans %d", i);
         double e = 0;
         const double keep = i % 2 ? exp(-1 / 4.0) : 0;
         how.n_theta = 20, how.n_phi = 1, how.n_exit = 60, how.noise = 0;

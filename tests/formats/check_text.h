@@ -1,7 +1,7 @@
 /* What the tests of text formats share: files written from strings, and damage to them. */
 #ifndef FF_FORMATS_CHECK_TEXT_H
 #define FF_FORMATS_CHECK_TEXT_H
-#include "check.h"
+#include "check_table.h"
 
 static const double check_pi = 3.14159265358979323846;
 
@@ -9,14 +9,14 @@ static const double check_pi = 3.14159265358979323846;
 __attribute__((unused)) static int check_reads_with(const char *label, const char *format, const char *text,
                                                     const ff_read_options *o, ff_table *t)
 {
-    const char *path = check_path("content");
-    check_write(path, text, strlen(text));
+    const char *path = ff_test_path("content");
+    ff_test_write(path, text, strlen(text));
     ff_error err = {0};
     char all[FF_ERROR_PATH + FF_ERROR_MESSAGE + 64];
     ff_status s = ff_table_read_with_into(path, o, t, &err);
     ff_error_format(&err, all, sizeof all);
-    if (!CHECK(s == FF_OK, "%s: %s", label, all)) return 0;
-    if (CHECK(strcmp(t->format, format) == 0, "%s: read as %s", label, t->format)) return 1;
+    if (!FF_CHECK(s == FF_OK, "%s: %s", label, all)) return 0;
+    if (FF_CHECK(strcmp(t->format, format) == 0, "%s: read as %s", label, t->format)) return 1;
     ff_table_clear(t);
     return 0;
 }
@@ -39,8 +39,8 @@ __attribute__((unused)) static int check_reads_part(const char *label, const cha
 __attribute__((unused)) static void check_refuses(const char *format, const char *text, ff_status code, long line,
                                                   const char *const *words)
 {
-    const char *path = check_path("bad");
-    check_write(path, text, strlen(text));
+    const char *path = ff_test_path("bad");
+    ff_test_write(path, text, strlen(text));
     check_fails(text, path, format, code, line, words);
 }
 
@@ -62,22 +62,23 @@ __attribute__((unused)) static void check_byte_order_mark(const char *format, co
 
 static void check_well_formed(const char *label, size_t at, const ff_table *t)
 {
-    CHECK(t->n > 0 && t->n_channels > 0 && t->n_invalid < t->n, "%s %zu: %zu samples, %zu invalid", label, at, t->n, t->n_invalid);
+    FF_CHECK(t->n > 0 && t->n_channels > 0 && t->n_invalid < t->n, "%s %zu: %zu samples, %zu invalid", label, at, t->n,
+             t->n_invalid);
     for (size_t i = 0; i < t->n; i++) {
-        for (int k = 0; k < 4; k++) CHECK(isfinite(t->angle[k][i]), "%s %zu: angle %d of sample %zu", label, at, k, i);
+        for (int k = 0; k < 4; k++) FF_CHECK(isfinite(t->angle[k][i]), "%s %zu: angle %d of sample %zu", label, at, k, i);
         for (size_t c = 0; c < t->n_channels && t->valid[i]; c++)
-            CHECK(isfinite(t->value[c * t->n + i]), "%s %zu: value of sample %zu", label, at, i);
+            FF_CHECK(isfinite(t->value[c * t->n + i]), "%s %zu: value of sample %zu", label, at, i);
     }
 }
 
 /* What reading these bytes gives: an error that says something, or a table that is well-formed. Returns 1 for a table. */
 static int check_survives(const char *label, size_t at, const char *format, const char *bytes, size_t n, ff_table *t)
 {
-    const char *path = check_path("damaged");
-    check_write(path, bytes, n);
+    const char *path = ff_test_path("damaged");
+    ff_test_write(path, bytes, n);
     ff_error err = {0};
     if (ff_table_read_into(path, format, t, &err) != FF_OK) {
-        CHECK(strcmp(err.path, path) == 0 && err.message[0], "%s %zu: no message", label, at);
+        FF_CHECK(strcmp(err.path, path) == 0 && err.message[0], "%s %zu: no message", label, at);
         return 0;
     }
     check_well_formed(label, at, t);
@@ -92,12 +93,12 @@ __attribute__((unused)) static void check_prefixes(const char *format, const cha
     for (size_t k = 0; k <= length; k++) {
         ff_table t;
         if (!check_survives("prefix", k, format, text, k, &t)) {
-            CHECK(k < length, "%s: the whole text is not read", format);
+            FF_CHECK(k < length, "%s: the whole text is not read", format);
             continue;
         }
-        CHECK(t.n <= n && (k < length || t.n == n), "prefix %zu: %zu samples", k, t.n);
+        FF_CHECK(t.n <= n && (k < length || t.n == n), "prefix %zu: %zu samples", k, t.n);
         const int between = text[k - 1] == '\n';
-        CHECK(k == length || (between && may_end_early) || strstr(t.note, "cut"), "prefix %zu was taken as whole", k);
+        FF_CHECK(k == length || (between && may_end_early) || strstr(t.note, "cut"), "prefix %zu was taken as whole", k);
         ff_table_clear(&t);
     }
 }
@@ -118,7 +119,7 @@ __attribute__((unused)) static void check_flips(const char *format, const char *
         bytes[k / 8] ^= (char)(1 << k % 8);
     }
     free(bytes);
-    CHECK(read > 0 && read < 8 * length, "%s: %zu of %zu damaged files were read", format, read, 8 * length);
+    FF_CHECK(read > 0 && read < 8 * length, "%s: %zu of %zu damaged files were read", format, read, 8 * length);
 }
 
 __attribute__((unused)) static const char *check_data_dir(void)

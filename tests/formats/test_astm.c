@@ -3,7 +3,7 @@
 
 #define HEAD "LAB_NAME somebody\n\nAPERTURE\nNUM_POINTS 2\n"
 
-static void test_variants(void)
+static void variants(void)
 {
     const double pi = acos(-1);
     static const struct {
@@ -27,25 +27,27 @@ static void test_variants(void)
         ff_table t;
         if (!check_reads(cases[k].label, "astm", cases[k].text, &t)) continue;
         double phi_i = cases[k].phi_i < 0 ? pi : cases[k].phi_i;
-        CHECK(t.n == 2 && t.n_channels == cases[k].n_channels, "%s: %zu x %zu", cases[k].label, t.n, t.n_channels);
+        FF_CHECK(t.n == 2 && t.n_channels == cases[k].n_channels, "%s: %zu x %zu", cases[k].label, t.n, t.n_channels);
         for (size_t i = 0; i < 2; i++)
-            CHECK(t.angle[0][i] == 0.1 && t.angle[1][i] == phi_i && t.angle[2][i] == 0.2 && t.angle[3][i] == cases[k].phi_s,
-                  "%s: angles %g %g %g %g", cases[k].label, t.angle[0][i], t.angle[1][i], t.angle[2][i], t.angle[3][i]);
-        CHECK(t.value[0] == 5 && t.value[t.n * t.n_channels - 1] == -8, "%s: values", cases[k].label);
-        CHECK(t.n_negative == 1 && t.n_invalid == 0 && t.isotropic == 1 && t.radians_per_unit == 1, "%s: counts", cases[k].label);
-        CHECK(cases[k].note[0] ? strstr(t.note, cases[k].note) != NULL : t.note[0] == '\0', "%s: note '%s'", cases[k].label,
-              t.note);
-        if (strcmp(t.channels[0].name, "465nm") == 0) CHECK(t.channels[0].wavelength_nm == 465, "%s: wavelength", cases[k].label);
+            FF_CHECK(t.angle[0][i] == 0.1 && t.angle[1][i] == phi_i && t.angle[2][i] == 0.2 && t.angle[3][i] == cases[k].phi_s,
+                     "%s: angles %g %g %g %g", cases[k].label, t.angle[0][i], t.angle[1][i], t.angle[2][i], t.angle[3][i]);
+        FF_CHECK(t.value[0] == 5 && t.value[t.n * t.n_channels - 1] == -8, "%s: values", cases[k].label);
+        FF_CHECK(t.n_negative == 1 && t.n_invalid == 0 && t.isotropic == 1 && t.radians_per_unit == 1, "%s: counts",
+                 cases[k].label);
+        FF_CHECK(cases[k].note[0] ? strstr(t.note, cases[k].note) != NULL : t.note[0] == '\0', "%s: note '%s'", cases[k].label,
+                 t.note);
+        if (strcmp(t.channels[0].name, "465nm") == 0)
+            FF_CHECK(t.channels[0].wavelength_nm == 465, "%s: wavelength", cases[k].label);
         ff_table_clear(&t);
     }
     ff_table t;
     if (check_reads("two azimuths", "astm", HEAD "VARS theta_i,phi_i,theta_s,phi_s,b\n0,3,0,0,1\n0,2,0,0,1\n", &t)) {
-        CHECK(t.isotropic == 0, "two azimuths of incidence");
+        FF_CHECK(t.isotropic == 0, "two azimuths of incidence");
         ff_table_clear(&t);
     }
 }
 
-static void test_refusals(void)
+static void refusals(void)
 {
 #define VARS HEAD "VARS theta_i,phi_i,theta_s,phi_s,b\n"
     check_refuses("astm", "", FF_ERR_READ, 0, WORDS("end of the file", "expected a line VARS"));
@@ -87,68 +89,65 @@ static void test_refusals(void)
 static void test_prefixes(void)
 {
     static const char text[] = HEAD "VARS theta_i,phi_i,theta_s,465nm\n\n0.5,3.25,0.125,1,5.5\n1,3.25,0.25,2,6.5\n";
-    const char *path = check_path("prefix.astm");
+    const char *path = ff_test_path("prefix.astm");
     size_t whole = 0;
     for (size_t n = 0; n < sizeof text; n++) {
-        check_write(path, text, n);
+        ff_test_write(path, text, n);
         ff_table t;
         ff_error err = {0};
         if (ff_table_read_into(path, n % 2 ? "astm" : NULL, &t, &err) == FF_OK) {
             whole++;
-            CHECK(t.n == 2, "prefix %zu: %zu rows", n, t.n);
-            CHECK(n >= sizeof text - 1 || strstr(t.note, "cut"), "prefix %zu: cut within the last number and not noted", n);
+            FF_CHECK(t.n == 2, "prefix %zu: %zu rows", n, t.n);
+            FF_CHECK(n >= sizeof text - 1 || strstr(t.note, "cut"), "prefix %zu: cut within the last number and not noted", n);
             ff_table_clear(&t);
         } else {
-            CHECK(strcmp(err.path, path) == 0 && err.message[0], "prefix %zu: no message", n);
+            FF_CHECK(strcmp(err.path, path) == 0 && err.message[0], "prefix %zu: no message", n);
         }
     }
     /* a file whose last number reads "6", "6." or "6.5" cannot be told from a whole one, but for its missing end of line */
-    CHECK(whole == 4, "%zu prefixes were read", whole);
+    FF_CHECK(whole == 4, "%zu prefixes were read", whole);
 }
 
-static void test_round_trip(void)
+static void round_trip(void)
 {
     ff_table t, back;
     ff_error err = {0};
-    if (!CHECK(ff_table_init(3000, 2, NULL, 0, 0, &t, &err) == FF_OK, "%s", err.message)) return;
+    if (!FF_CHECK(ff_table_init(3000, 2, NULL, 0, 0, &t, &err) == FF_OK, "%s", err.message)) return;
     for (size_t i = 0; i < t.n; i++) {
-        for (int k = 0; k < 4; k++) t.angle[k][i] = check_uniform() * (k % 2 ? 6.28 : 1.57);
-        for (size_t c = 0; c < 2; c++) t.value[c * t.n + i] = ldexp(check_uniform(), (int)(check_random() % 40) - 30);
+        for (int k = 0; k < 4; k++) t.angle[k][i] = ff_test_uniform() * (k % 2 ? 6.28 : 1.57);
+        for (size_t c = 0; c < 2; c++) t.value[c * t.n + i] = ldexp(ff_test_uniform(), (int)(ff_test_random() % 40) - 30);
     }
     strcpy(t.channels[1].name, "632.8nm");
-    const char *path = check_path("round.astm");
-    CHECK(ff_table_write(path, NULL, &t, &err) == FF_OK, "%s", err.message);
-    if (CHECK(ff_table_read_into(path, NULL, &back, &err) == FF_OK, "%s", err.message)) {
+    const char *path = ff_test_path("round.astm");
+    FF_CHECK(ff_table_write(path, NULL, &t, &err) == FF_OK, "%s", err.message);
+    if (FF_CHECK(ff_table_read_into(path, NULL, &back, &err) == FF_OK, "%s", err.message)) {
         check_same_tables("round trip", &t, &back);
         check_same_angles("round trip", &t, &back);
-        CHECK(back.channels[1].wavelength_nm == 632.8, "wavelength");
+        FF_CHECK(back.channels[1].wavelength_nm == 632.8, "wavelength");
         ff_table_clear(&back);
     }
     /* what was not measured is left out, and the count says so */
     t.valid[5] = 0;
-    CHECK(ff_table_write(path, NULL, &t, &err) == FF_OK, "%s", err.message);
-    if (CHECK(ff_table_read_into(path, NULL, &back, &err) == FF_OK, "%s", err.message)) {
-        CHECK(back.n == 2999 && back.value[5] == t.value[6], "%zu rows", back.n);
+    FF_CHECK(ff_table_write(path, NULL, &t, &err) == FF_OK, "%s", err.message);
+    if (FF_CHECK(ff_table_read_into(path, NULL, &back, &err) == FF_OK, "%s", err.message)) {
+        FF_CHECK(back.n == 2999 && back.value[5] == t.value[6], "%zu rows", back.n);
         ff_table_clear(&back);
     }
     strcpy(t.channels[0].name, "a b");
     ff_status s = ff_table_write(path, NULL, &t, &err);
-    CHECK(s == FF_ERR_UNSUPPORTED && strstr(err.message, "'a b'"), "%d %s", s, err.message);
+    FF_CHECK(s == FF_ERR_UNSUPPORTED && strstr(err.message, "'a b'"), "%d %s", s, err.message);
     ff_table_clear(&t);
-    if (!CHECK(ff_table_init(1, 1, NULL, 1, 0, &t, &err) == FF_OK, "%s", err.message)) return;
+    if (!FF_CHECK(ff_table_init(1, 1, NULL, 1, 0, &t, &err) == FF_OK, "%s", err.message)) return;
     s = ff_table_write(path, NULL, &t, &err);
-    CHECK(s == FF_ERR_UNSUPPORTED && strstr(err.message, "standard deviations"), "%d %s", s, err.message);
+    FF_CHECK(s == FF_ERR_UNSUPPORTED && strstr(err.message, "standard deviations"), "%d %s", s, err.message);
     ff_table_clear(&t);
-    CHECK(check_leftovers() == 0, "%d unfinished files", check_leftovers());
+    FF_CHECK(check_leftovers() == 0, "%d unfinished files", check_leftovers());
 }
 
-int main(void)
+static void byte_order_marks(void)
 {
-    test_variants();
-    test_refusals();
-    test_prefixes();
     check_byte_order_mark("astm", HEAD "VARS theta_i,theta_s,b\n0,0,1\n0,1,1\n");
     check_byte_order_mark("astm", "VARS theta_i,theta_s,b\n0,0,1\n0,1,1\n");
-    test_round_trip();
-    return check_result();
 }
+
+FF_TEST_MAIN(FF_TEST(variants), FF_TEST(refusals), FF_TEST(test_prefixes), FF_TEST(byte_order_marks), FF_TEST(round_trip))

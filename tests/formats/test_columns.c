@@ -1,13 +1,13 @@
 /* CSV files of others, read through a mapping of their columns. */
-#include "check.h"
+#include "check_table.h"
 
 static const double pi = 3.14159265358979323846;
 
 static ff_status read_mapped(const char *text, size_t n, const char *columns, const char *part, int quantity, ff_table *t,
                              ff_error *err)
 {
-    const char *path = check_path("other.dat");
-    check_write(path, text, n);
+    const char *path = ff_test_path("other.dat");
+    ff_test_write(path, text, n);
     ff_read_options o;
     ff_read_options_init(&o);
     o.columns = columns;
@@ -22,8 +22,8 @@ static int reads(const char *label, const char *text, const char *columns, const
     char all[2048];
     ff_status s = read_mapped(text, strlen(text), columns, part, -1, t, &err);
     ff_error_format(&err, all, sizeof all);
-    if (!CHECK(s == FF_OK, "%s: %s", label, all)) return 0;
-    return CHECK(strcmp(t->format, "csv") == 0, "%s: read as %s", label, t->format);
+    if (!FF_CHECK(s == FF_OK, "%s: %s", label, all)) return 0;
+    return FF_CHECK(strcmp(t->format, "csv") == 0, "%s: read as %s", label, t->format);
 }
 
 static void refuses(const char *text, const char *columns, const char *part, ff_status code, long line, const char *const *words)
@@ -34,13 +34,13 @@ static void refuses(const char *text, const char *columns, const char *part, ff_
     memset(&t, 0x5A, sizeof t);
     ff_status s = read_mapped(text, strlen(text), columns, part, -1, &t, &err);
     ff_error_format(&err, all, sizeof all);
-    if (!CHECK(s == code && err.code == code, "'%s': status %d, expected %d: %s", columns, s, code, all)) {
+    if (!FF_CHECK(s == code && err.code == code, "'%s': status %d, expected %d: %s", columns, s, code, all)) {
         if (s == FF_OK) ff_table_clear(&t);
         return;
     }
-    CHECK(err.line == line && err.path[0], "'%s': line %ld, expected %ld: %s", columns, err.line, line, all);
-    CHECK(t.n == 0x5A5A5A5A5A5A5A5Au, "'%s': the table was touched", columns);
-    for (; *words; words++) CHECK(strstr(all, *words), "'%s': no '%s' in: %s", columns, *words, all);
+    FF_CHECK(err.line == line && err.path[0], "'%s': line %ld, expected %ld: %s", columns, err.line, line, all);
+    FF_CHECK(t.n == 0x5A5A5A5A5A5A5A5Au, "'%s': the table was touched", columns);
+    for (; *words; words++) FF_CHECK(strstr(all, *words), "'%s': no '%s' in: %s", columns, *words, all);
 }
 
 static double value(const ff_table *t, size_t c, size_t i)
@@ -54,7 +54,7 @@ static double value(const ff_table *t, size_t c, size_t i)
 
 #define PLAIN "theta_i=inc,phi_i=0,theta_o=em,phi_o=az,f=refl,sigma=dev"
 
-static void test_layouts(void)
+static void layouts(void)
 {
     static const struct {
         const char *label, *columns, *text, *note;
@@ -97,74 +97,75 @@ static void test_layouts(void)
     for (size_t k = 0; k < sizeof same / sizeof same[0]; k++) {
         ff_table t;
         if (!reads(same[k].label, same[k].text, same[k].columns, NULL, &t)) continue;
-        CHECK(t.n == 2 && t.n_channels == 1 && t.sigma && !t.weight, "%s: %zu x %zu", same[k].label, t.n, t.n_channels);
-        CHECK(t.angle[0][0] == 10 && t.angle[1][0] == 0 && t.angle[2][0] == 20 && t.angle[3][0] == 180 && t.angle[0][1] == 30 &&
-                  t.angle[2][1] == 40 && t.angle[3][1] == 90,
-              "%s: angles", same[k].label);
-        CHECK(value(&t, 0, 0) == 1.5 && value(&t, 0, 1) == -2 && t.sigma[0] == 0.1 && t.sigma[1] == 0.2, "%s: values",
-              same[k].label);
-        CHECK(t.isotropic == 1 && t.n_negative == 1 && t.radians_per_unit == pi / 180 && strcmp(t.channels[0].name, "f") == 0,
-              "%s: description", same[k].label);
-        CHECK(same[k].note[0] ? strstr(t.note, same[k].note) != NULL : !t.note[0], "%s: note '%s'", same[k].label, t.note);
+        FF_CHECK(t.n == 2 && t.n_channels == 1 && t.sigma && !t.weight, "%s: %zu x %zu", same[k].label, t.n, t.n_channels);
+        FF_CHECK(t.angle[0][0] == 10 && t.angle[1][0] == 0 && t.angle[2][0] == 20 && t.angle[3][0] == 180 && t.angle[0][1] == 30 &&
+                     t.angle[2][1] == 40 && t.angle[3][1] == 90,
+                 "%s: angles", same[k].label);
+        FF_CHECK(value(&t, 0, 0) == 1.5 && value(&t, 0, 1) == -2 && t.sigma[0] == 0.1 && t.sigma[1] == 0.2, "%s: values",
+                 same[k].label);
+        FF_CHECK(t.isotropic == 1 && t.n_negative == 1 && t.radians_per_unit == pi / 180 && strcmp(t.channels[0].name, "f") == 0,
+                 "%s: description", same[k].label);
+        FF_CHECK(same[k].note[0] ? strstr(t.note, same[k].note) != NULL : !t.note[0], "%s: note '%s'", same[k].label, t.note);
         ff_table_clear(&t);
     }
 }
 
-static void test_units_and_channels(void)
+static void units_and_channels(void)
 {
     ff_table t;
     if (reads("radians", "inc,p,em,az,v\n0.5,0.25,1,3,2\n", "theta_i=inc:rad,phi_i=p:rad,theta_o=em:rad,phi_o=az:rad,f=v", NULL,
               &t)) {
-        CHECK(t.radians_per_unit == 1 && t.angle[0][0] == 0.5 && t.angle[1][0] == 0.25 && t.angle[3][0] == 3, "radians stay");
+        FF_CHECK(t.radians_per_unit == 1 && t.angle[0][0] == 0.5 && t.angle[1][0] == 0.25 && t.angle[3][0] == 3, "radians stay");
         ff_table_clear(&t);
     }
     /* the second of these failed while a constant without unit made the table one of degrees */
     if (reads("radians and 0", "inc,em,az,v\n0.5,1,3,2\n", "theta_i=inc:rad,phi_i=0,theta_o=em:rad,phi_o=az:rad,f=v", NULL, &t)) {
-        CHECK(t.radians_per_unit == 1 && t.angle[0][0] == 0.5 && t.angle[1][0] == 0, "radians stay beside a constant");
+        FF_CHECK(t.radians_per_unit == 1 && t.angle[0][0] == 0.5 && t.angle[1][0] == 0, "radians stay beside a constant");
         ff_table_clear(&t);
     }
     if (reads("radians and 180", "inc,em,v\n0.5,1,2\n", "theta_i=inc:rad,phi_i=0,theta_o=em:rad,phi_o=180:deg,f=v", NULL, &t)) {
-        CHECK(t.radians_per_unit == pi / 180 && fabs(t.angle[0][0] - 0.5 * 180 / pi) < 1e-12 && t.angle[3][0] == 180,
-              "mixed: %g %g", t.angle[0][0], t.angle[3][0]);
+        FF_CHECK(t.radians_per_unit == pi / 180 && fabs(t.angle[0][0] - 0.5 * 180 / pi) < 1e-12 && t.angle[3][0] == 180,
+                 "mixed: %g %g", t.angle[0][0], t.angle[3][0]);
         ff_table_clear(&t);
     }
     if (reads("channels", "inc,em,az,blue,red,db,dr,w\n10,20,30,2,4,5,10,0.25\n11,20,30,-3,4,5,10,0.5\n",
               "theta_i=inc,phi_i=7,theta_o=em,phi_o=az,f_465nm=blue:%,sigma_r=dr:%,f_r=red,sigma_465nm=db:%,weight=w", NULL, &t)) {
-        CHECK(t.n_channels == 2 && strcmp(t.channels[0].name, "465nm") == 0 && t.channels[0].wavelength_nm == 465 &&
-                  strcmp(t.channels[1].name, "r") == 0,
-              "names");
-        CHECK(fabs(value(&t, 0, 0) - 0.02) < 1e-17 && value(&t, 1, 0) == 4 && t.weight[1] == 0.5 && t.angle[1][1] == 7, "values");
-        CHECK(fabs(t.sigma[0] - 0.001) < 1e-17 && fabs(t.sigma[2] - 0.4) < 1e-16 && fabs(t.sigma[1] - 0.0015) < 1e-17, "%g %g %g",
-              t.sigma[0], t.sigma[2], t.sigma[1]);
+        FF_CHECK(t.n_channels == 2 && strcmp(t.channels[0].name, "465nm") == 0 && t.channels[0].wavelength_nm == 465 &&
+                     strcmp(t.channels[1].name, "r") == 0,
+                 "names");
+        FF_CHECK(fabs(value(&t, 0, 0) - 0.02) < 1e-17 && value(&t, 1, 0) == 4 && t.weight[1] == 0.5 && t.angle[1][1] == 7,
+                 "values");
+        FF_CHECK(fabs(t.sigma[0] - 0.001) < 1e-17 && fabs(t.sigma[2] - 0.4) < 1e-16 && fabs(t.sigma[1] - 0.0015) < 1e-17,
+                 "%g %g %g", t.sigma[0], t.sigma[2], t.sigma[1]);
         ff_table_clear(&t);
     }
     if (reads("constants", "inc,v\n10,2\n20,3\n", "theta_i=inc,phi_i=0,theta_o=inc,phi_o=0,f=v,sigma=0.5,wavelength=532.25", NULL,
               &t)) {
-        CHECK(t.n == 2 && t.angle[2][1] == 20 && t.sigma[1] == 0.5 && strcmp(t.channels[0].name, "532.25nm") == 0 &&
-                  t.channels[0].wavelength_nm == 532.25,
-              "retro-reflection: one column for both thetas; '%s'", t.channels[0].name);
+        FF_CHECK(t.n == 2 && t.angle[2][1] == 20 && t.sigma[1] == 0.5 && strcmp(t.channels[0].name, "532.25nm") == 0 &&
+                     t.channels[0].wavelength_nm == 532.25,
+                 "retro-reflection: one column for both thetas; '%s'", t.channels[0].name);
         ff_table_clear(&t);
     }
     if (reads("not measured", "inc,em,az,a,b\n10,20,30,,1\n10,20,30,1,2\n", "theta_i=inc,phi_i=0,theta_o=em,phi_o=az,f_a=a,f_b=b",
               NULL, &t)) {
-        CHECK(!t.valid[0] && t.valid[1] && t.n_invalid == 1 && value(&t, 0, 0) == 0 && value(&t, 1, 0) == 1, "empty cells");
+        FF_CHECK(!t.valid[0] && t.valid[1] && t.n_invalid == 1 && value(&t, 0, 0) == 0 && value(&t, 1, 0) == 1, "empty cells");
         ff_table_clear(&t);
     }
 }
 
-static void test_quantities(void)
+static void quantities(void)
 {
     static const char text[] = "inc,em,az,v,s\n10,60,30,1,0.5\n10,90,30,1,0.5\n";
     static const char columns[] = "theta_i=inc,phi_i=0,theta_o=em,phi_o=az,f=v,sigma=s";
     ff_table t;
     ff_error err = {0};
-    if (CHECK(read_mapped(text, strlen(text), columns, NULL, FF_BRDF_COS, &t, &err) == FF_OK, "%s", err.message)) {
-        CHECK(fabs(value(&t, 0, 0) - 2) < 1e-14 && fabs(t.sigma[0] - 1) < 1e-14 && !t.valid[1] && t.quantity == FF_BRDF_COS,
-              "cosine");
+    if (FF_CHECK(read_mapped(text, strlen(text), columns, NULL, FF_BRDF_COS, &t, &err) == FF_OK, "%s", err.message)) {
+        FF_CHECK(fabs(value(&t, 0, 0) - 2) < 1e-14 && fabs(t.sigma[0] - 1) < 1e-14 && !t.valid[1] && t.quantity == FF_BRDF_COS,
+                 "cosine");
         ff_table_clear(&t);
     }
-    if (CHECK(read_mapped(text, strlen(text), columns, NULL, FF_REFLECTANCE_FACTOR, &t, &err) == FF_OK, "%s", err.message)) {
-        CHECK(fabs(value(&t, 0, 1) - 1 / pi) < 1e-16 && t.valid[1], "reflectance factor");
+    if (FF_CHECK(read_mapped(text, strlen(text), columns, NULL, FF_REFLECTANCE_FACTOR, &t, &err) == FF_OK, "%s", err.message)) {
+        FF_CHECK(fabs(value(&t, 0, 1) - 1 / pi) < 1e-16 && t.valid[1], "reflectance factor");
         ff_table_clear(&t);
     }
     /* files of our own are taken by their word, others by nobody's */
@@ -172,28 +173,28 @@ static void test_quantities(void)
               "# facetfit-csv: 1\n# quantity: reflectance-factor\n# angles: radians\n# isotropic: "
               "yes\ntheta_i,phi_i,theta_o,phi_o,f_r,f_g\n0.5,0,1,0,1,2\n0.5,1,1,0,1,2\n",
               "f=f_g", NULL, &t)) {
-        CHECK(t.n_channels == 1 && fabs(value(&t, 0, 0) - 2 / pi) < 1e-16 && t.radians_per_unit == 1 && t.angle[2][0] == 1 &&
-                  t.isotropic == 1,
-              "%g", value(&t, 0, 0));
+        FF_CHECK(t.n_channels == 1 && fabs(value(&t, 0, 0) - 2 / pi) < 1e-16 && t.radians_per_unit == 1 && t.angle[2][0] == 1 &&
+                     t.isotropic == 1,
+                 "%g", value(&t, 0, 0));
         ff_table_clear(&t);
     }
     if (reads("not ours", "# quantity: radiance\n# angles: gon\ntheta_i,phi_i,theta_o,phi_o,v\n0.5,0,1,0,1\n", "f=v", NULL, &t)) {
-        CHECK(value(&t, 0, 0) == 1 && t.radians_per_unit == pi / 180, "%g", value(&t, 0, 0));
+        FF_CHECK(value(&t, 0, 0) == 1 && t.radians_per_unit == pi / 180, "%g", value(&t, 0, 0));
         ff_table_clear(&t);
     }
     /* the program's own reader takes the option too */
     ff_read_options o;
     ff_read_options_init(&o);
     o.quantity = FF_BRDF_COS;
-    const char *path = check_path("own.csv");
+    const char *path = ff_test_path("own.csv");
     static const char own[] = "# quantity: reflectance-factor\ntheta_i,phi_i,theta_o,phi_o,f\n0,0,60,0,1\n";
-    check_write(path, own, sizeof own - 1);
-    if (CHECK(ff_table_read_with_into(path, &o, &t, &err) == FF_OK, "%s", err.message)) {
-        CHECK(fabs(value(&t, 0, 0) - 2) < 1e-14 && t.quantity == FF_BRDF_COS, "%g", value(&t, 0, 0));
+    ff_test_write(path, own, sizeof own - 1);
+    if (FF_CHECK(ff_table_read_with_into(path, &o, &t, &err) == FF_OK, "%s", err.message)) {
+        FF_CHECK(fabs(value(&t, 0, 0) - 2) < 1e-14 && t.quantity == FF_BRDF_COS, "%g", value(&t, 0, 0));
         ff_table_clear(&t);
     }
     o.part = "532nm";
-    CHECK(ff_table_read_with_into(path, &o, &t, &err) == FF_ERR_UNSUPPORTED && strstr(err.message, "'part'"), "%s", err.message);
+    FF_CHECK(ff_table_read_with_into(path, &o, &t, &err) == FF_ERR_UNSUPPORTED && strstr(err.message, "'part'"), "%s", err.message);
 }
 
 static void test_phase(void)
@@ -201,16 +202,16 @@ static void test_phase(void)
     static const char columns[] = "theta_i=i,phi_i=0,theta_o=o,phi_o=az,f=v,phase=g";
     ff_table t;
     if (reads("azimuth 0 at the light", "i,o,az,g,v\n30,40,0,10,1\n30,40,180,70,1\n30,0,90,30,1\n", columns, NULL, &t)) {
-        CHECK(t.angle[3][0] == 0 && t.angle[3][1] == 180 && !t.note[0], "%g %s", t.angle[3][0], t.note);
+        FF_CHECK(t.angle[3][0] == 0 && t.angle[3][1] == 180 && !t.note[0], "%g %s", t.angle[3][0], t.note);
         ff_table_clear(&t);
     }
     if (reads("azimuth 0 at the mirror", "i,o,az,g,v\n30,40,0,70,1\n30,40,180,10,1\n", columns, NULL, &t)) {
-        CHECK(t.angle[3][0] == 180 && t.angle[3][1] == 360 && strstr(t.note, "180 degrees are added"), "%g %s", t.angle[3][0],
-              t.note);
+        FF_CHECK(t.angle[3][0] == 180 && t.angle[3][1] == 360 && strstr(t.note, "180 degrees are added"), "%g %s", t.angle[3][0],
+                 t.note);
         ff_table_clear(&t);
     }
     if (reads("neither", "i,o,az,g,v\n30,40,0,70,1\n30,40,0,10,1\n", columns, NULL, &t)) {
-        CHECK(t.angle[3][0] == 0 && strstr(t.note, "up to 60 degrees"), "%s", t.note);
+        FF_CHECK(t.angle[3][0] == 0 && strstr(t.note, "up to 60 degrees"), "%s", t.note);
         ff_table_clear(&t);
     }
 }
@@ -226,24 +227,24 @@ static void test_complete(void)
         "0.5325,11,21,31,,.5\n";
     ff_table t;
     if (!reads("complete", text, LONG, NULL, &t)) return;
-    CHECK(t.n == 2 && t.n_channels == 3 && strcmp(t.channels[0].name, "450nm") == 0 && strcmp(t.channels[1].name, "532.5nm") == 0 &&
-              t.channels[2].wavelength_nm == 650,
-          "%zu x %zu %s %s", t.n, t.n_channels, t.channels[0].name, t.channels[1].name);
+    FF_CHECK(t.n == 2 && t.n_channels == 3 && strcmp(t.channels[0].name, "450nm") == 0 &&
+                 strcmp(t.channels[1].name, "532.5nm") == 0 && t.channels[2].wavelength_nm == 650,
+             "%zu x %zu %s %s", t.n, t.n_channels, t.channels[0].name, t.channels[1].name);
     size_t a = t.angle[0][0] == 10 ? 0 : 1;
-    CHECK(t.angle[0][a] == 10 && t.angle[3][a] == 30 && t.angle[0][1 - a] == 11 && t.angle[2][1 - a] == 21, "angles");
-    CHECK(value(&t, 0, a) == 1 && value(&t, 1, a) == 2 && value(&t, 2, a) == 3 && value(&t, 0, 1 - a) == 4 &&
-              value(&t, 2, 1 - a) == 6,
-          "values");
-    CHECK(t.sigma[a] == .1 && t.sigma[2 + a] == .2 && t.sigma[4 + a] == .3, "sigmas");
-    CHECK(t.valid[a] && !t.valid[1 - a] && t.n_invalid == 1 && !t.note[0], "validity, note '%s'", t.note);
+    FF_CHECK(t.angle[0][a] == 10 && t.angle[3][a] == 30 && t.angle[0][1 - a] == 11 && t.angle[2][1 - a] == 21, "angles");
+    FF_CHECK(value(&t, 0, a) == 1 && value(&t, 1, a) == 2 && value(&t, 2, a) == 3 && value(&t, 0, 1 - a) == 4 &&
+                 value(&t, 2, 1 - a) == 6,
+             "values");
+    FF_CHECK(t.sigma[a] == .1 && t.sigma[2 + a] == .2 && t.sigma[4 + a] == .3, "sigmas");
+    FF_CHECK(t.valid[a] && !t.valid[1 - a] && t.n_invalid == 1 && !t.note[0], "validity, note '%s'", t.note);
     ff_table_clear(&t);
     if (!reads("part", text, LONG, "650nm", &t)) return;
-    CHECK(t.n == 2 && t.n_channels == 1 && value(&t, 0, 0) == 3 && value(&t, 0, 1) == 6 && t.n_invalid == 0, "one of three");
-    CHECK(strstr(t.note, "read are the rows of 650nm") && strstr(t.note, "450nm, 532.5nm"), "note '%s'", t.note);
+    FF_CHECK(t.n == 2 && t.n_channels == 1 && value(&t, 0, 0) == 3 && value(&t, 0, 1) == 6 && t.n_invalid == 0, "one of three");
+    FF_CHECK(strstr(t.note, "read are the rows of 650nm") && strstr(t.note, "450nm, 532.5nm"), "note '%s'", t.note);
     ff_table_clear(&t);
     if (!reads("parts", text, LONG, " 650 , 450 nm", &t)) return;
-    CHECK(t.n == 2 && t.n_channels == 2 && t.channels[0].wavelength_nm == 450 && t.channels[1].wavelength_nm == 650,
-          "two of three");
+    FF_CHECK(t.n == 2 && t.n_channels == 2 && t.channels[0].wavelength_nm == 450 && t.channels[1].wavelength_nm == 650,
+             "two of three");
     ff_table_clear(&t);
     refuses(text, LONG, "500nm", FF_ERR_UNKNOWN, 0, WORDS("'500nm'", "450nm, 532.5nm, 650nm"));
     refuses(text, LONG, "450nm,", FF_ERR_UNKNOWN, 0, WORDS("''", "450nm"));
@@ -251,36 +252,37 @@ static void test_complete(void)
     refuses(text, "theta_i=i,phi_i=0,theta_o=o,phi_o=a,f=v", "450nm", FF_ERR_UNSUPPORTED, 0, WORDS("'part'", "wavelength"));
 }
 
-static void test_incomplete(void)
+static void incomplete(void)
 {
     ff_table t;
     if (reads("one pair lacks a wavelength", "l,i,o,a,v,s\n.4,1,1,1,1,1\n.5,1,1,1,2,1\n.4,2,2,2,3,1\n.5,2,2,2,4,1\n.4,3,3,3,5,1\n",
               LONG, NULL, &t)) {
-        CHECK(t.n == 2 && t.n_channels == 2 && value(&t, 1, 1) == 4 &&
-                  strstr(t.note, "1 of 3 samples lack one of the 2 wavelengths"),
-              "%zu, note '%s'", t.n, t.note);
+        FF_CHECK(t.n == 2 && t.n_channels == 2 && value(&t, 1, 1) == 4 &&
+                     strstr(t.note, "1 of 3 samples lack one of the 2 wavelengths"),
+                 "%zu, note '%s'", t.n, t.note);
         ff_table_clear(&t);
     }
     static const char random[] =
         "l,i,o,a,v,s\n.4,1,1,1,1,1\n.4,2,1,1,2,1\n.5,3,1,1,3,1\n.5,4,1,1,4,1\n.5,5,1,1,5,1\n.6,1,1,1,6,1\n";
     if (reads("other directions at each wavelength", random, LONG, NULL, &t)) {
-        CHECK(t.n == 3 && t.n_channels == 1 && t.channels[0].wavelength_nm == 500 && value(&t, 0, 2) == 5, "%zu x %zu", t.n,
-              t.n_channels);
-        CHECK(strstr(t.note, "500nm alone is read, without 400nm, 600nm; the option 'part' chooses others"), "note '%s'", t.note);
+        FF_CHECK(t.n == 3 && t.n_channels == 1 && t.channels[0].wavelength_nm == 500 && value(&t, 0, 2) == 5, "%zu x %zu", t.n,
+                 t.n_channels);
+        FF_CHECK(strstr(t.note, "500nm alone is read, without 400nm, 600nm; the option 'part' chooses others"), "note '%s'",
+                 t.note);
         ff_table_clear(&t);
     }
     if (reads("a choice that has a pair", random, LONG, "400nm,600nm", &t)) {
-        CHECK(t.n == 1 && t.n_channels == 2 && value(&t, 0, 0) == 1 && value(&t, 1, 0) == 6, "%zu x %zu", t.n, t.n_channels);
+        FF_CHECK(t.n == 1 && t.n_channels == 2 && value(&t, 0, 0) == 1 && value(&t, 1, 0) == 6, "%zu x %zu", t.n, t.n_channels);
         ff_table_clear(&t);
     }
     refuses(random, LONG, "400nm,500nm", FF_ERR_DATA, 0, WORDS("no pair of directions", "400nm, 500nm", "single wavelength"));
     if (reads("measured twice",
               "l,i,o,a,v,s\n.4,1,1,1,1,1\n.4,1,1,1,2,1\n.4,1,1,1,3,1\n.5,1,1,1,4,1\n.5,1,1,1,5,1\n.5,-0,1,1,9,1\n.4,0,1,1,8,1\n",
               LONG, NULL, &t)) {
-        CHECK(t.n == 3 && value(&t, 0, 0) == 1 && value(&t, 1, 0) == 4 && value(&t, 0, 1) == 2 && value(&t, 1, 1) == 5 &&
-                  value(&t, 0, 2) == 8 && value(&t, 1, 2) == 9,
-              "%zu: %g %g", t.n, value(&t, 0, 0), value(&t, 1, 0));
-        CHECK(strstr(t.note, "1 of 4 samples"), "note '%s'", t.note);
+        FF_CHECK(t.n == 3 && value(&t, 0, 0) == 1 && value(&t, 1, 0) == 4 && value(&t, 0, 1) == 2 && value(&t, 1, 1) == 5 &&
+                     value(&t, 0, 2) == 8 && value(&t, 1, 2) == 9,
+                 "%zu: %g %g", t.n, value(&t, 0, 0), value(&t, 1, 0));
+        FF_CHECK(strstr(t.note, "1 of 4 samples"), "note '%s'", t.note);
         ff_table_clear(&t);
     }
 }
@@ -293,7 +295,7 @@ static void test_many(void)
     char *text = malloc(ROWS * 80 + 100), *at = text + sprintf(text, "a,v,i,nm,o,w\n");
     for (int k = 0; k < ROWS; k++) order[k] = k;
     for (int k = ROWS - 1; k > 0; k--) {
-        int j = (int)(check_random() % (uint64_t)(k + 1)), swap = order[k];
+        int j = (int)(ff_test_random() % (uint64_t)(k + 1)), swap = order[k];
         order[k] = order[j];
         order[j] = swap;
     }
@@ -303,13 +305,13 @@ static void test_many(void)
     }
     ff_table t;
     if (reads("many", text, "theta_i=i,phi_i=0,theta_o=o,phi_o=a,f=v,weight=w,wavelength=nm", NULL, &t)) {
-        CHECK(t.n == PAIRS && t.n_channels == NM && !t.sigma && t.weight, "%zu x %zu", t.n, t.n_channels);
+        FF_CHECK(t.n == PAIRS && t.n_channels == NM && !t.sigma && t.weight, "%zu x %zu", t.n, t.n_channels);
         for (size_t i = 0; i < t.n; i++) {
             int p = (int)(t.angle[0][i] * 7 + t.angle[3][i]);
-            CHECK(t.weight[i] == p, "weight of %d", p);
+            FF_CHECK(t.weight[i] == p, "weight of %d", p);
             for (size_t c = 0; c < t.n_channels; c++)
-                CHECK(value(&t, c, i) == 1000 * p + (int)c && t.channels[c].wavelength_nm == 400 + 10 * (int)c,
-                      "pair %d channel %zu", p, c);
+                FF_CHECK(value(&t, c, i) == 1000 * p + (int)c && t.channels[c].wavelength_nm == 400 + 10 * (int)c,
+                         "pair %d channel %zu", p, c);
         }
         ff_table_clear(&t);
     }
@@ -322,7 +324,7 @@ static void test_many(void)
     at = text + sprintf(text, "i,v,nm\n");
     for (int k = 0; k < 20000; k++) at += sprintf(at, "1,%d,%d\n", k, 400 + k % 2);
     if (reads("again and again", text, "theta_i=i,phi_i=0,theta_o=i,phi_o=0,f=v,wavelength=nm", NULL, &t)) {
-        CHECK(t.n == 10000 && value(&t, 0, 777) == 1554 && value(&t, 1, 777) == 1555, "%zu", t.n);
+        FF_CHECK(t.n == 10000 && value(&t, 0, 777) == 1554 && value(&t, 1, 777) == 1555, "%zu", t.n);
         ff_table_clear(&t);
     }
     free(text);
@@ -330,7 +332,7 @@ static void test_many(void)
 
 /* ---- what is refused ------------------------------------------------------------------------- */
 
-static void test_bad_mappings(void)
+static void bad_mappings(void)
 {
     static const char text[] = "i,o,a,v,s,v\n1,2,3,4,5,6\n";
 #define A "theta_i=i,phi_i=0,theta_o=o,phi_o=a,"
@@ -377,7 +379,7 @@ static void test_bad_mappings(void)
     free(keys);
 }
 
-static void test_bad_rows(void)
+static void bad_rows(void)
 {
 #define H "x,i,o,a,v,s,l\n"
 #define C "theta_i=i,phi_i=0,theta_o=o,phi_o=a,f=v,sigma=s,wavelength=l"
@@ -409,7 +411,7 @@ static void test_bad_rows(void)
             WORDS("at least one measurement"));
 }
 
-static void test_prefixes_and_damage(void)
+static void prefixes_and_damage(void)
 {
     static const char text[] =
         "# made 'here'\n# 'n', 'i', 'o', 'a', 'v', 's', 'l'\n0, 1.00, 20.5, 3, 4, 0.5, 450\n\"x\", 1.00, 20.5, 3, 4, 0.5, 550\n";
@@ -420,69 +422,58 @@ static void test_prefixes_and_damage(void)
         ff_error err = {0};
         ff_status s = read_mapped(text, n, columns, NULL, -1, &t, &err);
         if (s == FF_OK) {
-            CHECK(n > 70 && (text[n - 1] == '\n' || strstr(t.note, "cut")), "prefix %zu: note '%s'", n, t.note);
+            FF_CHECK(n > 70 && (text[n - 1] == '\n' || strstr(t.note, "cut")), "prefix %zu: note '%s'", n, t.note);
             ff_table_clear(&t);
         } else {
-            CHECK(err.message[0] && err.path[0], "prefix %zu: no message", n);
+            FF_CHECK(err.message[0] && err.path[0], "prefix %zu: no message", n);
         }
     }
     size_t fine = 0;
     for (int k = 0; k < 4000; k++) {
         char copy[sizeof text];
         memcpy(copy, text, sizeof text);
-        for (int j = 0; j <= k % 4; j++) copy[check_random() % (sizeof text - 1)] = bytes[check_random() % (sizeof bytes - 1)];
-        if (k % 3 == 0) copy[check_random() % (sizeof text - 1)] ^= (char)(1 << check_random() % 8);
+        for (int j = 0; j <= k % 4; j++) copy[ff_test_random() % (sizeof text - 1)] = bytes[ff_test_random() % (sizeof bytes - 1)];
+        if (k % 3 == 0) copy[ff_test_random() % (sizeof text - 1)] ^= (char)(1 << ff_test_random() % 8);
         ff_table t;
         ff_error err = {0};
         if (read_mapped(copy, sizeof text - 1, columns, NULL, -1, &t, &err) == FF_OK) {
             fine++;
-            for (size_t i = 0; i < t.n; i++) CHECK(isfinite(t.value[i]) && isfinite(t.angle[2][i]), "damaged %d: not finite", k);
+            for (size_t i = 0; i < t.n; i++) FF_CHECK(isfinite(t.value[i]) && isfinite(t.angle[2][i]), "damaged %d: not finite", k);
             ff_table_clear(&t);
         } else {
-            CHECK(err.message[0] && err.path[0], "damaged %d: no message", k);
+            FF_CHECK(err.message[0] && err.path[0], "damaged %d: no message", k);
         }
     }
-    CHECK(fine > 100, "%zu of the damaged files were read", fine);
+    FF_CHECK(fine > 100, "%zu of the damaged files were read", fine);
     /* and damaged mappings */
     for (int k = 0; k < 4000; k++) {
         char copy[sizeof columns];
         memcpy(copy, columns, sizeof columns);
-        for (int j = 0; j <= k % 4; j++) copy[check_random() % (sizeof columns - 1)] = ",=#:%|\" 0a"[check_random() % 10];
+        for (int j = 0; j <= k % 4; j++) copy[ff_test_random() % (sizeof columns - 1)] = ",=#:%|\" 0a"[ff_test_random() % 10];
         ff_table t;
         ff_error err = {0};
         if (read_mapped(text, sizeof text - 1, copy, NULL, -1, &t, &err) == FF_OK)
             ff_table_clear(&t);
         else
-            CHECK(err.message[0], "mapping '%s': no message", copy);
+            FF_CHECK(err.message[0], "mapping '%s': no message", copy);
     }
 }
 
-static void test_format_given(void)
+static void format_given(void)
 {
-    const char *path = check_path("given.dat");
-    check_write(path, "i,o,a,v\n1,2,3,4\n", 16);
+    const char *path = ff_test_path("given.dat");
+    ff_test_write(path, "i,o,a,v\n1,2,3,4\n", 16);
     ff_read_options o;
     ff_read_options_init(&o);
     o.columns = "theta_i=i,phi_i=0,theta_o=o,phi_o=a,f=v";
     o.format = "astm";
     ff_table t;
     ff_error err = {0};
-    CHECK(ff_table_read_with_into(path, &o, &t, &err) == FF_ERR_UNSUPPORTED && strstr(err.message, "'columns'"), "%s", err.message);
+    FF_CHECK(ff_table_read_with_into(path, &o, &t, &err) == FF_ERR_UNSUPPORTED && strstr(err.message, "'columns'"), "%s",
+             err.message);
     check_fails("without a mapping", path, "csv", FF_ERR_FORMAT, 1, WORDS("'theta_i'", "the option 'columns'", "i, o, a, v"));
 }
 
-int main(void)
-{
-    test_layouts();
-    test_units_and_channels();
-    test_quantities();
-    test_phase();
-    test_complete();
-    test_incomplete();
-    test_many();
-    test_bad_mappings();
-    test_bad_rows();
-    test_prefixes_and_damage();
-    test_format_given();
-    return check_result();
-}
+FF_TEST_MAIN(FF_TEST(layouts), FF_TEST(units_and_channels), FF_TEST(quantities), FF_TEST(test_phase), FF_TEST(test_complete),
+             FF_TEST(incomplete), FF_TEST(test_many), FF_TEST(bad_mappings), FF_TEST(bad_rows), FF_TEST(prefixes_and_damage),
+             FF_TEST(format_given))

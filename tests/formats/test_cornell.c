@@ -4,7 +4,7 @@
 #define WAVES "# num wls\n3\n# wls\n400 550.5\n700 # the last\n"
 #define ROWS  "0.5 0 0.25 -3.1415927 1 2 3\n0.5 0.1\n1.5 0.2 4\n5 -6\n"
 
-static void test_reading(void)
+static void reading(void)
 {
     static const char *const texts[] = {
         WAVES ROWS, "3 400 550.5 700 0.5 0 0.25 -3.1415927 1 2 3 0.5 0.1 1.5 0.2 4 5 -6\n",
@@ -13,20 +13,20 @@ static void test_reading(void)
         ff_table t;
         if (!check_reads(texts[k], "cornell", texts[k], &t)) continue;
         static const double angle[2][4] = {{0.5, 0, 0.25, -3.1415927}, {0.5, 0.1, 1.5, 0.2}};
-        CHECK(t.n == 2 && t.n_channels == 3 && t.isotropic == 1 && t.radians_per_unit == 1, "%zu x %zu", t.n, t.n_channels);
+        FF_CHECK(t.n == 2 && t.n_channels == 3 && t.isotropic == 1 && t.radians_per_unit == 1, "%zu x %zu", t.n, t.n_channels);
         for (size_t i = 0; i < 2; i++)
-            for (int j = 0; j < 4; j++) CHECK(t.angle[j][i] == angle[i][j], "angle %d of %zu: %g", j, i, t.angle[j][i]);
+            for (int j = 0; j < 4; j++) FF_CHECK(t.angle[j][i] == angle[i][j], "angle %d of %zu: %g", j, i, t.angle[j][i]);
         for (size_t c = 0; c < 3; c++)
-            CHECK(t.value[2 * c] == (double)c + 1 && fabs(t.value[2 * c + 1]) == (double)c + 4, "channel %zu", c);
-        CHECK(t.value[5] == -6 && t.n_negative == 1 && t.n_invalid == 0 && t.note[0] == '\0', "%zu negative, '%s'", t.n_negative,
-              t.note);
-        CHECK(strcmp(t.channels[1].name, "550.5nm") == 0 && t.channels[1].wavelength_nm == 550.5 && t.channels[1].scale == 1,
-              "channel '%s'", t.channels[1].name);
+            FF_CHECK(t.value[2 * c] == (double)c + 1 && fabs(t.value[2 * c + 1]) == (double)c + 4, "channel %zu", c);
+        FF_CHECK(t.value[5] == -6 && t.n_negative == 1 && t.n_invalid == 0 && t.note[0] == '\0', "%zu negative, '%s'", t.n_negative,
+                 t.note);
+        FF_CHECK(strcmp(t.channels[1].name, "550.5nm") == 0 && t.channels[1].wavelength_nm == 550.5 && t.channels[1].scale == 1,
+                 "channel '%s'", t.channels[1].name);
         ff_table_clear(&t);
     }
 }
 
-static void test_refusals(void)
+static void refusals(void)
 {
     check_refuses("cornell", "", FF_ERR_READ, 0, WORDS("end of the file", "number of wavelengths"));
     check_refuses("cornell", "# only\n", FF_ERR_READ, 1, WORDS("end of the file", "number of wavelengths"));
@@ -44,14 +44,15 @@ static void test_refusals(void)
     check_refuses("cornell", WAVES "0 0 0 0 1 2 1e999\n", FF_ERR_DATA, 6, WORDS("'1e999'", "finite number"));
     check_refuses("cornell", WAVES "30 0 0 0 1 2 3\n", FF_ERR_DATA, 6, WORDS("theta_i = 30", "degrees?"));
     check_refuses("cornell", WAVES "0 0 -30 0 1 2 3\n", FF_ERR_DATA, 6, WORDS("theta_s = -30", "degrees?"));
-    const char *path = check_path("options");
-    check_write(path, WAVES ROWS, strlen(WAVES ROWS));
+    const char *path = ff_test_path("options");
+    ff_test_write(path, WAVES ROWS, strlen(WAVES ROWS));
     ff_read_options o;
     ff_read_options_init(&o);
     o.quantity = FF_BRDF_COS;
     ff_table t;
     ff_error err = {0};
-    CHECK(ff_table_read_with_into(path, &o, &t, &err) == FF_ERR_UNSUPPORTED && strstr(err.message, "quantity"), "%s", err.message);
+    FF_CHECK(ff_table_read_with_into(path, &o, &t, &err) == FF_ERR_UNSUPPORTED && strstr(err.message, "quantity"), "%s",
+             err.message);
 }
 
 /* The wavelengths and the values of a sample of the real files, with the C library as a second source. */
@@ -65,13 +66,13 @@ static int test_real(void)
         ff_error err = {0};
         if (!path) continue;
         n_files++;
-        if (!CHECK(ff_table_read_into(path, NULL, &t, &err) == FF_OK, "%s:%ld: %s", path, err.line, err.message)) continue;
-        CHECK(strcmp(t.format, "cornell") == 0 && t.n == 1439 && t.n_channels == 31 && t.isotropic, "%s: %zu x %zu", path, t.n,
-              t.n_channels);
-        CHECK(t.channels[0].wavelength_nm == 400 && t.channels[30].wavelength_nm == 700, "%s: wavelengths", path);
+        if (!FF_CHECK(ff_table_read_into(path, NULL, &t, &err) == FF_OK, "%s:%ld: %s", path, err.line, err.message)) continue;
+        FF_CHECK(strcmp(t.format, "cornell") == 0 && t.n == 1439 && t.n_channels == 31 && t.isotropic, "%s: %zu x %zu", path, t.n,
+                 t.n_channels);
+        FF_CHECK(t.channels[0].wavelength_nm == 400 && t.channels[30].wavelength_nm == 700, "%s: wavelengths", path);
         size_t size, brightest = 0;
-        char *text = check_slurp(path, &size), *p = strstr(text, "sample values");
-        if (!CHECK(p != NULL, "%s: no comment before the values", path)) continue;
+        char *text = ff_test_slurp(path, &size), *p = strstr(text, "sample values");
+        if (!FF_CHECK(p != NULL, "%s: no comment before the values", path)) continue;
         p += strcspn(p, "\n");
         double worst = 0;
         for (size_t i = 0; i < t.n; i++) {
@@ -79,23 +80,26 @@ static int test_real(void)
             for (size_t c = 0; c < 31; c++) worst = fmax(worst, fabs(strtod(p, &p) - t.value[c * t.n + i]));
             if (t.value[15 * t.n + i] > t.value[15 * t.n + brightest]) brightest = i;
         }
-        CHECK(worst == 0 && p[strspn(p, " \r\n")] == '\0', "%s: off by %g", path, worst);
+        FF_CHECK(worst == 0 && p[strspn(p, " \r\n")] == '\0', "%s: off by %g", path, worst);
         double w[6]; /* the mirror direction is within 2 degrees of the largest value */
         check_directions(&t, brightest, w);
-        CHECK(-w[0] * w[3] - w[1] * w[4] + w[2] * w[5] > cos(0.035), "%s: the peak is not at the mirror direction", path);
+        FF_CHECK(-w[0] * w[3] - w[1] * w[4] + w[2] * w[5] > cos(0.035), "%s: the peak is not at the mirror direction", path);
         free(text);
         ff_table_clear(&t);
     }
     return n_files;
 }
 
-int main(void)
+static void one_file_damaged(void)
 {
-    test_reading();
-    test_refusals();
     check_prefixes("cornell", WAVES ROWS, 2, 1);
     check_byte_order_mark("cornell", WAVES ROWS);
     check_flips("cornell", WAVES ROWS);
-    if (!test_real()) printf("no real files in %s/cornell: that part is left out\n", check_data_dir());
-    return check_result();
 }
+
+static void measured(void)
+{
+    if (!test_real()) FF_SKIP("no real files in %s/cornell", check_data_dir());
+}
+
+FF_TEST_MAIN(FF_TEST(reading), FF_TEST(refusals), FF_TEST(one_file_damaged), FF_TEST(measured))

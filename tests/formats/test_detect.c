@@ -1,5 +1,5 @@
 /* The registry, and finding a format by content. */
-#include "check.h"
+#include "check_table.h"
 #include <unistd.h>
 
 /* An allocation that cannot succeed shall fail here too when the test runs under AddressSanitizer, not end the program. */
@@ -11,33 +11,34 @@ const char *__asan_default_options(void)
 
 static void test_registry(void)
 {
-    CHECK(ff_format_count() >= 3, "%zu formats", ff_format_count());
-    CHECK(ff_format_at(ff_format_count()) == NULL && ff_format_find("nonesuch") == NULL, "what does not exist");
+    FF_CHECK(ff_format_count() >= 3, "%zu formats", ff_format_count());
+    FF_CHECK(ff_format_at(ff_format_count()) == NULL && ff_format_find("nonesuch") == NULL, "what does not exist");
     for (size_t i = 0; i < ff_format_count(); i++) {
         const ff_format *f = ff_format_at(i);
-        CHECK(f->name && f->title && f->extensions && f->source && f->probe && f->read, "format %zu is incomplete", i);
-        CHECK(ff_format_find(f->name) == f, "'%s' is not found, or twice there", f->name);
+        FF_CHECK(f->name && f->title && f->extensions && f->source && f->probe && f->read, "format %zu is incomplete", i);
+        FF_CHECK(ff_format_find(f->name) == f, "'%s' is not found, or twice there", f->name);
         if (f->write) {
             char path[64];
             snprintf(path, sizeof path, "x.y%.*s", (int)strcspn(f->extensions, " "), f->extensions);
-            CHECK(ff_format_for_writing(path) == f, "%s is not written as %s", path, f->name);
+            FF_CHECK(ff_format_for_writing(path) == f, "%s is not written as %s", path, f->name);
         }
     }
-    CHECK(!ff_format_for_writing("x") && !ff_format_for_writing("-") && !ff_format_for_writing("csv"), "names without extension");
-    CHECK(ff_format_for_writing("X.CSV") == ff_format_find("csv"), "capitals");
+    FF_CHECK(!ff_format_for_writing("x") && !ff_format_for_writing("-") && !ff_format_for_writing("csv"),
+             "names without extension");
+    FF_CHECK(ff_format_for_writing("X.CSV") == ff_format_find("csv"), "capitals");
 }
 
 static void expect(const char *label, const void *bytes, size_t n, const char *name)
 {
-    const char *path = check_path("thing.bin"); /* a name that says nothing */
-    check_write(path, bytes, n);
+    const char *path = ff_test_path("thing.bin"); /* a name that says nothing */
+    ff_test_write(path, bytes, n);
     const ff_format *f = NULL;
     ff_error err = {0};
     ff_status s = ff_format_detect(path, &f, &err);
     if (name)
-        CHECK(s == FF_OK && f && strcmp(f->name, name) == 0, "%s: %d %s %s", label, s, f ? f->name : "none", err.message);
+        FF_CHECK(s == FF_OK && f && strcmp(f->name, name) == 0, "%s: %d %s %s", label, s, f ? f->name : "none", err.message);
     else
-        CHECK(s != FF_OK && !f, "%s: claimed by %s", label, f ? f->name : "");
+        FF_CHECK(s != FF_OK && !f, "%s: claimed by %s", label, f ? f->name : "");
 }
 #define EXPECT(label, text, name) expect(label, text, sizeof(text) - 1, name)
 
@@ -76,19 +77,19 @@ static void test_content(void)
     EXPECT("png", "\x89PNG\r\n\x1a\n\0\0\0\rIHDR", NULL);
 }
 
-static void test_messages(void)
+static void messages(void)
 {
-    const char *path = check_path("unknown");
+    const char *path = ff_test_path("unknown");
     check_fails("missing file", path, NULL, FF_ERR_OPEN, 0, WORDS("No such file"));
     check_fails("missing file, named format", path, "csv", FF_ERR_OPEN, 0, WORDS("No such file"));
-    check_fails("directory", check_dir, NULL, FF_ERR_OPEN, 0, WORDS("directory", "expected a file"));
-    check_fails("directory as merl", check_dir, "merl", FF_ERR_OPEN, 0, WORDS("directory"));
+    check_fails("directory", ff_test_dir, NULL, FF_ERR_OPEN, 0, WORDS("directory", "expected a file"));
+    check_fails("directory as merl", ff_test_dir, "merl", FF_ERR_OPEN, 0, WORDS("directory"));
     check_fails("device", "/dev/zero", NULL, FF_ERR_UNSUPPORTED, 0, WORDS("device", "expected a file"));
-    check_write(path, "", 0);
+    ff_test_write(path, "", 0);
     check_fails("empty", path, NULL, FF_ERR_READ, 0, WORDS("byte 0", "empty"));
-    check_write(path, "\xEF\xBB\xBF", 3);
+    ff_test_write(path, "\xEF\xBB\xBF", 3);
     check_fails("only a byte-order mark", path, NULL, FF_ERR_FORMAT, 0, WORDS("ef bb bf", "merl, "));
-    check_write(path, "\x89PNG\r\n\x1a\n", 8);
+    ff_test_write(path, "\x89PNG\r\n\x1a\n", 8);
     check_fails("png", path, NULL, FF_ERR_FORMAT, 0, WORDS("89 50 4e 47", "PNG", "merl, ", "astm, ", "csv"));
     check_fails("unknown name", path, "nonesuch", FF_ERR_UNKNOWN, 0, WORDS("'nonesuch'", "merl, ", "astm, ", "csv"));
     if (geteuid() != 0) {
@@ -101,79 +102,71 @@ static void test_table(void)
 {
     ff_table t = {.n = 7};
     ff_error err = {0};
-    CHECK(ff_table_init(0, 1, NULL, 0, 0, &t, &err) == FF_ERR_RANGE && t.n == 7, "no samples");
-    CHECK(ff_table_init(1, 0, NULL, 0, 0, &t, &err) == FF_ERR_RANGE && t.n == 7, "no channels");
-    CHECK(ff_table_init(5, 1, &ff_grid_merl, 0, 0, &t, &err) == FF_ERR_RANGE && t.n == 7, "not the grid's size");
-    CHECK(ff_table_init(SIZE_MAX / 8, 16, NULL, 0, 0, &t, &err) == FF_ERR_MEMORY && t.n == 7, "sizes that overflow");
-    CHECK(ff_table_init(SIZE_MAX / 64, 2, NULL, 0, 0, &t, &err) == FF_ERR_MEMORY && t.n == 7, "no such memory");
-    if (!CHECK(ff_table_init(3, 2, NULL, 1, 1, &t, &err) == FF_OK, "%s", err.message)) return;
-    CHECK(t.value[5] == 0 && t.sigma[5] == 0 && t.weight[2] == 0 && t.angle[3][2] == 0 && t.valid[2] == 1, "initial values");
-    CHECK(t.channels[1].scale == 1 && isnan(t.channels[1].wavelength_nm) && strcmp(t.channels[1].name, "c1") == 0, "channels");
-    CHECK(ff_table_channel_find(&t, "c1") == 1 && ff_table_channel_find(&t, "c2") == -1, "finding channels");
+    FF_CHECK(ff_table_init(0, 1, NULL, 0, 0, &t, &err) == FF_ERR_RANGE && t.n == 7, "no samples");
+    FF_CHECK(ff_table_init(1, 0, NULL, 0, 0, &t, &err) == FF_ERR_RANGE && t.n == 7, "no channels");
+    FF_CHECK(ff_table_init(5, 1, &ff_grid_merl, 0, 0, &t, &err) == FF_ERR_RANGE && t.n == 7, "not the grid's size");
+    FF_CHECK(ff_table_init(SIZE_MAX / 8, 16, NULL, 0, 0, &t, &err) == FF_ERR_MEMORY && t.n == 7, "sizes that overflow");
+    FF_CHECK(ff_table_init(SIZE_MAX / 64, 2, NULL, 0, 0, &t, &err) == FF_ERR_MEMORY && t.n == 7, "no such memory");
+    if (!FF_CHECK(ff_table_init(3, 2, NULL, 1, 1, &t, &err) == FF_OK, "%s", err.message)) return;
+    FF_CHECK(t.value[5] == 0 && t.sigma[5] == 0 && t.weight[2] == 0 && t.angle[3][2] == 0 && t.valid[2] == 1, "initial values");
+    FF_CHECK(t.channels[1].scale == 1 && isnan(t.channels[1].wavelength_nm) && strcmp(t.channels[1].name, "c1") == 0, "channels");
+    FF_CHECK(ff_table_channel_find(&t, "c1") == 1 && ff_table_channel_find(&t, "c2") == -1, "finding channels");
     t.radians_per_unit = acos(-1) / 180;
     t.angle[0][1] = 30, t.angle[1][1] = 90, t.angle[2][1] = 120, t.angle[3][1] = 180;
     t.channels[1].scale = 2, t.value[4] = 3, t.sigma[4] = 0.5, t.weight[1] = 7;
     double p[6], v, s, w, *const planes[6] = {p, p + 1, p + 2, p + 3, p + 4, p + 5};
     ff_table_directions(&t, 1, 1, planes);
     static const double expected[6] = {0, 0.5, 0.86602540378443865, -0.86602540378443865, 0, -0.5};
-    for (int k = 0; k < 6; k++) CHECK(fabs(p[k] - expected[k]) < 1e-15, "plane %d: %g", k, p[k]);
+    for (int k = 0; k < 6; k++) FF_CHECK(fabs(p[k] - expected[k]) < 1e-15, "plane %d: %g", k, p[k]);
     ff_table_values(&t, 1, 1, 1, &v);
     ff_table_sigmas(&t, 1, 1, 1, &s);
     ff_table_weights(&t, 1, 1, &w);
-    CHECK(v == 6 && s == 1 && w == 7 && ff_table_has_weights(&t), "%g %g %g", v, s, w);
+    FF_CHECK(v == 6 && s == 1 && w == 7 && ff_table_has_weights(&t), "%g %g %g", v, s, w);
     ff_table_clear(&t);
     ff_table_clear(&t);
     ff_table_clear(NULL);
-    CHECK(t.value == NULL && t.n == 0, "freed");
+    FF_CHECK(t.value == NULL && t.n == 0, "freed");
 }
 
-static void test_writing_by_name(void)
+static void writing_by_name(void)
 {
     ff_table t;
     ff_error err = {0};
-    if (!CHECK(ff_table_init(1, 1, NULL, 0, 0, &t, &err) == FF_OK, "%s", err.message)) return;
-    ff_status s = ff_table_write(check_path("x.dat"), NULL, &t, &err);
-    CHECK(s == FF_ERR_UNKNOWN && strstr(err.message, "merl, astm, "), "%d %s", s, err.message);
-    s = ff_table_write(check_path("x.csv"), "nonesuch", &t, &err);
-    CHECK(s == FF_ERR_UNKNOWN && strstr(err.message, "nonesuch"), "%d %s", s, err.message);
-    CHECK(ff_table_write(check_path("x.csv"), NULL, &t, &err) == FF_OK, "%s", err.message);
+    if (!FF_CHECK(ff_table_init(1, 1, NULL, 0, 0, &t, &err) == FF_OK, "%s", err.message)) return;
+    ff_status s = ff_table_write(ff_test_path("x.dat"), NULL, &t, &err);
+    FF_CHECK(s == FF_ERR_UNKNOWN && strstr(err.message, "merl, astm, "), "%d %s", s, err.message);
+    s = ff_table_write(ff_test_path("x.csv"), "nonesuch", &t, &err);
+    FF_CHECK(s == FF_ERR_UNKNOWN && strstr(err.message, "nonesuch"), "%d %s", s, err.message);
+    FF_CHECK(ff_table_write(ff_test_path("x.csv"), NULL, &t, &err) == FF_OK, "%s", err.message);
     s = ff_table_write("/dev/full", "csv", &t, &err);
-    CHECK(s == FF_ERR_WRITE && strcmp(err.path, "/dev/full") == 0, "%d %s", s, err.message);
-    s = ff_table_write(check_path("none/x.csv"), NULL, &t, &err);
-    CHECK(s == FF_ERR_WRITE, "%d %s", s, err.message);
+    FF_CHECK(s == FF_ERR_WRITE && strcmp(err.path, "/dev/full") == 0, "%d %s", s, err.message);
+    s = ff_table_write(ff_test_path("none/x.csv"), NULL, &t, &err);
+    FF_CHECK(s == FF_ERR_WRITE, "%d %s", s, err.message);
     static const double wrong[] = {NAN, INFINITY};
     for (size_t f = 0; f < ff_format_count(); f++) {
         const ff_format *format = ff_format_at(f);
         if (!format->write || format == ff_format_find("merl")) continue;
-        const char *path = check_path("never");
+        const char *path = ff_test_path("never");
         for (int k = 0; k < 2; k++) {
             t.value[0] = wrong[k];
             s = format->write(path, &t, &err);
-            CHECK(s == FF_ERR_DATA && strstr(err.message, "c0") && strstr(err.message, "finite") && access(path, F_OK) != 0,
-                  "%s: %d %s", format->name, s, err.message);
+            FF_CHECK(s == FF_ERR_DATA && strstr(err.message, "c0") && strstr(err.message, "finite") && access(path, F_OK) != 0,
+                     "%s: %d %s", format->name, s, err.message);
         }
         t.value[0] = 1;
         t.angle[2][0] = NAN;
         s = format->write(path, &t, &err);
-        CHECK(s == FF_ERR_DATA && strstr(err.message, "theta_o") && access(path, F_OK) != 0, "%s: %d %s", format->name, s,
-              err.message);
+        FF_CHECK(s == FF_ERR_DATA && strstr(err.message, "theta_o") && access(path, F_OK) != 0, "%s: %d %s", format->name, s,
+                 err.message);
         t.angle[2][0] = 0;
         t.valid[0] = 0;
         s = format->write(path, &t, &err);
-        CHECK(s == FF_ERR_DATA && strstr(err.message, "valid") && access(path, F_OK) != 0, "%s: %d %s", format->name, s,
-              err.message);
+        FF_CHECK(s == FF_ERR_DATA && strstr(err.message, "valid") && access(path, F_OK) != 0, "%s: %d %s", format->name, s,
+                 err.message);
         t.valid[0] = 1;
     }
     ff_table_clear(&t);
-    CHECK(check_leftovers() == 0, "%d unfinished files", check_leftovers());
+    FF_CHECK(check_leftovers() == 0, "%d unfinished files", check_leftovers());
 }
 
-int main(void)
-{
-    test_registry();
-    test_content();
-    test_messages();
-    test_table();
-    test_writing_by_name();
-    return check_result();
-}
+FF_TEST_MAIN(FF_TEST(test_registry), FF_TEST(test_content), FF_TEST(messages), FF_TEST(test_table), FF_TEST(writing_by_name))

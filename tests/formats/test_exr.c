@@ -1,6 +1,6 @@
 /* Tables in OpenEXR images: round trips, an image that another program could have written (made here through OpenEXRCore from the
  * text of docs/exr.md), the UTIA layout, every message, damaged files. */
-#include "check.h"
+#include "check_table.h"
 #include "data_formats/table/internal_table.h"
 #include <openexr.h>
 #include <sys/resource.h>
@@ -90,7 +90,7 @@ static void write_chunks(exr_context_t c, const image *m)
 
 static const char *write_image(const char *name, const image *m)
 {
-    const char *path = check_path(name);
+    const char *path = ff_test_path(name);
     exr_context_t c;
     int part;
     must(exr_start_write(&c, path, EXR_WRITE_FILE_DIRECTLY, NULL), "start");
@@ -154,23 +154,23 @@ static int read_ok(const char *label, const char *path, ff_table *t)
     char message[FF_ERROR_PATH + FF_ERROR_MESSAGE + 64];
     const ff_status s = ff_table_read_into(path, NULL, t, &err);
     ff_error_format(&err, message, sizeof message);
-    return CHECK(s == FF_OK, "%s: %s", label, message);
+    return FF_CHECK(s == FF_OK, "%s: %s", label, message);
 }
 
 static void check_list(const char *label, const char *path)
 {
     ff_table t;
     if (!read_ok(label, path, &t)) return;
-    CHECK(strcmp(t.format, "exr") == 0 && t.n == 3 && t.n_channels == 1 && t.axes.kind == FF_AXES_NONE && !t.grid, "%s: shape",
-          label);
-    CHECK(strcmp(t.channels[0].name, "465nm") == 0 && t.channels[0].wavelength_nm == 465, "%s: channel", label);
-    CHECK(t.value[0] == 1 && t.value[1] == 2 && t.value[2] == 0, "%s: %g %g %g", label, t.value[0], t.value[1], t.value[2]);
-    CHECK(t.valid[0] && t.valid[1] && !t.valid[2] && t.n_invalid == 1, "%s: validity", label);
-    CHECK(t.sigma && t.sigma[0] == 0.5 && t.sigma[1] == 0.25 && t.sigma[2] == 0, "%s: sigma", label);
-    CHECK(t.weight && t.weight[0] == 1 && t.weight[1] == 0 && t.weight[2] == 3, "%s: weight", label);
+    FF_CHECK(strcmp(t.format, "exr") == 0 && t.n == 3 && t.n_channels == 1 && t.axes.kind == FF_AXES_NONE && !t.grid, "%s: shape",
+             label);
+    FF_CHECK(strcmp(t.channels[0].name, "465nm") == 0 && t.channels[0].wavelength_nm == 465, "%s: channel", label);
+    FF_CHECK(t.value[0] == 1 && t.value[1] == 2 && t.value[2] == 0, "%s: %g %g %g", label, t.value[0], t.value[1], t.value[2]);
+    FF_CHECK(t.valid[0] && t.valid[1] && !t.valid[2] && t.n_invalid == 1, "%s: validity", label);
+    FF_CHECK(t.sigma && t.sigma[0] == 0.5 && t.sigma[1] == 0.25 && t.sigma[2] == 0, "%s: sigma", label);
+    FF_CHECK(t.weight && t.weight[0] == 1 && t.weight[1] == 0 && t.weight[2] == 3, "%s: weight", label);
     for (int k = 0; k < 4; k++)
-        for (int i = 0; i < 3; i++) CHECK(t.angle[k][i] == (double)list_angle[k][i], "%s: angle %d %d", label, k, i);
-    CHECK(t.radians_per_unit == pi / 180 && !t.isotropic && t.quantity == FF_BRDF, "%s: unit, quantity", label);
+        for (int i = 0; i < 3; i++) FF_CHECK(t.angle[k][i] == (double)list_angle[k][i], "%s: angle %d %d", label, k, i);
+    FF_CHECK(t.radians_per_unit == pi / 180 && !t.isotropic && t.quantity == FF_BRDF, "%s: unit, quantity", label);
     ff_table_clear(&t);
 }
 
@@ -218,14 +218,14 @@ static void test_compressions(void)
         if (!read_ok(label, write_image("c.exr", &m), &t)) continue;
         double worst = 0;
         for (size_t i = 0; i < N; i++) worst = fmax(worst, fabs(t.value[i] - (double)v[i]));
-        CHECK(worst <= (c < EXR_COMPRESSION_PXR24 ? 0 : 1e-2), "%s: off by %g", label, worst);
-        CHECK(!strstr(t.note, "loss") == (c < EXR_COMPRESSION_PXR24), "%s: note '%s'", label, t.note);
+        FF_CHECK(worst <= (c < EXR_COMPRESSION_PXR24 ? 0 : 1e-2), "%s: off by %g", label, worst);
+        FF_CHECK(!strstr(t.note, "loss") == (c < EXR_COMPRESSION_PXR24), "%s: note '%s'", label, t.note);
         ff_table_clear(&t);
     }
 }
 
 /* Halves, as a picture program saves them, and 64-bit numbers in two channels. */
-static void test_types(void)
+static void types(void)
 {
     static const uint16_t half[4] = {0x3C00, 0x4000, 0x7E00, 0}; /* 1, 2, NaN */
     image m = list_image();
@@ -251,8 +251,8 @@ static void test_types(void)
     }
     ff_table t;
     if (!read_ok("doubles", write_image("double.exr", &m), &t)) return;
-    CHECK(t.value[0] == v[0] && t.value[1] == v[1] && !t.valid[2] && !t.sigma && !t.weight && t.n_negative == 1,
-          "doubles: %.17g %.17g", t.value[0], t.value[1]);
+    FF_CHECK(t.value[0] == v[0] && t.value[1] == v[1] && !t.valid[2] && !t.sigma && !t.weight && t.n_negative == 1,
+             "doubles: %.17g %.17g", t.value[0], t.value[1]);
     ff_table_clear(&t);
 }
 
@@ -262,21 +262,21 @@ static void test_quantity(void)
     m.attribute[index_of(&m, "facetfit.quantity")].text = "brdf-cos";
     ff_table t;
     if (!read_ok("brdf-cos", write_image("cos.exr", &m), &t)) return;
-    CHECK(fabs(t.value[0] - 1 / cos(40 * pi / 180)) < 1e-14 && fabs(t.sigma[1] - 0.25 / cos(50 * pi / 180)) < 1e-14 &&
-              t.quantity == FF_BRDF_COS,
-          "brdf-cos: %.17g", t.value[0]);
+    FF_CHECK(fabs(t.value[0] - 1 / cos(40 * pi / 180)) < 1e-14 && fabs(t.sigma[1] - 0.25 / cos(50 * pi / 180)) < 1e-14 &&
+                 t.quantity == FF_BRDF_COS,
+             "brdf-cos: %.17g", t.value[0]);
     ff_table_clear(&t);
     ff_read_options o;
     ff_error err = {0};
     ff_read_options_init(&o);
     o.quantity = FF_REFLECTANCE_FACTOR;
-    if (!CHECK(ff_table_read_with_into(check_path("cos.exr"), &o, &t, &err) == FF_OK, "%s", err.message)) return;
-    CHECK(t.value[0] == 1 && t.channels[0].scale == 1 / pi, "the person's word goes before the file's");
+    if (!FF_CHECK(ff_table_read_with_into(ff_test_path("cos.exr"), &o, &t, &err) == FF_OK, "%s", err.message)) return;
+    FF_CHECK(t.value[0] == 1 && t.channels[0].scale == 1 / pi, "the person's word goes before the file's");
     ff_table_clear(&t);
     m = list_image();
     m.attribute[index_of(&m, "facetfit.angle_unit")].text = "radian";
     if (!read_ok("radian", write_image("radian.exr", &m), &t)) return;
-    CHECK(t.radians_per_unit == 1, "radian");
+    FF_CHECK(t.radians_per_unit == 1, "radian");
     ff_table_clear(&t);
 }
 
@@ -286,45 +286,45 @@ static void fill(ff_table *t)
 {
     for (size_t c = 0; c < t->n_channels; c++)
         for (size_t i = 0; i < t->n; i++) {
-            t->value[c * t->n + i] = exp(20 * check_uniform() - 10) * (check_random() % 9 ? 1 : -1);
-            if (t->sigma) t->sigma[c * t->n + i] = 0.01 + check_uniform();
+            t->value[c * t->n + i] = exp(20 * ff_test_uniform() - 10) * (ff_test_random() % 9 ? 1 : -1);
+            if (t->sigma) t->sigma[c * t->n + i] = 0.01 + ff_test_uniform();
         }
     for (size_t i = 1; i < t->n; i += 7) t->valid[i] = 0;
-    for (size_t i = 0; i < t->n && t->weight; i++) t->weight[i] = check_uniform();
+    for (size_t i = 0; i < t->n && t->weight; i++) t->weight[i] = ff_test_uniform();
 }
 
 static void check_near(const char *label, const ff_table *t, const ff_table *back, double relative)
 {
-    if (!CHECK(back->n == t->n && back->n_channels == t->n_channels && !back->sigma == !t->sigma && !back->weight == !t->weight,
-               "%s: shape", label))
+    if (!FF_CHECK(back->n == t->n && back->n_channels == t->n_channels && !back->sigma == !t->sigma && !back->weight == !t->weight,
+                  "%s: shape", label))
         return;
-    CHECK(memcmp(t->valid, back->valid, t->n) == 0 && t->isotropic == back->isotropic, "%s: validity", label);
+    FF_CHECK(memcmp(t->valid, back->valid, t->n) == 0 && t->isotropic == back->isotropic, "%s: validity", label);
     for (size_t c = 0; c < t->n_channels; c++) {
         const double scale = t->channels[c].scale;
-        CHECK(strcmp(t->channels[c].name, back->channels[c].name) == 0, "%s: channel '%s' '%s'", label, t->channels[c].name,
-              back->channels[c].name);
+        FF_CHECK(strcmp(t->channels[c].name, back->channels[c].name) == 0, "%s: channel '%s' '%s'", label, t->channels[c].name,
+                 back->channels[c].name);
         const double nm = t->channels[c].wavelength_nm, nm_back = back->channels[c].wavelength_nm;
-        CHECK(nm == nm_back || (isnan(nm) && isnan(nm_back)), "%s: wavelength %g %g", label, nm, nm_back);
+        FF_CHECK(nm == nm_back || (isnan(nm) && isnan(nm_back)), "%s: wavelength %g %g", label, nm, nm_back);
         for (size_t i = 0; i < t->n; i++) {
             const size_t k = c * t->n + i;
             if (!t->valid[i]) continue;
-            if (!CHECK(fabs(back->value[k] - scale * t->value[k]) <= relative * fabs(scale * t->value[k]),
-                       "%s: %zu %zu: %.17g %.17g", label, c, i, t->value[k], back->value[k]))
+            if (!FF_CHECK(fabs(back->value[k] - scale * t->value[k]) <= relative * fabs(scale * t->value[k]),
+                          "%s: %zu %zu: %.17g %.17g", label, c, i, t->value[k], back->value[k]))
                 return;
             if (t->sigma)
-                CHECK(fabs(back->sigma[k] - scale * t->sigma[k]) <= relative * scale * t->sigma[k], "%s: sigma %zu", label, i);
+                FF_CHECK(fabs(back->sigma[k] - scale * t->sigma[k]) <= relative * scale * t->sigma[k], "%s: sigma %zu", label, i);
         }
     }
     for (size_t i = 0; i < t->n && t->weight; i++)
-        CHECK(fabs(back->weight[i] - t->weight[i]) <= relative * t->weight[i], "%s: weight %zu", label, i);
+        FF_CHECK(fabs(back->weight[i] - t->weight[i]) <= relative * t->weight[i], "%s: weight %zu", label, i);
 }
 
 static void same_nodes(const char *label, const ff_table *t, const ff_table *back)
 {
-    CHECK(t->axes.kind == back->axes.kind, "%s: axes %d %d", label, t->axes.kind, back->axes.kind);
+    FF_CHECK(t->axes.kind == back->axes.kind, "%s: axes %d %d", label, t->axes.kind, back->axes.kind);
     for (int k = 0; k < 4 && t->axes.kind; k++)
-        if (CHECK(t->axes.n[k] == back->axes.n[k], "%s: axis %d", label, k))
-            CHECK(check_same_bits(t->axes.node[k], back->axes.node[k], t->axes.n[k]), "%s: nodes %d", label, k);
+        if (FF_CHECK(t->axes.n[k] == back->axes.n[k], "%s: axis %d", label, k))
+            FF_CHECK(check_same_bits(t->axes.node[k], back->axes.node[k], t->axes.n[k]), "%s: nodes %d", label, k);
 }
 
 /* Writes, reads, compares within the loss of floats; writes that again, which loses nothing any more. */
@@ -332,17 +332,17 @@ static void round_trip(const char *label, const ff_table *t, double relative)
 {
     ff_table back, again;
     ff_error err = {0};
-    const char *path = check_path("a.exr"), *second = check_path("b.exr");
-    if (!CHECK(ff_table_write(path, NULL, t, &err) == FF_OK, "%s: %s", label, err.message)) return;
+    const char *path = ff_test_path("a.exr"), *second = ff_test_path("b.exr");
+    if (!FF_CHECK(ff_table_write(path, NULL, t, &err) == FF_OK, "%s: %s", label, err.message)) return;
     if (!read_ok(label, path, &back)) return;
-    CHECK(back.grid == t->grid, "%s: grid", label);
+    FF_CHECK(back.grid == t->grid, "%s: grid", label);
     check_near(label, t, &back, relative);
     same_nodes(label, t, &back);
     if (!t->grid) check_same_angles(label, t, &back);
-    CHECK(ff_table_write(second, NULL, &back, &err) == FF_OK, "%s: %s", label, err.message);
+    FF_CHECK(ff_table_write(second, NULL, &back, &err) == FF_OK, "%s: %s", label, err.message);
     size_t n, m;
-    char *one = check_slurp(path, &n), *two = check_slurp(second, &m);
-    CHECK(n == m && memcmp(one, two, n) == 0, "%s: written again it differs", label);
+    char *one = ff_test_slurp(path, &n), *two = ff_test_slurp(second, &m);
+    FF_CHECK(n == m && memcmp(one, two, n) == 0, "%s: written again it differs", label);
     free(one);
     free(two);
     if (read_ok(label, second, &again)) {
@@ -360,7 +360,7 @@ static void name(ff_table *t, size_t c, const char *text, double nm)
 
 static const double float_loss = 6e-8;
 
-static void test_round_trips(void)
+static void round_trips(void)
 {
     ff_table t;
     ff_error err;
@@ -377,7 +377,7 @@ static void test_round_trips(void)
     for (int exact = 0; exact < 2; exact++) {
         if (ff_table_init(20000, 5, NULL, 1, 1, &t, &err) != FF_OK) exit(1); /* two lines, the second not full */
         for (int k = 0; k < 4; k++)
-            for (size_t i = 0; i < t.n; i++) t.angle[k][i] = exact ? (double)(i % 80) + 0.5 : 80 * check_uniform();
+            for (size_t i = 0; i < t.n; i++) t.angle[k][i] = exact ? (double)(i % 80) + 0.5 : 80 * ff_test_uniform();
         t.radians_per_unit = exact ? pi / 180 : 1;
         name(&t, 0, "r", NAN);
         name(&t, 1, "R", NAN);
@@ -404,29 +404,29 @@ static void test_merl(void)
     name(&t, 0, "r", NAN);
     name(&t, 1, "g", NAN);
     name(&t, 2, "b", NAN);
-    for (size_t k = 0; k < 3 * t.n; k++) t.value[k] = check_uniform();
+    for (size_t k = 0; k < 3 * t.n; k++) t.value[k] = ff_test_uniform();
     for (size_t i = 0; i < t.n; i += 3) t.valid[i] = 0;
     round_trip("merl", &t, float_loss);
-    if (read_ok("merl", check_path("a.exr"), &back)) {
-        CHECK(back.grid == &ff_grid_merl && back.isotropic == 1 && !back.angle[0], "the grid is MERL's");
-        CHECK(ff_table_write(check_path("m.binary"), NULL, &back, &err) == FF_OK, "%s", err.message);
-        if (read_ok("merl file", check_path("m.binary"), &binary)) {
-            CHECK(binary.n_invalid == back.n_invalid, "invalid %zu %zu", binary.n_invalid, back.n_invalid);
+    if (read_ok("merl", ff_test_path("a.exr"), &back)) {
+        FF_CHECK(back.grid == &ff_grid_merl && back.isotropic == 1 && !back.angle[0], "the grid is MERL's");
+        FF_CHECK(ff_table_write(ff_test_path("m.binary"), NULL, &back, &err) == FF_OK, "%s", err.message);
+        if (read_ok("merl file", ff_test_path("m.binary"), &binary)) {
+            FF_CHECK(binary.n_invalid == back.n_invalid, "invalid %zu %zu", binary.n_invalid, back.n_invalid);
             double u, v;
             ff_table_values(&back, 2, 1000001, 1, &u);
             ff_table_values(&binary, 2, 1000001, 1, &v);
-            CHECK(fabs(u - v) <= 4e-16 * u, "%.17g %.17g", u, v);
+            FF_CHECK(fabs(u - v) <= 4e-16 * u, "%.17g %.17g", u, v);
             ff_table_clear(&binary);
         }
         ff_table_clear(&back);
     }
     /* the image is what docs/exr.md says: theta_h down, (theta_d, phi_d) across */
     size_t n;
-    char *bytes = check_slurp(check_path("a.exr"), &n);
+    char *bytes = ff_test_slurp(ff_test_path("a.exr"), &n);
     const size_t i = 1 + 180 * (2 + 90 * (size_t)3), head = n - 90 * (8 + 3 * 4 * (size_t)16200);
     float r;
     memcpy(&r, bytes + head + 3 * (8 + 3 * 4 * (size_t)16200) + 8 + 2 * 4 * (size_t)16200 + 4 * (size_t)(2 * 180 + 1), 4);
-    CHECK(t.valid[i] && r == (float)t.value[i], "channel R of pixel (361, 3) is %g, expected %g", (double)r, t.value[i]);
+    FF_CHECK(t.valid[i] && r == (float)t.value[i], "channel R of pixel (361, 3) is %g, expected %g", (double)r, t.value[i]);
     free(bytes);
     ff_table_clear(&t);
 }
@@ -443,16 +443,16 @@ static void test_product(const ff_table *t, const char *grid, ff_axes_kind kind,
 {
     ff_table made;
     ff_error err = {0};
-    if (!CHECK(lay_out(t, grid, &made, &err) == FF_OK, "%s: %s", grid, err.message)) return;
-    CHECK(made.axes.kind == kind && made.n_channels == t->n_channels && !made.n_invalid, "%s: kind", grid);
+    if (!FF_CHECK(lay_out(t, grid, &made, &err) == FF_OK, "%s: %s", grid, err.message)) return;
+    FF_CHECK(made.axes.kind == kind && made.n_channels == t->n_channels && !made.n_invalid, "%s: kind", grid);
     for (int k = 0; k < 4; k++) {
-        if (!CHECK(made.axes.n[k] == n[k], "%s: axis %d has %zu", grid, k, made.axes.n[k])) continue;
+        if (!FF_CHECK(made.axes.n[k] == n[k], "%s: axis %d has %zu", grid, k, made.axes.n[k])) continue;
         const double *node = made.axes.node[k];
-        CHECK(fabs(node[0] - first[k]) < 1e-12 && fabs(node[n[k] - 1] - last[k]) < 1e-12, "%s: axis %d from %.17g to %.17g", grid,
-              k, node[0], node[n[k] - 1]);
+        FF_CHECK(fabs(node[0] - first[k]) < 1e-12 && fabs(node[n[k] - 1] - last[k]) < 1e-12, "%s: axis %d from %.17g to %.17g",
+                 grid, k, node[0], node[n[k] - 1]);
     }
-    CHECK(made.radians_per_unit == pi / 180 && made.isotropic == (n[1] == 1), "%s: isotropic %d", grid, made.isotropic);
-    CHECK(strcmp(made.channels[0].name, t->channels[0].name) == 0, "%s: channel", grid);
+    FF_CHECK(made.radians_per_unit == pi / 180 && made.isotropic == (n[1] == 1), "%s: isotropic %d", grid, made.isotropic);
+    FF_CHECK(strcmp(made.channels[0].name, t->channels[0].name) == 0, "%s: channel", grid);
     for (size_t i = 0; i < made.n * made.n_channels; i++) made.value[i] = 1.5;
     round_trip(grid, &made, 0);
     ff_table_clear(&made);
@@ -466,7 +466,7 @@ static void test_layouts(void)
     name(&t, 0, "450nm", 450);
     name(&t, 1, "x", NAN);
     for (int k = 0; k < 4; k++)
-        for (size_t i = 0; i < t.n; i++) t.angle[k][i] = 80 * check_uniform();
+        for (size_t i = 0; i < t.n; i++) t.angle[k][i] = 80 * ff_test_uniform();
     t.radians_per_unit = pi / 180;
     fill(&t);
     test_product(&t, "half-difference:10x9x18", FF_AXES_HALF_DIFFERENCE, (size_t[]){10, 1, 9, 18}, (double[]){0.225, 0, 5, 5},
@@ -481,31 +481,31 @@ static void test_layouts(void)
     static const char *const same[] = {NULL, "own", "list", "own,double", "double"};
     for (int k = 0; k < 5; k++) {
         const char *label = same[k] ? same[k] : "nothing";
-        if (!CHECK(lay_out(&t, same[k], &made, &err) == FF_OK, "%s: %s", label, err.message)) continue;
+        if (!FF_CHECK(lay_out(&t, same[k], &made, &err) == FF_OK, "%s: %s", label, err.message)) continue;
         check_same_angles(label, &t, &made);
-        CHECK(check_same_bits(t.weight, made.weight, t.n), "%s: weights", label);
+        FF_CHECK(check_same_bits(t.weight, made.weight, t.n), "%s: weights", label);
         memcpy(made.value, t.value, 2 * t.n * sizeof *t.value);
         memcpy(made.valid, t.valid, t.n);
         round_trip(label, &made, k < 3 ? float_loss : 0);
-        CHECK(ff_table_write(check_path("d.exr"), NULL, &made, &err) == FF_OK, "%s", err.message);
-        if (read_ok(label, check_path("d.exr"), &back)) {
+        FF_CHECK(ff_table_write(ff_test_path("d.exr"), NULL, &made, &err) == FF_OK, "%s", err.message);
+        if (read_ok(label, ff_test_path("d.exr"), &back)) {
             size_t equal = 0;
             for (size_t i = 0; i < t.n; i++) equal += back.value[i] == t.value[i];
-            CHECK((equal > t.n / 2) == (k >= 3), "%s: %zu values to the bit", label, equal);
+            FF_CHECK((equal > t.n / 2) == (k >= 3), "%s: %zu values to the bit", label, equal);
             ff_table_clear(&back);
         }
         ff_table_clear(&made);
     }
-    if (CHECK(lay_out(&t, "merl", &made, &err) == FF_OK, "%s", err.message)) {
-        CHECK(made.grid == &ff_grid_merl && made.n_channels == 2, "merl");
+    if (FF_CHECK(lay_out(&t, "merl", &made, &err) == FF_OK, "%s", err.message)) {
+        FF_CHECK(made.grid == &ff_grid_merl && made.n_channels == 2, "merl");
         const ff_table on_grid = made;
         ff_table list;
-        if (CHECK(lay_out(&on_grid, "list", &list, &err) == FF_OK, "%s", err.message)) {
+        if (FF_CHECK(lay_out(&on_grid, "list", &list, &err) == FF_OK, "%s", err.message)) {
             double w[6], *const planes[6] = {w, w + 1, w + 2, w + 3, w + 4, w + 5},
                                 g[6], *const of_grid[6] = {g, g + 1, g + 2, g + 3, g + 4, g + 5};
             ff_table_directions(&list, 777777, 1, planes);
             ff_table_directions(&on_grid, 777777, 1, of_grid);
-            for (int k = 0; k < 6; k++) CHECK(fabs(w[k] - g[k]) < 1e-12, "merl as list: %d: %g %g", k, w[k], g[k]);
+            for (int k = 0; k < 6; k++) FF_CHECK(fabs(w[k] - g[k]) < 1e-12, "merl as list: %d: %g %g", k, w[k], g[k]);
             ff_table_clear(&list);
         }
         ff_table_clear(&made);
@@ -524,9 +524,9 @@ static void test_layouts(void)
     for (size_t k = 0; k < sizeof wrong / sizeof wrong[0]; k++) {
         err = (ff_error){0};
         const ff_status s = lay_out(&t, wrong[k], &made, &err);
-        CHECK(s == FF_ERR_SYNTAX && strstr(err.message, "expected"), "grid '%s': %d %s", wrong[k], s, err.message);
+        FF_CHECK(s == FF_ERR_SYNTAX && strstr(err.message, "expected"), "grid '%s': %d %s", wrong[k], s, err.message);
     }
-    CHECK(lay_out(&t, "incident-exit:100000x100000x3", &made, &err) == FF_ERR_RANGE, "a grid beyond 2^31 samples");
+    FF_CHECK(lay_out(&t, "incident-exit:100000x100000x3", &made, &err) == FF_ERR_RANGE, "a grid beyond 2^31 samples");
     ff_table_clear(&t);
 }
 
@@ -549,15 +549,15 @@ static void test_utia(void)
         ff_table t;
         m.compression = c;
         if (!read_ok("utia", write_image("utia.exr", &m), &t)) return;
-        CHECK(t.n == 82944 && t.n_channels == 3 && t.axes.kind == FF_AXES_INCIDENT_EXIT && !t.isotropic && t.n_negative == 1,
-              "utia: shape");
-        CHECK(strcmp(t.channels[0].name, "r") == 0 && strcmp(t.channels[2].name, "b") == 0, "utia: channels");
+        FF_CHECK(t.n == 82944 && t.n_channels == 3 && t.axes.kind == FF_AXES_INCIDENT_EXIT && !t.isotropic && t.n_negative == 1,
+                 "utia: shape");
+        FF_CHECK(strcmp(t.channels[0].name, "r") == 0 && strcmp(t.channels[2].name, "b") == 0, "utia: channels");
         const int line = 48 * 3 + 7, column = 48 * 5 + 20; /* theta_i 45, phi_i 52.5; theta_o 75, phi_o 150 */
         const size_t i = (size_t)(SIDE * line + column);
-        CHECK(t.angle[0][i] == 45 && t.angle[1][i] == 52.5 && t.angle[2][i] == 75 && t.angle[3][i] == 150, "utia: %g %g %g %g",
-              t.angle[0][i], t.angle[1][i], t.angle[2][i], t.angle[3][i]);
-        CHECK(t.value[i] == (double)i && t.value[t.n + i] == line && t.value[2 * t.n + i] == column, "utia: values");
-        CHECK(strstr(t.note, "UTIA") && strstr(t.note, "linear") && t.note_hint[1] == FF_HINT_SCALE, "utia: note '%s'", t.note);
+        FF_CHECK(t.angle[0][i] == 45 && t.angle[1][i] == 52.5 && t.angle[2][i] == 75 && t.angle[3][i] == 150, "utia: %g %g %g %g",
+                 t.angle[0][i], t.angle[1][i], t.angle[2][i], t.angle[3][i]);
+        FF_CHECK(t.value[i] == (double)i && t.value[t.n + i] == line && t.value[2 * t.n + i] == column, "utia: values");
+        FF_CHECK(strstr(t.note, "UTIA") && strstr(t.note, "linear") && t.note_hint[1] == FF_HINT_SCALE, "utia: note '%s'", t.note);
         ff_table_clear(&t);
     }
     m.compression = 0;
@@ -635,7 +635,7 @@ static void test_attributes(void)
     fails_with("integers", &m, FF_ERR_FORMAT, WORDS("expected '465nm' of floating point"));
 }
 
-static void test_axes_attributes(void)
+static void axes_attributes(void)
 {
     static const char *const axis[4] = {"facetfit.theta_i", "facetfit.phi_i", "facetfit.theta_o", "facetfit.phi_o"};
     static const struct {
@@ -656,7 +656,8 @@ static void test_axes_attributes(void)
         m.attribute[m.n_attributes - 4].text = "  7 ";
         ff_table t;
         if (!read_ok("axes", write_image("axes.exr", &m), &t)) continue;
-        CHECK(t.axes.kind == FF_AXES_INCIDENT_EXIT && t.angle[0][2] == 7 && t.angle[2][1] == 20.25 && t.angle[3][0] == 180, "axes");
+        FF_CHECK(t.axes.kind == FF_AXES_INCIDENT_EXIT && t.angle[0][2] == 7 && t.angle[2][1] == 20.25 && t.angle[3][0] == 180,
+                 "axes");
         ff_table_clear(&t);
     }
 }
@@ -684,11 +685,11 @@ static void test_pixels(void)
     fails_with("nothing", &m, FF_ERR_DATA, WORDS("all of them marked as not measured"));
 }
 
-static void test_refusals(void)
+static void refusals(void)
 {
     ff_table t;
     ff_error err = {0};
-    const char *path = check_path("refused.exr");
+    const char *path = ff_test_path("refused.exr");
     if (ff_table_init(4, 2, NULL, 1, 0, &t, &err) != FF_OK) exit(1);
     for (int k = 0; k < 8; k++) t.value[k] = 1, t.sigma[k] = 1;
     static const struct {
@@ -703,17 +704,17 @@ static void test_refusals(void)
         t.value[2] = wrong[k].value;
         t.sigma[2] = wrong[k].sigma;
         const ff_status s = ff_table_write(path, NULL, &t, &err);
-        CHECK(s == wrong[k].code && strstr(err.message, wrong[k].words), "%zu: %d %s", k, s, err.message);
+        FF_CHECK(s == wrong[k].code && strstr(err.message, wrong[k].words), "%zu: %d %s", k, s, err.message);
     }
     t.value[2] = t.sigma[2] = 1;
     name(&t, 1, "c0", NAN);
-    CHECK(ff_table_write(path, NULL, &t, &err) == FF_ERR_UNSUPPORTED && strstr(err.message, "a name of its own"), "%s",
-          err.message);
+    FF_CHECK(ff_table_write(path, NULL, &t, &err) == FF_ERR_UNSUPPORTED && strstr(err.message, "a name of its own"), "%s",
+             err.message);
     name(&t, 1, "c1", NAN);
-    CHECK(ff_table_write("/nowhere/x.exr", NULL, &t, &err) == FF_ERR_WRITE, "%s", err.message);
-    CHECK(access("/dev/full", W_OK) != 0 || ff_table_write("/dev/full", "exr", &t, &err) == FF_ERR_WRITE, "/dev/full: %s",
-          err.message);
-    CHECK(access(path, F_OK) != 0 && check_leftovers() == 0, "something was left behind");
+    FF_CHECK(ff_table_write("/nowhere/x.exr", NULL, &t, &err) == FF_ERR_WRITE, "%s", err.message);
+    FF_CHECK(access("/dev/full", W_OK) != 0 || ff_table_write("/dev/full", "exr", &t, &err) == FF_ERR_WRITE, "/dev/full: %s",
+             err.message);
+    FF_CHECK(access(path, F_OK) != 0 && check_leftovers() == 0, "something was left behind");
     ff_table_clear(&t);
 }
 
@@ -736,20 +737,20 @@ static void test_pipe(void)
     const char *path = write_image("list.exr", &m);
     ff_table t;
     ff_error err = {0};
-    const char *pipe_path = check_path("pipe"), *copy = check_path("copy.exr");
+    const char *pipe_path = ff_test_path("pipe"), *copy = ff_test_path("copy.exr");
     if (!read_ok("pipe", path, &t)) return;
     if (mkfifo(pipe_path, 0600) != 0) exit(1);
     FILE *other_end = start_beside("exec timeout 60 cat '%s' > '%s'", pipe_path, copy);
-    CHECK(ff_table_write(pipe_path, "exr", &t, &err) == FF_OK, "to a pipe: %s", err.message);
-    CHECK(pclose(other_end) == 0, "the reader of the pipe failed");
+    FF_CHECK(ff_table_write(pipe_path, "exr", &t, &err) == FF_OK, "to a pipe: %s", err.message);
+    FF_CHECK(pclose(other_end) == 0, "the reader of the pipe failed");
     ff_table_clear(&t);
     check_list("written to a pipe", copy);
     other_end = start_beside("exec timeout 60 cat '%s' > '%s'", path, pipe_path);
-    if (CHECK(ff_table_read_into(pipe_path, "exr", &t, &err) == FF_OK, "from a pipe: %s", err.message)) {
-        CHECK(t.n == 3 && t.value[1] == 2, "from a pipe");
+    if (FF_CHECK(ff_table_read_into(pipe_path, "exr", &t, &err) == FF_OK, "from a pipe: %s", err.message)) {
+        FF_CHECK(t.n == 3 && t.value[1] == 2, "from a pipe");
         ff_table_clear(&t);
     }
-    CHECK(pclose(other_end) == 0, "the writer of the pipe failed");
+    FF_CHECK(pclose(other_end) == 0, "the writer of the pipe failed");
 }
 
 /* ---- damaged files --------------------------------------------------------------------------- */
@@ -768,54 +769,54 @@ static ff_status check_sane(const char *label, const char *path)
     ff_error err = {0};
     const double begin = now();
     const ff_status s = ff_table_read_into(path, "exr", &t, &err);
-    CHECK(now() - begin < 1, "%s: took %g s", label, now() - begin);
+    FF_CHECK(now() - begin < 1, "%s: took %g s", label, now() - begin);
     if (s != FF_OK) {
-        CHECK(err.code == s && err.message[0] && strcmp(err.path, path) == 0, "%s: an error without words", label);
+        FF_CHECK(err.code == s && err.message[0] && strcmp(err.path, path) == 0, "%s: an error without words", label);
         return s;
     }
-    CHECK(ff_table_write("/dev/null", "csv", &t, &err) == FF_OK, "%s: a table that is none: %s", label, err.message);
+    FF_CHECK(ff_table_write("/dev/null", "csv", &t, &err) == FF_OK, "%s: a table that is none: %s", label, err.message);
     ff_table_clear(&t);
     return s;
 }
 
-static void test_truncated(void)
+static void truncated(void)
 {
     for (int c = 0; c <= EXR_COMPRESSION_B44A; c++) {
         image m = list_image();
         m.compression = c;
         size_t n;
-        char *bytes = check_slurp(write_image("whole.exr", &m), &n), label[96];
-        const char *path = check_path("cut.exr");
+        char *bytes = ff_test_slurp(write_image("whole.exr", &m), &n), label[96];
+        const char *path = ff_test_path("cut.exr");
         for (size_t k = 0; k < n; k++) {
             snprintf(label, sizeof label, "compression %d, first %zu of %zu bytes", c, k, n);
-            check_write(path, bytes, k);
-            CHECK(check_sane(label, path) != FF_OK, "%s: read", label);
+            ff_test_write(path, bytes, k);
+            FF_CHECK(check_sane(label, path) != FF_OK, "%s: read", label);
         }
         bytes = realloc(bytes, n + 1);
         bytes[n] = 0;
-        check_write(path, bytes, n + 1);
-        CHECK(check_sane("trailing", path) == FF_ERR_FORMAT, "compression %d: a trailing byte", c);
+        ff_test_write(path, bytes, n + 1);
+        FF_CHECK(check_sane("trailing", path) == FF_ERR_FORMAT, "compression %d: a trailing byte", c);
         free(bytes);
     }
 }
 
-static void test_flips(void)
+static void flips(void)
 {
     static const int compressions[] = {EXR_COMPRESSION_NONE, EXR_COMPRESSION_ZIP, EXR_COMPRESSION_PIZ};
     for (int c = 0; c < 3; c++) {
         image m = list_image();
         m.compression = compressions[c];
         size_t n, read = 0;
-        char *bytes = check_slurp(write_image("whole.exr", &m), &n), label[96];
-        const char *path = check_path("flip.exr");
+        char *bytes = ff_test_slurp(write_image("whole.exr", &m), &n), label[96];
+        const char *path = ff_test_path("flip.exr");
         for (size_t bit = 0; bit < 8 * n; bit++) {
             bytes[bit / 8] = (char)(bytes[bit / 8] ^ 1 << bit % 8);
             snprintf(label, sizeof label, "compression %d, bit %zu", compressions[c], bit);
-            check_write(path, bytes, n);
+            ff_test_write(path, bytes, n);
             read += check_sane(label, path) == FF_OK;
             bytes[bit / 8] = (char)(bytes[bit / 8] ^ 1 << bit % 8);
         }
-        CHECK(read < 8 * n, "every flip was read");
+        FF_CHECK(read < 8 * n, "every flip was read");
         free(bytes);
     }
 }
@@ -836,17 +837,17 @@ static void hostile(const char *label, const image *m, const char *word, size_t 
                     ff_status code, int64_t byte, const char *words)
 {
     size_t n;
-    char *bytes = check_slurp(write_image("whole.exr", m), &n);
-    const char *path = check_path("hostile.exr");
+    char *bytes = ff_test_slurp(write_image("whole.exr", m), &n);
+    const char *path = ff_test_path("hostile.exr");
     const size_t at = word ? find_bytes(bytes, n, word, length) + length + offset : offset;
     put32(bytes + at, value);
-    check_write(path, bytes, n);
+    ff_test_write(path, bytes, n);
     ff_table t;
     ff_error err = {0};
     const ff_status s = ff_table_read_into(path, "exr", &t, &err);
-    CHECK(s == code && strstr(err.message, words), "%s: %d %s", label, s, err.message);
+    FF_CHECK(s == code && strstr(err.message, words), "%s: %d %s", label, s, err.message);
     if (byte == -2) byte = (int64_t)at;
-    if (byte >= 0) CHECK(err.byte == byte, "%s: byte %lld, expected %lld", label, (long long)err.byte, (long long)byte);
+    if (byte >= 0) FF_CHECK(err.byte == byte, "%s: byte %lld, expected %lld", label, (long long)err.byte, (long long)byte);
     if (s == FF_OK) ff_table_clear(&t);
     free(bytes);
 }
@@ -879,7 +880,7 @@ static void test_hostile(void)
     hostile("order", &m, "direction.phi_i", 10, 0, 0x7A7A7A7A, FF_ERR_FORMAT, -1, "expected a name of its own");
 
     size_t n;
-    char *bytes = check_slurp(write_image("whole.exr", &m), &n);
+    char *bytes = ff_test_slurp(write_image("whole.exr", &m), &n);
     const size_t chunks = n - 2 * (8 + 7 * 8), table = chunks - 16;
     free(bytes);
     hostile("offset", &m, NULL, 0, table + 4, 0x7FFFFFFF, FF_ERR_READ, -1, "found chunk 0 of the image at byte");
@@ -915,32 +916,22 @@ static int write_corpus(const char *dir)
         if (files[k].attribute) m.attribute[index_of(&m, files[k].attribute)].number = 2;
         static const char *const axis[4] = {"facetfit.theta_h", "facetfit.phi_h", "facetfit.theta_d", "facetfit.phi_d"};
         for (int j = 0; j < 4 && strcmp(files[k].name, "axes.exr") == 0; j++) set_text(&m, axis[j], j ? "45" : "10 20.5 30");
-        char *bytes = check_slurp(write_image("corpus.exr", &m), &n);
+        char *bytes = ff_test_slurp(write_image("corpus.exr", &m), &n);
         snprintf(path, sizeof path, "%s/%s", dir, files[k].name);
-        check_write(path, bytes, n);
+        ff_test_write(path, bytes, n);
         free(bytes);
     }
     return 0;
 }
 
+static const ff_test_case cases[] = {
+    FF_TEST(test_list),       FF_TEST(types),           FF_TEST(test_quantity), FF_TEST(test_compressions),
+    FF_TEST(test_attributes), FF_TEST(axes_attributes), FF_TEST(test_pixels),   FF_TEST(test_utia),
+    FF_TEST(truncated),       FF_TEST(flips),           FF_TEST(test_hostile),  FF_TEST(round_trips),
+    FF_TEST(test_layouts),    FF_TEST(refusals),        FF_TEST(test_pipe),     FF_TEST(test_merl)};
+
 int main(int argc, char **argv)
 {
     if (argc == 3 && strcmp(argv[1], "--corpus") == 0) return write_corpus(argv[2]);
-    test_list();
-    test_types();
-    test_quantity();
-    test_compressions();
-    test_attributes();
-    test_axes_attributes();
-    test_pixels();
-    test_utia();
-    test_truncated();
-    test_flips();
-    test_hostile();
-    test_round_trips();
-    test_layouts();
-    test_refusals();
-    test_pipe();
-    test_merl();
-    return check_result();
+    return ff_test_main(cases, sizeof cases / sizeof *cases, argc, argv);
 }

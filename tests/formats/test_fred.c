@@ -8,58 +8,59 @@ static void expect(const char *label, const ff_table *t, size_t i, double theta_
 {
     double v;
     ff_table_values(t, 0, i, 1, &v);
-    CHECK(fabs(t->angle[0][i] - theta_i) < 1e-15 && fabs(t->angle[1][i] - phi_i) < 1e-15 &&
-              fabs(t->angle[2][i] - theta_o) < 1e-15 && fabs(t->angle[3][i] - phi_o) < 1e-15,
-          "%s %zu: %g %g -> %g %g", label, i, t->angle[0][i], t->angle[1][i], t->angle[2][i], t->angle[3][i]);
-    CHECK(fabs(v - f) <= 1e-15 * fabs(f), "%s %zu: %.17g, expected %.17g", label, i, v, f);
+    FF_CHECK(fabs(t->angle[0][i] - theta_i) < 1e-15 && fabs(t->angle[1][i] - phi_i) < 1e-15 &&
+                 fabs(t->angle[2][i] - theta_o) < 1e-15 && fabs(t->angle[3][i] - phi_o) < 1e-15,
+             "%s %zu: %g %g -> %g %g", label, i, t->angle[0][i], t->angle[1][i], t->angle[2][i], t->angle[3][i]);
+    FF_CHECK(fabs(v - f) <= 1e-15 * fabs(f), "%s %zu: %.17g, expected %.17g", label, i, v, f);
 }
 
-static void test_reading(void)
+static void reading(void)
 {
     ff_table t;
     if (check_reads("plain", "fred", HEAD "10\t0\n0\t0\t0.25\n5\t20\t-0.5\n30 0\n30 0 7\n", &t)) {
-        CHECK(t.n == 3 && t.n_channels == 1 && t.isotropic == 1 && t.n_negative == 1 && t.n_invalid == 0 && t.note[0] == '\0',
-              "%zu samples, '%s'", t.n, t.note);
-        CHECK(t.radians_per_unit == check_pi / 180 && strcmp(t.channels[0].name, "f") == 0, "unit, name");
+        FF_CHECK(t.n == 3 && t.n_channels == 1 && t.isotropic == 1 && t.n_negative == 1 && t.n_invalid == 0 && t.note[0] == '\0',
+                 "%zu samples, '%s'", t.n, t.note);
+        FF_CHECK(t.radians_per_unit == check_pi / 180 && strcmp(t.channels[0].name, "f") == 0, "unit, name");
         expect("plain", &t, 0, 10, 180, 0, 0, 0.25);
         expect("plain", &t, 1, 10, 180, 5, 20, -0.5);
         expect("plain", &t, 2, 30, 180, 30, 0, 7);
         double w[6]; /* the last one is the mirror reflection */
         check_directions(&t, 2, w);
-        CHECK(fabs(w[0] + w[3]) < 1e-15 && fabs(w[1] + w[4]) < 1e-15 && fabs(w[2] - w[5]) < 1e-15, "mirror reflection");
+        FF_CHECK(fabs(w[0] + w[3]) < 1e-15 && fabs(w[1] + w[4]) < 1e-15 && fabs(w[2] - w[5]) < 1e-15, "mirror reflection");
         ff_table_clear(&t);
     }
     if (check_reads("in the plane, scaled", "fred",
                     "\r\nTYPE  BSDF_DATA \r\nFormat bsdf=VALUE angles=DEG scale=0.5\r\n# words\r\n15 90\r\n-30 90 4\r\n\r\n", &t)) {
         expect("in the plane", &t, 0, 15, 270, -30, 90, 2);
-        CHECK(t.channels[0].scale == 0.5, "scale");
+        FF_CHECK(t.channels[0].scale == 0.5, "scale");
         ff_table_clear(&t);
     }
     if (check_reads("logarithms", "fred", "type bsdf_data\nformat angles=deg bsdf=log scale=2\n0 0\n0 0 -2\n10 0 0.5\n", &t)) {
         expect("logarithms", &t, 0, 0, 180, 0, 0, 0.02);
         expect("logarithms", &t, 1, 0, 180, 10, 0, 2 * sqrt(10));
-        CHECK(strstr(t.note, "decimal logarithms"), "'%s'", t.note);
+        FF_CHECK(strstr(t.note, "decimal logarithms"), "'%s'", t.note);
         ff_table_clear(&t);
     }
     if (check_reads("cosines", "fred", "type bsdf_data\nformat angles=sin bsdf=value\n0.5 0\n0 0 1\n-0.3 0.4 2\n0 1 3\n", &t)) {
         expect("cosines", &t, 0, asin(0.5), check_pi, 0, 0, 1);
         expect("cosines", &t, 1, asin(0.5), check_pi, asin(0.5), atan2(0.4, -0.3), 2);
         expect("cosines", &t, 2, asin(0.5), check_pi, check_pi / 2, check_pi / 2, 3);
-        CHECK(t.radians_per_unit == 1 && strstr(t.note, "direction cosines"), "'%s'", t.note);
+        FF_CHECK(t.radians_per_unit == 1 && strstr(t.note, "direction cosines"), "'%s'", t.note);
         ff_table_clear(&t);
     }
     if (check_reads("transmission too", "fred", HEAD "10 0\n10 0 1\n170 0 2\n-95 0 3\n90 0 4\n", &t)) {
-        CHECK(t.n == 4 && t.n_invalid == 2 && t.valid[0] && !t.valid[1] && !t.valid[2] && t.valid[3] && strstr(t.note, "2 samples"),
-              "%zu invalid, '%s'", t.n_invalid, t.note);
+        FF_CHECK(t.n == 4 && t.n_invalid == 2 && t.valid[0] && !t.valid[1] && !t.valid[2] && t.valid[3] &&
+                     strstr(t.note, "2 samples"),
+                 "%zu invalid, '%s'", t.n_invalid, t.note);
         ff_table_clear(&t);
     }
     if (check_reads("two azimuths", "fred", HEAD "10 0\n10 0 1\n10 90\n10 0 1\n", &t)) {
-        CHECK(t.isotropic == 0, "two azimuths of incidence");
+        FF_CHECK(t.isotropic == 0, "two azimuths of incidence");
         ff_table_clear(&t);
     }
 }
 
-static void test_refusals(void)
+static void refusals(void)
 {
     check_refuses("fred", "", FF_ERR_READ, 0, WORDS("end of the file", "'type bsdf_data'"));
     check_refuses("fred", "type bsdf\n", FF_ERR_FORMAT, 1, WORDS("'type bsdf'", "expected 'type bsdf_data'"));
@@ -95,7 +96,7 @@ static void test_refusals(void)
 static size_t zemax_at_specular(const char *path, double *at, size_t most)
 {
     size_t n, found = 0;
-    char *text = check_slurp(path, &n), *p = strstr(text, "DataBegin");
+    char *text = ff_test_slurp(path, &n), *p = strstr(text, "DataBegin");
     while (p && found < most && (p = strstr(p, "TIS"))) {
         p += strcspn(p, "\n");
         at[found++] = strtod(p, &p);
@@ -117,17 +118,17 @@ static int test_real(void)
         n_files++;
         size_t size, n_rows = 0;
         double sum = 0, mine = 0;
-        char *text = check_slurp(path, &size), *rest;
+        char *text = ff_test_slurp(path, &size), *rest;
         for (char *line = strtok_r(text, "\n", &rest); line; line = strtok_r(NULL, "\n", &rest)) {
             double v[3];
             if (sscanf(line, "%lf %lf %lf", v, v + 1, v + 2) == 3) n_rows++, sum += v[2];
         }
         free(text);
-        if (!CHECK(ff_table_read_into(path, NULL, &t, &err) == FF_OK, "%s:%ld: %s", path, err.line, err.message)) continue;
+        if (!FF_CHECK(ff_table_read_into(path, NULL, &t, &err) == FF_OK, "%s:%ld: %s", path, err.line, err.message)) continue;
         for (size_t i = 0; i < t.n; i++) mine += t.value[i];
-        CHECK(strcmp(t.format, "fred") == 0 && t.n == n_rows && t.n == n_samples[k] && mine == sum && t.isotropic == 1 &&
-                  !t.note[0],
-              "%s: %zu samples, sum %.17g, expected %zu, %.17g; '%s'", path, t.n, mine, n_rows, sum, t.note);
+        FF_CHECK(strcmp(t.format, "fred") == 0 && t.n == n_rows && t.n == n_samples[k] && mine == sum && t.isotropic == 1 &&
+                     !t.note[0],
+                 "%s: %zu samples, sum %.17g, expected %zu, %.17g; '%s'", path, t.n, mine, n_rows, sum, t.note);
         static const double incidence[4] = {10, 30, 50, 70};
         double brightest[4] = {0}, phi[4] = {-1, -1, -1, -1}, at_specular[4] = {0}, zemax[4];
         for (size_t i = 0; i < t.n; i++)
@@ -137,24 +138,27 @@ static int test_real(void)
                 if (t.angle[2][i] == incidence[j] && t.angle[3][i] == 0) at_specular[j] = t.value[i];
             }
         for (int j = 0; j < 4; j++) /* to the 10 degrees of the scan */
-            CHECK(phi[j] == 0 || phi[j] == 10, "%s: at %g the largest value is at azimuth %g", path, incidence[j], phi[j]);
+            FF_CHECK(phi[j] == 0 || phi[j] == 10, "%s: at %g the largest value is at azimuth %g", path, incidence[j], phi[j]);
         const char *other = k == 0 ? check_data("zemax/AnoBlackEC1onAlum.bsdf") : NULL;
-        if (other && CHECK(zemax_at_specular(other, zemax, 4) == 4, "%s: incidences", other))
+        if (other && FF_CHECK(zemax_at_specular(other, zemax, 4) == 4, "%s: incidences", other))
             for (int j = 0; j < 4; j++)
-                CHECK(fabs(at_specular[j] / zemax[j] - 1) < 0.05, "at %g: %g, Zemax %g", incidence[j], at_specular[j], zemax[j]);
+                FF_CHECK(fabs(at_specular[j] / zemax[j] - 1) < 0.05, "at %g: %g, Zemax %g", incidence[j], at_specular[j], zemax[j]);
         ff_table_clear(&t);
     }
     return n_files;
 }
 
-int main(void)
+static void one_file_damaged(void)
 {
     static const char text[] = HEAD "10\t0\n5\t20\t0.25\n30\t0\n30\t5\t7\n";
-    test_reading();
-    test_refusals();
     check_prefixes("fred", text, 2, 1);
     check_byte_order_mark("fred", text);
     check_flips("fred", text);
-    if (!test_real()) printf("no real files in %s/fred: that part is left out\n", check_data_dir());
-    return check_result();
 }
+
+static void measured(void)
+{
+    if (!test_real()) FF_SKIP("no real files in %s/fred", check_data_dir());
+}
+
+FF_TEST_MAIN(FF_TEST(reading), FF_TEST(refusals), FF_TEST(one_file_damaged), FF_TEST(measured))

@@ -1,5 +1,5 @@
 /* Image stacks: values and spreads against sums made here, the encodings, regions and masks, every message, damaged files. */
-#include "check.h"
+#include "check_table.h"
 #include "write_image.h"
 #include <time.h>
 
@@ -10,12 +10,12 @@ enum { W = 7, H = 5, C = 3, PIXELS = W * H };
 static void picture(const char *name, int channels, const char *type, const float *pixels, const char *space, int tile,
                     const char *names)
 {
-    if (write_image(check_path(name), W, H, channels, type, pixels, space, tile, names) != 0) exit(1);
+    if (write_image(ff_test_path(name), W, H, channels, type, pixels, space, tile, names) != 0) exit(1);
 }
 
 static void csv(const char *name, const char *text)
 {
-    check_write(check_path(name), text, strlen(text));
+    ff_test_write(ff_test_path(name), text, strlen(text));
 }
 
 static int read_ok(const char *label, const char *text, ff_table *t)
@@ -23,15 +23,15 @@ static int read_ok(const char *label, const char *text, ff_table *t)
     ff_error err = {0};
     char message[FF_ERROR_PATH + FF_ERROR_MESSAGE + 64];
     csv("stack.csv", text);
-    const ff_status s = ff_table_read_into(check_path("stack.csv"), NULL, t, &err);
+    const ff_status s = ff_table_read_into(ff_test_path("stack.csv"), NULL, t, &err);
     ff_error_format(&err, message, sizeof message);
-    return CHECK(s == FF_OK, "%s: %s", label, message) && CHECK(strcmp(t->format, "images") == 0, "%s: %s", label, t->format);
+    return FF_CHECK(s == FF_OK, "%s: %s", label, message) && FF_CHECK(strcmp(t->format, "images") == 0, "%s: %s", label, t->format);
 }
 
 static void fails(const char *label, const char *text, ff_status code, long line, const char *const *words)
 {
     csv("wrong.csv", text);
-    check_fails(label, check_path("wrong.csv"), NULL, code, line, words);
+    check_fails(label, ff_test_path("wrong.csv"), NULL, code, line, words);
 }
 
 /* Mean and standard deviation of channel c over a region in two passes, after `light`. */
@@ -70,7 +70,7 @@ static double gamma22(double v)
 /* Pixels that an 8-bit file holds exactly. */
 static void fill(float *pixels, size_t n, int most)
 {
-    for (size_t i = 0; i < n; i++) pixels[i] = (float)(check_random() % (unsigned)(most - 1) + 1) / (float)most;
+    for (size_t i = 0; i < n; i++) pixels[i] = (float)(ff_test_random() % (unsigned)(most - 1) + 1) / (float)most;
 }
 
 static void check_sample(const char *label, const ff_table *t, size_t i, const float *pixels, int channels, const int region[4],
@@ -80,12 +80,12 @@ static void check_sample(const char *label, const ff_table *t, size_t i, const f
         double mean, spread;
         expected(pixels, channels, (int)c, region[0], region[1], region[2], region[3], light, &mean, &spread);
         const double v = t->value[c * t->n + i];
-        CHECK(fabs(v - factor * mean) < 2e-7 * factor * mean, "%s: sample %zu channel %zu: %.9g, expected %.9g", label, i, c, v,
-              factor * mean);
-        if (!CHECK(t->sigma != NULL, "%s: no sigma", label)) continue;
+        FF_CHECK(fabs(v - factor * mean) < 2e-7 * factor * mean, "%s: sample %zu channel %zu: %.9g, expected %.9g", label, i, c, v,
+                 factor * mean);
+        if (!FF_CHECK(t->sigma != NULL, "%s: no sigma", label)) continue;
         const double s = t->sigma[c * t->n + i];
-        CHECK(fabs(s - factor * spread) < 1e-5 * factor * spread, "%s: sigma %zu %zu: %.9g, expected %.9g", label, i, c, s,
-              factor * spread);
+        FF_CHECK(fabs(s - factor * spread) < 1e-5 * factor * spread, "%s: sigma %zu %zu: %.9g, expected %.9g", label, i, c, s,
+                 factor * spread);
     }
 }
 
@@ -95,7 +95,7 @@ static void test_values(void)
 {
     static float a[PIXELS * C], b[PIXELS * C];
     ff_table t;
-    for (int i = 0; i < PIXELS * C; i++) a[i] = (float)(0.1 + check_uniform()), b[i] = (float)(3 * check_uniform() + 1);
+    for (int i = 0; i < PIXELS * C; i++) a[i] = (float)(0.1 + ff_test_uniform()), b[i] = (float)(3 * ff_test_uniform() + 1);
     picture("a 1,2.exr", C, "float", a, NULL, 0, NULL);
     picture("b.exr", C, "float", b, NULL, 0, NULL);
     const char *text = "# facetfit-images: 1\n# any: thing\r\n\n"
@@ -105,27 +105,28 @@ static void test_values(void)
                        "# a comment\n"
                        "45,0,0,0,./b.exr,0.5,,,,,\n";
     if (!read_ok("values", text, &t)) return;
-    CHECK(t.n == 3 && t.n_channels == 3 && t.radians_per_unit == pi / 180 && t.isotropic && t.quantity == FF_BRDF && !t.n_invalid,
-          "shape");
-    CHECK(strcmp(t.channels[0].name, "r") == 0 && strcmp(t.channels[1].name, "g") == 0 && strcmp(t.channels[2].name, "b") == 0,
-          "names");
-    CHECK(t.angle[0][0] == 30 && t.angle[2][0] == 30.5 && t.angle[3][0] == 180 && t.angle[2][1] == -10 && t.angle[1][2] == 0,
-          "angles");
+    FF_CHECK(t.n == 3 && t.n_channels == 3 && t.radians_per_unit == pi / 180 && t.isotropic && t.quantity == FF_BRDF &&
+                 !t.n_invalid,
+             "shape");
+    FF_CHECK(strcmp(t.channels[0].name, "r") == 0 && strcmp(t.channels[1].name, "g") == 0 && strcmp(t.channels[2].name, "b") == 0,
+             "names");
+    FF_CHECK(t.angle[0][0] == 30 && t.angle[2][0] == 30.5 && t.angle[3][0] == 180 && t.angle[2][1] == -10 && t.angle[1][2] == 0,
+             "angles");
     check_sample("values", &t, 0, a, C, whole, same, 1);
     check_sample("values", &t, 1, b, C, (int[]){1, 2, 3, 2}, same, 8);
     check_sample("values", &t, 2, b, C, whole, same, 0.5);
-    CHECK(strstr(t.note, "mean of 6 to 35 pixels") && strstr(t.note, "not that of their mean"), "note: %s", t.note);
-    CHECK(!strstr(t.note, "saturated") && !strstr(t.note, "no scale"), "note: %s", t.note);
+    FF_CHECK(strstr(t.note, "mean of 6 to 35 pixels") && strstr(t.note, "not that of their mean"), "note: %s", t.note);
+    FF_CHECK(!strstr(t.note, "saturated") && !strstr(t.note, "no scale"), "note: %s", t.note);
     ff_table_clear(&t);
 
     text = "# quantity: reflectance-factor\n# angles: radians\n# isotropic: no\n# region: 2, 1, 4,3\n"
            "image,theta_i,phi_i,theta_o,phi_o\nb.exr,0.5,0,1.25,0\n\"b.exr\",0.5,0,1.25,3";
     if (!read_ok("comments", text, &t)) return;
-    CHECK(t.radians_per_unit == 1 && !t.isotropic && t.channels[0].scale == 1 / pi && t.quantity == FF_REFLECTANCE_FACTOR,
-          "comments");
+    FF_CHECK(t.radians_per_unit == 1 && !t.isotropic && t.channels[0].scale == 1 / pi && t.quantity == FF_REFLECTANCE_FACTOR,
+             "comments");
     check_sample("comments", &t, 1, b, C, (int[]){2, 1, 4, 3}, same, 1);
-    CHECK(strstr(t.note, "no scale is given") && strstr(t.note, "no end-of-line") && strstr(t.note, "mean of 12 pixels"),
-          "note: %s", t.note);
+    FF_CHECK(strstr(t.note, "no scale is given") && strstr(t.note, "no end-of-line") && strstr(t.note, "mean of 12 pixels"),
+             "note: %s", t.note);
     ff_table_clear(&t);
 
     ff_read_options o;
@@ -133,19 +134,19 @@ static void test_values(void)
     ff_read_options_init(&o);
     o.quantity = FF_BRDF_COS;
     o.scale = 3;
-    if (!CHECK(ff_table_read_with_into(check_path("stack.csv"), &o, &t, &err) == FF_OK, "%s", err.message)) return;
+    if (!FF_CHECK(ff_table_read_with_into(ff_test_path("stack.csv"), &o, &t, &err) == FF_OK, "%s", err.message)) return;
     double mean, spread, v;
     expected(b, C, 2, 2, 1, 4, 3, same, &mean, &spread);
     ff_table_values(&t, 2, 0, 1, &v);
-    CHECK(fabs(v - 3 * mean / cos(1.25)) < 1e-6 * v && t.quantity == FF_BRDF_COS && !strstr(t.note, "no scale is"), "options: %g",
-          v);
+    FF_CHECK(fabs(v - 3 * mean / cos(1.25)) < 1e-6 * v && t.quantity == FF_BRDF_COS && !strstr(t.note, "no scale is"),
+             "options: %g", v);
     ff_table_clear(&t);
 }
 
 static void test_channels(void)
 {
     static float p[PIXELS * 5];
-    for (int i = 0; i < PIXELS * 5; i++) p[i] = (float)(0.1 + check_uniform());
+    for (int i = 0; i < PIXELS * 5; i++) p[i] = (float)(0.1 + ff_test_uniform());
     static const struct {
         int channels;
         const char *names, *first, *second;
@@ -158,12 +159,12 @@ static void test_channels(void)
         ff_table t;
         picture("c.exr", cases[k].channels, "float", p, NULL, 0, cases[k].names);
         if (!read_ok("channels", "image,theta_i,phi_i,theta_o,phi_o\nc.exr,0,0,0,0\n", &t)) continue;
-        CHECK(t.n_channels == cases[k].n && strcmp(t.channels[0].name, cases[k].first) == 0, "channels %zu: %zu, '%s'", k,
-              t.n_channels, t.channels[0].name);
+        FF_CHECK(t.n_channels == cases[k].n && strcmp(t.channels[0].name, cases[k].first) == 0, "channels %zu: %zu, '%s'", k,
+                 t.n_channels, t.channels[0].name);
         if (cases[k].second && t.n_channels > 1)
-            CHECK(strcmp(t.channels[1].name, cases[k].second) == 0, "channels %zu: '%s'", k, t.channels[1].name);
-        CHECK(isnan(t.channels[0].wavelength_nm) == !strstr(cases[k].first, "nm"), "channels %zu: wavelength", k);
-        CHECK(!strstr(t.note, "alpha of 1 images") == (cases[k].channels != 4), "channels %zu: %s", k, t.note);
+            FF_CHECK(strcmp(t.channels[1].name, cases[k].second) == 0, "channels %zu: '%s'", k, t.channels[1].name);
+        FF_CHECK(isnan(t.channels[0].wavelength_nm) == !strstr(cases[k].first, "nm"), "channels %zu: wavelength", k);
+        FF_CHECK(!strstr(t.note, "alpha of 1 images") == (cases[k].channels != 4), "channels %zu: %s", k, t.note);
         check_sample("channels", &t, 0, p, cases[k].channels, whole, same, 1);
         ff_table_clear(&t);
     }
@@ -173,7 +174,7 @@ static void test_channels(void)
     picture("c3.exr", 3, "float", p, NULL, 0, NULL);
     ff_table t;
     if (read_ok("with and without alpha", "image,theta_i,phi_i,theta_o,phi_o\nc3.exr,0,0,0,0\nc4.exr,0,0,0,0\n", &t)) {
-        CHECK(t.n == 2 && t.n_channels == 3, "with and without alpha");
+        FF_CHECK(t.n == 2 && t.n_channels == 3, "with and without alpha");
         ff_table_clear(&t);
     }
     fails("other channels", "image,theta_i,phi_i,theta_o,phi_o\nc4.exr,0,0,0,0\nc1.exr,0,0,0,0\n", FF_ERR_FORMAT, 3,
@@ -220,17 +221,17 @@ static void test_encodings(void)
         snprintf(text, sizeof text, "%simage,theta_i,phi_i,theta_o,phi_o,scale\n%s,0,0,0,0,1\n", cases[k].comment, cases[k].file);
         if (!read_ok(label, text, &t)) continue;
         check_sample(label, &t, 0, p, C, whole, cases[k].light ? cases[k].light : gamma22, 1);
-        CHECK(strstr(t.note, cases[k].note), "%s: note: %s", label, t.note);
+        FF_CHECK(strstr(t.note, cases[k].note), "%s: note: %s", label, t.note);
         ff_table_clear(&t);
     }
     static char pfm[16 + 4 * PIXELS]; /* made by hand: lines from the bottom up, which is the same for a mean */
     const int head = snprintf(pfm, sizeof pfm, "Pf\n%d %d\n-1\n", W, H);
     memcpy(pfm + head, p16, 4 * PIXELS);
-    check_write(check_path("e.pfm"), pfm, (size_t)head + 4 * PIXELS);
+    ff_test_write(ff_test_path("e.pfm"), pfm, (size_t)head + 4 * PIXELS);
     ff_table t;
     if (read_ok("pfm", "image,theta_i,phi_i,theta_o,phi_o\ne.pfm,0,0,0,0\n", &t)) {
         check_sample("pfm", &t, 0, p16, 1, whole, same, 1);
-        CHECK(strstr(t.note, "1 floating-point images do not say"), "pfm: %s", t.note);
+        FF_CHECK(strstr(t.note, "1 floating-point images do not say"), "pfm: %s", t.note);
         ff_table_clear(&t);
     }
     picture("u.tif", C, "uint16", p16, NULL, 0, NULL);
@@ -241,7 +242,7 @@ static void test_encodings(void)
 static void test_masks(void)
 {
     static float p[PIXELS * C], m[PIXELS];
-    for (int i = 0; i < PIXELS * C; i++) p[i] = (float)(0.1 + check_uniform());
+    for (int i = 0; i < PIXELS * C; i++) p[i] = (float)(0.1 + ff_test_uniform());
     double sum[C] = {0}, n = 0, in_region = 0, region_sum = 0;
     for (int i = 0; i < PIXELS; i++) {
         m[i] = (float)(i % 3 == 1);
@@ -258,14 +259,15 @@ static void test_masks(void)
                  "image,theta_i,phi_i,theta_o,phi_o,mask,x,y,width,height\np.exr,0,0,0,0,m.png,,,,\np.exr,0,0,0,0,m.png,2,1,3,3\n",
                  &t))
         return;
-    for (int c = 0; c < C; c++) CHECK(fabs(t.value[c * 2] - sum[c] / n) < 1e-6, "mask: channel %d: %g", c, t.value[c * 2]);
-    CHECK(fabs(t.value[1] - region_sum / in_region) < 1e-6, "mask and region: %g, expected %g", t.value[1], region_sum / in_region);
+    for (int c = 0; c < C; c++) FF_CHECK(fabs(t.value[c * 2] - sum[c] / n) < 1e-6, "mask: channel %d: %g", c, t.value[c * 2]);
+    FF_CHECK(fabs(t.value[1] - region_sum / in_region) < 1e-6, "mask and region: %g, expected %g", t.value[1],
+             region_sum / in_region);
     ff_table_clear(&t);
     memset(m, 0, sizeof m);
     picture("m.png", 1, "uint8", m, NULL, 0, NULL);
     fails("empty mask", "image,theta_i,phi_i,theta_o,phi_o,mask\np.exr,0,0,0,0,m.png\n", FF_ERR_DATA, 2,
           WORDS("found no pixel in the region"));
-    if (write_image(check_path("small.png"), 3, 2, 1, "uint8", m, NULL, 0, NULL) != 0) exit(1);
+    if (write_image(ff_test_path("small.png"), 3, 2, 1, "uint8", m, NULL, 0, NULL) != 0) exit(1);
     fails("small mask", "image,theta_i,phi_i,theta_o,phi_o,mask\np.exr,0,0,0,0,small.png\n", FF_ERR_DATA, 2,
           WORDS("image 'small.png'", "found a mask of 3 x 2 pixels, expected 7 x 5"));
     fails("no mask", "image,theta_i,phi_i,theta_o,phi_o,mask\np.exr,0,0,0,0,none.png\n", FF_ERR_OPEN, 2,
@@ -281,7 +283,7 @@ static void test_spread(void)
     picture("equal.png", 1, "uint8", p, NULL, 0, NULL);
     if (read_ok("equal", "image,theta_i,phi_i,theta_o,phi_o\nequal.png,0,0,0,0\n", &t)) {
         const double step = (srgb(100.5 / 255) - srgb(99.5 / 255)) / sqrt(12);
-        CHECK(t.sigma && fabs(t.sigma[0] - step) < 1e-6 * step, "equal: %g, expected %g", t.sigma ? t.sigma[0] : -1, step);
+        FF_CHECK(t.sigma && fabs(t.sigma[0] - step) < 1e-6 * step, "equal: %g, expected %g", t.sigma ? t.sigma[0] : -1, step);
         ff_table_clear(&t);
     }
     picture("equal.exr", 1, "float", p, NULL, 0, NULL);
@@ -289,7 +291,7 @@ static void test_spread(void)
                                           "# region: 2,2,1,1\nimage,theta_i,phi_i,theta_o,phi_o\nequal.png,0,0,0,0\n"};
     for (int k = 0; k < 2; k++)
         if (read_ok("no sigma", without[k], &t)) {
-            CHECK(!t.sigma && strstr(t.note, "there are no standard deviations"), "no sigma %d: %s", k, t.note);
+            FF_CHECK(!t.sigma && strstr(t.note, "there are no standard deviations"), "no sigma %d: %s", k, t.note);
             ff_table_clear(&t);
         }
     static float q[PIXELS * C];
@@ -297,26 +299,26 @@ static void test_spread(void)
     q[3] = q[4] = q[60] = 1;
     picture("bright.png", C, "uint8", q, NULL, 0, NULL);
     if (read_ok("saturated", "image,theta_i,phi_i,theta_o,phi_o\nbright.png,0,0,0,0\nbright.png,10,0,0,0\n", &t)) {
-        CHECK(strstr(t.note, "4 of 70 pixels in 2 images are saturated"), "saturated: %s", t.note);
+        FF_CHECK(strstr(t.note, "4 of 70 pixels in 2 images are saturated"), "saturated: %s", t.note);
         ff_table_clear(&t);
     }
     picture("bright.exr", C, "half", q, NULL, 0, NULL);
     if (read_ok("half", "image,theta_i,phi_i,theta_o,phi_o\nbright.exr,0,0,0,0\n", &t)) {
-        CHECK(!strstr(t.note, "saturated"), "a float of 1 is no limit: %s", t.note);
+        FF_CHECK(!strstr(t.note, "saturated"), "a float of 1 is no limit: %s", t.note);
         ff_table_clear(&t);
     }
 }
 
-static void test_messages(void)
+static void messages(void)
 {
     static float p[PIXELS * C];
     fill(p, PIXELS * C, 255);
     picture("p.png", C, "uint8", p, NULL, 0, NULL);
     csv("text.png", "no image at all");
-    check_write(check_path("raw.NEF"), "II*\0preview", 11);
-    check_write(check_path("cut.png"), "\x89PNG\r\n\x1A\n", 8);
-    check_write(check_path("big.png"), "\x89PNG\r\n\x1A\n\x40\0\0\0tEXtabcd", 20);
-    check_write(check_path("big.exr"), "\x76\x2F\x31\x01\2\0\0\0name\0string\0\0\0\0\x40", 24);
+    ff_test_write(ff_test_path("raw.NEF"), "II*\0preview", 11);
+    ff_test_write(ff_test_path("cut.png"), "\x89PNG\r\n\x1A\n", 8);
+    ff_test_write(ff_test_path("big.png"), "\x89PNG\r\n\x1A\n\x40\0\0\0tEXtabcd", 20);
+    ff_test_write(ff_test_path("big.exr"), "\x76\x2F\x31\x01\2\0\0\0name\0string\0\0\0\0\x40", 24);
     const char *head = "image,theta_i,phi_i,theta_o,phi_o,scale,exposure,x,y,width,height\n";
     static const struct {
         const char *row;
@@ -387,14 +389,14 @@ static void test_module(void)
     ff_table t;
     csv("facetfit_images.so", "");
     char dir[160];
-    snprintf(dir, sizeof dir, "%s", check_path("facetfit_images.so"));
+    snprintf(dir, sizeof dir, "%s", ff_test_path("facetfit_images.so"));
     *strrchr(dir, '/') = '\0';
     setenv("FACETFIT_MODULES", dir, 1);
     if (read_ok("another module follows", "image,theta_i,phi_i,theta_o,phi_o\nm.exr,0,0,0,0\n", &t)) ff_table_clear(&t);
     unsetenv("FACETFIT_MODULES");
 }
 
-static void test_detection(void)
+static void detection(void)
 {
     static const struct {
         const char *text, *format;
@@ -408,8 +410,8 @@ static void test_detection(void)
         const ff_format *f = NULL;
         ff_error err = {0};
         csv("d.csv", cases[k].text);
-        CHECK(ff_format_detect(check_path("d.csv"), &f, &err) == FF_OK && strcmp(f->name, cases[k].format) == 0, "%s is %s",
-              cases[k].text, f ? f->name : err.message);
+        FF_CHECK(ff_format_detect(ff_test_path("d.csv"), &f, &err) == FF_OK && strcmp(f->name, cases[k].format) == 0, "%s is %s",
+                 cases[k].text, f ? f->name : err.message);
     }
 }
 
@@ -433,17 +435,17 @@ static ff_status check_sane(const char *label, const char *path)
     ff_error err = {0};
     const double begin = now();
     const ff_status s = ff_table_read_into(path, "images", &t, &err);
-    CHECK(now() - begin < soon, "%s: took %g s", label, now() - begin);
+    FF_CHECK(now() - begin < soon, "%s: took %g s", label, now() - begin);
     if (s != FF_OK) {
-        CHECK(err.code == s && err.message[0] && strcmp(err.path, path) == 0, "%s: an error without words", label);
+        FF_CHECK(err.code == s && err.message[0] && strcmp(err.path, path) == 0, "%s: an error without words", label);
         return s;
     }
-    CHECK(ff_table_write("/dev/null", "csv", &t, &err) == FF_OK, "%s: a table that is none: %s", label, err.message);
+    FF_CHECK(ff_table_write("/dev/null", "csv", &t, &err) == FF_OK, "%s: a table that is none: %s", label, err.message);
     ff_table_clear(&t);
     return s;
 }
 
-static void test_damaged_csv(void)
+static void damaged_csv(void)
 {
     static float p[PIXELS * C];
     fill(p, PIXELS * C, 255);
@@ -451,24 +453,24 @@ static void test_damaged_csv(void)
     const char *text =
         "# region: 1,1,2,2\n# encoding: srgb\nimage,theta_i,phi_i,theta_o,phi_o,scale\np.ppm,1,2,3,4,5\n\"p.ppm\",5,4,3,2,1\n";
     const size_t n = strlen(text);
-    const char *path = check_path("cut.csv");
+    const char *path = ff_test_path("cut.csv");
     char copy[256], label[64];
     for (size_t k = 0; k < n; k++) {
         snprintf(label, sizeof label, "first %zu bytes", k);
-        check_write(path, text, k);
+        ff_test_write(path, text, k);
         check_sane(label, path);
     }
     for (size_t bit = 0; bit < 8 * n; bit++) {
         memcpy(copy, text, n + 1);
         copy[bit / 8] = (char)(copy[bit / 8] ^ 1 << bit % 8);
         snprintf(label, sizeof label, "bit %zu", bit);
-        check_write(path, copy, n);
+        ff_test_write(path, copy, n);
         check_sane(label, path);
     }
 }
 
 /* Images that are cut, and sizes that a small file cannot have. */
-static void test_damaged_images(void)
+static void damaged_images(void)
 {
     static float p[PIXELS * C];
     static const struct {
@@ -479,26 +481,26 @@ static void test_damaged_images(void)
         size_t n;
         char text[160], label[96];
         picture(formats[k].name, C, formats[k].type, p, NULL, 0, NULL);
-        char *bytes = check_slurp(check_path(formats[k].name), &n);
+        char *bytes = ff_test_slurp(ff_test_path(formats[k].name), &n);
         snprintf(text, sizeof text, "# encoding: linear\nimage,theta_i,phi_i,theta_o,phi_o\n%s,0,0,0,0\n", formats[k].name);
         csv("damaged.csv", text);
-        const char *stack = check_path("damaged.csv"), *image = check_path(formats[k].name);
+        const char *stack = ff_test_path("damaged.csv"), *image = ff_test_path(formats[k].name);
         for (size_t cut = 0; cut < n; cut += 1 + n / 60) {
             snprintf(label, sizeof label, "%s: first %zu of %zu bytes", formats[k].name, cut, n);
-            check_write(image, bytes, cut);
+            ff_test_write(image, bytes, cut);
             check_sane(label, stack);
         }
         for (size_t bit = 0; bit < 8 * n && bit < 8 * 200; bit += 3) {
             bytes[bit / 8] = (char)(bytes[bit / 8] ^ 1 << bit % 8);
             snprintf(label, sizeof label, "%s: bit %zu", formats[k].name, bit);
-            check_write(image, bytes, n);
+            ff_test_write(image, bytes, n);
             check_sane(label, stack);
             bytes[bit / 8] = (char)(bytes[bit / 8] ^ 1 << bit % 8);
         }
         free(bytes);
     }
     const char *huge = "P6 60000 60000 255\n";
-    check_write(check_path("huge.ppm"), huge, strlen(huge));
+    ff_test_write(ff_test_path("huge.ppm"), huge, strlen(huge));
     fails("huge", "# encoding: linear\nimage,theta_i,phi_i,theta_o,phi_o\nhuge.ppm,0,0,0,0\n", FF_ERR_FORMAT, 3,
           WORDS("image 'huge.ppm'", "found 60000 x 60000 pixels, expected a file that is large enough"));
 }
@@ -515,17 +517,5 @@ const char *__asan_default_options(void)
     return "fast_unwind_on_malloc=0";
 }
 
-int main(void)
-{
-    test_values();
-    test_channels();
-    test_encodings();
-    test_masks();
-    test_spread();
-    test_messages();
-    test_detection();
-    test_module();
-    test_damaged_csv();
-    test_damaged_images();
-    return check_result();
-}
+FF_TEST_MAIN(FF_TEST(test_values), FF_TEST(test_channels), FF_TEST(test_encodings), FF_TEST(test_masks), FF_TEST(test_spread),
+             FF_TEST(messages), FF_TEST(detection), FF_TEST(test_module), FF_TEST(damaged_csv), FF_TEST(damaged_images))

@@ -12,8 +12,8 @@ static const double degree = 3.14159265358979323846 / 180;
 
 static ff_status read_part(const char *text, const char *part, ff_table *t, ff_error *err)
 {
-    const char *path = check_path("t.dat");
-    check_write(path, text, strlen(text));
+    const char *path = ff_test_path("t.dat");
+    ff_test_write(path, text, strlen(text));
     ff_read_options o;
     ff_read_options_init(&o);
     o.part = part;
@@ -27,23 +27,24 @@ static void test_values(void)
                           HEAD KEYS("30", "532", "BRDF") ROWS KEYS("10", "532", "BRDF") "-1 0 1\n1 1 1\n1 1 1\n1 1 1\nDataEnd\n",
                           NULL, &t))
         return;
-    CHECK(t.n == 24 && t.n_channels == 1 && t.isotropic == 1 && t.radians_per_unit == degree, "%zu x %zu", t.n, t.n_channels);
-    CHECK(t.axes.kind == FF_AXES_INCIDENT_EXIT && t.axes.n[0] == 2 && t.axes.n[1] == 1 && t.axes.n[2] == 3 && t.axes.n[3] == 4,
-          "axes");
-    CHECK(strcmp(t.channels[0].name, "532nm") == 0 && t.channels[0].wavelength_nm == 532, "channel '%s'", t.channels[0].name);
+    FF_CHECK(t.n == 24 && t.n_channels == 1 && t.isotropic == 1 && t.radians_per_unit == degree, "%zu x %zu", t.n, t.n_channels);
+    FF_CHECK(t.axes.kind == FF_AXES_INCIDENT_EXIT && t.axes.n[0] == 2 && t.axes.n[1] == 1 && t.axes.n[2] == 3 && t.axes.n[3] == 4,
+             "axes");
+    FF_CHECK(strcmp(t.channels[0].name, "532nm") == 0 && t.channels[0].wavelength_nm == 532, "channel '%s'", t.channels[0].name);
     for (size_t i = 0; i < t.n; i++) {
         const double theta_i = i < 12 ? 10 : 30; /* ascending, whatever the order of the blocks */
         const size_t radial = i / 4 % 3, azimuth = i % 4;
         const double stored = i >= 12 ? (double)(3 * azimuth + radial + 1) : azimuth ? 1 : (double)radial - 1;
-        CHECK(t.angle[0][i] == theta_i && t.angle[1][i] == 90 && t.angle[2][i] == 45 * (double)radial &&
-                  t.angle[3][i] == 90 * (double)azimuth,
-              "sample %zu: %g %g %g %g", i, t.angle[0][i], t.angle[1][i], t.angle[2][i], t.angle[3][i]);
-        CHECK(t.value[i] == stored && t.valid[i] == (radial < 2 && stored != 0), "sample %zu: %g, valid %d", i, t.value[i],
-              t.valid[i]);
+        FF_CHECK(t.angle[0][i] == theta_i && t.angle[1][i] == 90 && t.angle[2][i] == 45 * (double)radial &&
+                     t.angle[3][i] == 90 * (double)azimuth,
+                 "sample %zu: %g %g %g %g", i, t.angle[0][i], t.angle[1][i], t.angle[2][i], t.angle[3][i]);
+        FF_CHECK(t.value[i] == stored && t.valid[i] == (radial < 2 && stored != 0), "sample %zu: %g, valid %d", i, t.value[i],
+                 t.valid[i]);
     }
-    CHECK(t.n_negative == 1 && t.n_invalid == 9, "%zu negative, %zu invalid", t.n_negative, t.n_invalid);
-    CHECK(strstr(t.note, "light is taken to be at the azimuth 90") && strstr(t.note, "1 values of 0") && !strstr(t.note, "DataEnd"),
-          "note '%s'", t.note);
+    FF_CHECK(t.n_negative == 1 && t.n_invalid == 9, "%zu negative, %zu invalid", t.n_negative, t.n_invalid);
+    FF_CHECK(strstr(t.note, "light is taken to be at the azimuth 90") && strstr(t.note, "1 values of 0") &&
+                 !strstr(t.note, "DataEnd"),
+             "note '%s'", t.note);
     ff_table_clear(&t);
 }
 
@@ -56,11 +57,11 @@ static void test_channels(void)
                 "20", "525", "BRDF") "22 1 "
                                      "1\n1 1 1\n1 1 1\n1 1 1\n" KEYS("20", "465.5", "BRDF") "23 1 1\n1 1 1\n1 1 1\n1 1 1\n",
             NULL, &t)) {
-        CHECK(t.n == 24 && t.n_channels == 2 && strcmp(t.channels[0].name, "465.5nm") == 0 && t.channels[1].wavelength_nm == 525,
-              "%zu x %zu '%s'", t.n, t.n_channels, t.channels[0].name);
-        CHECK(t.value[0] == 1 && t.value[24] == 21 && t.value[12] == 23 && t.value[36] == 22, "%g %g %g %g", t.value[0],
-              t.value[24], t.value[12], t.value[36]);
-        CHECK(strstr(t.note, "no DataEnd"), "note '%s'", t.note);
+        FF_CHECK(t.n == 24 && t.n_channels == 2 && strcmp(t.channels[0].name, "465.5nm") == 0 && t.channels[1].wavelength_nm == 525,
+                 "%zu x %zu '%s'", t.n, t.n_channels, t.channels[0].name);
+        FF_CHECK(t.value[0] == 1 && t.value[24] == 21 && t.value[12] == 23 && t.value[36] == 22, "%g %g %g %g", t.value[0],
+                 t.value[24], t.value[12], t.value[36]);
+        FF_CHECK(strstr(t.note, "no DataEnd"), "note '%s'", t.note);
         ff_table_clear(&t);
     }
 #define TRIS(v, w) "TristimulusValue Tris" v "\nAOI 0\nScatterType BRDF\nTIS 1\n" w " 1\n"
@@ -69,9 +70,9 @@ static void test_channels(void)
             "symmetry planesymmetrical\nSPECTRALCONTENT XYZ\nScatterAzimuth 1 0\nScatterRadial 2 0 10\nDataBegin\n" TRIS("Z", "3")
                 TRIS("X", "1") TRIS("Y", "2") "DataEnd\n",
             NULL, &t)) {
-        CHECK(t.n == 2 && t.n_channels == 3 && strcmp(t.channels[0].name, "X") == 0 && strcmp(t.channels[2].name, "Z") == 0,
-              "%zu x %zu", t.n, t.n_channels);
-        CHECK(t.value[0] == 1 && t.value[2] == 2 && t.value[4] == 3 && isnan(t.channels[1].wavelength_nm), "values");
+        FF_CHECK(t.n == 2 && t.n_channels == 3 && strcmp(t.channels[0].name, "X") == 0 && strcmp(t.channels[2].name, "Z") == 0,
+                 "%zu x %zu", t.n, t.n_channels);
+        FF_CHECK(t.value[0] == 1 && t.value[2] == 2 && t.value[4] == 3 && isnan(t.channels[1].wavelength_nm), "values");
         ff_table_clear(&t);
     }
     if (check_reads_part(
@@ -79,29 +80,29 @@ static void test_channels(void)
             "Symmetry Asymmetric\nSpectralContent Monochrome\nScatterAzimuth 1 0\nScatterRadial 1 0\nDataBegin\nAOI 0\n"
             "ScatterType BRDF\nTIS 1\n7\n",
             NULL, &t)) {
-        CHECK(t.n == 1 && strcmp(t.channels[0].name, "f") == 0 && isnan(t.channels[0].wavelength_nm) && !t.weight, "channel");
+        FF_CHECK(t.n == 1 && strcmp(t.channels[0].name, "f") == 0 && isnan(t.channels[0].wavelength_nm) && !t.weight, "channel");
         ff_table_clear(&t);
     }
 }
 
-static void test_parts(void)
+static void parts(void)
 {
 #define BACK "AOI 150\nSide Back\nWavelength 532\nScatterType BRDF\nTIS 1\n31 2 3\n4 5 6\n7 8 9\n10 11 12\n"
     static const char both[] = HEAD KEYS("10", "532", "BRDF") ROWS KEYS("10", "532", "BTDF") ROWS BACK;
     ff_table t;
     ff_error err = {0};
     if (check_reads_part("front", "lighttools", both, NULL, &t)) {
-        CHECK(t.n == 12 && t.value[0] == 1, "front: %zu", t.n);
-        CHECK(strstr(t.note, "1 blocks of the other side are left out; part back") && strstr(t.note, "1 blocks of transmission"),
-              "note '%s'", t.note);
+        FF_CHECK(t.n == 12 && t.value[0] == 1, "front: %zu", t.n);
+        FF_CHECK(strstr(t.note, "1 blocks of the other side are left out; part back") && strstr(t.note, "1 blocks of transmission"),
+                 "note '%s'", t.note);
         ff_table_clear(&t);
     }
     if (check_reads_part("back", "lighttools", both, "back", &t)) {
-        CHECK(t.n == 12 && t.value[0] == 31 && t.angle[0][0] == 30, "back: %g at %g", t.value[0], t.angle[0][0]);
+        FF_CHECK(t.n == 12 && t.value[0] == 31 && t.angle[0][0] == 30, "back: %g at %g", t.value[0], t.angle[0][0]);
         ff_table_clear(&t);
     }
     if (check_reads_part("back alone", "lighttools", HEAD BACK, NULL, &t)) {
-        CHECK(strstr(t.note, "reflection of the back side"), "note '%s'", t.note);
+        FF_CHECK(strstr(t.note, "reflection of the back side"), "note '%s'", t.note);
         ff_table_clear(&t);
     }
     static const struct {
@@ -113,7 +114,7 @@ static void test_parts(void)
         {HEAD KEYS("10", "532", "BTDF") ROWS, NULL, "1 blocks of transmission and none of reflection", FF_ERR_UNSUPPORTED}};
     for (size_t k = 0; k < sizeof wrong / sizeof wrong[0]; k++) {
         ff_status s = read_part(wrong[k].text, wrong[k].part, &t, &err);
-        CHECK(s == wrong[k].code && strstr(err.message, wrong[k].word), "part %zu: %d %s", k, s, err.message);
+        FF_CHECK(s == wrong[k].code && strstr(err.message, wrong[k].word), "part %zu: %d %s", k, s, err.message);
         if (s == FF_OK) ff_table_clear(&t);
     }
 }
@@ -136,14 +137,15 @@ static void test_mirror_side(double where, int said)
     if (!check_reads_part("lobe", "lighttools", text, NULL, &t)) return;
     char expected[64];
     snprintf(expected, sizeof expected, "leaves around the azimuth %g, not around 270", where);
-    CHECK(!strstr(t.note, "leaves around") == !said && (!said || strstr(t.note, expected)), "lobe at %g: note '%s'", where, t.note);
+    FF_CHECK(!strstr(t.note, "leaves around") == !said && (!said || strstr(t.note, expected)), "lobe at %g: note '%s'", where,
+             t.note);
     double sum = 0;
     for (size_t i = 0; i < t.n; i++) sum += t.weight[i];
-    CHECK(fabs(sum / (4 * 9.869604401089358 * (1 - cos(90 * degree))) - 1) < 1e-12, "cells: %g sr^2", sum);
+    FF_CHECK(fabs(sum / (4 * 9.869604401089358 * (1 - cos(90 * degree))) - 1) < 1e-12, "cells: %g sr^2", sum);
     ff_table_clear(&t);
 }
 
-static void test_refusals(void)
+static void refusals(void)
 {
     check_refuses("lighttools", "", FF_ERR_READ, 0, WORDS("end of the file", "DataBegin"));
     check_refuses("lighttools", "Symmetry Asymmetric\nDataBegin\n", FF_ERR_FORMAT, 2, WORDS("without SpectralContent"));
@@ -193,43 +195,43 @@ static void test_refusals(void)
 static void test_prefixes(void)
 {
     static const char text[] = HEAD KEYS("10", "532", "BRDF") ROWS KEYS("20", "532", "BRDF") ROWS "DataEnd\n";
-    const char *path = check_path("prefix.bsdf");
+    const char *path = ff_test_path("prefix.bsdf");
     size_t whole = 0;
     for (size_t n = 0; n < sizeof text; n++) {
-        check_write(path, text, n);
+        ff_test_write(path, text, n);
         ff_table t;
         ff_error err = {0};
         if (ff_table_read_into(path, "lighttools", &t, &err) == FF_OK) {
             whole++;
-            CHECK(strstr(t.note, "no DataEnd") || n >= sizeof text - 2, "prefix %zu was read without a note", n);
+            FF_CHECK(strstr(t.note, "no DataEnd") || n >= sizeof text - 2, "prefix %zu was read without a note", n);
             ff_table_clear(&t);
         } else {
-            CHECK(strcmp(err.path, path) == 0 && err.message[0], "prefix %zu: no message", n);
+            FF_CHECK(strcmp(err.path, path) == 0 && err.message[0], "prefix %zu: no message", n);
         }
     }
-    CHECK(whole == 8, "%zu prefixes were read",
-          whole); /* two blocks, each as "1", "12", "12\n"; DataEnd with and without its line end */
+    FF_CHECK(whole == 8, "%zu prefixes were read",
+             whole); /* two blocks, each as "1", "12", "12\n"; DataEnd with and without its line end */
 }
 
-static void test_bit_flips(void)
+static void bit_flips(void)
 {
     static const char text[] = HEAD KEYS("10", "532", "BRDF") ROWS BACK "DataEnd\n";
-    const char *path = check_path("flip.bsdf");
+    const char *path = ff_test_path("flip.bsdf");
     char copy[sizeof text];
     for (size_t i = 0; i < 8 * (sizeof text - 1); i++) {
         memcpy(copy, text, sizeof text);
         copy[i / 8] = (char)(copy[i / 8] ^ 1 << i % 8);
-        check_write(path, copy, sizeof text - 1);
+        ff_test_write(path, copy, sizeof text - 1);
         ff_table t;
         ff_error err = {0};
         if (ff_table_read_into(path, "lighttools", &t, &err) != FF_OK) continue;
-        CHECK(t.n == t.axes.n[0] * t.axes.n[1] * t.axes.n[2] * t.axes.n[3], "bit %zu", i);
+        FF_CHECK(t.n == t.axes.n[0] * t.axes.n[1] * t.axes.n[2] * t.axes.n[3], "bit %zu", i);
         ff_table_clear(&t);
     }
 }
 
 /* Neither of the two formats takes a file of the other. */
-static void test_detection(void)
+static void detection(void)
 {
     static const struct {
         const char *text, *name;
@@ -238,31 +240,30 @@ static void test_detection(void)
                   "AngleOfIncidence 1\n10\nScatterAzimuth 1\n0\nScatterRadial 1\n0\nDataBegin\n",
                   "zemax"}};
     for (size_t k = 0; k < 2; k++) {
-        const char *path = check_path("thing");
+        const char *path = ff_test_path("thing");
         const ff_format *f = NULL;
         ff_error err = {0};
-        check_write(path, cases[k].text, strlen(cases[k].text));
-        CHECK(ff_format_detect(path, &f, &err) == FF_OK && strcmp(f->name, cases[k].name) == 0, "%s is taken for %s", cases[k].name,
-              f ? f->name : err.message);
+        ff_test_write(path, cases[k].text, strlen(cases[k].text));
+        FF_CHECK(ff_format_detect(path, &f, &err) == FF_OK && strcmp(f->name, cases[k].name) == 0, "%s is taken for %s",
+                 cases[k].name, f ? f->name : err.message);
     }
     ff_error err = {0};
     ff_table t = {0};
-    CHECK(ff_table_write(check_path("x"), "lighttools", &t, &err) == FF_ERR_UNSUPPORTED, "%s", err.message);
+    FF_CHECK(ff_table_write(ff_test_path("x"), "lighttools", &t, &err) == FF_ERR_UNSUPPORTED, "%s", err.message);
 }
 
-int main(void)
+static void mirror_sides(void)
 {
-    test_values();
-    test_channels();
-    test_parts();
     test_mirror_side(270, 0);
     test_mirror_side(240, 0);
     test_mirror_side(180, 1);
     test_mirror_side(90, 1);
-    test_refusals();
-    test_prefixes();
-    check_byte_order_mark("lighttools", HEAD KEYS("30", "532", "BRDF") ROWS "DataEnd\n");
-    test_bit_flips();
-    test_detection();
-    return check_result();
 }
+
+static void byte_order_marks(void)
+{
+    check_byte_order_mark("lighttools", HEAD KEYS("30", "532", "BRDF") ROWS "DataEnd\n");
+}
+
+FF_TEST_MAIN(FF_TEST(test_values), FF_TEST(test_channels), FF_TEST(parts), FF_TEST(mirror_sides), FF_TEST(refusals),
+             FF_TEST(test_prefixes), FF_TEST(byte_order_marks), FF_TEST(bit_flips), FF_TEST(detection))

@@ -1,5 +1,5 @@
 /* MBSDF files, made here, and two real ones where they are. */
-#include "check.h"
+#include "check_table.h"
 #include <time.h>
 
 static const double pi = 3.14159265358979323846;
@@ -62,10 +62,10 @@ static made make(const char *lines, size_t n_theta, size_t n_phi, int rgb)
 
 static int read_bytes(const void *b, size_t n, ff_table *t)
 {
-    const char *path = check_path("made.mbsdf");
+    const char *path = ff_test_path("made.mbsdf");
     ff_error err = {0};
-    check_write(path, b, n);
-    return CHECK(ff_table_read_into(path, NULL, t, &err) == FF_OK, "%s", err.message);
+    ff_test_write(path, b, n);
+    return FF_CHECK(ff_table_read_into(path, NULL, t, &err) == FF_OK, "%s", err.message);
 }
 
 /* ---- reading --------------------------------------------------------------------------------- */
@@ -74,15 +74,15 @@ static void check_table(const ff_table *t, size_t n_theta, size_t n_phi, int rgb
 {
     const size_t n = n_theta * n_theta * n_phi;
     size_t negative = 0, i = 0;
-    if (!CHECK(t->n == n && t->n_channels == (rgb ? 3 : 1) && t->isotropic == 1 && strcmp(t->format, "mbsdf") == 0 &&
-                   t->n_invalid == 0,
-               "%zu x %zu", t->n, t->n_channels))
+    if (!FF_CHECK(t->n == n && t->n_channels == (rgb ? 3 : 1) && t->isotropic == 1 && strcmp(t->format, "mbsdf") == 0 &&
+                      t->n_invalid == 0,
+                  "%zu x %zu", t->n, t->n_channels))
         return;
-    CHECK(strcmp(t->channels[0].name, rgb ? "r" : "f") == 0 && strcmp(t->channels[t->n_channels - 1].name, rgb ? "b" : "f") == 0,
-          "names");
-    CHECK(t->axes.kind == FF_AXES_INCIDENT_EXIT && t->axes.n[0] == n_theta && t->axes.n[1] == 1 && t->axes.n[2] == n_theta &&
-              t->axes.n[3] == n_phi,
-          "axes");
+    FF_CHECK(strcmp(t->channels[0].name, rgb ? "r" : "f") == 0 && strcmp(t->channels[t->n_channels - 1].name, rgb ? "b" : "f") == 0,
+             "names");
+    FF_CHECK(t->axes.kind == FF_AXES_INCIDENT_EXIT && t->axes.n[0] == n_theta && t->axes.n[1] == 1 && t->axes.n[2] == n_theta &&
+                 t->axes.n[3] == n_phi,
+             "axes");
     double v, d[6], *const planes[6] = {d, d + 1, d + 2, d + 3, d + 4, d + 5};
     for (size_t ti = 0; ti < n_theta; ti++)
         for (size_t to = 0; to < n_theta; to++)
@@ -90,17 +90,17 @@ static void check_table(const ff_table *t, size_t n_theta, size_t n_phi, int rgb
                 negative += value_at(ti, to, p, 0) < 0;
                 for (size_t c = 0; c < t->n_channels; c++) {
                     ff_table_values(t, c, i, 1, &v);
-                    CHECK(v == (double)value_at(ti, to, p, c), "%zu %zu %zu, channel %zu: %g", ti, to, p, c, v);
+                    FF_CHECK(v == (double)value_at(ti, to, p, c), "%zu %zu %zu, channel %zu: %g", ti, to, p, c, v);
                 }
                 const double a = pi / 2 * (double)ti / (double)n_theta, b = pi / 2 * (double)to / (double)n_theta,
                              f = n_phi == 1 ? pi / 2 : pi * (double)p / (double)(n_phi - 1);
                 const double expected[6] = {sin(a), 0, cos(a), sin(b) * cos(f), sin(b) * sin(f), cos(b)};
                 ff_table_directions(t, i, 1, planes);
                 for (int k = 0; k < 6; k++)
-                    CHECK(fabs(d[k] - expected[k]) < 1e-15, "%zu %zu %zu: component %d is %g, expected %g", ti, to, p, k, d[k],
-                          expected[k]);
+                    FF_CHECK(fabs(d[k] - expected[k]) < 1e-15, "%zu %zu %zu: component %d is %g, expected %g", ti, to, p, k, d[k],
+                             expected[k]);
             }
-    CHECK(t->n_negative == negative, "%zu negative, expected %zu", t->n_negative, negative);
+    FF_CHECK(t->n_negative == negative, "%zu negative, expected %zu", t->n_negative, negative);
 }
 
 /* The sum is that of all pairs down to the outer edge of the last band; each cell by its edges. */
@@ -116,9 +116,9 @@ static void check_weights(const ff_table *t, size_t n_theta, size_t n_phi)
                      band_o = (to ? cos(((double)to - 0.5) * step) : 1) - cos(high_o);
         const double width = n_phi == 1 ? pi : pi / (double)(n_phi - 1) / (p == 0 || p + 1 == n_phi ? 2 : 1);
         sum += t->weight[i];
-        CHECK(fabs(t->weight[i] / (2 * pi * band_i * 2 * width * band_o) - 1) < 1e-10, "cell %zu: %g", i, t->weight[i]);
+        FF_CHECK(fabs(t->weight[i] / (2 * pi * band_i * 2 * width * band_o) - 1) < 1e-10, "cell %zu: %g", i, t->weight[i]);
     }
-    CHECK(fabs(sum / (side * side) - 1) < 1e-12, "all cells: %.15g, expected %.15g", sum, side * side);
+    FF_CHECK(fabs(sum / (side * side) - 1) < 1e-12, "all cells: %.15g, expected %.15g", sum, side * side);
 }
 
 static void test_reading(void)
@@ -141,8 +141,8 @@ static void test_reading(void)
             if (!read_bytes(m.b, m.n, &t)) continue;
             check_table(&t, cases[k].n_theta, cases[k].n_phi, cases[k].rgb);
             check_weights(&t, cases[k].n_theta, cases[k].n_phi);
-            CHECK(!strstr(t.note, "transmission") == !transmission && strstr(t.note, "half a step"), "note '%s'", t.note);
-            CHECK(!strstr(t.note, "repeated"), "note '%s'", t.note);
+            FF_CHECK(!strstr(t.note, "transmission") == !transmission && strstr(t.note, "half a step"), "note '%s'", t.note);
+            FF_CHECK(!strstr(t.note, "repeated"), "note '%s'", t.note);
             ff_table_clear(&t);
             add_text(&m, "MBSDF_DATA_TRANSMISSION=\n");
             add_block(&m, 2, 2, 0);
@@ -151,7 +151,7 @@ static void test_reading(void)
 }
 
 /* From the second last theta on nothing changes. */
-static void test_repetition(void)
+static void repetition(void)
 {
     made m = make("MBSDF_DATA_REFLECTION=\n", 5, 3, 1);
     ff_table t;
@@ -159,22 +159,23 @@ static void test_repetition(void)
     const size_t row = 4 * 3 * 3, slice = 5 * row;
     memcpy(v + 4 * slice, v + 3 * slice, slice);
     if (read_bytes(m.b, m.n, &t)) {
-        CHECK(strstr(t.note, "beyond theta_i = 54 degrees") && !strstr(t.note, "beyond theta_o"), "note '%s'", t.note);
-        for (size_t i = 0; i < t.n; i++) CHECK(t.valid[i] == (t.angle[0][i] < 60), "sample %zu: valid %d", i, t.valid[i]);
-        CHECK(t.n_invalid == 5 * 3, "%zu invalid", t.n_invalid);
+        FF_CHECK(strstr(t.note, "beyond theta_i = 54 degrees") && !strstr(t.note, "beyond theta_o"), "note '%s'", t.note);
+        for (size_t i = 0; i < t.n; i++) FF_CHECK(t.valid[i] == (t.angle[0][i] < 60), "sample %zu: valid %d", i, t.valid[i]);
+        FF_CHECK(t.n_invalid == 5 * 3, "%zu invalid", t.n_invalid);
         ff_table_clear(&t);
     }
     for (size_t ti = 0; ti < 5; ti++)
         for (size_t to = 3; to < 5; to++) memcpy(v + ti * slice + to * row, v + ti * slice + 2 * row, row);
     if (read_bytes(m.b, m.n, &t)) {
-        CHECK(strstr(t.note, "beyond theta_i = 54 degrees") && strstr(t.note, "beyond theta_o = 36 degrees"), "note '%s'", t.note);
+        FF_CHECK(strstr(t.note, "beyond theta_i = 54 degrees") && strstr(t.note, "beyond theta_o = 36 degrees"), "note '%s'",
+                 t.note);
         for (size_t i = 0; i < t.n; i++)
-            CHECK(t.valid[i] == (t.angle[0][i] < 60 && t.angle[2][i] < 40), "sample %zu: valid %d", i, t.valid[i]);
+            FF_CHECK(t.valid[i] == (t.angle[0][i] < 60 && t.angle[2][i] < 40), "sample %zu: valid %d", i, t.valid[i]);
         ff_table_clear(&t);
     }
     m.b[m.n - 1] ^= 0x80; /* one bit is a difference */
     if (read_bytes(m.b, m.n, &t)) {
-        CHECK(!strstr(t.note, "repeated"), "note '%s'", t.note);
+        FF_CHECK(!strstr(t.note, "repeated"), "note '%s'", t.note);
         ff_table_clear(&t);
     }
 }
@@ -182,8 +183,8 @@ static void test_repetition(void)
 static void test_part(void)
 {
     const made m = make("MBSDF_DATA_REFLECTION=\n", 2, 2, 0);
-    const char *path = check_path("part.mbsdf");
-    check_write(path, m.b, m.n);
+    const char *path = ff_test_path("part.mbsdf");
+    ff_test_write(path, m.b, m.n);
     static const struct {
         const char *part;
         ff_status status;
@@ -198,11 +199,11 @@ static void test_part(void)
         ff_read_options_init(&o);
         o.part = cases[k].part;
         const ff_status s = ff_table_read_with_into(path, &o, &t, &err);
-        CHECK(s == cases[k].status && strstr(err.message, cases[k].word), "part %s: %d %s", cases[k].part, s, err.message);
+        FF_CHECK(s == cases[k].status && strstr(err.message, cases[k].word), "part %s: %d %s", cases[k].part, s, err.message);
         if (s == FF_OK) ff_table_clear(&t);
     }
     const made only = make("MBSDF_DATA_TRANSMISSION=\n", 2, 2, 1);
-    check_write(path, only.b, only.n);
+    ff_test_write(path, only.b, only.n);
     check_fails("transmission alone", path, NULL, FF_ERR_UNSUPPORTED, 0, WORDS("transmission alone", "not a reflectance"));
 }
 
@@ -210,20 +211,20 @@ static void test_part(void)
 
 static void expect_bytes(const char *label, const void *b, size_t n, ff_status code, int64_t byte, const char *const *words)
 {
-    const char *path = check_path("bad.mbsdf");
+    const char *path = ff_test_path("bad.mbsdf");
     ff_table t;
     memset(&t, 0x5A, sizeof t);
     ff_error err = {0};
-    check_write(path, b, n);
+    ff_test_write(path, b, n);
     const ff_status s = ff_table_read_into(path, "mbsdf", &t, &err);
-    CHECK(s == code && err.byte == byte && err.line == 0 && strcmp(err.path, path) == 0,
-          "%s: %d at byte %lld, expected %d at %lld: %s", label, s, (long long)err.byte, code, (long long)byte, err.message);
-    for (; *words; words++) CHECK(strstr(err.message, *words), "%s: no '%s' in: %s", label, *words, err.message);
+    FF_CHECK(s == code && err.byte == byte && err.line == 0 && strcmp(err.path, path) == 0,
+             "%s: %d at byte %lld, expected %d at %lld: %s", label, s, (long long)err.byte, code, (long long)byte, err.message);
+    for (; *words; words++) FF_CHECK(strstr(err.message, *words), "%s: no '%s' in: %s", label, *words, err.message);
     if (s == FF_OK) {
         ff_table_clear(&t);
         return;
     }
-    CHECK(t.n_channels == (size_t)0x5A5A5A5A5A5A5A5A, "%s: the table was touched", label);
+    FF_CHECK(t.n_channels == (size_t)0x5A5A5A5A5A5A5A5A, "%s: the table was touched", label);
 }
 
 static void expect_text(const char *label, const char *text, ff_status code, int64_t byte, const char *const *words)
@@ -286,14 +287,14 @@ static void test_counts(void)
                 expect_bytes("too few", m.b, m.n, FF_ERR_FORMAT, at + 12 + 12 * (int64_t)(wild[a] * wild[a] * wild[b]),
                              WORDS("expected the end of the file or a line"));
         }
-    CHECK(seconds() - begin < 5, "81 wild headers took %g s", seconds() - begin);
+    FF_CHECK(seconds() - begin < 5, "81 wild headers took %g s", seconds() - begin);
     put_uint32(m.b + at + 4, 2);
     put_uint32(m.b + at + 8, 3);
     put_uint32(m.b + at, 2);
     expect_bytes("kind", m.b, m.n, FF_ERR_FORMAT, at, WORDS("kind of values: found 2", "0 (scalar) or 1 (RGB)"));
 }
 
-static void test_numbers(void)
+static void numbers(void)
 {
     static const float bad[] = {NAN, INFINITY, -INFINITY};
     for (int rgb = 0; rgb < 2; rgb++) {
@@ -313,64 +314,65 @@ static void test_numbers(void)
 }
 
 /* Every prefix is an error, but for the one that ends with the reflection part; every flipped bit an error or a table. */
-static void test_damage(void)
+static void damage(void)
 {
     made m = make("NAME=\"x\"\nMBSDF_DATA_REFLECTION=\n", 2, 2, 1);
     const size_t reflection = m.n;
     add_text(&m, "MBSDF_DATA_TRANSMISSION=\n");
     add_block(&m, 2, 2, 0);
-    const char *path = check_path("damaged.mbsdf");
+    const char *path = ff_test_path("damaged.mbsdf");
     for (size_t n = 0; n < m.n; n++) {
         ff_table t;
         ff_error err = {0};
-        check_write(path, m.b, n);
+        ff_test_write(path, m.b, n);
         const ff_status s = ff_table_read_into(path, "mbsdf", &t, &err);
-        CHECK(n == reflection ? s == FF_OK : s == FF_ERR_READ && err.byte == (int64_t)n, "%zu bytes: %d at %lld %s", n, s,
-              (long long)err.byte, err.message);
+        FF_CHECK(n == reflection ? s == FF_OK : s == FF_ERR_READ && err.byte == (int64_t)n, "%zu bytes: %d at %lld %s", n, s,
+                 (long long)err.byte, err.message);
         if (s == FF_OK) ff_table_clear(&t);
     }
     for (size_t bit = 0; bit < 8 * m.n; bit++) {
         ff_table t;
         ff_error err = {0};
         m.b[bit / 8] ^= (unsigned char)(1 << bit % 8);
-        check_write(path, m.b, m.n);
+        ff_test_write(path, m.b, m.n);
         const ff_status s = ff_table_read_into(path, "mbsdf", &t, &err);
         m.b[bit / 8] ^= (unsigned char)(1 << bit % 8);
         if (s == FF_OK) {
-            CHECK(t.n == 8 && t.n_channels == 3, "bit %zu: %zu x %zu", bit, t.n, t.n_channels);
+            FF_CHECK(t.n == 8 && t.n_channels == 3, "bit %zu: %zu x %zu", bit, t.n, t.n_channels);
             ff_table_clear(&t);
         } else {
-            CHECK(err.message[0] && strcmp(err.path, path) == 0, "bit %zu: %d", bit, s);
+            FF_CHECK(err.message[0] && strcmp(err.path, path) == 0, "bit %zu: %d", bit, s);
         }
     }
 }
 
-static void test_recognition(void)
+static void recognition(void)
 {
     const made m = make("MBSDF_DATA_REFLECTION=\n", 2, 2, 0);
-    const char *path = check_path("thing.binary");
+    const char *path = ff_test_path("thing.binary");
     const ff_format *f = NULL;
     ff_error err = {0};
-    check_write(path, m.b, m.n);
-    CHECK(ff_format_detect(path, &f, &err) == FF_OK && strcmp(f->name, "mbsdf") == 0, "%s", err.message);
-    check_write(path, "NVIDIA ARC MBSDF V2\n", 20);
+    ff_test_write(path, m.b, m.n);
+    FF_CHECK(ff_format_detect(path, &f, &err) == FF_OK && strcmp(f->name, "mbsdf") == 0, "%s", err.message);
+    ff_test_write(path, "NVIDIA ARC MBSDF V2\n", 20);
     check_fails("another version", path, NULL, FF_ERR_FORMAT, 0, WORDS("V2", "expected the line NVIDIA ARC MBSDF V1"));
-    check_write(path, "NVIDIA ARC", 10);
-    CHECK(ff_format_detect(path, &f, &err) != FF_OK, "a beginning is taken for %s", f->name);
+    ff_test_write(path, "NVIDIA ARC", 10);
+    FF_CHECK(ff_format_detect(path, &f, &err) != FF_OK, "a beginning is taken for %s", f->name);
     ff_table t;
     if (!read_bytes(m.b, m.n, &t)) return;
-    CHECK(ff_table_write(check_path("x.mbsdf"), "mbsdf", &t, &err) == FF_ERR_UNSUPPORTED && strstr(err.message, "only be read"),
-          "%s", err.message);
+    FF_CHECK(ff_table_write(ff_test_path("x.mbsdf"), "mbsdf", &t, &err) == FF_ERR_UNSUPPORTED &&
+                 strstr(err.message, "only be read"),
+             "%s", err.message);
     ff_table_clear(&t);
 }
 
-static void test_pipe(void)
+static void pipes(void)
 {
     const made m = make("MBSDF_DATA_REFLECTION=\n", 4, 5, 1);
     char path[160], fifo[160], command[700];
-    snprintf(path, sizeof path, "%s", check_path("piped.mbsdf"));
-    snprintf(fifo, sizeof fifo, "%s", check_path("fifo"));
-    check_write(path, m.b, m.n);
+    snprintf(path, sizeof path, "%s", ff_test_path("piped.mbsdf"));
+    snprintf(fifo, sizeof fifo, "%s", ff_test_path("fifo"));
+    ff_test_write(path, m.b, m.n);
     for (int cut = 0; cut < 2; cut++) {
         snprintf(command, sizeof command, "rm -f '%s'; mkfifo '%s'; head -c %zu '%s' > '%s' &", fifo, fifo, m.n - (size_t)cut, path,
                  fifo);
@@ -378,7 +380,7 @@ static void test_pipe(void)
         ff_table t;
         ff_error err = {0};
         const ff_status s = ff_table_read_into(fifo, "mbsdf", &t, &err);
-        CHECK(s == (cut ? FF_ERR_READ : FF_OK), "%d %s", s, err.message);
+        FF_CHECK(s == (cut ? FF_ERR_READ : FF_OK), "%d %s", s, err.message);
         if (s != FF_OK) continue;
         check_table(&t, 4, 5, 1);
         ff_table_clear(&t);
@@ -399,10 +401,10 @@ static void test_real_file(const char *path, size_t negative, double largest)
     ff_table t;
     ff_error err = {0};
     size_t size, found = 0, measured = 0, invalid = 0;
-    char *bytes = check_slurp(path, &size);
-    if (!CHECK(ff_table_read_into(path, NULL, &t, &err) == FF_OK, "%s", err.message)) exit(1);
-    CHECK(strcmp(t.format, "mbsdf") == 0 && t.n == 182250 && t.n_channels == 3 && t.isotropic && size == 2187055, "%zu x %zu", t.n,
-          t.n_channels);
+    char *bytes = ff_test_slurp(path, &size);
+    if (!FF_CHECK(ff_table_read_into(path, NULL, &t, &err) == FF_OK, "%s", err.message)) exit(1);
+    FF_CHECK(strcmp(t.format, "mbsdf") == 0 && t.n == 182250 && t.n_channels == 3 && t.isotropic && size == 2187055, "%zu x %zu",
+             t.n, t.n_channels);
     double most = 0, brightest = 0;
     for (size_t i = 0; i < 182250; i++) {
         int any = 0;
@@ -410,24 +412,24 @@ static void test_real_file(const char *path, size_t negative, double largest)
             const double v = (double)float_in_file(bytes, 0, 0, i, c);
             any |= v < 0;
             most = fmax(most, v);
-            CHECK(t.value[c * t.n + i] == v, "sample %zu: %g, in the file %g", i, t.value[c * t.n + i], v);
+            FF_CHECK(t.value[c * t.n + i] == v, "sample %zu: %g, in the file %g", i, t.value[c * t.n + i], v);
         }
         found += any != 0;
         const int repeated = i / 4050 > 33 || i / 90 % 45 > 40; /* beyond 66 and 80 degrees */
-        CHECK(t.valid[i] == !repeated, "sample %zu: valid %d", i, t.valid[i]);
+        FF_CHECK(t.valid[i] == !repeated, "sample %zu: valid %d", i, t.valid[i]);
         measured += any && !repeated;
         invalid += repeated != 0;
     }
-    CHECK(found == negative, "%zu negative in the file, expected %zu", found, negative);
-    CHECK(t.n_negative == measured && t.n_invalid == invalid, "%zu negative, %zu invalid, expected %zu, %zu", t.n_negative,
-          t.n_invalid, measured, invalid);
-    CHECK(fabs(most - largest) < 1e-5, "largest %.9g, expected %.9g", most, largest);
-    CHECK(t.value[1 * t.n + (20 * 45 + 21) * 90 + 89] == (double)float_in_file(bytes, 20, 21, 89, 1),
-          "a value at the mirror direction");
-    CHECK(t.angle[0][(20 * 45 + 21) * 90 + 89] == 40 && t.angle[2][(20 * 45 + 21) * 90 + 89] == 42 &&
-              t.angle[3][(20 * 45 + 21) * 90 + 89] == 180 && t.angle[1][7] == 0,
-          "its direction");
-    CHECK(strstr(t.note, "beyond theta_i = 66 degrees") && strstr(t.note, "beyond theta_o = 80 degrees"), "note '%s'", t.note);
+    FF_CHECK(found == negative, "%zu negative in the file, expected %zu", found, negative);
+    FF_CHECK(t.n_negative == measured && t.n_invalid == invalid, "%zu negative, %zu invalid, expected %zu, %zu", t.n_negative,
+             t.n_invalid, measured, invalid);
+    FF_CHECK(fabs(most - largest) < 1e-5, "largest %.9g, expected %.9g", most, largest);
+    FF_CHECK(t.value[1 * t.n + (20 * 45 + 21) * 90 + 89] == (double)float_in_file(bytes, 20, 21, 89, 1),
+             "a value at the mirror direction");
+    FF_CHECK(t.angle[0][(20 * 45 + 21) * 90 + 89] == 40 && t.angle[2][(20 * 45 + 21) * 90 + 89] == 42 &&
+                 t.angle[3][(20 * 45 + 21) * 90 + 89] == 180 && t.angle[1][7] == 0,
+             "its direction");
+    FF_CHECK(strstr(t.note, "beyond theta_i = 66 degrees") && strstr(t.note, "beyond theta_o = 80 degrees"), "note '%s'", t.note);
     for (size_t ti = 0; ti < 45; ti++) { /* reflects less than it receives, and more than nothing */
         double albedo = 0, cells = 0, o;
         for (size_t i = ti * 4050; i < (ti + 1) * 4050; i++) {
@@ -435,7 +437,7 @@ static void test_real_file(const char *path, size_t negative, double largest)
             albedo += t.weight[i] * o * t.value[2 * t.n + i], cells += t.weight[i];
         }
         albedo *= 2 * pi * (1 - cos(89 * pi / 180)) / cells;
-        CHECK(albedo > 0 && albedo < 1, "%s: albedo %g at %zu degrees", path, albedo, 2 * ti);
+        FF_CHECK(albedo > 0 && albedo < 1, "%s: albedo %g at %zu degrees", path, albedo, 2 * ti);
         brightest = fmax(brightest, albedo);
     }
     printf("%s: %zu of %zu negative, albedo of blue up to %.3f\n", path, t.n_negative, t.n, brightest);
@@ -443,7 +445,7 @@ static void test_real_file(const char *path, size_t negative, double largest)
     free(bytes);
 }
 
-static void test_real(void)
+static void measured(void)
 {
     static const struct {
         const char *name;
@@ -454,24 +456,10 @@ static void test_real(void)
     for (size_t k = 0; k < 2; k++) {
         char path[900];
         snprintf(path, sizeof path, "%s/mbsdf/%s.mbsdf", set ? set : FF_SOURCE_DIR "/../shared/data", files[k].name);
-        if (access(path, R_OK) == 0)
-            test_real_file(path, files[k].negative, files[k].largest);
-        else
-            printf("left out: no file %s\n", path);
+        if (access(path, R_OK) != 0) FF_SKIP("no file %s", path);
+        test_real_file(path, files[k].negative, files[k].largest);
     }
 }
 
-int main(void)
-{
-    test_reading();
-    test_repetition();
-    test_part();
-    test_text();
-    test_counts();
-    test_numbers();
-    test_damage();
-    test_recognition();
-    test_pipe();
-    test_real();
-    return check_result();
-}
+FF_TEST_MAIN(FF_TEST(test_reading), FF_TEST(repetition), FF_TEST(test_part), FF_TEST(test_text), FF_TEST(test_counts),
+             FF_TEST(numbers), FF_TEST(damage), FF_TEST(recognition), FF_TEST(pipes), FF_TEST(measured))

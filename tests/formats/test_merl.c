@@ -1,5 +1,5 @@
 /* MERL files, made here, and the grid: directions and weights against their definitions. */
-#include "check.h"
+#include "check_table.h"
 #include <stdint.h>
 
 enum { N = 1458000, BYTES = 12 + 24 * N };
@@ -53,15 +53,15 @@ static void test_directions(void)
         const double expected[6] = {wi.x, wi.y, wi.z, wo.x, wo.y, wo.z};
         for (int k = 0; k < 6; k++) worst = fmax(worst, fabs(planes[k][i] - expected[k]));
     }
-    CHECK(worst < 4e-16 * 3, "directions differ from their definition by %g", worst);
+    FF_CHECK(worst < 4e-16 * 3, "directions differ from their definition by %g", worst);
     for (int trial = 0; trial < 300; trial++) { /* any range gives the same bits, and not a number more */
-        size_t first = check_random() % N, count = check_random() % 999;
+        size_t first = ff_test_random() % N, count = ff_test_random() % 999;
         if (first + count > N) count = N - first;
         for (int k = 0; k < 6; k++) parts[k][count] = -77;
         ff_grid_merl.directions(first, count, parts);
         for (int k = 0; k < 6; k++)
-            CHECK(check_same_bits(parts[k], planes[k] + first, count) && parts[k][count] == -77, "range %zu + %zu, plane %d", first,
-                  count, k);
+            FF_CHECK(check_same_bits(parts[k], planes[k] + first, count) && parts[k][count] == -77, "range %zu + %zu, plane %d",
+                     first, count, k);
     }
     free(store);
     free(part);
@@ -142,21 +142,22 @@ static void test_weights(void)
             i1 += w[i] * planes[2][i] * planes[2][i];
         }
     }
-    CHECK(least > 0, "a weight of %g", least);
-    CHECK(fabs(all / (8 * pi * pi) - 1) < 1e-12, "all cells: %.15g, expected 8 pi^2 = %.15g", all, 8 * pi * pi);
-    CHECK(fabs(above / (4 * pi * pi) - 1) < 2e-4, "pairs above the horizon: %.10g, expected (2 pi)^2 = %.10g", above, 4 * pi * pi);
-    CHECK(fabs(i0 / (pi * pi) - 1) < 2e-4, "integral of cos cos: %.10g, expected pi^2 = %.10g", i0, pi * pi);
-    CHECK(fabs(i1 / (4 * pi * pi / 3) - 1) < 2e-4, "integral of cos^2: %.10g, expected 4 pi^2 / 3 = %.10g", i1, 4 * pi * pi / 3);
+    FF_CHECK(least > 0, "a weight of %g", least);
+    FF_CHECK(fabs(all / (8 * pi * pi) - 1) < 1e-12, "all cells: %.15g, expected 8 pi^2 = %.15g", all, 8 * pi * pi);
+    FF_CHECK(fabs(above / (4 * pi * pi) - 1) < 2e-4, "pairs above the horizon: %.10g, expected (2 pi)^2 = %.10g", above,
+             4 * pi * pi);
+    FF_CHECK(fabs(i0 / (pi * pi) - 1) < 2e-4, "integral of cos cos: %.10g, expected pi^2 = %.10g", i0, pi * pi);
+    FF_CHECK(fabs(i1 / (4 * pi * pi / 3) - 1) < 2e-4, "integral of cos^2: %.10g, expected 4 pi^2 / 3 = %.10g", i1, 4 * pi * pi / 3);
 
     for (int trial = 0; trial < 1000; trial++) { /* each cell against the measure integrated over it */
-        size_t i = check_random() % N;
+        size_t i = ff_test_random() % N;
         double cell = measured_cell(i / 16200, i / 180 % 90, i % 180);
-        CHECK(fabs(w[i] / cell - 1) < 1e-3, "cell %zu: %g, by finite differences %g", i, w[i], cell);
-        size_t count = check_random() % 999;
+        FF_CHECK(fabs(w[i] / cell - 1) < 1e-3, "cell %zu: %g, by finite differences %g", i, w[i], cell);
+        size_t count = ff_test_random() % 999;
         if (i + count > N) count = N - i;
         part[count] = -77;
         ff_grid_merl.weights(i, count, part);
-        CHECK(check_same_bits(part, w + i, count) && part[count] == -77, "range %zu + %zu", i, count);
+        FF_CHECK(check_same_bits(part, w + i, count) && part[count] == -77, "range %zu + %zu", i, count);
     }
     free(w);
     for (int k = 0; k < 6; k++) free(planes[k]);
@@ -184,7 +185,7 @@ static unsigned char *make_file(void)
     put_int32(b, 90), put_int32(b + 4, 90), put_int32(b + 8, 180);
     for (size_t i = 0; i < N; i++)
         for (size_t c = 0; c < 3; c++)
-            put_double(b + 12 + 8 * (c * N + i), i % 5 == 2 ? -1 : ldexp(check_uniform(), (int)(i % 20)));
+            put_double(b + 12 + 8 * (c * N + i), i % 5 == 2 ? -1 : ldexp(ff_test_uniform(), (int)(i % 20)));
     for (size_t c = 0; c < 3; c++) put_double(b + 12 + 8 * (c * N + 8), c == 1 ? -0.25 : 3); /* one channel alone */
     put_double(b + 12 + 8 * 9, -0.0);                                                        /* not negative */
     return b;
@@ -192,45 +193,46 @@ static unsigned char *make_file(void)
 
 static void test_reading(const unsigned char *bytes)
 {
-    const char *path = check_path("made.binary"), *again = check_path("again.binary");
-    check_write(path, bytes, BYTES);
+    const char *path = ff_test_path("made.binary"), *again = ff_test_path("again.binary");
+    ff_test_write(path, bytes, BYTES);
     ff_table t;
     ff_error err = {0};
-    if (!CHECK(ff_table_read_into(path, NULL, &t, &err) == FF_OK, "%s", err.message)) return;
-    CHECK(t.n == N && t.n_channels == 3 && t.grid == &ff_grid_merl && t.isotropic == 1 && strcmp(t.format, "merl") == 0, "shape");
-    CHECK(!t.valid[8] && !t.valid[2] && t.valid[3] && t.valid[9] && t.n_negative == 0, "validity");
+    if (!FF_CHECK(ff_table_read_into(path, NULL, &t, &err) == FF_OK, "%s", err.message)) return;
+    FF_CHECK(t.n == N && t.n_channels == 3 && t.grid == &ff_grid_merl && t.isotropic == 1 && strcmp(t.format, "merl") == 0,
+             "shape");
+    FF_CHECK(!t.valid[8] && !t.valid[2] && t.valid[3] && t.valid[9] && t.n_negative == 0, "validity");
     size_t invalid = 0;
     for (size_t i = 0; i < N; i++) invalid += i % 5 == 2 || i == 8;
-    CHECK(t.n_invalid == invalid, "%zu invalid, expected %zu", t.n_invalid, invalid);
+    FF_CHECK(t.n_invalid == invalid, "%zu invalid, expected %zu", t.n_invalid, invalid);
     for (size_t c = 0; c < 3; c++)
         for (size_t i = 0; i < N; i += 997) {
             double v, stored;
             unsigned char b[8];
             put_double(b, t.value[c * N + i]);
-            CHECK(memcmp(b, bytes + 12 + 8 * (c * N + i), 8) == 0, "cell %zu of channel %zu", i, c);
+            FF_CHECK(memcmp(b, bytes + 12 + 8 * (c * N + i), 8) == 0, "cell %zu of channel %zu", i, c);
             ff_table_values(&t, c, i, 1, &v);
             stored = t.value[c * N + i];
-            CHECK(v == scale[c] * stored, "scale of channel %zu", c);
+            FF_CHECK(v == scale[c] * stored, "scale of channel %zu", c);
         }
-    CHECK(ff_table_write(again, NULL, &t, &err) == FF_OK, "%s", err.message);
+    FF_CHECK(ff_table_write(again, NULL, &t, &err) == FF_OK, "%s", err.message);
     size_t n;
-    char *copy = check_slurp(again, &n);
-    CHECK(n == BYTES && memcmp(copy, bytes, BYTES) == 0, "written file differs from the one that was read");
+    char *copy = ff_test_slurp(again, &n);
+    FF_CHECK(n == BYTES && memcmp(copy, bytes, BYTES) == 0, "written file differs from the one that was read");
     free(copy);
     ff_table_clear(&t);
 }
 
-static void test_writing(void)
+static void writing(void)
 {
     ff_table t, back;
     ff_error err = {0};
-    if (!CHECK(ff_table_init(N, 3, &ff_grid_merl, 0, 0, &t, &err) == FF_OK, "%s", err.message)) return;
-    for (size_t i = 0; i < 3 * (size_t)N; i++) t.value[i] = check_uniform();
+    if (!FF_CHECK(ff_table_init(N, 3, &ff_grid_merl, 0, 0, &t, &err) == FF_OK, "%s", err.message)) return;
+    for (size_t i = 0; i < 3 * (size_t)N; i++) t.value[i] = ff_test_uniform();
     for (size_t i = 0; i < N; i += 3) t.valid[i] = 0;
-    const char *path = check_path("made2.binary");
-    CHECK(ff_table_write(path, NULL, &t, &err) == FF_OK, "%s", err.message);
-    if (CHECK(ff_table_read_into(path, NULL, &back, &err) == FF_OK, "%s", err.message)) {
-        CHECK(memcmp(t.valid, back.valid, N) == 0 && back.value[0] == -1, "validity");
+    const char *path = ff_test_path("made2.binary");
+    FF_CHECK(ff_table_write(path, NULL, &t, &err) == FF_OK, "%s", err.message);
+    if (FF_CHECK(ff_table_read_into(path, NULL, &back, &err) == FF_OK, "%s", err.message)) {
+        FF_CHECK(memcmp(t.valid, back.valid, N) == 0 && back.value[0] == -1, "validity");
         size_t same = 0, valid = 0;
         double worst = 0;
         for (size_t c = 0; c < 3; c++)
@@ -242,32 +244,32 @@ static void test_writing(void)
                 same += v == t.value[c * N + i];
                 worst = fmax(worst, fabs(v / t.value[c * N + i] - 1));
             }
-        CHECK(worst < 2.3e-16, "%g from the value written", worst);
-        CHECK((double)same > 0.7 * (double)valid, "%zu of %zu come back with the same bits", same, valid);
+        FF_CHECK(worst < 2.3e-16, "%g from the value written", worst);
+        FF_CHECK((double)same > 0.7 * (double)valid, "%zu of %zu come back with the same bits", same, valid);
         printf("values in 1/sr through a MERL file: %.1f %% with the same bits, the rest within %.2g relative\n",
                100 * (double)same / (double)valid, worst);
         ff_table_clear(&back);
     }
-    const char *never = check_path("never.binary");
+    const char *never = ff_test_path("never.binary");
     t.value[N + 4] = -1e-9;
     ff_status s = ff_table_write(never, NULL, &t, &err);
-    CHECK(s == FF_ERR_DATA && strstr(err.message, "sample 4, channel c1") && strstr(err.message, "negative") &&
-              access(never, F_OK) != 0,
-          "%d %s", s, err.message);
+    FF_CHECK(s == FF_ERR_DATA && strstr(err.message, "sample 4, channel c1") && strstr(err.message, "negative") &&
+                 access(never, F_OK) != 0,
+             "%d %s", s, err.message);
     t.value[N + 4] = NAN;
     s = ff_table_write(never, NULL, &t, &err);
-    CHECK(s == FF_ERR_DATA && strstr(err.message, "sample 4") && access(never, F_OK) != 0, "%d %s", s, err.message);
+    FF_CHECK(s == FF_ERR_DATA && strstr(err.message, "sample 4") && access(never, F_OK) != 0, "%d %s", s, err.message);
     t.value[N + 4] = 1;
     s = ff_table_write("/dev/full", "merl", &t, &err);
-    CHECK(s == FF_ERR_WRITE && strstr(err.message, "No space"), "%d %s", s, err.message);
+    FF_CHECK(s == FF_ERR_WRITE && strstr(err.message, "No space"), "%d %s", s, err.message);
     ff_table_clear(&t);
-    if (!CHECK(ff_table_init(10, 3, NULL, 0, 0, &t, &err) == FF_OK, "%s", err.message)) return;
+    if (!FF_CHECK(ff_table_init(10, 3, NULL, 0, 0, &t, &err) == FF_OK, "%s", err.message)) return;
     s = ff_table_write(never, NULL, &t, &err);
-    CHECK(s == FF_ERR_UNSUPPORTED && strstr(err.message, "3 channels") && strstr(err.message, "grid 'merl'") &&
-              strstr(err.message, "scattered") && access(never, F_OK) != 0,
-          "%d %s", s, err.message);
+    FF_CHECK(s == FF_ERR_UNSUPPORTED && strstr(err.message, "3 channels") && strstr(err.message, "grid 'merl'") &&
+                 strstr(err.message, "scattered") && access(never, F_OK) != 0,
+             "%d %s", s, err.message);
     ff_table_clear(&t);
-    CHECK(check_leftovers() == 0, "%d unfinished files", check_leftovers());
+    FF_CHECK(check_leftovers() == 0, "%d unfinished files", check_leftovers());
 }
 
 /* What is wrong with a file, told with the byte. The file is changed in place and put back. */
@@ -276,9 +278,9 @@ static void expect_bytes(const char *label, const char *path, ff_status code, in
     ff_table t;
     ff_error err = {0};
     ff_status s = ff_table_read_into(path, "merl", &t, &err);
-    CHECK(s == code && err.byte == byte && err.line == 0 && strcmp(err.path, path) == 0,
-          "%s: %d at byte %lld, expected %d at %lld: %s", label, s, (long long)err.byte, code, (long long)byte, err.message);
-    for (; *words; words++) CHECK(strstr(err.message, *words), "%s: no '%s' in: %s", label, *words, err.message);
+    FF_CHECK(s == code && err.byte == byte && err.line == 0 && strcmp(err.path, path) == 0,
+             "%s: %d at byte %lld, expected %d at %lld: %s", label, s, (long long)err.byte, code, (long long)byte, err.message);
+    for (; *words; words++) FF_CHECK(strstr(err.message, *words), "%s: no '%s' in: %s", label, *words, err.message);
     if (s == FF_OK) ff_table_clear(&t);
 }
 
@@ -290,8 +292,8 @@ static void patch(const char *path, long at, const void *bytes, size_t n)
 
 static void test_bad_content(const unsigned char *bytes)
 {
-    const char *path = check_path("bad.binary");
-    check_write(path, bytes, BYTES);
+    const char *path = ff_test_path("bad.binary");
+    ff_test_write(path, bytes, BYTES);
     static const double bad[] = {NAN, INFINITY, -INFINITY};
     static const size_t cells[] = {0, 1, N - 1, N, 2 * N + 12345, 3 * N - 1};
     for (size_t k = 0; k < sizeof cells / sizeof cells[0]; k++) {
@@ -324,13 +326,13 @@ static void test_bad_content(const unsigned char *bytes)
     if (!all) exit(1);
     memcpy(all, bytes, BYTES);
     for (size_t i = 0; i < N; i++) memcpy(all + 12 + 8 * (N + i), minus, 8);
-    check_write(path, all, BYTES);
+    ff_test_write(path, all, BYTES);
     expect_bytes("nothing measured", path, FF_ERR_DATA, 12,
                  WORDS("negative number in each of the 1458000 cells", "expected at least one"));
     memcpy(all, bytes, BYTES);
     memset(all + BYTES, 0, 16);
     for (size_t more = 1; more <= 16; more += 5) {
-        check_write(path, all, BYTES + more);
+        ff_test_write(path, all, BYTES + more);
         char found[40];
         snprintf(found, sizeof found, "found %zu bytes after", more);
         expect_bytes("trailing bytes", path, FF_ERR_FORMAT, BYTES, WORDS(found, "expected the end"));
@@ -349,10 +351,10 @@ static void test_prefixes(const unsigned char *bytes)
 {
     enum { CUTS = 300 };
     long cuts[CUTS];
-    for (int k = 0; k < CUTS; k++) cuts[k] = k <= 12 ? k : k == 13 ? BYTES - 1 : 13 + (long)(check_random() % (BYTES - 13));
+    for (int k = 0; k < CUTS; k++) cuts[k] = k <= 12 ? k : k == 13 ? BYTES - 1 : 13 + (long)(ff_test_random() % (BYTES - 13));
     qsort(cuts, CUTS, sizeof cuts[0], descending);
-    const char *path = check_path("cut.binary");
-    check_write(path, bytes, BYTES);
+    const char *path = ff_test_path("cut.binary");
+    ff_test_write(path, bytes, BYTES);
     for (int k = 0; k < CUTS; k++) {
         if (truncate(path, cuts[k]) != 0) exit(1);
         char found[40];
@@ -361,16 +363,41 @@ static void test_prefixes(const unsigned char *bytes)
     }
 }
 
-int main(void)
+/* A file of other dimensions whose size is that of its cells is known as MERL's, and refused for them. */
+static void other_dimensions(void)
 {
-    test_directions();
-    test_weights();
+    enum { CELLS = 10 * 20 * 30, SIZE = 12 + 24 * CELLS };
+    static const int32_t dimension[3] = {10, 20, 30};
+    unsigned char *bytes = calloc(SIZE, 1);
+    if (!bytes) exit(1);
+    for (int k = 0; k < 3; k++) bytes[4 * k] = (unsigned char)dimension[k];
+    const char *path = ff_test_path("other");
+    ff_test_write(path, bytes, SIZE);
+    check_fails("other dimensions", path, NULL, FF_ERR_FORMAT, 0, WORDS("10 x 20 x 30", "90 x 90 x 180"));
+    free(bytes);
+}
+
+static void reading(void)
+{
     unsigned char *bytes = make_file();
     test_reading(bytes);
-    test_writing();
+    free(bytes);
+}
+
+static void damage(void)
+{
+    unsigned char *bytes = make_file();
     test_bad_content(bytes);
     test_prefixes(bytes);
+    free(bytes);
+}
+
+static void pipes(void)
+{
+    unsigned char *bytes = make_file();
     check_pipe("merl", bytes, BYTES, 20000000);
     free(bytes);
-    return check_result();
 }
+
+FF_TEST_MAIN(FF_TEST(test_directions), FF_TEST(test_weights), FF_TEST(other_dimensions), FF_TEST(reading), FF_TEST(writing),
+             FF_TEST(damage), FF_TEST(pipes))

@@ -1,13 +1,14 @@
 /* Numbers: reading is correctly rounded (the C library is the second source), writing reads back as the same bits and is short. */
-#include "check.h"
+#include "check_table.h"
 #include "base/internal_number.h"
+#include "base/internal_tokens.h"
 
 static void compare(const char *text)
 {
     double mine = -99, theirs = strtod(text, NULL); /* the program runs in the C locale */
     const char *end = ff_number_read(text, &mine);
-    CHECK(end && *end == '\0', "'%s' is not read to its end", text);
-    CHECK(check_same_bits(&mine, &theirs, 1), "'%s': %.17g, expected %.17g", text, mine, theirs);
+    FF_CHECK(end && *end == '\0', "'%s' is not read to its end", text);
+    FF_CHECK(check_same_bits(&mine, &theirs, 1), "'%s': %.17g, expected %.17g", text, mine, theirs);
 }
 
 static void test_reading(void)
@@ -55,28 +56,28 @@ static void test_reading(void)
     for (size_t k = 0; k < sizeof texts / sizeof texts[0]; k++) compare(texts[k]);
     char text[64];
     for (int k = 0; k < 400000; k++) {
-        unsigned digits = 1 + (unsigned)(check_random() % 21);
+        unsigned digits = 1 + (unsigned)(ff_test_random() % 21);
         size_t n = 0;
-        unsigned point = (unsigned)(check_random() % (digits + 1));
+        unsigned point = (unsigned)(ff_test_random() % (digits + 1));
         for (unsigned d = 0; d < digits; d++) {
             if (d == point) text[n++] = '.';
-            text[n++] = (char)('0' + check_random() % 10);
+            text[n++] = (char)('0' + ff_test_random() % 10);
         }
         text[n] = '\0';
-        if (check_random() % 2) snprintf(text + n, 8, "e%d", (int)(check_random() % 70) - 35);
+        if (ff_test_random() % 2) snprintf(text + n, 8, "e%d", (int)(ff_test_random() % 70) - 35);
         compare(text);
     }
     for (int k = 0; k < 200000; k++) { /* 17 digits of any double, and the middle between two doubles, cut at 19 digits */
-        snprintf(text, sizeof text, "%.17g", ldexp(0.5 + check_uniform(), (int)(check_random() % 140) - 70));
+        snprintf(text, sizeof text, "%.17g", ldexp(0.5 + ff_test_uniform(), (int)(ff_test_random() % 140) - 70));
         compare(text);
-        double x = 0.5 + check_uniform();
+        double x = 0.5 + ff_test_uniform();
         snprintf(text, sizeof text, "%.18Lf", ((long double)x + (long double)nextafter(x, 2)) / 2);
         compare(text);
     }
 }
 
 /* Up to 45 digits of any size, and numbers that agree with a half-way point in their first 17 to 50 digits. */
-static void test_long_numbers(void)
+static void long_numbers(void)
 {
     static const char *const texts[] = {"0.00000000000000000000000000000000",
                                         "-0.00000000000000000000000000000000",
@@ -101,38 +102,38 @@ static void test_long_numbers(void)
     for (size_t k = 0; k < sizeof texts / sizeof texts[0]; k++) compare(texts[k]);
     char text[1200];
     for (int k = 0; k < 200000; k++) {
-        unsigned digits = 1 + (unsigned)(check_random() % 45);
+        unsigned digits = 1 + (unsigned)(ff_test_random() % 45);
         size_t n = 0;
-        unsigned point = (unsigned)(check_random() % (digits + 1));
+        unsigned point = (unsigned)(ff_test_random() % (digits + 1));
         for (unsigned d = 0; d < digits; d++) {
             if (d == point) text[n++] = '.';
-            text[n++] = (char)(k % 3 == 0 && d < digits / 2 ? '0' : '0' + check_random() % 10);
+            text[n++] = (char)(k % 3 == 0 && d < digits / 2 ? '0' : '0' + ff_test_random() % 10);
         }
         text[n] = '\0';
-        if (check_random() % 2) snprintf(text + n, 8, "e%d", (int)(check_random() % 700) - 350);
+        if (ff_test_random() % 2) snprintf(text + n, 8, "e%d", (int)(ff_test_random() % 700) - 350);
         compare(text);
     }
     for (int k = 0; k < 200000; k++) {
-        double x = ldexp(0.5 + check_uniform() / 2, (int)(check_random() % 2000) - 1000);
-        snprintf(text, sizeof text, "%.*e", 25 + (int)(check_random() % 20), x);
+        double x = ldexp(0.5 + ff_test_uniform() / 2, (int)(ff_test_random() % 2000) - 1000);
+        snprintf(text, sizeof text, "%.*e", 25 + (int)(ff_test_random() % 20), x);
         compare(text);
-        snprintf(text, sizeof text, "%.32f", check_uniform());
+        snprintf(text, sizeof text, "%.32f", ff_test_uniform());
         compare(text);
         long double half_way = ((long double)x + (long double)nextafter(x, INFINITY)) / 2;
-        snprintf(text, sizeof text, "%.*Le", 16 + (int)(check_random() % 34), half_way);
+        snprintf(text, sizeof text, "%.*Le", 16 + (int)(ff_test_random() % 34), half_way);
         compare(text);
     }
 }
 
-static void test_refusing(void)
+static void refusing(void)
 {
     static const char *const texts[] = {"", "-", "+", ".", "e5", "-e", "nan", "inf", "-inf", "1e", "1e+", "x", " 1", "--1"};
     double v;
-    for (size_t k = 0; k < sizeof texts / sizeof texts[0]; k++) CHECK(!ff_number_read(texts[k], &v), "'%s' was read", texts[k]);
+    for (size_t k = 0; k < sizeof texts / sizeof texts[0]; k++) FF_CHECK(!ff_number_read(texts[k], &v), "'%s' was read", texts[k]);
     const char *hex = "0x10";
-    CHECK(ff_number_read(hex, &v) == hex + 1 && v == 0, "hexadecimal");
+    FF_CHECK(ff_number_read(hex, &v) == hex + 1 && v == 0, "hexadecimal");
     const char *comma = "1,5";
-    CHECK(ff_number_read(comma, &v) == comma + 1 && v == 1, "decimal comma");
+    FF_CHECK(ff_number_read(comma, &v) == comma + 1 && v == 1, "decimal comma");
 }
 
 static void round_trip(double v)
@@ -140,28 +141,28 @@ static void round_trip(double v)
     char text[FF_NUMBER_TEXT + 1], shortest[40];
     double back;
     unsigned n = ff_number_write(v, text);
-    CHECK(n < FF_NUMBER_TEXT, "%u characters", n);
+    FF_CHECK(n < FF_NUMBER_TEXT, "%u characters", n);
     text[n] = '\0';
     back = strtod(text, NULL);
-    CHECK(check_same_bits(&v, &back, 1), "%.17g was written as '%s'", v, text);
+    FF_CHECK(check_same_bits(&v, &back, 1), "%.17g was written as '%s'", v, text);
     int digits = 0, precision = 15;
     for (const char *p = text; *p && *p != 'e'; p++) digits += *p >= '0' && *p <= '9' && (digits || *p != '0');
     for (; precision < 17; precision++) {
         snprintf(shortest, sizeof shortest, "%.*e", precision - 1, v);
         if (strtod(shortest, NULL) == v) break;
     }
-    if (fabs(v) < 1e15) CHECK(digits <= precision, "%.17g was written as '%s', %d digits suffice", v, text, precision);
+    if (fabs(v) < 1e15) FF_CHECK(digits <= precision, "%.17g was written as '%s', %d digits suffice", v, text, precision);
     while (digits > 1 && strchr(text, '.') == NULL && text[n - 1] == '0') n--, digits--; /* zeros up to the point are no digits */
     if (digits < 2) return;
     snprintf(shortest, sizeof shortest, "%.*e", digits - 2, v);
-    CHECK(strtod(shortest, NULL) != v, "%.17g was written as '%s', '%s' suffices", v, text, shortest);
+    FF_CHECK(strtod(shortest, NULL) != v, "%.17g was written as '%s', '%s' suffices", v, text, shortest);
 }
 
 static void written(double v, const char *expected)
 {
     char text[FF_NUMBER_TEXT + 1];
     text[ff_number_write(v, text)] = '\0';
-    CHECK(strcmp(text, expected) == 0, "%.17g was written as '%s', expected '%s'", v, text, expected);
+    FF_CHECK(strcmp(text, expected) == 0, "%.17g was written as '%s', expected '%s'", v, text, expected);
 }
 
 static void test_writing(void)
@@ -196,12 +197,12 @@ static void test_writing(void)
                                     4503599627370497.5};
     for (size_t k = 0; k < sizeof values / sizeof values[0]; k++) round_trip(values[k]);
     for (int k = 0; k < 200000; k++) {
-        uint64_t u = check_random();
+        uint64_t u = ff_test_random();
         double v;
         memcpy(&v, &u, 8);
         if (isfinite(v)) round_trip(v);
-        round_trip(ldexp(0.5 + check_uniform(), (int)(check_random() % 100) - 40));
-        round_trip((double)(check_random() % 100000) / 1000);
+        round_trip(ldexp(0.5 + ff_test_uniform(), (int)(ff_test_random() % 100) - 40));
+        round_trip((double)(ff_test_random() % 100000) / 1000);
     }
     written(0.1, "0.1");
     written(-250, "-250");
@@ -224,11 +225,50 @@ static void test_writing(void)
     written(0.24101638793945313, "0.24101638793945312"); /* half-way between two of 17 digits: the even one, as printf has it */
 }
 
-int main(void)
+/* Whole numbers up to a limit, which may be one digit or all that 64 bits hold. */
+static void whole_numbers(void)
 {
-    test_reading();
-    test_long_numbers();
-    test_refusing();
-    test_writing();
-    return check_result();
+    static const struct {
+        const char *text;
+        uint64_t most, value;
+        int good;
+    } cases[] = {{"0", 0, 0, 1},
+                 {"1", 0, 0, 0},
+                 {"3", 3, 3, 1},
+                 {"4", 3, 0, 0},
+                 {"7", 3, 0, 0},
+                 {"12", 12, 12, 1},
+                 {"13", 12, 0, 0},
+                 {"20", 12, 0, 0},
+                 {"007", 7, 7, 1},
+                 {"", 9, 0, 0},
+                 {"-1", 9, 0, 0},
+                 {"1a", 99, 0, 0},
+                 {"+1", 9, 0, 0},
+                 {"1 ", 9, 0, 0},
+                 {"18446744073709551615", UINT64_MAX, UINT64_MAX, 1},
+                 {"18446744073709551616", UINT64_MAX, 0, 0},
+                 {"18446744073709551625", UINT64_MAX, 0, 0}};
+    for (size_t k = 0; k < sizeof cases / sizeof *cases; k++) {
+        uint64_t n = 4711;
+        const int good = ff_whole_number(cases[k].text, cases[k].most, &n);
+        FF_CHECK(good == cases[k].good && n == (good ? cases[k].value : 4711), "'%s' of at most %llu: %d, %llu", cases[k].text,
+                 (unsigned long long)cases[k].most, good, (unsigned long long)n);
+    }
 }
+
+/* Every kind of blank stands between two numbers, a carriage return in the middle of a line too. */
+static void blanks_between_numbers(void)
+{
+    static const char *const texts[] = {"1 2 3", "1\t2\t3", "1,2,3", "1\r2\r3", " 1 , 2\t,\r3 # 4"};
+    for (size_t k = 0; k < sizeof texts / sizeof *texts; k++) {
+        double v[3] = {0};
+        size_t n = 0;
+        ff_error err = {0};
+        FF_CHECK(ff_line_numbers(texts[k], v, 3, &n, "path", 1, "three numbers", &err) == FF_OK, "%zu: %s", k, err.message);
+        FF_CHECK(n == 3 && v[0] == 1 && v[1] == 2 && v[2] == 3, "%zu: %zu numbers, %g %g %g", k, n, v[0], v[1], v[2]);
+    }
+}
+
+FF_TEST_MAIN(FF_TEST(whole_numbers), FF_TEST(blanks_between_numbers), FF_TEST(test_reading), FF_TEST(long_numbers),
+             FF_TEST(refusing), FF_TEST(test_writing))

@@ -30,40 +30,44 @@ static void test_reading(void)
         o.scale = cases[k].scale;
         ff_table t;
         if (!check_reads_with(label, "pgii", cases[k].text, &o, &t)) continue;
-        CHECK(t.n == 3 && t.n_channels == 1 && t.isotropic == 1 && t.n_invalid == 0 && t.n_negative == 1, "%s: %zu samples", label,
-              t.n);
-        CHECK(t.quantity == (ff_quantity)cases[k].quantity && t.radians_per_unit == check_pi / 180, "%s: quantity, unit", label);
-        for (size_t i = 0; i < 3; i++) CHECK(t.angle[0][i] == 30 && t.angle[1][i] == 15, "%s: the light", label);
-        CHECK(t.angle[2][1] == 60 && t.angle[3][1] == 195 && t.angle[2][2] == 30 && t.angle[3][2] == 195, "%s: directions", label);
+        FF_CHECK(t.n == 3 && t.n_channels == 1 && t.isotropic == 1 && t.n_invalid == 0 && t.n_negative == 1, "%s: %zu samples",
+                 label, t.n);
+        FF_CHECK(t.quantity == (ff_quantity)cases[k].quantity && t.radians_per_unit == check_pi / 180, "%s: quantity, unit", label);
+        for (size_t i = 0; i < 3; i++) FF_CHECK(t.angle[0][i] == 30 && t.angle[1][i] == 15, "%s: the light", label);
+        FF_CHECK(t.angle[2][1] == 60 && t.angle[3][1] == 195 && t.angle[2][2] == 30 && t.angle[3][2] == 195, "%s: directions",
+                 label);
         double v;
         ff_table_values(&t, 0, 1, 1, &v);
-        CHECK(fabs(v / (-0.25 * cases[k].factor_at_60) - 1) < 1e-15, "%s: %g", label, v);
+        FF_CHECK(fabs(v / (-0.25 * cases[k].factor_at_60) - 1) < 1e-15, "%s: %g", label, v);
         if (cases[k].note[0])
-            CHECK(strstr(t.note, cases[k].note), "%s: '%s'", label, t.note);
+            FF_CHECK(strstr(t.note, cases[k].note), "%s: '%s'", label, t.note);
         else
-            CHECK(t.note[0] == '\0', "%s: '%s'", label, t.note);
+            FF_CHECK(t.note[0] == '\0', "%s: '%s'", label, t.note);
         ff_table_clear(&t);
     }
     ff_table t;
     if (check_reads("colours", "pgii", "#colorimetry: CIE-XYZ\n" HEAD("BSDF") "10 20 1 2 3\n40 50 4 5 6\n60 70 7 8 9\n", &t)) {
-        CHECK(t.n_channels == 3 && strcmp(t.channels[2].name, "Z") == 0 && t.value[3 * 2 + 1] == 6, "%zu channels", t.n_channels);
+        FF_CHECK(t.n_channels == 3 && strcmp(t.channels[2].name, "Z") == 0 && t.value[3 * 2 + 1] == 6, "%zu channels",
+                 t.n_channels);
         ff_table_clear(&t);
     }
     if (check_reads("transmission too", "pgii", HEAD("BSDF") "10 0 1\n150 0 2\n90 0 3\n", &t)) {
-        CHECK(t.n == 3 && t.n_invalid == 1 && !t.valid[1] && strstr(t.note, "1 samples"), "%zu invalid, '%s'", t.n_invalid, t.note);
+        FF_CHECK(t.n == 3 && t.n_invalid == 1 && !t.valid[1] && strstr(t.note, "1 samples"), "%zu invalid, '%s'", t.n_invalid,
+                 t.note);
         ff_table_clear(&t);
     }
     /* the mirror direction of the light behind the sample, as the file's own frame has it */
     if (check_reads("from behind", "pgii", "#incident_angle 150 10\n#format: theta phi BSDF\n150 190 5\n30 190 6\n", &t)) {
         double w[6];
         check_directions(&t, 0, w);
-        CHECK(t.n_invalid == 1 && t.valid[0] && t.angle[0][0] == 30 && strstr(t.note, "turned over"), "'%s'", t.note);
-        CHECK(fabs(w[0] + w[3]) < 1e-15 && fabs(w[1] + w[4]) < 1e-15 && w[2] > 0 && fabs(w[2] - w[5]) < 1e-15, "mirror reflection");
+        FF_CHECK(t.n_invalid == 1 && t.valid[0] && t.angle[0][0] == 30 && strstr(t.note, "turned over"), "'%s'", t.note);
+        FF_CHECK(fabs(w[0] + w[3]) < 1e-15 && fabs(w[1] + w[4]) < 1e-15 && w[2] > 0 && fabs(w[2] - w[5]) < 1e-15,
+                 "mirror reflection");
         ff_table_clear(&t);
     }
 }
 
-static void test_refusals(void)
+static void refusals(void)
 {
     check_refuses("pgii", "", FF_ERR_READ, 0, WORDS("no rows"));
     check_refuses("pgii", HEAD("BSDF"), FF_ERR_READ, 5, WORDS("no rows of numbers"));
@@ -104,13 +108,13 @@ static int test_real(void)
     ff_read_options o;
     ff_read_options_init(&o);
     ff_status s = ff_table_read_with_into(path, &o, &t, &err);
-    CHECK(s == FF_ERR_UNSUPPORTED && strstr(err.message, "uA") && err.hint == FF_HINT_SCALE, "%d %s, hint %d", s, err.message,
-          (int)err.hint);
+    FF_CHECK(s == FF_ERR_UNSUPPORTED && strstr(err.message, "uA") && err.hint == FF_HINT_SCALE, "%d %s, hint %d", s, err.message,
+             (int)err.hint);
     o.scale = 2;
-    if (!CHECK(ff_table_read_with_into(path, &o, &t, &err) == FF_OK, "%s:%ld: %s", path, err.line, err.message)) return 1;
+    if (!FF_CHECK(ff_table_read_with_into(path, &o, &t, &err) == FF_OK, "%s:%ld: %s", path, err.line, err.message)) return 1;
     size_t size, n = 0, negative = 0, brightest = 0;
     double worst = 0, largest = 0;
-    char *text = check_slurp(path, &size), *rest;
+    char *text = ff_test_slurp(path, &size), *rest;
     for (char *line = strtok_r(text, "\n", &rest); line; line = strtok_r(NULL, "\n", &rest)) {
         double v[3], f;
         if (*line == '#' || sscanf(line, "%lf %lf %lf", v, v + 1, v + 2) != 3 || n >= t.n) continue;
@@ -119,29 +123,32 @@ static int test_real(void)
         worst = fmax(worst, fabs(f - expected) / (fabs(expected) + 1e-300));
         negative += v[2] < 0;
         if (v[2] > largest) largest = v[2], brightest = n;
-        CHECK(v[0] == t.angle[2][n] && v[1] == t.angle[3][n], "row %zu", n);
+        FF_CHECK(v[0] == t.angle[2][n] && v[1] == t.angle[3][n], "row %zu", n);
         n++;
     }
     free(text);
     /* near 90 degrees the cosine loses digits with the angle's own rounding */
-    CHECK(n == 49297 && t.n == n && t.n_negative == negative && worst < 1e-10, "%zu rows, %zu negative, off by %g", t.n,
-          t.n_negative, worst);
-    CHECK(t.angle[0][0] == 26.8421 && t.angle[1][0] == 0 && strstr(t.note, "says 127039, the file has 49297"), "'%s'", t.note);
+    FF_CHECK(n == 49297 && t.n == n && t.n_negative == negative && worst < 1e-10, "%zu rows, %zu negative, off by %g", t.n,
+             t.n_negative, worst);
+    FF_CHECK(t.angle[0][0] == 26.8421 && t.angle[1][0] == 0 && strstr(t.note, "says 127039, the file has 49297"), "'%s'", t.note);
     double w[6]; /* the largest reading is within 3 degrees of the mirror direction */
     check_directions(&t, brightest, w);
-    CHECK(-w[0] * w[3] - w[1] * w[4] + w[2] * w[5] > cos(0.053), "the peak is at %g %g", t.angle[2][brightest],
-          t.angle[3][brightest]);
+    FF_CHECK(-w[0] * w[3] - w[1] * w[4] + w[2] * w[5] > cos(0.053), "the peak is at %g %g", t.angle[2][brightest],
+             t.angle[3][brightest]);
     ff_table_clear(&t);
     return 1;
 }
 
-int main(void)
+static void one_file_damaged(void)
 {
-    test_reading();
-    test_refusals();
     check_prefixes("pgii", HEAD("BSDF") ROWS, 3, 1);
     check_byte_order_mark("pgii", HEAD("BSDF") ROWS);
     check_flips("pgii", HEAD("DSF") ROWS);
-    if (!test_real()) printf("no real file in %s/pgii: that part is left out\n", check_data_dir());
-    return check_result();
 }
+
+static void measured(void)
+{
+    if (!test_real()) FF_SKIP("no real file in %s/pgii", check_data_dir());
+}
+
+FF_TEST_MAIN(FF_TEST(test_reading), FF_TEST(refusals), FF_TEST(one_file_damaged), FF_TEST(measured))

@@ -1,5 +1,7 @@
-/* Real files, at $FACETFIT_DATA or ../shared/data beside the project; skipped where they are absent. */
-#include "check.h"
+/* Real files, at $FACETFIT_DATA or ../shared/data beside the project, skipped where they are absent; and one that is made here,
+ * with the same checks. */
+#include "instrument.h"
+#include "check_table.h"
 
 static const char *data_dir(void)
 {
@@ -23,28 +25,28 @@ static void second_source(const char *path, long *points, double *sum_theta_i, d
     fclose(f);
 }
 
-static void test_astm_file(const char *path)
+static void test_astm_file(const char *path, size_t expected)
 {
     ff_table t, back;
     ff_error err = {0};
-    if (!CHECK(ff_table_read_into(path, NULL, &t, &err) == FF_OK, "%s:%ld: %s", path, err.line, err.message)) return;
+    if (!FF_CHECK(ff_table_read_into(path, NULL, &t, &err) == FF_OK, "%s:%ld: %s", path, err.line, err.message)) return;
     long points;
     double sum_theta_i, sum_last, theta_i = 0, last = 0;
     second_source(path, &points, &sum_theta_i, &sum_last);
-    CHECK(strcmp(t.format, "astm") == 0 && t.n_channels == 3 && t.n == (size_t)points && t.n == 12964,
-          "%s: %zu x %zu as %s, NUM_POINTS %ld", path, t.n, t.n_channels, t.format, points);
+    FF_CHECK(strcmp(t.format, "astm") == 0 && t.n_channels == 3 && t.n == (size_t)points && t.n == expected,
+             "%s: %zu x %zu as %s, NUM_POINTS %ld", path, t.n, t.n_channels, t.format, points);
     for (size_t i = 0; i < t.n; i++) theta_i += t.angle[0][i], last += t.value[2 * t.n + i];
-    CHECK(theta_i == sum_theta_i && last == sum_last, "%s: sums %.17g %.17g, expected %.17g %.17g", path, theta_i, last,
-          sum_theta_i, sum_last);
-    CHECK(t.channels[0].wavelength_nm == 465 && t.channels[1].wavelength_nm == 525 && t.channels[2].wavelength_nm == 630,
-          "%s: wavelengths", path);
-    CHECK(t.isotropic == 1 && t.n_invalid == 0 && t.n_negative > 0 && strstr(t.note, "phi_s"), "%s: %zu negative, note '%s'", path,
-          t.n_negative, t.note);
+    FF_CHECK(theta_i == sum_theta_i && last == sum_last, "%s: sums %.17g %.17g, expected %.17g %.17g", path, theta_i, last,
+             sum_theta_i, sum_last);
+    FF_CHECK(t.channels[0].wavelength_nm == 465 && t.channels[1].wavelength_nm == 525 && t.channels[2].wavelength_nm == 630,
+             "%s: wavelengths", path);
+    FF_CHECK(t.isotropic == 1 && t.n_invalid == 0 && t.n_negative > 0 && strstr(t.note, "phi_s"), "%s: %zu negative, note '%s'",
+             path, t.n_negative, t.note);
     static const char *const names[] = {"real.astm", "real.csv"};
     for (int k = 0; k < 2; k++) {
-        const char *copy = check_path(names[k]);
-        CHECK(ff_table_write(copy, NULL, &t, &err) == FF_OK, "%s: %s", path, err.message);
-        if (!CHECK(ff_table_read_into(copy, NULL, &back, &err) == FF_OK, "%s: %s", path, err.message)) continue;
+        const char *copy = ff_test_path(names[k]);
+        FF_CHECK(ff_table_write(copy, NULL, &t, &err) == FF_OK, "%s: %s", path, err.message);
+        if (!FF_CHECK(ff_table_read_into(copy, NULL, &back, &err) == FF_OK, "%s: %s", path, err.message)) continue;
         check_same_tables(path, &t, &back);
         check_same_angles(path, &t, &back);
         ff_table_clear(&back);
@@ -62,11 +64,11 @@ static int test_astm(void)
     for (struct dirent *e; (e = readdir(d));) {
         if (!strstr(e->d_name, ".astm")) continue;
         snprintf(path, sizeof path, "%s/%s", dir, e->d_name);
-        test_astm_file(path);
+        test_astm_file(path, 12964);
         n++;
     }
     closedir(d);
-    CHECK(n > 0, "no .astm file in %s", dir);
+    FF_CHECK(n > 0, "no .astm file in %s", dir);
     printf("%d ASTM files\n", n);
     return 1;
 }
@@ -75,7 +77,7 @@ static int test_astm(void)
 static int test_merl(void)
 {
     char command[1600], path[200];
-    snprintf(path, sizeof path, "%s", check_path("gold.binary"));
+    snprintf(path, sizeof path, "%s", ff_test_path("gold.binary"));
     snprintf(command, sizeof command,
              "tool='%s/../tools/make_merl.py'; test -f \"$tool\" && { \"$tool\" gold-metallic-paint '%s' || python3 \"$tool\" "
              "gold-metallic-paint '%s'; } 2>/dev/null",
@@ -83,28 +85,28 @@ static int test_merl(void)
     if (system(command) != 0) return 0;
     ff_table t;
     ff_error err = {0};
-    if (!CHECK(ff_table_read_into(path, NULL, &t, &err) == FF_OK, "%s", err.message)) return 1;
+    if (!FF_CHECK(ff_table_read_into(path, NULL, &t, &err) == FF_OK, "%s", err.message)) return 1;
     size_t size, missing = 0, negative = 0;
-    char *bytes = check_slurp(path, &size);
+    char *bytes = ff_test_slurp(path, &size);
     for (size_t i = 0; i < t.n; i++) {
         double v[3];
         for (size_t c = 0; c < 3; c++) memcpy(v + c, bytes + 12 + 8 * (c * t.n + i), 8); /* on a little-endian machine */
         missing += v[0] == -1 && v[1] == -1 && v[2] == -1;
         negative += v[0] < 0 || v[1] < 0 || v[2] < 0;
     }
-    CHECK(missing == 305826, "%zu cells of the database's mask, expected 305826", missing);
-    CHECK(t.n_invalid == negative && negative >= missing && negative < missing + 5000, "%zu invalid, expected %zu", t.n_invalid,
-          negative);
-    CHECK(strcmp(t.format, "merl") == 0 && t.n == 1458000 && t.n_channels == 3, "%s %zu", t.format, t.n);
+    FF_CHECK(missing == 305826, "%zu cells of the database's mask, expected 305826", missing);
+    FF_CHECK(t.n_invalid == negative && negative >= missing && negative < missing + 5000, "%zu invalid, expected %zu", t.n_invalid,
+             negative);
+    FF_CHECK(strcmp(t.format, "merl") == 0 && t.n == 1458000 && t.n_channels == 3, "%s %zu", t.format, t.n);
     double at_normal[3];
     for (size_t c = 0; c < 3; c++) ff_table_values(&t, c, 0, 1, at_normal + c);
-    CHECK(at_normal[0] > at_normal[1] && at_normal[1] > at_normal[2] && at_normal[2] > 0, "gold is %g %g %g", at_normal[0],
-          at_normal[1], at_normal[2]);
-    const char *copy = check_path("copy.binary");
-    CHECK(ff_table_write(copy, NULL, &t, &err) == FF_OK, "%s", err.message);
+    FF_CHECK(at_normal[0] > at_normal[1] && at_normal[1] > at_normal[2] && at_normal[2] > 0, "gold is %g %g %g", at_normal[0],
+             at_normal[1], at_normal[2]);
+    const char *copy = ff_test_path("copy.binary");
+    FF_CHECK(ff_table_write(copy, NULL, &t, &err) == FF_OK, "%s", err.message);
     size_t n;
-    char *written = check_slurp(copy, &n);
-    CHECK(n == size && memcmp(written, bytes, n) == 0, "the copy differs");
+    char *written = ff_test_slurp(copy, &n);
+    FF_CHECK(n == size && memcmp(written, bytes, n) == 0, "the copy differs");
     printf("MERL: %zu invalid, %zu of them of the database\n", negative, missing);
     free(bytes);
     free(written);
@@ -112,11 +114,22 @@ static int test_merl(void)
     return 1;
 }
 
-int main(void)
+static void made_astm_file(void)
 {
-    int astm = test_astm(), merl = test_merl();
-    if (!astm) printf("skipped: no ASTM files in %s/astm\n", data_dir());
-    if (!merl) printf("skipped: no MERL file, %s/../tools/make_merl.py is missing or needs python3-numpy\n", data_dir());
-    int result = check_result();
-    return result || astm || merl ? result : CHECK_SKIP;
+    const fit_surface s = fit_surface_make("ggx+lambert", 3, "alpha=0.08 f0=0.6:0.3:0.1 kd=0:0.01:0.05");
+    const char *path = ff_test_path("made.astm");
+    instrument_write(path, &s, &(instrument_faults){.noise = 0.02, .offset = 1e-2, .horizon = 84}, "made");
+    test_astm_file(path, INSTRUMENT_POINTS);
 }
+
+static void astm_files(void)
+{
+    if (!test_astm()) FF_SKIP("no ASTM files in %s/astm", data_dir());
+}
+
+static void merl_file(void)
+{
+    if (!test_merl()) FF_SKIP("no MERL file, %s/../tools/make_merl.py is missing or needs python3-numpy", data_dir());
+}
+
+FF_TEST_MAIN(FF_TEST(made_astm_file), FF_TEST(astm_files), FF_TEST(merl_file))

@@ -1,6 +1,6 @@
 /* RGL files: made here and read, evaluated against a second implementation by plain integration, written, and spoilt; real files
  * against the output of the database's own loader. `test_formats_rgl --corpus DIR` writes the files of tests/fuzz/corpus/rgl. */
-#include "check.h"
+#include "check_table.h"
 #include "data_formats/formats/rgl/internal_rgl.h"
 #include "data_formats/analysis/survey_struct.h"
 #include <dirent.h>
@@ -71,7 +71,7 @@ static float *filled(size_t n, double lo, double hi)
 {
     float *v = malloc(n * sizeof *v);
     if (!v) exit(1);
-    for (size_t i = 0; i < n; i++) v[i] = (float)(lo + (hi - lo) * check_uniform());
+    for (size_t i = 0; i < n; i++) v[i] = (float)(lo + (hi - lo) * ff_test_uniform());
     return v;
 }
 
@@ -248,8 +248,8 @@ static void unit(double theta, double phi, double w[3])
 
 static int open_bytes(const unsigned char *bytes, size_t n, ff_rgl **r, ff_error *err)
 {
-    const char *path = check_path("made.bsdf");
-    check_write(path, bytes, n);
+    const char *path = ff_test_path("made.bsdf");
+    ff_test_write(path, bytes, n);
     return ff_rgl_open(path, r, err) == FF_OK;
 }
 
@@ -268,18 +268,18 @@ static void test_evaluator(const char *label, size_t P, int reduction, size_t C,
     m.jacobian[0] = (unsigned char)jacobian;
     ff_rgl *r;
     ff_error err = {0};
-    if (!CHECK(open_bytes(file_bytes, file_of(&m), &r, &err), "%s: %s", label, err.message)) return;
+    if (!FF_CHECK(open_bytes(file_bytes, file_of(&m), &r, &err), "%s: %s", label, err.message)) return;
     const ff_rgl_info info = ff_rgl_about(r);
-    CHECK(info.n_channels == C && info.isotropic == (P <= 2) && info.n_phi_i == P && info.n_theta_i == 4 && info.height == 6 &&
-              info.width == 5 && strcmp(info.description, "Made \xC2\xB5 here") == 0,
-          "%s: %zu %d %s", label, info.n_channels, info.isotropic, info.description);
-    CHECK(strcmp(info.channels[0].name, spectral ? "400.1nm" : "r") == 0, "%s: channel %s", label, info.channels[0].name);
+    FF_CHECK(info.n_channels == C && info.isotropic == (P <= 2) && info.n_phi_i == P && info.n_theta_i == 4 && info.height == 6 &&
+                 info.width == 5 && strcmp(info.description, "Made \xC2\xB5 here") == 0,
+             "%s: %zu %d %s", label, info.n_channels, info.isotropic, info.description);
+    FF_CHECK(strcmp(info.channels[0].name, spectral ? "400.1nm" : "r") == 0, "%s: channel %s", label, info.channels[0].name);
     double worst = 0;
     for (int trial = 0; trial < 400; trial++) {
         double wi[3], wo[3], f[40], expected[40], largest = 0;
         unsigned char valid;
-        unit(1.5 * check_uniform(), 2 * pi * check_uniform() - pi, wi);
-        unit(1.5 * check_uniform(), 2 * pi * check_uniform() - pi, wo);
+        unit(1.5 * ff_test_uniform(), 2 * pi * ff_test_uniform() - pi, wi);
+        unit(1.5 * ff_test_uniform(), 2 * pi * ff_test_uniform() - pi, wo);
         eval_one(r, wi, wo, f, &valid);
         double a[3] = {wi[0], wi[1], wi[2]}, b[3] = {wo[0], wo[1], wo[2]};
         int back = reduction == 2 && wi[1] > 0, x = back || (reduction == 4 && wi[0] > 0),
@@ -289,20 +289,20 @@ static void test_evaluator(const char *label, size_t P, int reduction, size_t C,
         second(&m, a, b, expected);
         for (size_t c = 0; c < C; c++) largest = fmax(largest, fabs(expected[c]));
         for (size_t c = 0; c < C; c++) worst = fmax(worst, fabs(f[c] - expected[c]) / largest);
-        CHECK(valid == 1, "%s: trial %d is not valid", label, trial);
+        FF_CHECK(valid == 1, "%s: trial %d is not valid", label, trial);
     }
-    CHECK(worst < 2e-6, "%s: %g from plain integration", label, worst);
+    FF_CHECK(worst < 2e-6, "%s: %g from plain integration", label, worst);
     double down[3] = {0, 0.6, -0.8}, up[3] = {0, 0, 1}, f[40];
     unsigned char valid = 1;
     eval_one(r, down, up, f, &valid);
-    CHECK(valid == 0 && f[0] == 0, "%s: light from below", label);
+    FF_CHECK(valid == 0 && f[0] == 0, "%s: light from below", label);
     eval_one(r, up, down, f, NULL);
-    CHECK(f[0] == 0 && f[C - 1] == 0, "%s: seen from below", label);
+    FF_CHECK(f[0] == 0 && f[C - 1] == 0, "%s: seen from below", label);
     ff_rgl_free(r);
     unmake(&m);
 }
 
-static void test_evaluators(void)
+static void evaluators(void)
 {
     test_evaluator("isotropic rgb", 1, 1, 3, 0, 1, 0);
     test_evaluator("isotropic rgb, two azimuths", 2, 1, 3, 0, 1, 0);
@@ -321,8 +321,8 @@ static void test_evaluators(void)
 
 static int read_bytes(const unsigned char *bytes, size_t n, const char *grid, ff_table *t, ff_error *err)
 {
-    const char *path = check_path("read.bsdf");
-    check_write(path, bytes, n);
+    const char *path = ff_test_path("read.bsdf");
+    ff_test_write(path, bytes, n);
     ff_read_options o;
     ff_read_options_init(&o);
     o.grid = grid;
@@ -338,8 +338,8 @@ static void check_samples(const char *label, const material *m, const ff_table *
         double wi[3], wo[3], h[3], length = 0, u[2], s[2];
         unit(t->angle[0][i], t->angle[1][i], wi);
         unit(t->angle[2][i], t->angle[3][i], wo);
-        CHECK(t->angle[0][i] == (double)m->theta[k] && t->angle[1][i] == (double)m->phi[p], "%s: incidence of %zu", label, i);
-        CHECK(t->valid[i] == (wo[2] > 1e-6), "%s: sample %zu, cos %g, valid %d", label, i, wo[2], t->valid[i]);
+        FF_CHECK(t->angle[0][i] == (double)m->theta[k] && t->angle[1][i] == (double)m->phi[p], "%s: incidence of %zu", label, i);
+        FF_CHECK(t->valid[i] == (wo[2] > 1e-6), "%s: sample %zu, cos %g, valid %d", label, i, wo[2], t->valid[i]);
         for (int q = 0; q < 3; q++) h[q] = wi[q] + wo[q], length += h[q] * h[q];
         for (int q = 0; q < 3; q++) h[q] /= sqrt(length);
         if (h[2] <= 0 || length < 1e-12) continue; /* m is not in between */
@@ -359,15 +359,15 @@ static void check_samples(const char *label, const material *m, const ff_table *
             worst_f = fmax(worst_f, fabs(t->value[c * t->n + i] - expected) / (fabs(expected) + 1e-9));
         }
     }
-    CHECK(worst_s < 2e-6, "%s: samples are %g from their place", label, worst_s);
-    CHECK(worst_f < 1e-6, "%s: values differ by %g", label, worst_f);
+    FF_CHECK(worst_s < 2e-6, "%s: samples are %g from their place", label, worst_s);
+    FF_CHECK(worst_f < 1e-6, "%s: values differ by %g", label, worst_f);
 }
 
 static void check_weights(const char *label, const ff_table *t)
 {
     for (size_t i = 0; i < t->n; i++)
-        CHECK(t->weight[i] >= 0 && isfinite(t->weight[i]) && (t->valid[i] || t->weight[i] == 0), "%s: weight %zu is %g", label, i,
-              t->weight[i]);
+        FF_CHECK(t->weight[i] >= 0 && isfinite(t->weight[i]) && (t->valid[i] || t->weight[i] == 0), "%s: weight %zu is %g", label,
+                 i, t->weight[i]);
 }
 
 /* ---- reflectance ----------------------------------------------------------------------------- */
@@ -437,7 +437,7 @@ static void check_mass(const char *label, const ff_rgl *r, size_t p, size_t k)
                       (double)ff_float_of(ff_tensor_data(&r->file, r->colour) + 4 * ((slice * r->n_channels + c) * n + i));
     const double e = apart(r, r->theta[k], r->phi[p], 400, sum, &uncertain);
     printf("%s: incidence %zu %zu: sum over colours %.2g from the reflectance, known within %.2g\n", label, p, k, e, uncertain);
-    CHECK(e < 0.04 + uncertain, "%s: incidence %zu %zu: sum over colours is %g from the reflectance", label, p, k, e);
+    FF_CHECK(e < 0.04 + uncertain, "%s: incidence %zu %zu: sum over colours is %g from the reflectance", label, p, k, e);
     free(memory);
 }
 
@@ -445,7 +445,7 @@ static void check_masses(const char *label, const material *m)
 {
     ff_rgl *r;
     ff_error err = {0};
-    if (!CHECK(open_bytes(file_bytes, file_of(m), &r, &err), "%s: %s", label, err.message)) return;
+    if (!FF_CHECK(open_bytes(file_bytes, file_of(m), &r, &err), "%s: %s", label, err.message)) return;
     for (size_t k = m->P > 2 ? 1 : 0; k < 4; k++)
         check_mass(label, r, m->P > 2 ? 1 : 0, k); /* light from the normal has any azimuth */
     ff_rgl_free(r);
@@ -465,8 +465,8 @@ static double check_sums(const char *label, const ff_table *t, const ff_rgl *r, 
                 sum[c] += t->valid[i] ? t->value[c * t->n + i] * cos(t->angle[2][i]) * t->weight[i] : 0;
         for (size_t c = 0; c < t->n_channels; c++) sum[c] /= ff_rgl_incidence_weight(r, p, k);
         const double e = apart(r, r->theta[k], r->phi[p], 400, sum, &uncertain);
-        CHECK(e < most + uncertain, "%s: at %g degrees samples add up to a reflectance that is %g off (known within %g)", label,
-              r->theta[k] * 180 / pi, e, uncertain);
+        FF_CHECK(e < most + uncertain, "%s: at %g degrees samples add up to a reflectance that is %g off (known within %g)", label,
+                 r->theta[k] * 180 / pi, e, uncertain);
         worst = fmax(worst, e);
     }
     return worst;
@@ -486,17 +486,17 @@ static void test_reading(void)
         material m = make(cases[k].P, cases[k].reduction, cases[k].C, cases[k].spectral);
         ff_table t;
         ff_error err = {0};
-        if (!CHECK(read_bytes(file_bytes, file_of(&m), NULL, &t, &err), "%s: %s", label, err.message)) continue;
-        CHECK(strcmp(t.format, "rgl") == 0 && t.n == m.P * m.T * m.H * m.W && t.n_channels == m.C && t.radians_per_unit == 1 &&
-                  t.isotropic == (m.P == 1) && t.quantity == FF_BRDF_COS && t.weight && t.kept,
-              "%s: %zu x %zu", label, t.n, t.n_channels);
-        CHECK(t.n_negative > 0 && strstr(t.note, "negative channel") && strstr(t.note, "the file's own") &&
-                  strstr(t.note, "Made \\xc2"),
-              "%s: %s", label, t.note);
-        CHECK(!strstr(t.note, "symmetry") == (m.reduction == 1), "%s: %s", label, t.note);
+        if (!FF_CHECK(read_bytes(file_bytes, file_of(&m), NULL, &t, &err), "%s: %s", label, err.message)) continue;
+        FF_CHECK(strcmp(t.format, "rgl") == 0 && t.n == m.P * m.T * m.H * m.W && t.n_channels == m.C && t.radians_per_unit == 1 &&
+                     t.isotropic == (m.P == 1) && t.quantity == FF_BRDF_COS && t.weight && t.kept,
+                 "%s: %zu x %zu", label, t.n, t.n_channels);
+        FF_CHECK(t.n_negative > 0 && strstr(t.note, "negative channel") && strstr(t.note, "the file's own") &&
+                     strstr(t.note, "Made \\xc2"),
+                 "%s: %s", label, t.note);
+        FF_CHECK(!strstr(t.note, "symmetry") == (m.reduction == 1), "%s: %s", label, t.note);
         if (m.spectral)
-            CHECK(t.channels[1].wavelength_nm == 410.35 && strcmp(t.channels[1].name, "410.35nm") == 0, "%s %.17g",
-                  t.channels[1].name, t.channels[1].wavelength_nm);
+            FF_CHECK(t.channels[1].wavelength_nm == 410.35 && strcmp(t.channels[1].name, "410.35nm") == 0, "%s %.17g",
+                     t.channels[1].name, t.channels[1].wavelength_nm);
         check_samples(label, &m, &t);
         check_weights(label, &t);
         check_masses(label, &m);
@@ -515,25 +515,25 @@ static void test_validity(void)
     const size_t at = (1 * m.H + 2) * m.W + 1, black = at + 1, size = m.H * m.W;
     for (size_t c = 0; c < 3; c++) m.colour[(1 * 3 + c) * size + at % size] = m.colour[(1 * 3 + c) * size + black % size] = 0;
     m.luminance[at] = 0, m.luminance[black] = 1e-20f;
-    if (CHECK(read_bytes(file_bytes, file_of(&m), NULL, &t, &err), "%s", err.message)) {
-        CHECK(!t.valid[at] && t.valid[black] && t.value[black] == 0, "unmeasured and black");
-        for (size_t i = 3 * size; i < 4 * size; i++) CHECK(!t.valid[i] && t.value[i] == 0, "light at 90 degrees");
-        CHECK(strstr(t.note, "1 samples have no colour") && strstr(t.note, "30 samples of light at 90 degrees"), "%s", t.note);
+    if (FF_CHECK(read_bytes(file_bytes, file_of(&m), NULL, &t, &err), "%s", err.message)) {
+        FF_CHECK(!t.valid[at] && t.valid[black] && t.value[black] == 0, "unmeasured and black");
+        for (size_t i = 3 * size; i < 4 * size; i++) FF_CHECK(!t.valid[i] && t.value[i] == 0, "light at 90 degrees");
+        FF_CHECK(strstr(t.note, "1 samples have no colour") && strstr(t.note, "30 samples of light at 90 degrees"), "%s", t.note);
         ff_table_clear(&t);
     }
     memset(m.ndf, 0, 2 * m.nw * sizeof *m.ndf);
-    CHECK(!read_bytes(file_bytes, file_of(&m), NULL, &t, &err) && err.code == FF_ERR_DATA && strstr(err.message, "not measured"),
-          "%s", err.message);
+    FF_CHECK(!read_bytes(file_bytes, file_of(&m), NULL, &t, &err) && err.code == FF_ERR_DATA && strstr(err.message, "not measured"),
+             "%s", err.message);
     m.ndf[m.nw - 1] = m.ndf[2 * m.nw - 1] = m.ndf[m.nw - 2] = m.ndf[2 * m.nw - 2] = m.ndf[m.nw - 3] = m.ndf[2 * m.nw - 3] = 1;
-    if (CHECK(read_bytes(file_bytes, file_of(&m), NULL, &t, &err), "%s", err.message)) {
-        CHECK(!t.valid[0] && strstr(t.note, "no density of normals"), "%s", t.note);
+    if (FF_CHECK(read_bytes(file_bytes, file_of(&m), NULL, &t, &err), "%s", err.message)) {
+        FF_CHECK(!t.valid[0] && strstr(t.note, "no density of normals"), "%s", t.note);
         ff_table_clear(&t);
     }
     m.jacobian[0] = 0;
-    if (CHECK(read_bytes(file_bytes, file_of(&m), NULL, &t, &err), "%s", err.message)) {
-        CHECK(t.valid[0] && strstr(t.note, "not relative") &&
-                  fabs(t.value[1] / (double)m.colour[1] * cos(t.angle[2][1]) - 1) < 1e-12,
-              "%s", t.note);
+    if (FF_CHECK(read_bytes(file_bytes, file_of(&m), NULL, &t, &err), "%s", err.message)) {
+        FF_CHECK(t.valid[0] && strstr(t.note, "not relative") &&
+                     fabs(t.value[1] / (double)m.colour[1] * cos(t.angle[2][1]) - 1) < 1e-12,
+                 "%s", t.note);
         ff_table_clear(&t);
     }
     unmake(&m);
@@ -545,15 +545,15 @@ static void check_grid(const char *label, const material *m, const char *grid, c
 {
     ff_table t;
     ff_error err = {0};
-    if (!CHECK(read_bytes(file_bytes, file_of(m), grid, &t, &err), "%s: %s", label, err.message)) return;
-    CHECK(t.axes.kind == FF_AXES_INCIDENT_EXIT && t.axes.n[0] == n[0] && t.axes.n[1] == n[1] && t.axes.n[2] == n[2] &&
-              t.axes.n[3] == n[3] && t.axes.node[0][0] == first && t.axes.node[0][1] == first + step && t.axes.node[3][0] == 0,
-          "%s: %zu %zu %zu %zu", label, t.axes.n[0], t.axes.n[1], t.axes.n[2], t.axes.n[3]);
-    CHECK(t.isotropic == (m->P <= 2) && !t.kept && t.weight && strstr(t.note, grid) && strcmp(t.format, "rgl") == 0, "%s: %s",
-          label, t.note);
+    if (!FF_CHECK(read_bytes(file_bytes, file_of(m), grid, &t, &err), "%s: %s", label, err.message)) return;
+    FF_CHECK(t.axes.kind == FF_AXES_INCIDENT_EXIT && t.axes.n[0] == n[0] && t.axes.n[1] == n[1] && t.axes.n[2] == n[2] &&
+                 t.axes.n[3] == n[3] && t.axes.node[0][0] == first && t.axes.node[0][1] == first + step && t.axes.node[3][0] == 0,
+             "%s: %zu %zu %zu %zu", label, t.axes.n[0], t.axes.n[1], t.axes.n[2], t.axes.n[3]);
+    FF_CHECK(t.isotropic == (m->P <= 2) && !t.kept && t.weight && strstr(t.note, grid) && strcmp(t.format, "rgl") == 0, "%s: %s",
+             label, t.note);
     double worst = 0, sum = 0;
     for (size_t i = 0; i < t.n; i++) sum += t.weight[i];
-    CHECK(fabs(sum / (4 * pi * pi) - 1) < 1e-12, "%s: weights %g", label, sum / (4 * pi * pi));
+    FF_CHECK(fabs(sum / (4 * pi * pi) - 1) < 1e-12, "%s: weights %g", label, sum / (4 * pi * pi));
     for (size_t i = 0; i < t.n; i += 1 + t.n / 500) {
         double wi[3], wo[3], f[8];
         unit(t.angle[0][i] * pi / 180, t.angle[1][i] * pi / 180, wi);
@@ -562,7 +562,7 @@ static void check_grid(const char *label, const material *m, const char *grid, c
         second(m, wi, wo, f);
         for (size_t c = 0; c < m->C; c++) worst = fmax(worst, fabs(t.value[c * t.n + i] - f[c]) * wo[2]);
     }
-    CHECK(worst < 1e-5, "%s: %g", label, worst);
+    FF_CHECK(worst < 1e-5, "%s: %g", label, worst);
     ff_table_clear(&t);
 }
 
@@ -576,15 +576,15 @@ static void test_grids(void)
     check_grid("four numbers", &aniso, "9x3x10x6", (size_t[]){9, 3, 10, 6}, 5, 10);
     ff_table t;
     ff_error err = {0};
-    if (CHECK(read_bytes(file_bytes, file_of(&iso), "merl", &t, &err), "%s", err.message)) {
-        CHECK(t.grid == &ff_grid_merl && t.n == 1458000 && !t.kept && t.isotropic == 1, "merl");
+    if (FF_CHECK(read_bytes(file_bytes, file_of(&iso), "merl", &t, &err), "%s", err.message)) {
+        FF_CHECK(t.grid == &ff_grid_merl && t.n == 1458000 && !t.kept && t.isotropic == 1, "merl");
         for (size_t i = 0; i < t.n; i += 40009) {
             double w[6], f[3], *const planes[6] = {w, w + 1, w + 2, w + 3, w + 4, w + 5};
             ff_table_directions(&t, i, 1, planes);
-            CHECK(t.valid[i] == (w[2] > 1e-8 && w[5] > 1e-8), "merl: validity of %zu", i);
+            FF_CHECK(t.valid[i] == (w[2] > 1e-8 && w[5] > 1e-8), "merl: validity of %zu", i);
             if (!t.valid[i]) continue;
             second(&iso, w, w + 3, f);
-            CHECK(fabs(t.value[t.n + i] - f[1]) * w[5] < 1e-5, "merl: %zu: %g %g", i, t.value[t.n + i], f[1]);
+            FF_CHECK(fabs(t.value[t.n + i] - f[1]) * w[5] < 1e-5, "merl: %zu: %g %g", i, t.value[t.n + i], f[1]);
         }
         ff_table_clear(&t);
     }
@@ -607,12 +607,12 @@ static void test_grids(void)
                {"99999999999999999999x9x9", FF_ERR_RANGE, "33554432"},
                {"1000x1000x1000", FF_ERR_RANGE, "33554432"}};
     for (size_t k = 0; k < sizeof bad / sizeof bad[0]; k++)
-        CHECK(!read_bytes(file_bytes, file_of(&iso), bad[k].grid, &t, &err) && err.code == bad[k].code &&
-                  strstr(err.message, bad[k].word),
-              "%s: %d %s", bad[k].grid, err.code, err.message);
-    CHECK(!read_bytes(file_bytes, file_of(&aniso), "merl", &t, &err) && err.code == FF_ERR_UNSUPPORTED &&
-              strstr(err.message, "anisotropic"),
-          "%s", err.message);
+        FF_CHECK(!read_bytes(file_bytes, file_of(&iso), bad[k].grid, &t, &err) && err.code == bad[k].code &&
+                     strstr(err.message, bad[k].word),
+                 "%s: %d %s", bad[k].grid, err.code, err.message);
+    FF_CHECK(!read_bytes(file_bytes, file_of(&aniso), "merl", &t, &err) && err.code == FF_ERR_UNSUPPORTED &&
+                 strstr(err.message, "anisotropic"),
+             "%s", err.message);
     unmake(&iso);
     unmake(&aniso);
 }
@@ -622,15 +622,15 @@ static void test_grids(void)
 static void expect_bad(const char *label, const unsigned char *bytes, size_t n, ff_status code, size_t byte,
                        const char *const *words)
 {
-    const char *path = check_path("bad.bsdf");
+    const char *path = ff_test_path("bad.bsdf");
     ff_table t;
     ff_error err = {0};
     memset(&t, 0x5A, sizeof t);
-    check_write(path, bytes, n);
+    ff_test_write(path, bytes, n);
     const ff_status s = ff_table_read_into(path, "rgl", &t, &err);
-    CHECK(s == code && err.byte == (int64_t)byte && err.line == 0 && strcmp(err.path, path) == 0,
-          "%s: %d at byte %lld, expected %d at %zu: %s", label, s, (long long)err.byte, code, byte, err.message);
-    for (; *words; words++) CHECK(strstr(err.message, *words), "%s: no '%s' in: %s", label, *words, err.message);
+    FF_CHECK(s == code && err.byte == (int64_t)byte && err.line == 0 && strcmp(err.path, path) == 0,
+             "%s: %d at byte %lld, expected %d at %zu: %s", label, s, (long long)err.byte, code, byte, err.message);
+    for (; *words; words++) FF_CHECK(strstr(err.message, *words), "%s: no '%s' in: %s", label, *words, err.message);
     if (s == FF_OK) ff_table_clear(&t);
 }
 
@@ -720,7 +720,7 @@ static void bad_number(const char *label, size_t which, size_t element, float v,
     unmake(&m);
 }
 
-static void test_content(void)
+static void content(void)
 {
     static const float turning[5] = {-3.14159265f, -2.5f, -2, -1.5f, -1}, half[3] = {0, 1.5f, 3.14159265f};
     bad_field("type of ndf", NDF, (field){"ndf", 5, 2, {2, 8}, NULL}, FF_ERR_FORMAT, 0, WORDS("uint32 [2, 8]", "expected float32"));
@@ -750,22 +750,22 @@ static void test_content(void)
     fresh(&m), put(spoilt + data_at[WAVELENGTHS] + 8, 0, 4);
     expect_bad("wavelengths", spoilt, n, FF_ERR_DATA, data_at[WAVELENGTHS] + 8, WORDS("'wavelengths'", "increasing"));
     unmake(&m);
-    CHECK(ff_table_read_into(check_path("none.bsdf"), "rgl", NULL, &(ff_error){0}) == FF_ERR_OPEN, "missing file");
+    FF_CHECK(ff_table_read_into(ff_test_path("none.bsdf"), "rgl", NULL, &(ff_error){0}) == FF_ERR_OPEN, "missing file");
 }
 
 /* Every prefix fails; a flipped bit of the descriptions gives an error or a table that can be used. */
-static void test_mutations(void)
+static void mutations(void)
 {
     material m = make(1, 1, 3, 0);
     const size_t n = fresh(&m);
-    const char *path = check_path("cut.bsdf");
-    check_write(path, spoilt, n);
+    const char *path = ff_test_path("cut.bsdf");
+    ff_test_write(path, spoilt, n);
     for (size_t k = n; k-- > 0;) {
         ff_table t;
         ff_error err = {0};
         if (truncate(path, (off_t)k) != 0) exit(1);
         const ff_status s = ff_table_read_into(path, "rgl", &t, &err);
-        CHECK(s == FF_ERR_READ || s == FF_ERR_FORMAT, "%zu bytes: %d %s", k, s, err.message);
+        FF_CHECK(s == FF_ERR_READ || s == FF_ERR_FORMAT, "%zu bytes: %d %s", k, s, err.message);
         if (s == FF_OK) ff_table_clear(&t);
     }
     size_t read = 0;
@@ -774,17 +774,17 @@ static void test_mutations(void)
         ff_error err = {0};
         fresh(&m);
         spoilt[bit / 8] = (unsigned char)(spoilt[bit / 8] ^ 1u << bit % 8);
-        check_write(path, spoilt, n);
+        ff_test_write(path, spoilt, n);
         if (ff_table_read_into(path, "rgl", &t, &err) != FF_OK) {
-            CHECK(err.message[0] != 0, "bit %zu: no message", bit);
+            FF_CHECK(err.message[0] != 0, "bit %zu: no message", bit);
             continue;
         }
         read++;
-        CHECK(t.n == 120 && t.n_channels == 3 && ff_table_write(check_path("flip.bsdf"), NULL, &t, &err) == FF_OK, "bit %zu: %s",
-              bit, err.message);
+        FF_CHECK(t.n == 120 && t.n_channels == 3 && ff_table_write(ff_test_path("flip.bsdf"), NULL, &t, &err) == FF_OK,
+                 "bit %zu: %s", bit, err.message);
         ff_table_clear(&t);
     }
-    CHECK(read > 0 && read < 8 * data_at[PHI] / 4, "%zu of %zu flipped bits do not matter", read, 8 * data_at[PHI]);
+    FF_CHECK(read > 0 && read < 8 * data_at[PHI] / 4, "%zu of %zu flipped bits do not matter", read, 8 * data_at[PHI]);
     unmake(&m);
 }
 
@@ -793,7 +793,7 @@ static void test_mutations(void)
 static void test_round_trip(size_t P, int reduction, size_t C, int spectral)
 {
     material m = make(P, reduction, C, spectral);
-    const char *copy = check_path("copy.bsdf");
+    const char *copy = ff_test_path("copy.bsdf");
     ff_table t, back;
     ff_error err = {0};
     size_t n = file_of(&m), written;
@@ -801,24 +801,24 @@ static void test_round_trip(size_t P, int reduction, size_t C, int spectral)
     m.colour[6] = -0.0f;
     m.colour[7] = -0.0f, m.colour[10] = 1e-42f, m.luminance[6] = 0;
     file_of(&m);
-    if (!CHECK(read_bytes(file_bytes, n, NULL, &t, &err), "%s", err.message)) return;
-    CHECK(ff_table_write(copy, NULL, &t, &err) == FF_OK, "%s", err.message);
-    char *bytes = check_slurp(copy, &written);
-    CHECK(written == n && memcmp(bytes, file_bytes, n) == 0, "P = %zu, C = %zu: the copy differs", P, C);
+    if (!FF_CHECK(read_bytes(file_bytes, n, NULL, &t, &err), "%s", err.message)) return;
+    FF_CHECK(ff_table_write(copy, NULL, &t, &err) == FF_OK, "%s", err.message);
+    char *bytes = ff_test_slurp(copy, &written);
+    FF_CHECK(written == n && memcmp(bytes, file_bytes, n) == 0, "P = %zu, C = %zu: the copy differs", P, C);
     free(bytes);
     /* Changed values come back as 32-bit floats, and nothing else changes. */
     size_t changed = 0;
     for (size_t i = 0; i < t.n; i++) changed += t.valid[i] && i % 3 == 0;
     for (size_t c = 0; c < C; c++)
-        for (size_t i = 0; i < t.n; i += 3) t.value[c * t.n + i] = 0.3 * check_uniform() + (double)c;
+        for (size_t i = 0; i < t.n; i += 3) t.value[c * t.n + i] = 0.3 * ff_test_uniform() + (double)c;
     for (size_t c = 0; c < C; c++) t.value[c * t.n + 15] = 0; /* black */
-    CHECK(t.valid[15] && !t.valid[6] && t.valid[11], "the samples that this is about");
+    FF_CHECK(t.valid[15] && !t.valid[6] && t.valid[11], "the samples that this is about");
     size_t gone = t.n / 2;
     while (!t.valid[gone]) gone++;
     t.valid[gone] = 0;
-    CHECK(ff_table_write(copy, "rgl", &t, &err) == FF_OK && changed > 0, "%s", err.message);
-    if (CHECK(ff_table_read_into(copy, NULL, &back, &err) == FF_OK, "%s", err.message)) {
-        CHECK(memcmp(t.valid, back.valid, t.n) == 0, "validity");
+    FF_CHECK(ff_table_write(copy, "rgl", &t, &err) == FF_OK && changed > 0, "%s", err.message);
+    if (FF_CHECK(ff_table_read_into(copy, NULL, &back, &err) == FF_OK, "%s", err.message)) {
+        FF_CHECK(memcmp(t.valid, back.valid, t.n) == 0, "validity");
         check_same_angles("round trip", &t, &back);
         double worst = 0;
         for (size_t c = 0; c < C; c++)
@@ -826,35 +826,35 @@ static void test_round_trip(size_t P, int reduction, size_t C, int spectral)
                 const double a = t.value[c * t.n + i], b = back.value[c * t.n + i];
                 if (!t.valid[i]) continue;
                 if (i % 3 || a == 0)
-                    CHECK(a == b, "sample %zu has changed", i);
+                    FF_CHECK(a == b, "sample %zu has changed", i);
                 else
                     worst = fmax(worst, fabs(b - a) / fabs(a));
             }
-        CHECK(worst < 6.1e-8, "changed values differ by %g", worst);
+        FF_CHECK(worst < 6.1e-8, "changed values differ by %g", worst);
         ff_table_clear(&back);
     }
     /* What cannot be written. */
-    const char *never = check_path("never.bsdf");
+    const char *never = ff_test_path("never.bsdf");
     t.angle[3][4] += 1e-12;
-    CHECK(ff_table_write(never, NULL, &t, &err) == FF_ERR_UNSUPPORTED && strstr(err.message, "other directions"), "%s",
-          err.message);
+    FF_CHECK(ff_table_write(never, NULL, &t, &err) == FF_ERR_UNSUPPORTED && strstr(err.message, "other directions"), "%s",
+             err.message);
     t.angle[3][4] = 1;
     t.value[t.n + gone + 1] = 1e300, t.valid[gone + 1] = 1;
-    CHECK(ff_table_write(never, NULL, &t, &err) != FF_OK && access(never, F_OK) != 0, "too large");
+    FF_CHECK(ff_table_write(never, NULL, &t, &err) != FF_OK && access(never, F_OK) != 0, "too large");
     ff_table_clear(&t);
-    if (CHECK(read_bytes(file_bytes, n, NULL, &t, &err), "%s", err.message)) {
+    if (FF_CHECK(read_bytes(file_bytes, n, NULL, &t, &err), "%s", err.message)) {
         size_t at = 1;
         while (!t.valid[at]) at++;
         t.value[at] = 1e60;
-        CHECK(ff_table_write(never, NULL, &t, &err) == FF_ERR_DATA && strstr(err.message, "too large for 32 bits"), "%s",
-              err.message);
+        FF_CHECK(ff_table_write(never, NULL, &t, &err) == FF_ERR_DATA && strstr(err.message, "too large for 32 bits"), "%s",
+                 err.message);
         ff_table_clear(&t);
     }
-    if (P == 1 && CHECK(read_bytes(file_bytes, n, "9x9x9", &t, &err), "%s", err.message)) {
-        CHECK(ff_table_write(never, NULL, &t, &err) == FF_ERR_UNSUPPORTED && strstr(err.message, "resample"), "%s", err.message);
+    if (P == 1 && FF_CHECK(read_bytes(file_bytes, n, "9x9x9", &t, &err), "%s", err.message)) {
+        FF_CHECK(ff_table_write(never, NULL, &t, &err) == FF_ERR_UNSUPPORTED && strstr(err.message, "resample"), "%s", err.message);
         ff_table_clear(&t);
     }
-    CHECK(access(never, F_OK) != 0 && check_leftovers() == 0, "something was left behind");
+    FF_CHECK(access(never, F_OK) != 0 && check_leftovers() == 0, "something was left behind");
     unmake(&m);
 }
 
@@ -891,32 +891,32 @@ static void check_horizon(const char *label, const ff_rgl *r, double ax, double 
 static void test_layout(const char *label, const ff_table *from, const char *grid, double ax, double ay, double mean_most)
 {
     const ff_format *rgl = ff_format_find("rgl");
-    const char *path = check_path("lobe.bsdf");
+    const char *path = ff_test_path("lobe.bsdf");
     ff_table t, back;
     ff_rgl *r;
     ff_error err = {0};
-    if (!CHECK(rgl->layout(from, grid, &t, &err) == FF_OK, "%s: %s", label, err.message)) return;
-    for (size_t i = 0; i < t.n; i++) CHECK(t.valid[i] == 1 && t.value[i] == 0, "%s: an empty table", label);
+    if (!FF_CHECK(rgl->layout(from, grid, &t, &err) == FF_OK, "%s: %s", label, err.message)) return;
+    for (size_t i = 0; i < t.n; i++) FF_CHECK(t.valid[i] == 1 && t.value[i] == 0, "%s: an empty table", label);
     check_parts(label, &t, 2);
     fill_lobe(ax, ay, &t);
-    CHECK(ff_table_write(path, NULL, &t, &err) == FF_OK, "%s: %s", label, err.message);
-    if (!CHECK(ff_table_read_into(path, NULL, &back, &err) == FF_OK, "%s: %s", label, err.message)) return;
+    FF_CHECK(ff_table_write(path, NULL, &t, &err) == FF_OK, "%s: %s", label, err.message);
+    if (!FF_CHECK(ff_table_read_into(path, NULL, &back, &err) == FF_OK, "%s: %s", label, err.message)) return;
     check_same_angles(label, &t, &back);
     size_t above = 0;
     double worst = 0, covered = 0;
     for (size_t i = 0; i < t.n; i++) {
         const int up = cos(t.angle[2][i]) > 1e-6;
-        CHECK(back.valid[i] == up, "%s: validity of %zu", label, i);
+        FF_CHECK(back.valid[i] == up, "%s: validity of %zu", label, i);
         above += (size_t)up;
         covered += t.weight[i];
         for (size_t c = 0; c < t.n_channels && up; c++)
             worst = fmax(worst, fabs(back.value[c * t.n + i] / t.value[c * t.n + i] - 1));
     }
-    CHECK(worst < 6.1e-8, "%s: samples differ by %g", label, worst);
+    FF_CHECK(worst < 6.1e-8, "%s: samples differ by %g", label, worst);
     /* Near the horizon a part goes to the colours below it, which are 0. */
-    CHECK(above > 0.8 * (double)t.n && fabs(covered / (4 * pi * pi) - 1) < 0.03, "%s: %zu of %zu above the horizon, weights %g",
-          label, above, t.n, covered / (4 * pi * pi));
-    if (!CHECK(ff_rgl_open(path, &r, &err) == FF_OK, "%s: %s", label, err.message)) return;
+    FF_CHECK(above > 0.8 * (double)t.n && fabs(covered / (4 * pi * pi) - 1) < 0.03, "%s: %zu of %zu above the horizon, weights %g",
+             label, above, t.n, covered / (4 * pi * pi));
+    if (!FF_CHECK(ff_rgl_open(path, &r, &err) == FF_OK, "%s: %s", label, err.message)) return;
     check_horizon(label, r, ax, ay);
     check_weights(label, &back);
     printf("%s: samples add up to reflectances within %.2g\n", label, check_sums(label, &back, r, 1e-3));
@@ -924,8 +924,8 @@ static void test_layout(const char *label, const ff_table *from, const char *gri
     enum { TRIALS = 20000 };
     for (int k = 0; k < TRIALS; k++) {
         double wi[3], wo[3], f[40];
-        unit(70 * pi / 180 * check_uniform(), 2 * pi * check_uniform(), wi);
-        unit(70 * pi / 180 * check_uniform(), 2 * pi * check_uniform(), wo);
+        unit(70 * pi / 180 * ff_test_uniform(), 2 * pi * ff_test_uniform(), wi);
+        unit(70 * pi / 180 * ff_test_uniform(), 2 * pi * ff_test_uniform(), wo);
         eval_one(r, wi, wo, f, NULL);
         const double e = fabs(f[0] / lobe(ax, ay, wi, wo) - 1);
         between = fmax(between, e);
@@ -933,7 +933,7 @@ static void test_layout(const char *label, const ff_table *from, const char *gri
     }
     printf("%s: %zu samples; between them, up to 70 degrees, %.3g relative at worst, %.3g in the mean\n", label, t.n, between,
            mean);
-    CHECK(mean < mean_most, "%s: %g in the mean between samples", label, mean);
+    FF_CHECK(mean < mean_most, "%s: %g in the mean between samples", label, mean);
     ff_rgl_free(r);
     ff_table_clear(&back);
     ff_table_clear(&t);
@@ -961,8 +961,8 @@ static void check_parts(const char *label, const ff_table *t, size_t incidence)
     for (size_t i = 0; i < n; i++) widest = s.factor[i] > 0 ? fmax(widest, s.theta_o[i]) : widest;
     mean /= count;
     const double spread = sqrt(square / count - mean * mean);
-    CHECK(fabs(mean - 1) < 0.05 && spread < 0.2, "%s: parts of %g +- %g", label, mean, spread);
-    CHECK(widest > 70 * pi / 180, "%s: samples up to %g degrees", label, widest * 180 / pi);
+    FF_CHECK(fabs(mean - 1) < 0.05 && spread < 0.2, "%s: parts of %g +- %g", label, mean, spread);
+    FF_CHECK(widest > 70 * pi / 180, "%s: samples up to %g degrees", label, widest * 180 / pi);
     free(memory);
 }
 
@@ -973,11 +973,11 @@ static void check_horizon(const char *label, const ff_rgl *r, double ax, double 
     for (int k = 0; k < 500; k++) {
         double wi[3], wo[3], f[40];
         unit(40 * pi / 180, 0.3, wi);
-        unit((84 + 5 * check_uniform()) * pi / 180, 2 * pi * check_uniform(), wo);
+        unit((84 + 5 * ff_test_uniform()) * pi / 180, 2 * pi * ff_test_uniform(), wo);
         eval_one(r, wi, wo, f, NULL);
         mean += fabs(f[0] / lobe(ax, ay, wi, wo) - 1) / 500;
     }
-    CHECK(mean < 0.25, "%s: %g in the mean near the horizon", label, mean);
+    FF_CHECK(mean < 0.25, "%s: %g in the mean near the horizon", label, mean);
 }
 
 /* A table to lay out for: pairs of directions all over. */
@@ -986,12 +986,12 @@ static void scattered(double ax, double ay, size_t n_channels, ff_table *t)
     ff_error err;
     if (ff_table_init(20000, n_channels, NULL, 0, 0, t, &err) != FF_OK) exit(1);
     for (size_t i = 0; i < t->n; i++)
-        for (int k = 0; k < 4; k++) t->angle[k][i] = (k % 2 ? 2 * pi : pi / 2) * check_uniform();
+        for (int k = 0; k < 4; k++) t->angle[k][i] = (k % 2 ? 2 * pi : pi / 2) * ff_test_uniform();
     t->isotropic = ax == ay;
     fill_lobe(ax, ay, t);
 }
 
-static void test_layouts(void)
+static void layouts(void)
 {
     const ff_format *rgl = ff_format_find("rgl");
     ff_table t, out;
@@ -1011,20 +1011,21 @@ static void test_layouts(void)
                {"512x512", FF_ERR_RANGE, "268435456"}};
     for (size_t k = 0; k < sizeof bad / sizeof bad[0]; k++) {
         const ff_status s = rgl->layout(&t, bad[k].grid, &out, &err);
-        CHECK(s == bad[k].code && strstr(err.message, bad[k].word), "%s: %d %s", bad[k].grid, s, err.message);
+        FF_CHECK(s == bad[k].code && strstr(err.message, bad[k].word), "%s: %d %s", bad[k].grid, s, err.message);
     }
-    if (CHECK(rgl->layout(&t, "4x3", &out, &err) == FF_OK, "%s", err.message)) {
-        const char *path = check_path("black.bsdf");
+    if (FF_CHECK(rgl->layout(&t, "4x3", &out, &err) == FF_OK, "%s", err.message)) {
+        const char *path = ff_test_path("black.bsdf");
         ff_table black;
-        CHECK(ff_table_write(path, NULL, &out, &err) == FF_OK, "zeros: %s", err.message);
+        FF_CHECK(ff_table_write(path, NULL, &out, &err) == FF_OK, "zeros: %s", err.message);
         ff_table_clear(&out);
-        if (CHECK(ff_table_read_into(path, NULL, &black, &err) == FF_OK, "black: %s", err.message)) {
-            CHECK(black.n == 36 && black.n_invalid < 20 && black.valid[0] && black.value[0] == 0, "%zu invalid", black.n_invalid);
+        if (FF_CHECK(ff_table_read_into(path, NULL, &black, &err) == FF_OK, "black: %s", err.message)) {
+            FF_CHECK(black.n == 36 && black.n_invalid < 20 && black.valid[0] && black.value[0] == 0, "%zu invalid",
+                     black.n_invalid);
             ff_table_clear(&black);
         }
     }
     for (size_t i = 0; i < t.n; i++) t.value[i] = t.value[t.n + i] = t.value[2 * t.n + i] *= t.value[i] > 0.5;
-    if (CHECK(rgl->layout(&t, NULL, &out, &err) == FF_OK, "%s", err.message)) {
+    if (FF_CHECK(rgl->layout(&t, NULL, &out, &err) == FF_OK, "%s", err.message)) {
         check_parts("nothing beside the lobe", &out, 0);
         ff_table_clear(&out);
     }
@@ -1032,24 +1033,24 @@ static void test_layouts(void)
 
     scattered(0.25, 0.5, 1, &t);
     test_layout("anisotropic ggx 0.25, 0.5, 17x10x32", &t, "17x10x32", 0.25, 0.5, 0.05);
-    CHECK(rgl->layout(&t, "2x8x32", &out, &err) == FF_ERR_RANGE && strstr(err.message, "3 to 512 azimuths"), "%s", err.message);
+    FF_CHECK(rgl->layout(&t, "2x8x32", &out, &err) == FF_ERR_RANGE && strstr(err.message, "3 to 512 azimuths"), "%s", err.message);
     ff_table_clear(&t);
 
     scattered(0.4, 0.4, 4, &t);
-    CHECK(rgl->layout(&t, NULL, &out, &err) == FF_ERR_UNSUPPORTED && strstr(err.message, "4 channels"), "%s", err.message);
+    FF_CHECK(rgl->layout(&t, NULL, &out, &err) == FF_ERR_UNSUPPORTED && strstr(err.message, "4 channels"), "%s", err.message);
     for (size_t c = 0; c < 4; c++) t.channels[c].wavelength_nm = 400 + 50.5 * (double)c;
     test_layout("four wavelengths", &t, "8x32", 0.4, 0.4, 0.05);
-    if (CHECK(rgl->layout(&t, "8x32", &out, &err) == FF_OK, "%s", err.message)) {
-        CHECK(out.n_channels == 4 && strcmp(out.channels[1].name, "450.5nm") == 0 && out.channels[3].wavelength_nm == 551.5, "%s",
-              out.channels[1].name);
+    if (FF_CHECK(rgl->layout(&t, "8x32", &out, &err) == FF_OK, "%s", err.message)) {
+        FF_CHECK(out.n_channels == 4 && strcmp(out.channels[1].name, "450.5nm") == 0 && out.channels[3].wavelength_nm == 551.5,
+                 "%s", out.channels[1].name);
         ff_table_clear(&out);
     }
     t.channels[2].wavelength_nm = 410;
-    CHECK(rgl->layout(&t, NULL, &out, &err) == FF_ERR_UNSUPPORTED && strstr(err.message, "increasing"), "%s", err.message);
+    FF_CHECK(rgl->layout(&t, NULL, &out, &err) == FF_ERR_UNSUPPORTED && strstr(err.message, "increasing"), "%s", err.message);
     for (size_t i = 0; i < t.n; i++) t.angle[0][i] = (double)(10 * (1 + i % 5)) * pi / 180;
     for (size_t c = 0; c < 4; c++) t.channels[c].wavelength_nm = 400 + 50 * (double)c;
-    if (CHECK(rgl->layout(&t, NULL, &out, &err) == FF_OK, "%s", err.message)) {
-        CHECK(out.n == 5 * 32 * 32 && fabs(out.angle[0][2 * 1024] - pi / 6) < 1e-6, "incidences of the table: %zu", out.n);
+    if (FF_CHECK(rgl->layout(&t, NULL, &out, &err) == FF_OK, "%s", err.message)) {
+        FF_CHECK(out.n == 5 * 32 * 32 && fabs(out.angle[0][2 * 1024] - pi / 6) < 1e-6, "incidences of the table: %zu", out.n);
         ff_table_clear(&out);
     }
     ff_table_clear(&t);
@@ -1067,19 +1068,19 @@ static void test_real_file(const char *path)
 {
     ff_table t;
     ff_error err = {0};
-    if (!CHECK(ff_table_read_into(path, NULL, &t, &err) == FF_OK, "%s: %s", path, err.message)) return;
-    CHECK(strcmp(t.format, "rgl") == 0 && t.n == 8192 && t.n_channels == 3 && t.isotropic == 1 && t.n_invalid > 1024 &&
-              t.n_invalid < 2500,
-          "%s: %zu x %zu, %zu invalid", path, t.n, t.n_channels, t.n_invalid);
+    if (!FF_CHECK(ff_table_read_into(path, NULL, &t, &err) == FF_OK, "%s: %s", path, err.message)) return;
+    FF_CHECK(strcmp(t.format, "rgl") == 0 && t.n == 8192 && t.n_channels == 3 && t.isotropic == 1 && t.n_invalid > 1024 &&
+                 t.n_invalid < 2500,
+             "%s: %zu x %zu, %zu invalid", path, t.n, t.n_channels, t.n_invalid);
     size_t n, written;
-    const char *copy = check_path("real.bsdf");
-    char *bytes = check_slurp(path, &n);
-    CHECK(ff_table_write(copy, NULL, &t, &err) == FF_OK, "%s: %s", path, err.message);
-    char *again = check_slurp(copy, &written);
-    CHECK(n == written && memcmp(bytes, again, n) == 0, "%s: the copy differs", path);
+    const char *copy = ff_test_path("real.bsdf");
+    char *bytes = ff_test_slurp(path, &n);
+    FF_CHECK(ff_table_write(copy, NULL, &t, &err) == FF_OK, "%s: %s", path, err.message);
+    char *again = ff_test_slurp(copy, &written);
+    FF_CHECK(n == written && memcmp(bytes, again, n) == 0, "%s: the copy differs", path);
     /* Sample against function: they meet at the samples. */
     ff_rgl *r;
-    if (CHECK(ff_rgl_open(path, &r, &err) == FF_OK, "%s: %s", path, err.message)) {
+    if (FF_CHECK(ff_rgl_open(path, &r, &err) == FF_OK, "%s: %s", path, err.message)) {
         double worst = 0;
         for (size_t i = 0; i < t.n; i++) {
             double w[6], f[3], largest = 1e-6, *const planes[6] = {w, w + 1, w + 2, w + 3, w + 4, w + 5};
@@ -1090,7 +1091,7 @@ static void test_real_file(const char *path)
             for (size_t c = 0; c < 3; c++) largest = fmax(largest, fabs(t.value[c * t.n + i]));
             for (size_t c = 0; c < 3; c++) worst = fmax(worst, fabs(f[c] - t.value[c * t.n + i]) / largest);
         }
-        CHECK(worst < 1e-2, "%s: samples and function differ by %g", path, worst);
+        FF_CHECK(worst < 1e-2, "%s: samples and function differ by %g", path, worst);
         ff_rgl_free(r);
     }
     free(bytes);
@@ -1130,7 +1131,7 @@ static int test_real(void)
             r = NULL;
             snprintf(path, sizeof path, "%s/rgl/%s", data_dir(), line);
             test_real_file(path);
-            if (!CHECK(ff_rgl_open(path, &r, &err) == FF_OK, "%s: %s", path, err.message)) break;
+            if (!FF_CHECK(ff_rgl_open(path, &r, &err) == FF_OK, "%s: %s", path, err.message)) break;
             files++;
         } else if (sscanf(line, " wi(%lf,%lf) wo(%lf,%lf): %lf %lf %lf", a, a + 1, a + 2, a + 3, v, v + 1, v + 2) == 7) {
             double wi[3], wo[3], f[3];
@@ -1139,7 +1140,7 @@ static int test_real(void)
             eval_one(r, wi, wo, f, NULL);
             for (int c = 0; c < 3; c++, values++) {
                 const double e = fabs(fmax(f[c], 0) * wo[2] - v[c]) / fmax(v[c], 1e-9);
-                CHECK(e < 5.1e-6, "%s: %s: channel %d is %.8g", path, line, c, f[c] * wo[2]);
+                FF_CHECK(e < 5.1e-6, "%s: %s: channel %d is %.8g", path, line, c, f[c] * wo[2]);
                 worst = fmax(worst, e);
             }
         } else if (sscanf(line, " albedo(theta_i=%lf; integral of eval() dw, eval already has cos_o) %lf %lf %lf", a, v, v + 1,
@@ -1148,13 +1149,13 @@ static int test_real(void)
             albedo_of(r, a[0] * pi / 180, sum);
             for (int c = 0; c < 3; c++, albedos++) {
                 worst_albedo = fmax(worst_albedo, fabs(sum[c] - v[c]));
-                CHECK(fabs(sum[c] - v[c]) < 0.9e-4, "%s: %s: channel %d is %.6f", path, line, c, sum[c]);
+                FF_CHECK(fabs(sum[c] - v[c]) < 0.9e-4, "%s: %s: channel %d is %.6f", path, line, c, sum[c]);
             }
         }
     }
     fclose(reference);
     ff_rgl_free(r);
-    CHECK(files == 10 && values == 210 && albedos == 150, "%d files, %d values, %d albedos", files, values, albedos);
+    FF_CHECK(files == 10 && values == 210 && albedos == 150, "%d files, %d values, %d albedos", files, values, albedos);
     printf("%d files: %d values within %.2g relative of the loader's, %d albedos within %.2g\n", files, values, worst, albedos,
            worst_albedo);
     return 1;
@@ -1165,13 +1166,13 @@ static void check_survey(const char *path, const ff_table *t, const ff_rgl *r)
 {
     ff_survey v;
     ff_error err = {0};
-    if (!CHECK(ff_survey_init(t, &v, &err) == FF_OK, "%s: %s", path, err.message)) return;
-    CHECK(v.n_reflectances >= 6, "%s: %zu incidences", path, v.n_reflectances);
+    if (!FF_CHECK(ff_survey_init(t, &v, &err) == FF_OK, "%s: %s", path, err.message)) return;
+    FF_CHECK(v.n_reflectances >= 6, "%s: %zu incidences", path, v.n_reflectances);
     for (size_t k = 0; k < v.n_reflectances; k++) {
         double uncertain;
         const double theta = v.reflectance[k].theta_i * pi / 180;
         const double e = apart(r, theta, v.reflectance[k].phi_i * pi / 180, 400, v.albedo + k * t->n_channels, &uncertain);
-        CHECK(e < 1e-3 + uncertain, "%s: at %g degrees the survey's reflectance is %g off", path, v.reflectance[k].theta_i, e);
+        FF_CHECK(e < 1e-3 + uncertain, "%s: at %g degrees the survey's reflectance is %g off", path, v.reflectance[k].theta_i, e);
     }
     ff_survey_clear(&v);
 }
@@ -1190,7 +1191,7 @@ static int test_reflectances(void)
         ff_error err = {0};
         if (!dot || strcmp(dot, ".bsdf") != 0) continue;
         snprintf(path, sizeof path, "%s/rgl/%s", data_dir(), e->d_name);
-        if (!CHECK(ff_table_read_into(path, NULL, &t, &err) == FF_OK && ff_rgl_open(path, &r, &err) == FF_OK, "%s", err.message))
+        if (!FF_CHECK(ff_table_read_into(path, NULL, &t, &err) == FF_OK && ff_rgl_open(path, &r, &err) == FF_OK, "%s", err.message))
             continue;
         check_weights(path, &t);
         worst = fmax(worst, check_sums(path, &t, r, 1e-3));
@@ -1226,10 +1227,32 @@ static void write_corpus(const char *dir)
         const size_t n = file_of(&m);
         if (all[k].bad) put(file_bytes + header_at[COLOUR] + 2 + 3 + 11, (uint64_t)1 << 60, 8);
         snprintf(path, sizeof path, "%s/%s.bsdf", dir, all[k].name);
-        check_write(path, file_bytes, n - (size_t)all[k].cut);
+        ff_test_write(path, file_bytes, n - (size_t)all[k].cut);
         unmake(&m);
     }
 }
+
+static void round_trips(void)
+{
+    test_round_trip(1, 1, 3, 0);
+    test_round_trip(1, 1, 5, 1);
+    test_round_trip(5, 1, 3, 0);
+    test_round_trip(3, 4, 2, 1);
+}
+
+static void reflectances(void)
+{
+    if (!test_reflectances()) FF_SKIP("no files in %s/rgl", data_dir());
+}
+
+static void measured(void)
+{
+    if (!test_real()) FF_SKIP("no rgl_reference_values.txt in %s/rgl", data_dir());
+}
+
+static const ff_test_case cases[] = {FF_TEST(evaluators),     FF_TEST(test_reading), FF_TEST(test_validity), FF_TEST(test_grids),
+                                     FF_TEST(test_container), FF_TEST(content),      FF_TEST(mutations),     FF_TEST(round_trips),
+                                     FF_TEST(layouts),        FF_TEST(reflectances), FF_TEST(measured)};
 
 int main(int argc, char **argv)
 {
@@ -1237,19 +1260,5 @@ int main(int argc, char **argv)
         write_corpus(argv[2]);
         return 0;
     }
-    test_evaluators();
-    test_reading();
-    test_validity();
-    test_grids();
-    test_container();
-    test_content();
-    test_mutations();
-    test_round_trip(1, 1, 3, 0);
-    test_round_trip(1, 1, 5, 1);
-    test_round_trip(5, 1, 3, 0);
-    test_round_trip(3, 4, 2, 1);
-    test_layouts();
-    if (!test_reflectances()) printf("skipped: no files in %s/rgl\n", data_dir());
-    if (!test_real()) printf("skipped: no rgl_reference_values.txt in %s/rgl\n", data_dir());
-    return check_result();
+    return ff_test_main(cases, sizeof cases / sizeof *cases, argc, argv);
 }

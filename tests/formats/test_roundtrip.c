@@ -1,7 +1,7 @@
 /* Every measured file through every format that can be written: what is written is what is read again, to the bit where the format
  * says so and within its stated loss elsewhere, and writing that again gives the same bytes. Without measured data, one simulated
  * by hand. Full-size grids of a million samples are made of every tenth file only. */
-#include "check.h"
+#include "check_table.h"
 #include "data_formats/interpolation/resample_struct.h"
 #include "data_formats/analysis/spectral_struct.h"
 
@@ -52,24 +52,24 @@ static void compare(const char *label, const ff_format *f, const ff_table *a, co
     const int zero_is_lost = strcmp(f->name, "zemax") == 0;
     size_t *ia = measured(a, zero_is_lost, &na), *ib = measured(b, 0, &nb);
     double values = 0, directions = 0;
-    if (CHECK(na == nb && a->n_channels == b->n_channels, "%s: %zu x %zu measured, %zu x %zu read again", label, na, a->n_channels,
-              nb, b->n_channels)) {
+    if (FF_CHECK(na == nb && a->n_channels == b->n_channels, "%s: %zu x %zu measured, %zu x %zu read again", label, na,
+                 a->n_channels, nb, b->n_channels)) {
         differences(a, ia, b, ib, na, &values, &directions);
-        CHECK(directions < 1e-12, "%s: directions differ by %g", label, directions);
+        FF_CHECK(directions < 1e-12, "%s: directions differ by %g", label, directions);
         if (f->holds & FF_HOLDS_DOUBLE) {
-            CHECK(values == 0, "%s: values differ by %g", label, values);
+            FF_CHECK(values == 0, "%s: values differ by %g", label, values);
             n_exact++;
         } else {
-            CHECK(values <= 6e-8, "%s: values differ by %g, more than '%s'", label, values, f->precision);
+            FF_CHECK(values <= 6e-8, "%s: values differ by %g, more than '%s'", label, values, f->precision);
             worst_loss = fmax(worst_loss, values);
         }
     }
-    CHECK(!(f->holds & FF_HOLDS_SIGMA) || !a->sigma == !b->sigma, "%s: standard deviations", label);
-    CHECK(a->isotropic == b->isotropic || strcmp(f->name, "utia") == 0 || strcmp(f->name, "merl") == 0 || f->layout == NULL,
-          "%s: isotropic %d, read again %d", label, a->isotropic, b->isotropic);
+    FF_CHECK(!(f->holds & FF_HOLDS_SIGMA) || !a->sigma == !b->sigma, "%s: standard deviations", label);
+    FF_CHECK(a->isotropic == b->isotropic || strcmp(f->name, "utia") == 0 || strcmp(f->name, "merl") == 0 || f->layout == NULL,
+             "%s: isotropic %d, read again %d", label, a->isotropic, b->isotropic);
     for (size_t c = 0; c < a->n_channels && (f->holds & FF_HOLDS_NAMES) && a->n_channels == b->n_channels; c++)
-        CHECK(strcmp(a->channels[c].name, b->channels[c].name) == 0, "%s: channel '%s', read again '%s'", label,
-              a->channels[c].name, b->channels[c].name);
+        FF_CHECK(strcmp(a->channels[c].name, b->channels[c].name) == 0, "%s: channel '%s', read again '%s'", label,
+                 a->channels[c].name, b->channels[c].name);
     free(ia);
     free(ib);
 }
@@ -77,7 +77,7 @@ static void compare(const char *label, const ff_format *f, const ff_table *a, co
 static int same_bytes(const char *one, const char *other)
 {
     size_t n, m;
-    char *a = check_slurp(one, &n), *b = check_slurp(other, &m);
+    char *a = ff_test_slurp(one, &n), *b = ff_test_slurp(other, &m);
     const int same = n == m && memcmp(a, b, n) == 0;
     free(a);
     free(b);
@@ -90,13 +90,13 @@ static void there_and_back(const char *label, const ff_format *f, const ff_table
     char first[200], second[200];
     ff_table again;
     ff_error err = {0};
-    snprintf(first, sizeof first, "%s", check_path("first"));
-    snprintf(second, sizeof second, "%s", check_path("second"));
-    if (!CHECK(f->write(first, made, &err) == FF_OK, "%s: %s", label, err.message)) return;
-    if (!CHECK(ff_table_read_into(first, f->name, &again, &err) == FF_OK, "%s: %s", label, err.message)) return;
+    snprintf(first, sizeof first, "%s", ff_test_path("first"));
+    snprintf(second, sizeof second, "%s", ff_test_path("second"));
+    if (!FF_CHECK(f->write(first, made, &err) == FF_OK, "%s: %s", label, err.message)) return;
+    if (!FF_CHECK(ff_table_read_into(first, f->name, &again, &err) == FF_OK, "%s: %s", label, err.message)) return;
     compare(label, f, made, &again);
-    if (CHECK(f->write(second, &again, &err) == FF_OK, "%s, again: %s", label, err.message))
-        CHECK(same_bytes(first, second), "%s: written again, the file is another", label);
+    if (FF_CHECK(f->write(second, &again, &err) == FF_OK, "%s, again: %s", label, err.message))
+        FF_CHECK(same_bytes(first, second), "%s: written again, the file is another", label);
     n_trips++;
     ff_table_clear(&again);
 }
@@ -112,16 +112,16 @@ static void trip(const char *name, const ff_table *t, const ff_format *f)
     snprintf(label, sizeof label, "%s to %s", name, f->name);
     ff_status s = ff_resample_into(t, f, &o, &made, &report, &err);
     if (s == FF_ERR_UNSUPPORTED && t->n_channels > 1) { /* fewer channels are held, for which the message asks */
-        CHECK(err.message[0], "%s: refused without a word", label);
+        FF_CHECK(err.message[0], "%s: refused without a word", label);
         s = ff_table_reduce_into(t, "mean", &mean, &err);
         if (s == FF_OK) s = ff_resample_into(&mean, f, &o, &made, &report, &err);
     }
     if (s == FF_ERR_DATA) { /* one incidence, where the format has others */
-        CHECK(strstr(err.message, "extrapolated") != NULL, "%s: %s", label, err.message);
+        FF_CHECK(strstr(err.message, "extrapolated") != NULL, "%s: %s", label, err.message);
         o.beyond = 1;
         s = ff_resample_into(t, f, &o, &made, &report, &err);
     }
-    if (CHECK(s == FF_OK, "%s: %s", label, err.message)) {
+    if (FF_CHECK(s == FF_OK, "%s: %s", label, err.message)) {
         there_and_back(label, f, &made);
         ff_table_clear(&made);
     }
@@ -210,15 +210,15 @@ static void made_file(void)
     ff_table_clear(&t);
 }
 
-int main(void)
+static void measured_files(void)
 {
     char usual[PATH];
     snprintf(usual, sizeof usual, "%s/../shared/data", FF_SOURCE_DIR);
     const char *data = getenv("FACETFIT_DATA") ? getenv("FACETFIT_DATA") : usual;
-    made_file();
     const size_t files = real_files(data);
-    if (files == 0) printf("no measured files at %s: only the made one was tried\n", data);
+    if (files == 0) FF_SKIP("no measured files at %s: only the made one was tried", data);
     printf("%zu measured files, %ld round trips, %ld of them to the bit, the others within %.2g\n", files, n_trips, n_exact,
            worst_loss);
-    return check_result();
 }
+
+FF_TEST_MAIN(FF_TEST(made_file), FF_TEST(measured_files))

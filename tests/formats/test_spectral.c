@@ -1,5 +1,5 @@
 /* Many wavelengths become few channels. */
-#include "check.h"
+#include "check_table.h"
 #include "data_formats/analysis/spectral_struct.h"
 #include "data_formats/analysis/internal_cie1931.h"
 
@@ -28,7 +28,7 @@ static ff_table spectrum(size_t n, double first, double step, int with_sigma)
 static int reduces(const ff_table *t, const char *text, ff_table *out)
 {
     ff_error err = {0};
-    return CHECK(ff_table_reduce_into(t, text, out, &err) == FF_OK, "%s: %s", text, err.message);
+    return FF_CHECK(ff_table_reduce_into(t, text, out, &err) == FF_OK, "%s: %s", text, err.message);
 }
 
 static double value(const ff_table *t, size_t c)
@@ -44,17 +44,17 @@ static void refuses(const ff_table *t, const char *text, ff_status code, const c
     ff_error err = {0};
     memset(&out, 0x5A, sizeof out);
     ff_status s = ff_table_reduce_into(t, text, &out, &err);
-    if (!CHECK(s == code, "%s: %d %s", text, s, err.message)) {
+    if (!FF_CHECK(s == code, "%s: %d %s", text, s, err.message)) {
         if (s == FF_OK) ff_table_clear(&out);
         return;
     }
-    CHECK(out.n == 0x5A5A5A5A5A5A5A5Au, "%s: the table was touched", text);
-    for (; *words; words++) CHECK(strstr(err.message, *words), "%s: no '%s' in: %s", text, *words, err.message);
+    FF_CHECK(out.n == 0x5A5A5A5A5A5A5A5Au, "%s: the table was touched", text);
+    for (; *words; words++) FF_CHECK(strstr(err.message, *words), "%s: no '%s' in: %s", text, *words, err.message);
 }
 
 /* ---- white ----------------------------------------------------------------------------------- */
 
-static void test_constants(void)
+static void constants(void)
 {
     static const struct {
         size_t n;
@@ -72,14 +72,14 @@ static void test_constants(void)
             }
             if (reduces(&t, kinds[k], &out)) {
                 for (size_t c = 0; c < 3; c++)
-                    CHECK(fabs(value(&out, c) - 0.3) < 2e-15, "%s on grid %zu: channel %zu is %.17g", kinds[k], g, c,
-                          value(&out, c));
-                CHECK(out.n_channels == 3 && strcmp(out.channels[0].name, "r") == 0 && strcmp(out.channels[2].name, "b") == 0 &&
-                          isnan(out.channels[1].wavelength_nm),
-                      "names");
-                CHECK(out.n == 2 && out.angle[0][0] == 0.25 && out.weight[0] == 7 && !out.valid[1] && out.value[1] == 0 &&
-                          out.n_invalid == 1 && strncmp(out.note, "as it was", 9) == 0 && strcmp(out.format, "csv") == 0,
-                      "the rest of the table: %s", out.note);
+                    FF_CHECK(fabs(value(&out, c) - 0.3) < 2e-15, "%s on grid %zu: channel %zu is %.17g", kinds[k], g, c,
+                             value(&out, c));
+                FF_CHECK(out.n_channels == 3 && strcmp(out.channels[0].name, "r") == 0 && strcmp(out.channels[2].name, "b") == 0 &&
+                             isnan(out.channels[1].wavelength_nm),
+                         "names");
+                FF_CHECK(out.n == 2 && out.angle[0][0] == 0.25 && out.weight[0] == 7 && !out.valid[1] && out.value[1] == 0 &&
+                             out.n_invalid == 1 && strncmp(out.note, "as it was", 9) == 0 && strcmp(out.format, "csv") == 0,
+                         "the rest of the table: %s", out.note);
                 ff_table_clear(&out);
             }
             ff_table_clear(&t);
@@ -114,9 +114,9 @@ static void test_locus(void)
         t.value[2 * ((locus[k].nm - 360) / 5)] = 100;
         if (reduces(&t, "srgb", &out)) {
             chromaticity(&out, xy, &y);
-            CHECK(fabs(xy[0] - locus[k].x) < 4e-4 && fabs(xy[1] - locus[k].y) < 4e-4, "%d nm: %.4f %.4f, expected %.4f %.4f",
-                  locus[k].nm, xy[0], xy[1], locus[k].x, locus[k].y);
-            CHECK(out.n_negative == (size_t)(value(&out, 0) < 0 || value(&out, 1) < 0 || value(&out, 2) < 0), "negatives");
+            FF_CHECK(fabs(xy[0] - locus[k].x) < 4e-4 && fabs(xy[1] - locus[k].y) < 4e-4, "%d nm: %.4f %.4f, expected %.4f %.4f",
+                     locus[k].nm, xy[0], xy[1], locus[k].x, locus[k].y);
+            FF_CHECK(out.n_negative == (size_t)(value(&out, 0) < 0 || value(&out, 1) < 0 || value(&out, 2) < 0), "negatives");
             ff_table_clear(&out);
         }
         ff_table_clear(&t);
@@ -124,7 +124,7 @@ static void test_locus(void)
 }
 
 /* What reflects like S_X / S_D65 looks under D65 as the illuminant X: A (Planck at 2856 K, CIE 15: 0.44758, 0.40745) and E. */
-static void test_illuminants(void)
+static void illuminants(void)
 {
     double xy[2], y;
     for (int illuminant = 0; illuminant < 2; illuminant++) {
@@ -137,9 +137,9 @@ static void test_illuminants(void)
         if (reduces(&t, "srgb:d65", &out)) {
             chromaticity(&out, xy, &y);
             if (illuminant)
-                CHECK(fabs(xy[0] - 1. / 3) < 3e-4 && fabs(xy[1] - 1. / 3) < 3e-4, "E: %.5f %.5f", xy[0], xy[1]);
+                FF_CHECK(fabs(xy[0] - 1. / 3) < 3e-4 && fabs(xy[1] - 1. / 3) < 3e-4, "E: %.5f %.5f", xy[0], xy[1]);
             else
-                CHECK(fabs(xy[0] - 0.44758) < 3e-4 && fabs(xy[1] - 0.40745) < 3e-4, "A: %.5f %.5f", xy[0], xy[1]);
+                FF_CHECK(fabs(xy[0] - 0.44758) < 3e-4 && fabs(xy[1] - 0.40745) < 3e-4, "A: %.5f %.5f", xy[0], xy[1]);
             ff_table_clear(&out);
         }
         /* under E, Bradford's adaptation of E to D65 makes of A what is computed here step by step */
@@ -162,8 +162,8 @@ static void test_illuminants(void)
             for (int i = 0; i < 3; i++) adapted[i] = back[i][0] * cone[0] + back[i][1] * cone[1] + back[i][2] * cone[2];
             for (int i = 0; i < 3; i++) {
                 expected = rgb[i][0] * adapted[0] + rgb[i][1] * adapted[1] + rgb[i][2] * adapted[2];
-                CHECK(fabs(value(&out, (size_t)i) - expected) < 2e-3, "E, channel %d: %.5f, expected %.5f", i,
-                      value(&out, (size_t)i), expected);
+                FF_CHECK(fabs(value(&out, (size_t)i) - expected) < 2e-3, "E, channel %d: %.5f, expected %.5f", i,
+                         value(&out, (size_t)i), expected);
             }
             ff_table_clear(&out);
         }
@@ -172,10 +172,10 @@ static void test_illuminants(void)
     double sum[3] = {0, 0, 0}, white[3] = {0, 0, 0};
     for (int k = 0; k < FF_CIE_N; k++)
         for (int c = 0; c < 3; c++) sum[c] += ff_cie1931[k][c], white[c] += ff_cie1931[k][c] * ff_cie_d65[k];
-    CHECK(fabs(sum[0] / sum[1] - 1) < 4e-4 && fabs(sum[2] / sum[1] - 1) < 4e-4, "E: %g %g", sum[0] / sum[1], sum[2] / sum[1]);
-    CHECK(fabs(white[0] / white[1] - 0.9505) < 1e-4 && fabs(white[2] / white[1] - 1.0889) < 2e-4, "D65: %g %g", white[0] / white[1],
-          white[2] / white[1]);
-    CHECK(ff_cie_d65[(560 - 360) / 5] == 100 && ff_cie1931[(555 - 360) / 5][1] == 1, "peaks");
+    FF_CHECK(fabs(sum[0] / sum[1] - 1) < 4e-4 && fabs(sum[2] / sum[1] - 1) < 4e-4, "E: %g %g", sum[0] / sum[1], sum[2] / sum[1]);
+    FF_CHECK(fabs(white[0] / white[1] - 0.9505) < 1e-4 && fabs(white[2] / white[1] - 1.0889) < 2e-4, "D65: %g %g",
+             white[0] / white[1], white[2] / white[1]);
+    FF_CHECK(ff_cie_d65[(560 - 360) / 5] == 100 && ff_cie1931[(555 - 360) / 5][1] == 1, "peaks");
 }
 
 /* Smooth spectra on coarse grids, against the same at 1 nm. */
@@ -186,7 +186,7 @@ static double smooth(int kind, double nm)
     return 0.3 + 0.2 * sin(nm / 40);
 }
 
-static void test_accuracy(void)
+static void accuracy(void)
 {
     static const struct {
         size_t n;
@@ -207,7 +207,7 @@ static void test_accuracy(void)
             ff_table_clear(&coarse);
         }
         printf("%zu channels of %g nm: within %.1e of 1 nm\n", grids[g].n, grids[g].step, worst);
-        CHECK(worst < grids[g].at_most, "%g nm: off by %g", grids[g].step, worst);
+        FF_CHECK(worst < grids[g].at_most, "%g nm: off by %g", grids[g].step, worst);
     }
 }
 
@@ -219,7 +219,7 @@ static void test_ends(void)
     for (size_t c = 0; c < 95; c++) whole.value[2 * c] = 0.01 * fmax(0, fmin(50, (double)c - 12));
     if (reduces(&shorter, "srgb", &a) && reduces(&whole, "srgb", &b)) {
         for (size_t c = 0; c < 3; c++)
-            CHECK(fabs(value(&a, c) - value(&b, c)) < 1e-14, "%zu: %g %g", c, value(&a, c), value(&b, c));
+            FF_CHECK(fabs(value(&a, c) - value(&b, c)) < 1e-14, "%zu: %g %g", c, value(&a, c), value(&b, c));
         ff_table_clear(&a);
         ff_table_clear(&b);
     }
@@ -227,7 +227,7 @@ static void test_ends(void)
     ff_table_clear(&whole);
 }
 
-static void test_coverage(void)
+static void coverage(void)
 {
     ff_table t = spectrum(6, 450, 120, 0), out; /* 450 to 1050 nm */
     if (reduces(&t, "srgb", &out)) {
@@ -239,20 +239,20 @@ static void test_coverage(void)
         }
         char expected[64];
         snprintf(expected, sizeof expected, "%.1f %% of Z", 100 * below / all);
-        CHECK(strstr(out.note, expected) && strstr(out.note, "beyond 450 to 1050 nm") && strstr(out.note, "up to 120 nm apart"),
-              "'%s' in '%s'", expected, out.note);
+        FF_CHECK(strstr(out.note, expected) && strstr(out.note, "beyond 450 to 1050 nm") && strstr(out.note, "up to 120 nm apart"),
+                 "'%s' in '%s'", expected, out.note);
         ff_table_clear(&out);
     }
     ff_table_clear(&t);
     t = spectrum(31, 400, 10, 0);
     if (reduces(&t, "srgb", &out)) {
-        CHECK(strstr(out.note, "beyond 400 to 700 nm") && !strstr(out.note, "apart"), "'%s'", out.note);
+        FF_CHECK(strstr(out.note, "beyond 400 to 700 nm") && !strstr(out.note, "apart"), "'%s'", out.note);
         ff_table_clear(&out);
     }
     ff_table_clear(&t);
     t = spectrum(95, 360, 5, 0);
     if (reduces(&t, "srgb", &out)) {
-        CHECK(strcmp(out.note, "as it was") == 0, "'%s'", out.note);
+        FF_CHECK(strcmp(out.note, "as it was") == 0, "'%s'", out.note);
         ff_table_clear(&out);
     }
     ff_table_clear(&t);
@@ -279,16 +279,16 @@ static void test_bands(void)
     }
     if (reduces(&t, "bands:blue=400-500,mid=425-525,low=300-420,up=650-700,all=400-700", &out)) {
         /* by hand: trapezoids 400-450 100, 450-500 175; 425 is 2, 525 is 4.25 */
-        CHECK(fabs(value(&out, 0) - 275 / 100.) < 1e-14, "blue %g", value(&out, 0));
-        CHECK(fabs(value(&out, 1) - (62.5 + 175 + 25 * 4.125) / 100) < 1e-14, "mid %g", value(&out, 1));
-        CHECK(fabs(value(&out, 2) - 1.4) < 1e-14, "low, 400 to 420 alone: %g", value(&out, 2));
-        CHECK(fabs(value(&out, 3) - 0.5) < 1e-14, "up %g", value(&out, 3));
-        CHECK(fabs(value(&out, 4) - (275 + 450 + 200) / 300.) < 1e-14, "all %g", value(&out, 4));
+        FF_CHECK(fabs(value(&out, 0) - 275 / 100.) < 1e-14, "blue %g", value(&out, 0));
+        FF_CHECK(fabs(value(&out, 1) - (62.5 + 175 + 25 * 4.125) / 100) < 1e-14, "mid %g", value(&out, 1));
+        FF_CHECK(fabs(value(&out, 2) - 1.4) < 1e-14, "low, 400 to 420 alone: %g", value(&out, 2));
+        FF_CHECK(fabs(value(&out, 3) - 0.5) < 1e-14, "up %g", value(&out, 3));
+        FF_CHECK(fabs(value(&out, 4) - (275 + 450 + 200) / 300.) < 1e-14, "all %g", value(&out, 4));
         /* weights of blue: 400 25, 450 50, 500 25 of 100; sigmas .2 .4 .3 */
-        CHECK(fabs(out.sigma[0] - sqrt(.05 * .05 + .2 * .2 + .075 * .075)) < 1e-15, "sigma %g", out.sigma[0]);
-        CHECK(strstr(out.note, "band 'low', 300 to 420 nm: the mean is over 400 to 420 nm") && !strstr(out.note, "blue"), "'%s'",
-              out.note);
-        CHECK(strcmp(out.channels[3].name, "up") == 0 && out.n_channels == 5 && out.sigma[1] == 0, "names");
+        FF_CHECK(fabs(out.sigma[0] - sqrt(.05 * .05 + .2 * .2 + .075 * .075)) < 1e-15, "sigma %g", out.sigma[0]);
+        FF_CHECK(strstr(out.note, "band 'low', 300 to 420 nm: the mean is over 400 to 420 nm") && !strstr(out.note, "blue"), "'%s'",
+                 out.note);
+        FF_CHECK(strcmp(out.channels[3].name, "up") == 0 && out.n_channels == 5 && out.sigma[1] == 0, "names");
         ff_table_clear(&out);
     }
     refuses(&t, "bands:ir=800-900", FF_ERR_UNSUPPORTED, WORDS("'ir'", "800 to 900", "400 to 700 nm"));
@@ -306,7 +306,7 @@ static void test_bands(void)
     t = spectrum(1, 550, 1, 0);
     t.value[0] = 3;
     if (reduces(&t, "bands:x=500-600", &out)) {
-        CHECK(value(&out, 0) == 3, "%g", value(&out, 0));
+        FF_CHECK(value(&out, 0) == 3, "%g", value(&out, 0));
         ff_table_clear(&out);
     }
     refuses(&t, "bands:x=560-600", FF_ERR_UNSUPPORTED, WORDS("560 to 600"));
@@ -324,15 +324,15 @@ static void test_channels(void)
         t.sigma[2 * c] = (double)(c + 3);
     }
     if (reduces(&t, "channels:600nm,400nm", &out)) {
-        CHECK(out.n_channels == 2 && check_same_bits(&out.value[0], &t.value[4], 1) &&
-                  check_same_bits(&out.value[2], &t.value[0], 1) && out.channels[0].scale == 1.15 / 1500 &&
-                  out.channels[0].wavelength_nm == 600 && out.sigma[0] == 5,
-              "picked");
+        FF_CHECK(out.n_channels == 2 && check_same_bits(&out.value[0], &t.value[4], 1) &&
+                     check_same_bits(&out.value[2], &t.value[0], 1) && out.channels[0].scale == 1.15 / 1500 &&
+                     out.channels[0].wavelength_nm == 600 && out.sigma[0] == 5,
+                 "picked");
         ff_table_clear(&out);
     }
     if (reduces(&t, "mean", &out)) {
-        CHECK(out.n_channels == 1 && fabs(value(&out, 0) - 0.25 * 1.15 / 1500) < 1e-19, "mean %g", value(&out, 0));
-        CHECK(fabs(out.sigma[0] - 1.15 / 1500 * sqrt(9. + 16 + 25 + 36) / 4) < 1e-17, "sigma %g", out.sigma[0]);
+        FF_CHECK(out.n_channels == 1 && fabs(value(&out, 0) - 0.25 * 1.15 / 1500) < 1e-19, "mean %g", value(&out, 0));
+        FF_CHECK(fabs(out.sigma[0] - 1.15 / 1500 * sqrt(9. + 16 + 25 + 36) / 4) < 1e-17, "sigma %g", out.sigma[0]);
         ff_table_clear(&out);
     }
     refuses(&t, "channels:600nm,x", FF_ERR_UNKNOWN, WORDS("'x'", "'400nm' to '700nm'"));
@@ -355,7 +355,7 @@ static void note_free(void *kept)
     *(int *)kept += 1;
 }
 
-static void test_structures(void)
+static void structures(void)
 {
     ff_table t, out;
     ff_error err = {0};
@@ -365,12 +365,12 @@ static void test_structures(void)
     t.kept = &freed;
     t.kept_free = note_free;
     if (reduces(&t, "mean", &out)) {
-        CHECK(out.grid == &ff_grid_merl && !out.angle[0] && !out.kept && out.isotropic == 1 && out.value[1] == 1.5 &&
-                  out.value[0] == 0 && out.n_invalid == t.n / 3,
-              "a grid");
+        FF_CHECK(out.grid == &ff_grid_merl && !out.angle[0] && !out.kept && out.isotropic == 1 && out.value[1] == 1.5 &&
+                     out.value[0] == 0 && out.n_invalid == t.n / 3,
+                 "a grid");
         ff_table_clear(&out);
     }
-    CHECK(freed == 0, "kept was freed");
+    FF_CHECK(freed == 0, "kept was freed");
     ff_table_clear(&t);
     if (ff_table_init(6, 2, NULL, 0, 0, &t, &err) != FF_OK) exit(1);
     t.axes.kind = FF_AXES_INCIDENT_EXIT;
@@ -380,24 +380,13 @@ static void test_structures(void)
         t.axes.node[k][0] = k;
     }
     if (reduces(&t, "channels:c1", &out)) {
-        CHECK(out.axes.kind == FF_AXES_INCIDENT_EXIT && out.axes.n[2] == 3 && out.axes.node[3][0] == 3 &&
-                  out.axes.node[3] != t.axes.node[3],
-              "axes");
+        FF_CHECK(out.axes.kind == FF_AXES_INCIDENT_EXIT && out.axes.n[2] == 3 && out.axes.node[3][0] == 3 &&
+                     out.axes.node[3] != t.axes.node[3],
+                 "axes");
         ff_table_clear(&out);
     }
     ff_table_clear(&t);
 }
 
-int main(void)
-{
-    test_constants();
-    test_locus();
-    test_illuminants();
-    test_accuracy();
-    test_ends();
-    test_coverage();
-    test_bands();
-    test_channels();
-    test_structures();
-    return check_result();
-}
+FF_TEST_MAIN(FF_TEST(constants), FF_TEST(test_locus), FF_TEST(illuminants), FF_TEST(accuracy), FF_TEST(test_ends),
+             FF_TEST(coverage), FF_TEST(test_bands), FF_TEST(test_channels), FF_TEST(structures))

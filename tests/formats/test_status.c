@@ -1,17 +1,17 @@
 /* The error object: what it keeps, how it is cut, how it is printed. */
-#include "check.h"
+#include "check_table.h"
 
-static void test_names(void)
+static void names(void)
 {
     for (ff_status s = FF_OK; s <= FF_ERR_INTERNAL; s++) {
-        CHECK(strcmp(ff_status_str(s), ff_status_str(99)) != 0, "status %d has no name", s);
+        FF_CHECK(strcmp(ff_status_str(s), ff_status_str(99)) != 0, "status %d has no name", s);
         for (ff_status r = FF_OK; r < s; r++)
-            CHECK(strcmp(ff_status_str(s), ff_status_str(r)) != 0, "%d and %d share a name", s, r);
+            FF_CHECK(strcmp(ff_status_str(s), ff_status_str(r)) != 0, "%d and %d share a name", s, r);
     }
-    CHECK(ff_status_str(-1)[0] && ff_status_str(INT32_MAX)[0], "numbers that are no status");
+    FF_CHECK(ff_status_str(-1)[0] && ff_status_str(INT32_MAX)[0], "numbers that are no status");
 }
 
-static void test_format(void)
+static void format(void)
 {
     static const struct {
         const char *path;
@@ -27,17 +27,17 @@ static void test_format(void)
         ff_error err = {0};
         char out[64];
         ff_status s = ff_error_set(&err, FF_ERR_DATA, cases[k].path, cases[k].line, cases[k].byte, "found %d", 1);
-        CHECK(s == FF_ERR_DATA && err.code == FF_ERR_DATA, "code %d", s);
+        FF_CHECK(s == FF_ERR_DATA && err.code == FF_ERR_DATA, "code %d", s);
         ff_error_format(&err, out, sizeof out);
-        CHECK(strcmp(out, cases[k].text) == 0, "'%s', expected '%s'", out, cases[k].text);
+        FF_CHECK(strcmp(out, cases[k].text) == 0, "'%s', expected '%s'", out, cases[k].text);
         ff_error_format(&err, out, 5);
-        CHECK(strlen(out) == 4, "'%s' is not cut to 4", out);
+        FF_CHECK(strlen(out) == 4, "'%s' is not cut to 4", out);
         ff_error_format(&err, out, 0);
     }
-    CHECK(ff_error_set(NULL, FF_ERR_READ, "x", 1, 1, "x") == FF_ERR_READ, "no error object");
+    FF_CHECK(ff_error_set(NULL, FF_ERR_READ, "x", 1, 1, "x") == FF_ERR_READ, "no error object");
 }
 
-static void test_cuts(void)
+static void cuts(void)
 {
     char longer[2000];
     memset(longer, 'x', sizeof longer - 1);
@@ -46,20 +46,14 @@ static void test_cuts(void)
         longer[k] = k % 2 ? (char)0xA9 : (char)0xC3; /* two-byte characters */
     ff_error err;
     ff_error_set(&err, FF_ERR_OPEN, longer, 0, -1, "%s", longer);
-    CHECK(strlen(err.path) == FF_ERROR_PATH - 1, "path of %zu", strlen(err.path));
+    FF_CHECK(strlen(err.path) == FF_ERROR_PATH - 1, "path of %zu", strlen(err.path));
     size_t n = strlen(err.message);
-    CHECK(n < FF_ERROR_MESSAGE && n > FF_ERROR_MESSAGE - 8 && strcmp(err.message + n - 3, "...") == 0, "message of %zu", n);
-    CHECK(err.message[n - 4] != (char)0xC3, "half a character at the cut");
+    FF_CHECK(n < FF_ERROR_MESSAGE && n > FF_ERROR_MESSAGE - 8 && strcmp(err.message + n - 3, "...") == 0, "message of %zu", n);
+    FF_CHECK(err.message[n - 4] != (char)0xC3, "half a character at the cut");
     ff_error_set(&err, FF_ERR_OPEN, "p", 1, -1, "inner");
     ff_error_set(&err, FF_ERR_DATA, err.path, 2, -1, "outer: %s", err.message);
-    CHECK(strcmp(err.message, "outer: inner") == 0 && strcmp(err.path, "p") == 0, "arguments of its own: '%s' '%s'", err.path,
-          err.message);
+    FF_CHECK(strcmp(err.message, "outer: inner") == 0 && strcmp(err.path, "p") == 0, "arguments of its own: '%s' '%s'", err.path,
+             err.message);
 }
 
-int main(void)
-{
-    test_names();
-    test_format();
-    test_cuts();
-    return check_result();
-}
+FF_TEST_MAIN(FF_TEST(names), FF_TEST(format), FF_TEST(cuts))

@@ -1,5 +1,5 @@
 /* WINDOW and Radiance XML, made here: matrices over all bases, trees of known functions, and files that are wrong or hostile. */
-#include "check.h"
+#include "check_table.h"
 #include <time.h>
 
 static const double pi = 3.14159265358979323846;
@@ -87,8 +87,8 @@ static void add_counted(text *t, const char *wavelength, const char *direction, 
 
 static const char *put(const text *t)
 {
-    const char *path = check_path("t.xml");
-    check_write(path, t->at, t->n);
+    const char *path = ff_test_path("t.xml");
+    ff_test_write(path, t->at, t->n);
     return path;
 }
 
@@ -101,8 +101,8 @@ static int reads_part(const char *label, const text *t, const char *part, ff_tab
     o.part = part;
     const ff_status s = ff_table_read_with_into(put(t), &o, table, &err);
     ff_error_format(&err, all, sizeof all);
-    if (!CHECK(s == FF_OK, "%s: %s", label, all)) return 0;
-    return CHECK(strcmp(table->format, "window") == 0, "%s: read as %s", label, table->format);
+    if (!FF_CHECK(s == FF_OK, "%s: %s", label, all)) return 0;
+    return FF_CHECK(strcmp(table->format, "window") == 0, "%s: read as %s", label, table->format);
 }
 
 static int reads(const char *label, const text *t, ff_table *table)
@@ -121,8 +121,8 @@ static void fails_part(const char *label, const text *t, const char *part, ff_st
     o.format = "window";
     const ff_status s = ff_table_read_with_into(put(t), &o, &table, &err);
     ff_error_format(&err, all, sizeof all);
-    CHECK(s == code, "%s: status %d, expected %d: %s", label, s, code, all);
-    for (; *words; words++) CHECK(strstr(all, *words), "%s: no '%s' in: %s", label, *words, all);
+    FF_CHECK(s == code, "%s: status %d, expected %d: %s", label, s, code, all);
+    for (; *words; words++) FF_CHECK(strstr(all, *words), "%s: no '%s' in: %s", label, *words, all);
     if (s == FF_OK) ff_table_clear(&table);
 }
 
@@ -173,7 +173,7 @@ static void check_matrix(const char *label, const ff_table *t, const ring *in, c
 {
     const int ni = count(in), no = count(out);
     const double x = front ? -1 : 1; /* the sheet seen from the front */
-    if (!CHECK(t->n == (size_t)(ni * no) && !t->isotropic && t->weight, "%s: %zu samples", label, t->n)) return;
+    if (!FF_CHECK(t->n == (size_t)(ni * no) && !t->isotropic && t->weight, "%s: %zu samples", label, t->n)) return;
     double sum = 0;
     for (int i = 0; i < ni; i++)
         for (int o = 0; o < no; o++) {
@@ -181,14 +181,14 @@ static void check_matrix(const char *label, const ff_table *t, const ring *in, c
             double vi[3], vo[3], wi[3], wo[3];
             const double omega = patch(in, i, vi) * patch(out, o, vo);
             directions(t, s, wi, wo);
-            if (!CHECK(same(wi, -x * vi[0], -vi[1], vi[2]) && same(wo, x * vo[0], vo[1], vo[2]), "%s: directions of %d, %d", label,
-                       i, o))
+            if (!FF_CHECK(same(wi, -x * vi[0], -vi[1], vi[2]) && same(wo, x * vo[0], vo[1], vo[2]), "%s: directions of %d, %d",
+                          label, i, o))
                 return;
-            if (!CHECK(t->value[s] == value[s], "%s: value %zu is %g, expected %g", label, s, t->value[s], value[s])) return;
-            CHECK(fabs(t->weight[s] - omega) < 1e-12 * omega, "%s: weight %zu: %g %g", label, s, t->weight[s], omega);
+            if (!FF_CHECK(t->value[s] == value[s], "%s: value %zu is %g, expected %g", label, s, t->value[s], value[s])) return;
+            FF_CHECK(fabs(t->weight[s] - omega) < 1e-12 * omega, "%s: weight %zu: %g %g", label, s, t->weight[s], omega);
             sum += t->weight[s];
         }
-    CHECK(fabs(sum - 4 * pi * pi) < 1e-9, "%s: weights add to %.12g, expected (2 pi)^2", label, sum);
+    FF_CHECK(fabs(sum - 4 * pi * pi) < 1e-9, "%s: weights add to %.12g, expected (2 pi)^2", label, sum);
 }
 
 static void test_bases(void)
@@ -217,7 +217,7 @@ static void test_bases(void)
         begin_data(&t, "Visible", cases[c].direction, cases[c].column, cases[c].row);
         for (int k = 0; k < n; k++) {
             char number[40];
-            value[k] = ldexp(check_uniform() - 0.25, (int)(check_random() % 20) - 10);
+            value[k] = ldexp(ff_test_uniform() - 0.25, (int)(ff_test_random() % 20) - 10);
             snprintf(number, sizeof number, k % 3 ? "%.17g" : "%.9e", value[k]);
             value[k] = strtod(number, NULL);
             add(&t, "%s%s", number, cases[c].separator);
@@ -228,10 +228,10 @@ static void test_bases(void)
         if (reads(cases[c].label, &t, &table)) {
             check_matrix(cases[c].label, &table, cases[c].in, cases[c].out, !strcmp(cases[c].structure, "Rows"),
                          strstr(cases[c].direction, "Front") != NULL, value);
-            CHECK(table.n_channels == 1 && strcmp(table.channels[0].name, "Visible") == 0 && table.channels[0].scale == 1,
-                  "%s: channel", cases[c].label);
-            CHECK(table.n_negative > 0 && table.n_invalid == 0 && strstr(table.note, "means over pairs of patches"),
-                  "%s: note '%s'", cases[c].label, table.note);
+            FF_CHECK(table.n_channels == 1 && strcmp(table.channels[0].name, "Visible") == 0 && table.channels[0].scale == 1,
+                     "%s: channel", cases[c].label);
+            FF_CHECK(table.n_negative > 0 && table.n_invalid == 0 && strstr(table.note, "means over pairs of patches"),
+                     "%s: note '%s'", cases[c].label, table.note);
             ff_table_clear(&table);
         }
         free(value);
@@ -240,7 +240,7 @@ static void test_bases(void)
 }
 
 /* Two bases that differ, of which programs differ which is whose. */
-static void test_rows_of_two_bases(void)
+static void rows_of_two_bases(void)
 {
     text t = {0};
     start(&t, "Rows");
@@ -273,9 +273,9 @@ static void test_mirror(void)
             directions(&table, s, wi, wo);
             if (table.value[s] == 0) continue;
             n++;
-            CHECK(same(wo, -wi[0], -wi[1], wi[2]), "%s: sample %zu is not at the mirror direction", directions_of[face], s);
+            FF_CHECK(same(wo, -wi[0], -wi[1], wi[2]), "%s: sample %zu is not at the mirror direction", directions_of[face], s);
         }
-        CHECK(n == 41, "%d values of the mirror", n);
+        FF_CHECK(n == 41, "%d values of the mirror", n);
         ff_table_clear(&table);
     }
     free(t.at);
@@ -292,9 +292,9 @@ static void check_parts(const text *t, const char *part, double first, const cha
         strcat(found, c ? " " : "");
         strcat(found, table.channels[c].name);
     }
-    CHECK(strcmp(found, names) == 0, "%s: channels '%s', expected '%s'", part ? part : "no part", found, names);
-    CHECK(table.value[0] == first, "%s: begins with %g, expected %g", part ? part : "no part", table.value[0], first);
-    CHECK(strstr(table.note, note), "%s: no '%s' in '%s'", part ? part : "no part", note, table.note);
+    FF_CHECK(strcmp(found, names) == 0, "%s: channels '%s', expected '%s'", part ? part : "no part", found, names);
+    FF_CHECK(table.value[0] == first, "%s: begins with %g, expected %g", part ? part : "no part", table.value[0], first);
+    FF_CHECK(strstr(table.note, note), "%s: no '%s' in '%s'", part ? part : "no part", note, table.note);
     ff_table_clear(&table);
 }
 
@@ -339,8 +339,8 @@ static void test_parts(void)
                WORDS("found Reflection Back alone", "reflection-front was asked"));
     ff_table table;
     if (reads("wavelength", &t, &table)) {
-        CHECK(table.channels[0].wavelength_nm == 550 && isnan(table.channels[1].wavelength_nm), "wavelengths %g %g",
-              table.channels[0].wavelength_nm, table.channels[1].wavelength_nm);
+        FF_CHECK(table.channels[0].wavelength_nm == 550 && isnan(table.channels[1].wavelength_nm), "wavelengths %g %g",
+                 table.channels[0].wavelength_nm, table.channels[1].wavelength_nm);
         ff_table_clear(&table);
     }
 
@@ -391,12 +391,12 @@ static void check_counted(const char *label, const text *t)
     ff_table table;
     if (!reads(label, t, &table)) return;
     for (size_t i = 0; i < table.n; i++)
-        if (!CHECK(table.value[i] == (double)(i + 1), "%s: value %zu is %g", label, i, table.value[i])) break;
-    CHECK(table.n == 36, "%s: %zu", label, table.n);
+        if (!FF_CHECK(table.value[i] == (double)(i + 1), "%s: value %zu is %g", label, i, table.value[i])) break;
+    FF_CHECK(table.n == 36, "%s: %zu", label, table.n);
     ff_table_clear(&table);
 }
 
-static void test_writing_styles(void)
+static void writing_styles(void)
 {
     static const char *const styles[][2] = {
         {"plain", TWELVE "13 14 15 16 17 18 19 20 21 22 23 24 " REST},
@@ -457,7 +457,7 @@ static void test_borders(void)
     if (!value) exit(1);
     for (int k = 0; k < n; k++) {
         char number[40];
-        snprintf(number, sizeof number, "%.*f", (int)(check_random() % 17), check_uniform());
+        snprintf(number, sizeof number, "%.*f", (int)(ff_test_random() % 17), ff_test_uniform());
         value[k] = strtod(number, NULL);
         add(&t, "%s%s", number, k % 10 ? " " : "\n");
     }
@@ -503,9 +503,9 @@ static double known(const double *c, int rank)
 static int add_tree(text *t, int rank, const double *corner, double w, int levels, double limit)
 {
     int n = 0;
-    const int branches = 1 << rank, k = levels == 0 ? 0 : (int)(check_random() % 2);
+    const int branches = 1 << rank, k = levels == 0 ? 0 : (int)(ff_test_random() % 2);
     double c[4];
-    if (levels > 0 && (check_random() % 3 || w == 1)) {
+    if (levels > 0 && (ff_test_random() % 3 || w == 1)) {
         add(t, "{");
         for (int b = 0; b < branches; b++) {
             for (int j = 0; j < rank; j++) c[j] = corner[j] + (b >> j & 1) * w / 2;
@@ -529,14 +529,14 @@ static void check_tree(const char *label, const ff_table *t, int rank, int front
 {
     const double x = front ? -1 : 1;
     double sum = 0;
-    CHECK(t->n == (size_t)leaves && t->isotropic == (rank == 3), "%s: %zu leaves, expected %d; isotropic %d", label, t->n, leaves,
-          t->isotropic);
+    FF_CHECK(t->n == (size_t)leaves && t->isotropic == (rank == 3), "%s: %zu leaves, expected %d; isotropic %d", label, t->n,
+             leaves, t->isotropic);
     for (size_t s = 0; s < t->n; s++) {
         double wi[3], wo[3], c[4];
         directions(t, s, wi, wo);
         if (rank == 3) {
             /* turned until the light comes from -x of the sheet */
-            CHECK(fabs(wi[1]) < 1e-12 && -x * wi[0] > 0, "%s: leaf %zu: light from %g %g", label, s, wi[0], wi[1]);
+            FF_CHECK(fabs(wi[1]) < 1e-12 && -x * wi[0] > 0, "%s: leaf %zu: light from %g %g", label, s, wi[0], wi[1]);
             c[0] = 0.5 - 0.5 * hypot(wi[0], wi[1]);
             square_of(x * wo[0], wo[1], &c[1], &c[2]);
         } else {
@@ -544,10 +544,10 @@ static void check_tree(const char *label, const ff_table *t, int rank, int front
             square_of(x * wo[0], wo[1], &c[2], &c[3]);
         }
         const double f = known(c, rank);
-        if (!CHECK(fabs(t->value[s] - f) < 1e-9, "%s: leaf %zu is %.12g, expected %.12g", label, s, t->value[s], f)) return;
+        if (!FF_CHECK(fabs(t->value[s] - f) < 1e-9, "%s: leaf %zu is %.12g, expected %.12g", label, s, t->value[s], f)) return;
         sum += t->weight[s];
     }
-    CHECK(fabs(sum - 4 * pi * pi) < 1e-9, "%s: weights add to %.12g, expected (2 pi)^2", label, sum);
+    FF_CHECK(fabs(sum - 4 * pi * pi) < 1e-9, "%s: weights add to %.12g, expected (2 pi)^2", label, sum);
 }
 
 static void begin_tree(text *t, int rank, const char *direction)
@@ -582,15 +582,16 @@ static void test_trees(void)
         finish(&t);
         ff_table table;
         if (!reads("one leaf", &t, &table)) continue;
-        CHECK(table.n == 1 && table.value[0] == 0.25 && fabs(table.weight[0] - 4 * pi * pi) < 1e-12, "one leaf of rank %d", rank);
-        CHECK(table.angle[2][0] == 0 && fabs(table.angle[0][0] - (rank == 3 ? 30 : 0)) < 1e-12, "one leaf of rank %d", rank);
+        FF_CHECK(table.n == 1 && table.value[0] == 0.25 && fabs(table.weight[0] - 4 * pi * pi) < 1e-12, "one leaf of rank %d",
+                 rank);
+        FF_CHECK(table.angle[2][0] == 0 && fabs(table.angle[0][0] - (rank == 3 ? 30 : 0)) < 1e-12, "one leaf of rank %d", rank);
         ff_table_clear(&table);
     }
     free(t.at);
 }
 
 /* Weights of exit cells against the integral of dx dy / cos theta, where nothing grazes. */
-static void test_tree_weights(void)
+static void tree_weights(void)
 {
     enum { M = 8, FINE = 200 };
     text t = {0};
@@ -612,17 +613,17 @@ static void test_tree_weights(void)
                 sum += pi / sqrt(1 - r * r) / (M * M) / (FINE * FINE);
             }
             const double ring_omega = 2 * pi * sqrt(1 - 0.75 * 0.75); /* sin theta_i from 3/4 to 1 */
-            CHECK(fabs(table.weight[o] / ring_omega - sum) < 1e-5 * sum, "cell %d: %g, expected %g", o,
-                  table.weight[o] / ring_omega, sum);
+            FF_CHECK(fabs(table.weight[o] / ring_omega - sum) < 1e-5 * sum, "cell %d: %g, expected %g", o,
+                     table.weight[o] / ring_omega, sum);
         }
-        CHECK(table.n == M * M * M / 2, "%zu cells, half of them mean nothing", table.n);
+        FF_CHECK(table.n == M * M * M / 2, "%zu cells, half of them mean nothing", table.n);
         ff_table_clear(&table);
     }
     free(t.at);
 }
 
 /* A mirror as a tree of rank 4 and of rank 3: the peak of each incidence lies at the mirror direction. */
-static void test_tree_mirror(void)
+static void tree_mirror(void)
 {
     enum { M = 4 };
     text t = {0};
@@ -646,18 +647,18 @@ static void test_tree_mirror(void)
                 double wi[3], wo[3];
                 directions(&table, s, wi, wo);
                 if (table.value[s] == 0) continue;
-                if (rank == 4) CHECK(same(wo, -wi[0], -wi[1], wi[2]), "tree mirror: leaf %zu", s);
-                if (rank == 3) CHECK(wo[0] * wi[0] < 0 && fabs(wo[2] - wi[2]) < 1e-9, "tree mirror: leaf %zu", s);
+                if (rank == 4) FF_CHECK(same(wo, -wi[0], -wi[1], wi[2]), "tree mirror: leaf %zu", s);
+                if (rank == 3) FF_CHECK(wo[0] * wi[0] < 0 && fabs(wo[2] - wi[2]) < 1e-9, "tree mirror: leaf %zu", s);
                 sum[0] += table.value[s];
                 sum[1] += wo[1];
             }
-            CHECK(sum[0] == (rank == 4 ? M * M : M) && fabs(sum[1]) < 1e-12, "tree mirror: %g peaks", sum[0]);
+            FF_CHECK(sum[0] == (rank == 4 ? M * M : M) && fabs(sum[1]) < 1e-12, "tree mirror: %g peaks", sum[0]);
             ff_table_clear(&table);
         }
     free(t.at);
 }
 
-static void test_tree_channels(void)
+static void tree_channels(void)
 {
     text t = {0};
     begin_tree(&t, 4, "Reflection Back");
@@ -684,7 +685,7 @@ static void refuses_change(const char *from, const char *to, ff_status code, con
     text good = {0}, bad = {0};
     make_coarse(&good, TWELVE "13 14 15 16 17 18 19 20 21 22 23 24\n" REST);
     const char *at = strstr(good.at, from);
-    if (CHECK(at, "'%s' is not in the file", from)) {
+    if (FF_CHECK(at, "'%s' is not in the file", from)) {
         add(&bad, "%.*s", (int)(at - good.at), good.at);
         add(&bad, "%s%s", to, at + strlen(from));
         fails_part(to, &bad, NULL, code, words);
@@ -693,7 +694,7 @@ static void refuses_change(const char *from, const char *to, ff_status code, con
     free(bad.at);
 }
 
-static void test_refusals(void)
+static void refusals(void)
 {
     refuses_change("36</S", "</S", FF_ERR_FORMAT, WORDS("found 35 numbers", "expected 6 x 6 (one per pair of patches)"));
     refuses_change("36</S", "36 37</S", FF_ERR_FORMAT, WORDS(":27: ", "found more numbers", "expected 6 x 6"));
@@ -766,7 +767,7 @@ static void test_refusals(void)
     free(t.at);
 }
 
-static void test_wrong_trees(void)
+static void wrong_trees(void)
 {
     static const struct {
         int rank;
@@ -846,7 +847,8 @@ static void test_hostile(void)
     t.n = (size_t)(strstr(t.at, "1 2 ") - t.at);
     for (int k = 0; k < 20000; k++) add(&t, "11");
     fails_part("endless number", &t, NULL, FF_ERR_DATA, WORDS("value 1", "'1111", "..."));
-    CHECK((double)(clock() - began) / CLOCKS_PER_SEC < 20, "hostile files took %g s", (double)(clock() - began) / CLOCKS_PER_SEC);
+    FF_CHECK((double)(clock() - began) / CLOCKS_PER_SEC < 20, "hostile files took %g s",
+             (double)(clock() - began) / CLOCKS_PER_SEC);
     free(t.at);
 }
 
@@ -856,23 +858,23 @@ static void check_well_formed(const char *label, const ff_table *t)
         double wi[3], wo[3];
         directions(t, s, wi, wo);
         const double all = wi[0] + wi[1] + wi[2] + wo[0] + wo[1] + wo[2] + t->weight[s] + t->value[s];
-        if (!CHECK(isfinite(all) && wi[2] >= -1e-12 && wo[2] >= -1e-12, "%s: sample %zu", label, s)) return;
+        if (!FF_CHECK(isfinite(all) && wi[2] >= -1e-12 && wo[2] >= -1e-12, "%s: sample %zu", label, s)) return;
     }
 }
 
 static void try_bytes(const char *label, const char *bytes, size_t n, int may_be_read, int *whole)
 {
-    const char *path = check_path("cut.xml");
+    const char *path = ff_test_path("cut.xml");
     ff_error err = {0};
     ff_table table;
-    check_write(path, bytes, n);
+    ff_test_write(path, bytes, n);
     if (ff_table_read_into(path, "window", &table, &err) == FF_OK) {
         ++*whole;
-        CHECK(may_be_read, "%s: was read", label);
+        FF_CHECK(may_be_read, "%s: was read", label);
         check_well_formed(label, &table);
         ff_table_clear(&table);
     } else {
-        CHECK(err.message[0] && strcmp(err.path, path) == 0, "%s: no message", label);
+        FF_CHECK(err.message[0] && strcmp(err.path, path) == 0, "%s: no message", label);
     }
 }
 
@@ -891,7 +893,7 @@ static void test_damaged(void)
             snprintf(label, sizeof label, "prefix %zu", n);
             try_bytes(label, t[k].at, n, n + 1 >= t[k].n, &whole);
         }
-        CHECK(whole == 2, "%d prefixes were read, expected the file with and without its last end of line", whole);
+        FF_CHECK(whole == 2, "%d prefixes were read, expected the file with and without its last end of line", whole);
         for (size_t n = 0; n < 2 * t[k].n && n < 4096; n++) { /* two bits of each byte, others in the other file */
             const int bit = (int)((n + n / 8 + (n & 1 ? 4 : 0) + (size_t)(2 * k)) % 8);
             snprintf(label, sizeof label, "bit %d of byte %zu", bit, n / 2);
@@ -899,12 +901,12 @@ static void test_damaged(void)
             try_bytes(label, t[k].at, t[k].n, 1, &flipped);
             t[k].at[n / 2] = (char)(t[k].at[n / 2] ^ 1 << bit);
         }
-        CHECK(flipped > 100, "%d damaged files were read", flipped); /* in comments, names, digits */
+        FF_CHECK(flipped > 100, "%d damaged files were read", flipped); /* in comments, names, digits */
         free(t[k].at);
     }
 }
 
-static void test_detection(void)
+static void detection(void)
 {
     static const struct {
         const char *head;
@@ -918,17 +920,17 @@ static void test_detection(void)
                  {"", 0},
                  {"<", 0}};
     const ff_format *f = ff_format_find("window");
-    if (!CHECK(f, "no format 'window'")) return;
+    if (!FF_CHECK(f, "no format 'window'")) return;
     for (size_t k = 0; k < sizeof cases / sizeof cases[0]; k++) {
-        const char *path = check_path("head");
+        const char *path = ff_test_path("head");
         const ff_format *found = NULL;
         ff_error err = {0};
-        check_write(path, cases[k].head, strlen(cases[k].head));
+        ff_test_write(path, cases[k].head, strlen(cases[k].head));
         ff_status status = ff_format_detect(path, &found, &err);
-        CHECK((status == FF_OK && found == f) == cases[k].found, "%s: %s %s", cases[k].head, found ? found->name : "none",
-              err.message);
+        FF_CHECK((status == FF_OK && found == f) == cases[k].found, "%s: %s %s", cases[k].head, found ? found->name : "none",
+                 err.message);
     }
-    CHECK(f->write == NULL && f->layout == NULL && f->reads == FF_READS_PART, "window is for reading");
+    FF_CHECK(f->write == NULL && f->layout == NULL && f->reads == FF_READS_PART, "window is for reading");
 }
 
 /* ---- real files ------------------------------------------------------------------------------ */
@@ -962,7 +964,7 @@ static void check_lobe(const char *name, const ff_table *t)
             if (t->value[i + 145 * o] > t->value[best]) best = i + 145 * o;
         double wi[3], wo[3];
         directions(t, best, wi, wo);
-        CHECK(same(wo, -wi[0], -wi[1], wi[2]), "%s: the lobe of patch %zu is not at the mirror direction", name, i);
+        FF_CHECK(same(wo, -wi[0], -wi[1], wi[2]), "%s: the lobe of patch %zu is not at the mirror direction", name, i);
     }
 }
 
@@ -971,10 +973,7 @@ static void test_real_file(const char *name, const char *part, int block, double
     const char *set = getenv("FACETFIT_DATA");
     char path[700], all[2048];
     snprintf(path, sizeof path, "%s/klems/%s", set ? set : FF_SOURCE_DIR "/../shared/data", name);
-    if (access(path, R_OK) != 0) {
-        printf("skipped: there is no %s\n", path);
-        return;
-    }
+    if (access(path, R_OK) != 0) FF_SKIP("there is no %s", path);
     ff_read_options o;
     ff_read_options_init(&o);
     o.part = part;
@@ -982,19 +981,19 @@ static void test_real_file(const char *name, const char *part, int block, double
     ff_table t;
     const ff_status s = ff_table_read_with_into(path, &o, &t, &err);
     ff_error_format(&err, all, sizeof all);
-    if (!CHECK(s == FF_OK, "%s", all)) return;
+    if (!FF_CHECK(s == FF_OK, "%s", all)) return;
     size_t size;
-    char *xml = check_slurp(path, &size);
+    char *xml = ff_test_slurp(path, &size);
     double *value = calloc(145 * 145, sizeof *value);
     if (!value) exit(1);
-    CHECK(second_source(xml, block, value, 145 * 145) == 145 * 145, "%s: second source", name);
+    FF_CHECK(second_source(xml, block, value, 145 * 145) == 145 * 145, "%s: second source", name);
     check_matrix(name, &t, full, full, 0, !part || strstr(part, "front"), value);
     /* directional albedo of each incidence, by the weights */
     for (int i = 0; i < 145; i++) {
         double albedo = 0, unused[3];
         const double omega_i = patch(full, i, unused);
         for (size_t k = (size_t)i; k < t.n; k += 145) albedo += t.value[k] * cos(t.angle[2][k] * pi / 180) * t.weight[k] / omega_i;
-        CHECK(albedo > least && albedo < most, "%s: albedo of patch %d is %g", name, i, albedo);
+        FF_CHECK(albedo > least && albedo < most, "%s: albedo of patch %d is %g", name, i, albedo);
     }
     if (part && strcmp(part, "reflection-back") == 0) check_lobe(name, &t);
     free(value);
@@ -1002,26 +1001,15 @@ static void test_real_file(const char *name, const char *part, int block, double
     ff_table_clear(&t);
 }
 
-int main(void)
+static void measured(void)
 {
-    test_detection();
-    test_bases();
-    test_rows_of_two_bases();
-    test_mirror();
-    test_parts();
-    test_writing_styles();
-    test_borders();
-    test_trees();
-    test_tree_weights();
-    test_tree_mirror();
-    test_tree_channels();
-    test_refusals();
-    test_wrong_trees();
-    test_hostile();
-    test_damaged();
     test_real_file("2011-SA1.XML", NULL, 2, 0.45, 0.7);
     test_real_file("2011-SA1.XML", "reflection-back:Solar", 7, 0.45, 0.7);
     test_real_file("frads_klems_aniso_high.xml", "reflection-back", 2, 0.2, 0.45);
     test_real_file("frads_klems_aniso_high.xml", "reflection-front", 3, 0.35, 0.7);
-    return check_result();
 }
+
+FF_TEST_MAIN(FF_TEST(detection), FF_TEST(test_bases), FF_TEST(rows_of_two_bases), FF_TEST(test_mirror), FF_TEST(test_parts),
+             FF_TEST(writing_styles), FF_TEST(test_borders), FF_TEST(test_trees), FF_TEST(tree_weights), FF_TEST(tree_mirror),
+             FF_TEST(tree_channels), FF_TEST(refusals), FF_TEST(wrong_trees), FF_TEST(test_hostile), FF_TEST(test_damaged),
+             FF_TEST(measured))

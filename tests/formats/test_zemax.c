@@ -34,7 +34,7 @@ static void by_vectors(double rotation, double incidence, double azimuth, double
 static void test_directions(void)
 {
     for (int k = 0; k < 2000; k++) {
-        double q[4] = {360 * check_uniform(), 1 + 88 * check_uniform(), 360 * check_uniform(), 179 * check_uniform()};
+        double q[4] = {360 * ff_test_uniform(), 1 + 88 * ff_test_uniform(), 360 * ff_test_uniform(), 179 * ff_test_uniform()};
         double angle[4], wi[3], wo[3], r[4], back[4];
         for (int j = 0; j < 4; j++) r[j] = q[j] * degree;
         by_vectors(r[0], r[1], r[2], r[3], wi, wo);
@@ -43,22 +43,22 @@ static void test_directions(void)
         const double w[6] = {sin(a[0]) * cos(a[1]), sin(a[0]) * sin(a[1]), cos(a[0]),
                              sin(a[2]) * cos(a[3]), sin(a[2]) * sin(a[3]), cos(a[2])};
         for (int j = 0; j < 3; j++)
-            CHECK(fabs(w[j] - wi[j]) < 1e-12 && fabs(w[3 + j] - wo[j]) < 1e-12, "%g %g %g %g: component %d is %g %g, not %g %g",
-                  q[0], q[1], q[2], q[3], j, w[j], w[3 + j], wi[j], wo[j]);
-        CHECK(angle[0] == q[1] && angle[1] == -90 - q[0], "incidence %g %g", angle[0], angle[1]);
+            FF_CHECK(fabs(w[j] - wi[j]) < 1e-12 && fabs(w[3 + j] - wo[j]) < 1e-12, "%g %g %g %g: component %d is %g %g, not %g %g",
+                     q[0], q[1], q[2], q[3], j, w[j], w[3 + j], wi[j], wo[j]);
+        FF_CHECK(angle[0] == q[1] && angle[1] == -90 - q[0], "incidence %g %g", angle[0], angle[1]);
         ff_axes_point(FF_AXES_SPECULAR, wi, wo, back);
         for (int j = 0; j < 4; j++) {
             double off = back[j] - r[j];
             if (j == 0 || j == 2) off -= 2 * pi * round(off / (2 * pi));
-            CHECK(fabs(off) < 1e-9 && back[j] > -pi && back[j] <= pi, "%g %g %g %g: axis %d is %g", q[0], q[1], q[2], q[3], j,
-                  back[j] / degree);
+            FF_CHECK(fabs(off) < 1e-9 && back[j] > -pi && back[j] <= pi, "%g %g %g %g: axis %d is %g", q[0], q[1], q[2], q[3], j,
+                     back[j] / degree);
         }
     }
     double back[4];
     ff_axes_point(FF_AXES_SPECULAR, (double[]){0, 0, 1}, (double[]){0, -sin(0.25), cos(0.25)}, back);
-    CHECK(back[0] == 0 && back[1] == 0 && fabs(back[2]) < 1e-12 && fabs(back[3] - 0.25) < 1e-12,
-          "normal incidence: %g %g %g %g, expected rotation 0 and azimuth 0 on the side of the light", back[0], back[1], back[2],
-          back[3]);
+    FF_CHECK(back[0] == 0 && back[1] == 0 && fabs(back[2]) < 1e-12 && fabs(back[3] - 0.25) < 1e-12,
+             "normal incidence: %g %g %g %g, expected rotation 0 and azimuth 0 on the side of the light", back[0], back[1], back[2],
+             back[3]);
 }
 
 /* ---- reading --------------------------------------------------------------------------------- */
@@ -68,27 +68,28 @@ static void test_values(void)
     ff_table t;
     if (!check_reads("small", "zemax", "#comment\n" HEAD "Monochrome\nDataBegin\n" BLOCKS "DataEnd\n", &t)) return;
     static const double incidence[2] = {10, 60}, azimuth[2] = {0, 180}, radial[3] = {0, 20, 60};
-    CHECK(t.n == 12 && t.n_channels == 1 && t.isotropic == 1 && !t.weight && !t.sigma, "%zu x %zu, isotropic %d", t.n, t.n_channels,
-          t.isotropic);
-    CHECK(t.axes.kind == FF_AXES_SPECULAR && t.axes.n[0] == 1 && t.axes.n[1] == 2 && t.axes.n[2] == 2 && t.axes.n[3] == 3, "axes");
-    CHECK(strcmp(t.channels[0].name, "f") == 0 && t.channels[0].scale == 1 && t.quantity == FF_BRDF, "channel");
+    FF_CHECK(t.n == 12 && t.n_channels == 1 && t.isotropic == 1 && !t.weight && !t.sigma, "%zu x %zu, isotropic %d", t.n,
+             t.n_channels, t.isotropic);
+    FF_CHECK(t.axes.kind == FF_AXES_SPECULAR && t.axes.n[0] == 1 && t.axes.n[1] == 2 && t.axes.n[2] == 2 && t.axes.n[3] == 3,
+             "axes");
+    FF_CHECK(strcmp(t.channels[0].name, "f") == 0 && t.channels[0].scale == 1 && t.quantity == FF_BRDF, "channel");
     for (size_t i = 0; i < t.n; i++) {
         const double inc = incidence[i / 6], az = azimuth[i / 3 % 2], r = radial[i % 3];
         const double theta = inc + (az == 0 ? -r : r); /* in the plane, towards the normal and away */
         double f;
         ff_table_values(&t, 0, i, 1, &f);
-        CHECK(f == (i == 11 ? 0 : (double)i + 1), "value %zu is %g", i, f);
-        CHECK(fabs(t.angle[2][i] - fabs(theta)) < 1e-12, "sample %zu: theta_o %.17g, expected %g", i, t.angle[2][i], theta);
-        CHECK(fabs(cos((t.angle[3][i] - (theta < 0 ? -90 : 90)) * degree) - 1) < 1e-12 || theta == 0, "sample %zu: phi_o %g", i,
-              t.angle[3][i]);
-        CHECK(t.angle[0][i] == inc && t.angle[1][i] == -90, "sample %zu: light at %g %g", i, t.angle[0][i], t.angle[1][i]);
-        CHECK(t.valid[i] == (theta < 90), "sample %zu: theta_o %g, valid %d", i, theta, t.valid[i]);
+        FF_CHECK(f == (i == 11 ? 0 : (double)i + 1), "value %zu is %g", i, f);
+        FF_CHECK(fabs(t.angle[2][i] - fabs(theta)) < 1e-12, "sample %zu: theta_o %.17g, expected %g", i, t.angle[2][i], theta);
+        FF_CHECK(fabs(cos((t.angle[3][i] - (theta < 0 ? -90 : 90)) * degree) - 1) < 1e-12 || theta == 0, "sample %zu: phi_o %g", i,
+                 t.angle[3][i]);
+        FF_CHECK(t.angle[0][i] == inc && t.angle[1][i] == -90, "sample %zu: light at %g %g", i, t.angle[0][i], t.angle[1][i]);
+        FF_CHECK(t.valid[i] == (theta < 90), "sample %zu: theta_o %g, valid %d", i, theta, t.valid[i]);
     }
-    CHECK(t.n_invalid == 1 && t.n_negative == 0 && t.note[0] == '\0', "%zu invalid, note '%s'", t.n_invalid, t.note);
+    FF_CHECK(t.n_invalid == 1 && t.n_negative == 0 && t.note[0] == '\0', "%zu invalid, note '%s'", t.n_invalid, t.note);
     ff_table_clear(&t);
 }
 
-static void test_variants(void)
+static void variants(void)
 {
     static const struct {
         const char *label, *text, *note;
@@ -123,14 +124,14 @@ static void test_variants(void)
     for (size_t k = 0; k < sizeof cases / sizeof cases[0]; k++) {
         ff_table t;
         if (!check_reads(cases[k].label, "zemax", cases[k].text, &t)) continue;
-        CHECK(t.n == cases[k].n && t.n_channels == cases[k].n_channels, "%s: %zu x %zu", cases[k].label, t.n, t.n_channels);
-        CHECK(t.n_invalid == cases[k].n_invalid && t.n_negative == cases[k].n_negative, "%s: %zu invalid, %zu negative",
-              cases[k].label, t.n_invalid, t.n_negative);
-        CHECK(cases[k].note[0] ? strstr(t.note, cases[k].note) != NULL : t.note[0] == '\0', "%s: note '%s'", cases[k].label,
-              t.note);
+        FF_CHECK(t.n == cases[k].n && t.n_channels == cases[k].n_channels, "%s: %zu x %zu", cases[k].label, t.n, t.n_channels);
+        FF_CHECK(t.n_invalid == cases[k].n_invalid && t.n_negative == cases[k].n_negative, "%s: %zu invalid, %zu negative",
+                 cases[k].label, t.n_invalid, t.n_negative);
+        FF_CHECK(cases[k].note[0] ? strstr(t.note, cases[k].note) != NULL : t.note[0] == '\0', "%s: note '%s'", cases[k].label,
+                 t.note);
         if (t.n_channels == 3)
-            CHECK(strcmp(t.channels[1].name, "Y") == 0 && t.value[4] == 5 && isnan(t.channels[0].wavelength_nm), "%s: channels",
-                  cases[k].label);
+            FF_CHECK(strcmp(t.channels[1].name, "Y") == 0 && t.value[4] == 5 && isnan(t.channels[0].wavelength_nm), "%s: channels",
+                     cases[k].label);
         ff_table_clear(&t);
     }
     ff_table t;
@@ -140,15 +141,15 @@ static void test_variants(void)
             "2\n10 20\n"
             "ScatterAzimuth 1\n0\nScatterRadial 1\n0\nDataBegin\nTIS 0\n1\nTIS 0\n2\nTIS 0\n3\nTIS 0\n4\nDataEnd\n",
             &t)) {
-        CHECK(!t.isotropic && t.n == 4, "isotropic %d", t.isotropic);
+        FF_CHECK(!t.isotropic && t.n == 4, "isotropic %d", t.isotropic);
         for (size_t i = 0; i < 4; i++)
-            CHECK(t.value[i] == (double)i + 1 && t.angle[0][i] == (i % 2 ? 20 : 10) && t.angle[1][i] == (i / 2 ? -180 : -90),
-                  "sample %zu: %g at %g %g", i, t.value[i], t.angle[0][i], t.angle[1][i]);
+            FF_CHECK(t.value[i] == (double)i + 1 && t.angle[0][i] == (i % 2 ? 20 : 10) && t.angle[1][i] == (i / 2 ? -180 : -90),
+                     "sample %zu: %g at %g %g", i, t.value[i], t.angle[0][i], t.angle[1][i]);
         ff_table_clear(&t);
     }
 }
 
-static void test_refusals(void)
+static void refusals(void)
 {
 #define DATA "Monochrome\nDataBegin\n" BLOCKS "DataEnd\n"
 #define AXES "SampleRotation 1\n0\nAngleOfIncidence 1\n30\nScatterAzimuth 1\n0\nScatterRadial 1\n0\nDataBegin\nTIS 1\n1\nDataEnd\n"
@@ -201,46 +202,46 @@ static void test_refusals(void)
                   WORDS("all of them marked as not measured"));
     char nul[] = HEAD DATA;
     nul[sizeof nul / 2] = '\0';
-    const char *path = check_path("nul.bsdf");
-    check_write(path, nul, sizeof nul - 1);
+    const char *path = ff_test_path("nul.bsdf");
+    ff_test_write(path, nul, sizeof nul - 1);
     check_fails("nul", path, "zemax", FF_ERR_FORMAT, 8, WORDS("NUL byte"));
 }
 
 static void test_prefixes(void)
 {
     static const char text[] = "# c\n" HEAD DATA;
-    const char *path = check_path("prefix.bsdf");
+    const char *path = ff_test_path("prefix.bsdf");
     size_t whole = 0;
     for (size_t n = 0; n < sizeof text; n++) {
-        check_write(path, text, n);
+        ff_test_write(path, text, n);
         ff_table t;
         ff_error err = {0};
         if (ff_table_read_into(path, n % 2 ? "zemax" : NULL, &t, &err) == FF_OK) {
             whole++;
-            CHECK(t.n == 12 && n >= sizeof text - 2, "prefix %zu was read", n);
+            FF_CHECK(t.n == 12 && n >= sizeof text - 2, "prefix %zu was read", n);
             ff_table_clear(&t);
         } else {
-            CHECK(strcmp(err.path, path) == 0 && err.message[0], "prefix %zu: no message", n);
+            FF_CHECK(strcmp(err.path, path) == 0 && err.message[0], "prefix %zu: no message", n);
         }
     }
-    CHECK(whole == 2, "%zu prefixes were read", whole); /* with and without the last end of line */
+    FF_CHECK(whole == 2, "%zu prefixes were read", whole); /* with and without the last end of line */
 }
 
 /* A file in which one bit is wrong is refused or gives a table that holds together. */
-static void test_bit_flips(void)
+static void bit_flips(void)
 {
     static const char text[] = HEAD DATA;
-    const char *path = check_path("flip.bsdf");
+    const char *path = ff_test_path("flip.bsdf");
     char copy[sizeof text];
     for (size_t i = 0; i < 8 * (sizeof text - 1); i++) {
         memcpy(copy, text, sizeof text);
         copy[i / 8] = (char)(copy[i / 8] ^ 1 << i % 8);
-        check_write(path, copy, sizeof text - 1);
+        ff_test_write(path, copy, sizeof text - 1);
         ff_table t;
         ff_error err = {0};
         if (ff_table_read_into(path, "zemax", &t, &err) != FF_OK) continue;
-        CHECK(t.n == t.axes.n[0] * t.axes.n[1] * t.axes.n[2] * t.axes.n[3] && ff_table_check(&t, path, &err) == FF_OK,
-              "bit %zu: %s", i, err.message);
+        FF_CHECK(t.n == t.axes.n[0] * t.axes.n[1] * t.axes.n[2] * t.axes.n[3] && ff_table_check(&t, path, &err) == FF_OK,
+                 "bit %zu: %s", i, err.message);
         ff_table_clear(&t);
     }
 }
@@ -252,12 +253,12 @@ static int lambert(int isotropic, const char *grid, ff_table *t)
 {
     ff_table data;
     ff_error err = {0};
-    if (!CHECK(ff_table_init(3, 1, NULL, 0, 0, &data, &err) == FF_OK, "%s", err.message)) return 0;
+    if (!FF_CHECK(ff_table_init(3, 1, NULL, 0, 0, &data, &err) == FF_OK, "%s", err.message)) return 0;
     for (size_t i = 0; i < 3; i++) data.angle[0][i] = 0.1 + 0.5 * (double)i, data.angle[1][i] = (double)i;
     data.isotropic = isotropic;
     ff_status s = ff_format_find("zemax")->layout(&data, grid, t, &err);
     ff_table_clear(&data);
-    if (!CHECK(s == FF_OK, "%s", err.message)) return 0;
+    if (!FF_CHECK(s == FF_OK, "%s", err.message)) return 0;
     for (size_t i = 0; i < t->n; i++) {
         t->value[i] = 1 / pi;
         t->valid[i] = t->angle[2][i] < 90 - 1e-6;
@@ -282,7 +283,8 @@ static void test_cells(void)
         double sum = 0;
         for (size_t i = 0; i < t.n && t.weight; i++) sum += t.weight[i];
         const double expected = cases[k].sphere * (1 - cos(cases[k].radial_end * degree));
-        CHECK(t.weight && fabs(sum / expected - 1) < 1e-12, "case %zu: the cells are %.12g sr^2, expected %.12g", k, sum, expected);
+        FF_CHECK(t.weight && fabs(sum / expected - 1) < 1e-12, "case %zu: the cells are %.12g sr^2, expected %.12g", k, sum,
+                 expected);
         ff_table_clear(&t);
     }
     /* TIS of a white Lambert surface is 1 */
@@ -290,18 +292,18 @@ static void test_cells(void)
     if (!lambert(1, "incidence:0/30/60,azimuth:5,radial:2", &t)) return;
     for (size_t i = 0; i < t.n; i++)
         if (!t.valid[i]) t.value[i] = 77; /* what nobody measured, and no file held, is written as 0 */
-    const char *path = check_path("white.zemax.bsdf");
+    const char *path = ff_test_path("white.zemax.bsdf");
     ff_error err = {0};
-    CHECK(ff_table_write(path, NULL, &t, &err) == FF_OK, "%s", err.message);
+    FF_CHECK(ff_table_write(path, NULL, &t, &err) == FF_OK, "%s", err.message);
     size_t n;
-    char *text = check_slurp(path, &n), *at = text;
+    char *text = ff_test_slurp(path, &n), *at = text;
     int blocks = 0;
     for (; (at = strstr(at, "TIS\t")); blocks++) {
         const double tis = strtod(at += 4, NULL);
-        CHECK(fabs(tis - 1) < 0.01, "TIS of white is %g", tis);
+        FF_CHECK(fabs(tis - 1) < 0.01, "TIS of white is %g", tis);
     }
-    CHECK(blocks == 3 && strstr(text, "Symmetry\tPlaneSymmetrical\n"), "%d blocks", blocks);
-    CHECK(!strstr(text, "\t77"), "a number below the horizon");
+    FF_CHECK(blocks == 3 && strstr(text, "Symmetry\tPlaneSymmetrical\n"), "%d blocks", blocks);
+    FF_CHECK(!strstr(text, "\t77"), "a number below the horizon");
     free(text);
     ff_table_clear(&t);
 }
@@ -310,14 +312,14 @@ static void test_cells(void)
 
 static char *written(const ff_table *t, const char *name)
 {
-    const char *path = check_path(name);
+    const char *path = ff_test_path(name);
     ff_error err = {0};
     size_t n;
-    if (!CHECK(ff_table_write(path, "zemax", t, &err) == FF_OK, "%s: %s", name, err.message)) return calloc(1, 1);
-    return check_slurp(path, &n);
+    if (!FF_CHECK(ff_table_write(path, "zemax", t, &err) == FF_OK, "%s: %s", name, err.message)) return calloc(1, 1);
+    return ff_test_slurp(path, &n);
 }
 
-static void test_round_trip(void)
+static void round_trip(void)
 {
     ff_table t, back;
     ff_error err = {0};
@@ -325,35 +327,35 @@ static void test_round_trip(void)
                      HEAD "Monochrome\nDataBegin\nTIS 0.1\n0.1 -2e-3 0\n1e300 5 6\nTIS 0.2\n7 8 9\n10 11 12.5\nDataEnd\n", &t))
         return;
     for (size_t i = 0; i < t.n; i++)
-        if (t.valid[i] && i != 1) t.value[i] = ldexp(1 + check_uniform(), (int)(check_random() % 60) - 40);
+        if (t.valid[i] && i != 1) t.value[i] = ldexp(1 + ff_test_uniform(), (int)(ff_test_random() % 60) - 40);
     char *text = written(&t, "round.zemax.bsdf");
-    CHECK(strstr(text, "TIS\t0.1\n") && strstr(text, "TIS\t0.2\n") && strstr(text, "\t12.5\nDataEnd\n"),
-          "TIS and the number below the horizon: %s", text);
+    FF_CHECK(strstr(text, "TIS\t0.1\n") && strstr(text, "TIS\t0.2\n") && strstr(text, "\t12.5\nDataEnd\n"),
+             "TIS and the number below the horizon: %s", text);
     free(text);
-    const char *path = check_path("round.zemax.bsdf");
-    if (CHECK(ff_table_read_into(path, NULL, &back, &err) == FF_OK, "%s", err.message)) {
+    const char *path = ff_test_path("round.zemax.bsdf");
+    if (FF_CHECK(ff_table_read_into(path, NULL, &back, &err) == FF_OK, "%s", err.message)) {
         check_same_tables("round trip", &t, &back);
         check_same_angles("round trip", &t, &back);
-        CHECK(check_same_bits(t.value, back.value, t.n), "stored values");
-        for (int k = 0; k < 4; k++) CHECK(check_same_bits(t.axes.node[k], back.axes.node[k], t.axes.n[k]), "axis %d", k);
+        FF_CHECK(check_same_bits(t.value, back.value, t.n), "stored values");
+        for (int k = 0; k < 4; k++) FF_CHECK(check_same_bits(t.axes.node[k], back.axes.node[k], t.axes.n[k]), "axis %d", k);
         ff_table_clear(&back);
     }
     ff_read_options o;
     ff_read_options_init(&o);
     o.scale = 2;
-    if (CHECK(ff_table_read_with_into(path, &o, &back, &err) == FF_OK, "%s", err.message)) {
+    if (FF_CHECK(ff_table_read_with_into(path, &o, &back, &err) == FF_OK, "%s", err.message)) {
         text = written(&back, "scaled.zemax.bsdf");
-        CHECK(strstr(text, "TIS\t0.2\n") && strstr(text, "TIS\t0.4\n") && strstr(text, "\t25\nDataEnd\n"), "scaled: %s", text);
+        FF_CHECK(strstr(text, "TIS\t0.2\n") && strstr(text, "TIS\t0.4\n") && strstr(text, "\t25\nDataEnd\n"), "scaled: %s", text);
         free(text);
         ff_table_clear(&back);
     }
     /* measured once more below the horizon, or not at all: as 0 */
     t.valid[0] = 0;
     text = written(&t, "less.zemax.bsdf");
-    CHECK(strstr(text, "TIS\t0.1\n0\t-0.002\t"), "unmeasured: %s", text);
+    FF_CHECK(strstr(text, "TIS\t0.1\n0\t-0.002\t"), "unmeasured: %s", text);
     free(text);
     ff_table_clear(&t);
-    CHECK(check_leftovers() == 0, "%d unfinished files", check_leftovers());
+    FF_CHECK(check_leftovers() == 0, "%d unfinished files", check_leftovers());
 }
 
 static void test_tristimulus(void)
@@ -365,17 +367,17 @@ static void test_tristimulus(void)
     const size_t n[4] = {2, 1, 3, 2};
     static const double rotation[] = {0, 0.5}, incidence[] = {0.25}, azimuth[] = {0, 1, 2}, radial[] = {0, 0.5};
     const double *const node[4] = {rotation, incidence, azimuth, radial};
-    if (!CHECK(ff_table_init_axes(FF_AXES_SPECULAR, n, node, 1, 3, 0, &t, &err) == FF_OK, "%s", err.message)) return;
-    for (size_t i = 0; i < 3 * t.n; i++) t.value[i] = check_uniform() + 0.5;
-    ff_status s = ff_table_write(check_path("rgb.zemax.bsdf"), NULL, &t, &err);
-    CHECK(s == FF_ERR_UNSUPPORTED && strstr(err.message, "X, Y and Z") && strstr(err.message, "one file per channel"), "%d %s", s,
-          err.message);
+    if (!FF_CHECK(ff_table_init_axes(FF_AXES_SPECULAR, n, node, 1, 3, 0, &t, &err) == FF_OK, "%s", err.message)) return;
+    for (size_t i = 0; i < 3 * t.n; i++) t.value[i] = ff_test_uniform() + 0.5;
+    ff_status s = ff_table_write(ff_test_path("rgb.zemax.bsdf"), NULL, &t, &err);
+    FF_CHECK(s == FF_ERR_UNSUPPORTED && strstr(err.message, "X, Y and Z") && strstr(err.message, "one file per channel"), "%d %s",
+             s, err.message);
     for (int c = 0; c < 3; c++) snprintf(t.channels[c].name, FF_CHANNEL_NAME, "%c", "XYZ"[c]);
-    const char *path = check_path("xyz.zemax.bsdf");
-    CHECK(ff_table_write(path, NULL, &t, &err) == FF_OK, "%s", err.message);
-    if (CHECK(ff_table_read_into(path, NULL, &back, &err) == FF_OK, "%s", err.message)) {
+    const char *path = ff_test_path("xyz.zemax.bsdf");
+    FF_CHECK(ff_table_write(path, NULL, &t, &err) == FF_OK, "%s", err.message);
+    if (FF_CHECK(ff_table_read_into(path, NULL, &back, &err) == FF_OK, "%s", err.message)) {
         check_same_tables("tristimulus", &t, &back);
-        CHECK(fabs(back.axes.node[0][1] - 0.5 / degree) < 1e-12 && back.radians_per_unit == degree, "radians became degrees");
+        FF_CHECK(fabs(back.axes.node[0][1] - 0.5 / degree) < 1e-12 && back.radians_per_unit == degree, "radians became degrees");
         ff_table_clear(&back);
     }
     ff_table_clear(&t);
@@ -384,15 +386,15 @@ static void test_tristimulus(void)
 static void refuses_writing(const char *label, const ff_table *t, const char *word)
 {
     ff_error err = {0};
-    ff_status s = ff_table_write(check_path("no.zemax.bsdf"), "zemax", t, &err);
-    CHECK(s == FF_ERR_UNSUPPORTED && strstr(err.message, word), "%s: %d %s", label, s, err.message);
+    ff_status s = ff_table_write(ff_test_path("no.zemax.bsdf"), "zemax", t, &err);
+    FF_CHECK(s == FF_ERR_UNSUPPORTED && strstr(err.message, word), "%s: %d %s", label, s, err.message);
 }
 
-static void test_unwritable(void)
+static void unwritable(void)
 {
     ff_table t;
     ff_error err = {0};
-    if (!CHECK(ff_table_init(2, 1, NULL, 0, 0, &t, &err) == FF_OK, "%s", err.message)) return;
+    if (!FF_CHECK(ff_table_init(2, 1, NULL, 0, 0, &t, &err) == FF_OK, "%s", err.message)) return;
     refuses_writing("scattered", &t, "resample");
     ff_table_clear(&t);
     if (!lambert(1, NULL, &t)) return;
@@ -402,11 +404,11 @@ static void test_unwritable(void)
     free(t.sigma);
     t.sigma = NULL;
     t.value[0] = NAN;
-    ff_status s = ff_table_write(check_path("no.zemax.bsdf"), "zemax", &t, &err);
-    CHECK(s == FF_ERR_DATA && strstr(err.message, "sample 0"), "%d %s", s, err.message);
+    ff_status s = ff_table_write(ff_test_path("no.zemax.bsdf"), "zemax", &t, &err);
+    FF_CHECK(s == FF_ERR_DATA && strstr(err.message, "sample 0"), "%d %s", s, err.message);
     ff_table_clear(&t);
-    CHECK(check_leftovers() == 0, "%d unfinished files", check_leftovers());
-    CHECK(ff_format_for_writing("a.zemax.bsdf") == ff_format_find("zemax"), "extension");
+    FF_CHECK(check_leftovers() == 0, "%d unfinished files", check_leftovers());
+    FF_CHECK(ff_format_for_writing("a.zemax.bsdf") == ff_format_find("zemax"), "extension");
 }
 
 /* ---- layout ---------------------------------------------------------------------------------- */
@@ -416,7 +418,7 @@ static void refuses_grid(const ff_table *t, const char *grid, ff_status code, co
     ff_table out;
     ff_error err = {0};
     ff_status s = ff_format_find("zemax")->layout(t, grid, &out, &err);
-    CHECK(s == code && strstr(err.message, word), "grid '%s': %d %s", grid, s, err.message);
+    FF_CHECK(s == code && strstr(err.message, word), "grid '%s': %d %s", grid, s, err.message);
     if (s == FF_OK) ff_table_clear(&out);
 }
 
@@ -425,43 +427,43 @@ static void test_layout(void)
     const ff_format *f = ff_format_find("zemax");
     ff_table data, t;
     ff_error err = {0};
-    if (!CHECK(ff_table_init(400, 1, NULL, 0, 0, &data, &err) == FF_OK, "%s", err.message)) return;
+    if (!FF_CHECK(ff_table_init(400, 1, NULL, 0, 0, &data, &err) == FF_OK, "%s", err.message)) return;
     data.radians_per_unit = degree;
     data.isotropic = 1;
     strcpy(data.channels[0].name, "650nm");
     for (size_t i = 0; i < data.n; i++) data.angle[0][i] = 5 + 20 * (double)(i % 4), data.angle[1][i] = 0;
     data.angle[0][7] = 33, data.valid[7] = 0; /* what was not measured has no say */
-    if (CHECK(f->layout(&data, NULL, &t, &err) == FF_OK, "%s", err.message)) {
-        CHECK(t.axes.n[0] == 1 && t.axes.n[1] == 4 && t.axes.n[2] == 19 && t.isotropic == 1 &&
-                  strcmp(t.channels[0].name, "650nm") == 0,
-              "%zu x %zu x %zu", t.axes.n[0], t.axes.n[1], t.axes.n[2]);
-        for (size_t k = 0; k < 4; k++) CHECK(t.axes.node[1][k] == 5 + 20 * (double)k, "incidence %g", t.axes.node[1][k]);
-        CHECK(t.axes.node[2][18] == 180 && t.axes.node[3][0] == 0 && t.axes.node[3][1] == 0.5, "azimuth and radial");
-        CHECK(t.axes.node[3][t.axes.n[3] - 1] == 170 && t.n_invalid == 0 && t.valid[t.n - 1], "the last radial angle");
+    if (FF_CHECK(f->layout(&data, NULL, &t, &err) == FF_OK, "%s", err.message)) {
+        FF_CHECK(t.axes.n[0] == 1 && t.axes.n[1] == 4 && t.axes.n[2] == 19 && t.isotropic == 1 &&
+                     strcmp(t.channels[0].name, "650nm") == 0,
+                 "%zu x %zu x %zu", t.axes.n[0], t.axes.n[1], t.axes.n[2]);
+        for (size_t k = 0; k < 4; k++) FF_CHECK(t.axes.node[1][k] == 5 + 20 * (double)k, "incidence %g", t.axes.node[1][k]);
+        FF_CHECK(t.axes.node[2][18] == 180 && t.axes.node[3][0] == 0 && t.axes.node[3][1] == 0.5, "azimuth and radial");
+        FF_CHECK(t.axes.node[3][t.axes.n[3] - 1] == 170 && t.n_invalid == 0 && t.valid[t.n - 1], "the last radial angle");
         ff_table again;
-        if (CHECK(f->layout(&t, NULL, &again, &err) == FF_OK, "%s", err.message)) {
+        if (FF_CHECK(f->layout(&t, NULL, &again, &err) == FF_OK, "%s", err.message)) {
             check_same_angles("a layout's own", &t, &again);
             ff_table_clear(&again);
         }
         ff_table_clear(&t);
     }
-    if (CHECK(f->layout(&data, "radial:0/2/5,azimuth:45,incidence:30", &t, &err) == FF_OK, "%s", err.message)) {
-        CHECK(t.axes.n[3] == 3 && t.axes.n[2] == 5 && t.axes.n[1] == 3 && t.axes.node[1][2] == 60 && t.axes.node[3][2] == 5,
-              "own grid");
+    if (FF_CHECK(f->layout(&data, "radial:0/2/5,azimuth:45,incidence:30", &t, &err) == FF_OK, "%s", err.message)) {
+        FF_CHECK(t.axes.n[3] == 3 && t.axes.n[2] == 5 && t.axes.n[1] == 3 && t.axes.node[1][2] == 60 && t.axes.node[3][2] == 5,
+                 "own grid");
         ff_table_clear(&t);
     }
     for (size_t i = 0; i < data.n; i++) data.angle[0][i] = 0.2 * (double)i, data.angle[1][i] = 90 * (double)(i % 4) - 90;
     data.isotropic = 0;
-    if (CHECK(f->layout(&data, NULL, &t, &err) == FF_OK, "%s", err.message)) {
-        CHECK(t.axes.n[0] == 5 && t.axes.node[0][1] == 90 && t.axes.node[0][4] == 360 && t.isotropic == 0, "%zu rotations",
-              t.axes.n[0]);
-        CHECK(t.axes.n[1] == 16 && t.axes.node[1][15] == 75 && t.axes.n[2] == 37, "%zu incidences, %zu azimuths", t.axes.n[1],
-              t.axes.n[2]);
+    if (FF_CHECK(f->layout(&data, NULL, &t, &err) == FF_OK, "%s", err.message)) {
+        FF_CHECK(t.axes.n[0] == 5 && t.axes.node[0][1] == 90 && t.axes.node[0][4] == 360 && t.isotropic == 0, "%zu rotations",
+                 t.axes.n[0]);
+        FF_CHECK(t.axes.n[1] == 16 && t.axes.node[1][15] == 75 && t.axes.n[2] == 37, "%zu incidences, %zu azimuths", t.axes.n[1],
+                 t.axes.n[2]);
         ff_table_clear(&t);
     }
     for (size_t i = 0; i < data.n; i++) data.angle[0][i] = i % 2 ? 20 : -20, data.angle[1][i] = -90;
-    if (CHECK(f->layout(&data, NULL, &t, &err) == FF_OK, "%s", err.message)) {
-        CHECK(t.axes.n[1] == 1 && t.axes.node[1][0] == 20 && t.axes.n[0] == 3 && t.axes.node[0][1] == 180, "a negative theta_i");
+    if (FF_CHECK(f->layout(&data, NULL, &t, &err) == FF_OK, "%s", err.message)) {
+        FF_CHECK(t.axes.n[1] == 1 && t.axes.node[1][0] == 20 && t.axes.n[0] == 3 && t.axes.node[0][1] == 180, "a negative theta_i");
         ff_table_clear(&t);
     }
     refuses_grid(&data, "", FF_ERR_SYNTAX, "azimuth:10");
@@ -480,7 +482,7 @@ static void test_layout(void)
     data.isotropic = 1;
     refuses_grid(&data, "azimuth:0/90/270", FF_ERR_RANGE, "270");
     ff_table_clear(&data);
-    if (!CHECK(ff_table_init(2, 2, NULL, 0, 0, &data, &err) == FF_OK, "%s", err.message)) return;
+    if (!FF_CHECK(ff_table_init(2, 2, NULL, 0, 0, &data, &err) == FF_OK, "%s", err.message)) return;
     refuses_grid(&data, NULL, FF_ERR_UNSUPPORTED, "2 channels");
     ff_table_clear(&data);
 }
@@ -497,7 +499,7 @@ static const char *data_dir(void)
 static size_t second_source(const char *path, double *sum, double *last)
 {
     size_t n, count = 0;
-    char *text = check_slurp(path, &n), *at = strstr(text, "DataBegin");
+    char *text = ff_test_slurp(path, &n), *at = strstr(text, "DataBegin");
     *sum = *last = 0;
     for (char *word = at ? strtok(at + 9, " \t\r\n") : NULL; word; word = strtok(NULL, " \t\r\n")) {
         if (strcmp(word, "TIS") == 0) {
@@ -524,10 +526,11 @@ static void check_horizon(const char *name, const ff_table *t)
         const double z = cos(inc) * cos(r) + sin(inc) * sin(r) * cos(az), other = cos(inc) * cos(r) - sin(inc) * sin(r) * cos(az);
         below += z < -1e-9 && t->value[i] != 0;
         other_way += other < -1e-9 && t->value[i] != 0;
-        CHECK((t->angle[2][i] > 90) == (z < 0) || fabs(z) < 1e-9, "%s: sample %zu: theta_o %g, z %g", name, i, t->angle[2][i], z);
+        FF_CHECK((t->angle[2][i] > 90) == (z < 0) || fabs(z) < 1e-9, "%s: sample %zu: theta_o %g, z %g", name, i, t->angle[2][i],
+                 z);
     }
-    CHECK(below == 0 && other_way > t->n / 50, "%s: %zu values below the horizon, %zu if azimuth 0 were away from the normal", name,
-          below, other_way);
+    FF_CHECK(below == 0 && other_way > t->n / 50, "%s: %zu values below the horizon, %zu if azimuth 0 were away from the normal",
+             name, below, other_way);
 }
 
 static void test_measured(const char *name, size_t n, size_t n_invalid, int isotropic, int has_weights)
@@ -537,21 +540,21 @@ static void test_measured(const char *name, size_t n, size_t n_invalid, int isot
     ff_table t, back;
     ff_error err = {0};
     double expected, expected_last, sum = 0;
-    if (!CHECK(ff_table_read_into(path, NULL, &t, &err) == FF_OK, "%s:%ld: %s", path, err.line, err.message)) return;
+    if (!FF_CHECK(ff_table_read_into(path, NULL, &t, &err) == FF_OK, "%s:%ld: %s", path, err.line, err.message)) return;
     const size_t count = second_source(path, &expected, &expected_last);
     for (size_t i = 0; i < t.n; i++) sum += t.value[i];
-    CHECK(t.n == n && t.n == count && t.n_channels == 1 && strcmp(t.format, "zemax") == 0, "%s: %zu samples, %zu numbers", name,
-          t.n, count);
-    CHECK(sum == expected && t.value[t.n - 1] == expected_last, "%s: sum %.17g, expected %.17g", name, sum, expected);
-    CHECK(t.n_invalid == n_invalid && t.isotropic == isotropic && !t.weight == !has_weights,
-          "%s: %zu invalid, isotropic %d, weights %d", name, t.n_invalid, t.isotropic, t.weight != NULL);
+    FF_CHECK(t.n == n && t.n == count && t.n_channels == 1 && strcmp(t.format, "zemax") == 0, "%s: %zu samples, %zu numbers", name,
+             t.n, count);
+    FF_CHECK(sum == expected && t.value[t.n - 1] == expected_last, "%s: sum %.17g, expected %.17g", name, sum, expected);
+    FF_CHECK(t.n_invalid == n_invalid && t.isotropic == isotropic && !t.weight == !has_weights,
+             "%s: %zu invalid, isotropic %d, weights %d", name, t.n_invalid, t.isotropic, t.weight != NULL);
     check_horizon(name, &t);
-    const char *copy = check_path("copy.zemax.bsdf");
-    CHECK(ff_table_write(copy, NULL, &t, &err) == FF_OK, "%s: %s", name, err.message);
-    if (CHECK(ff_table_read_into(copy, NULL, &back, &err) == FF_OK, "%s: %s", name, err.message)) {
+    const char *copy = ff_test_path("copy.zemax.bsdf");
+    FF_CHECK(ff_table_write(copy, NULL, &t, &err) == FF_OK, "%s: %s", name, err.message);
+    if (FF_CHECK(ff_table_read_into(copy, NULL, &back, &err) == FF_OK, "%s: %s", name, err.message)) {
         check_same_tables(name, &t, &back);
         check_same_angles(name, &t, &back);
-        CHECK(check_same_bits(t.value, back.value, t.n) && strcmp(t.note, back.note) == 0, "%s: the copy differs", name);
+        FF_CHECK(check_same_bits(t.value, back.value, t.n) && strcmp(t.note, back.note) == 0, "%s: the copy differs", name);
         ff_table_clear(&back);
     }
     ff_table_clear(&t);
@@ -565,7 +568,7 @@ static void test_against_fred(void)
     ff_table t;
     ff_error err = {0};
     snprintf(path, sizeof path, "%s/zemax/AnoBlackEC1onAlum.bsdf", data_dir());
-    if (!CHECK(ff_table_read_into(path, NULL, &t, &err) == FF_OK, "%s", err.message)) return;
+    if (!FF_CHECK(ff_table_read_into(path, NULL, &t, &err) == FF_OK, "%s", err.message)) return;
     snprintf(path, sizeof path, "%s/fred/AnoBlackEC1onAlum.txt", data_dir());
     FILE *f = fopen(path, "r");
     double incidence = -1, squares = 0;
@@ -586,35 +589,28 @@ static void test_against_fred(void)
         }
     }
     if (f) fclose(f);
-    CHECK(pairs > 40 && sqrt(squares / pairs) < 0.1, "%d pairs in the plane of incidence differ by %.3g rms", pairs,
-          sqrt(squares / pairs));
+    FF_CHECK(pairs > 40 && sqrt(squares / pairs) < 0.1, "%d pairs in the plane of incidence differ by %.3g rms", pairs,
+             sqrt(squares / pairs));
     ff_table_clear(&t);
 }
 
-int main(void)
+static void byte_order_marks(void)
 {
-    test_directions();
-    test_values();
-    test_variants();
-    test_refusals();
-    test_prefixes();
     check_byte_order_mark("zemax", HEAD "Monochrome\nDataBegin\n" BLOCKS "DataEnd\n");
-    test_bit_flips();
-    test_cells();
-    test_round_trip();
-    test_tristimulus();
-    test_unwritable();
-    test_layout();
+}
+
+static void measured(void)
+{
     char path[700];
     snprintf(path, sizeof path, "%s/zemax/IMX455.bsdf", data_dir());
-    if (access(path, R_OK) != 0) {
-        printf("without measured files: there is no %s\n", path);
-        return check_result();
-    }
+    if (access(path, R_OK) != 0) FF_SKIP("there is no %s", path);
     test_measured("AnoBlackEC1onAlum.bsdf", 912, 193, 1, 1);
     test_measured("IMX455.bsdf", 114996, 58793, 0, 1);
     test_measured("ValidationTest_of_BRDF_via_MagicBlack.bsdf", 912, 193, 1, 1);
     test_measured("aeroglaze_legacy.bsdf", 1288, 640, 1, 0);
     test_against_fred();
-    return check_result();
 }
+
+FF_TEST_MAIN(FF_TEST(test_directions), FF_TEST(test_values), FF_TEST(variants), FF_TEST(refusals), FF_TEST(test_prefixes),
+             FF_TEST(byte_order_marks), FF_TEST(bit_flips), FF_TEST(test_cells), FF_TEST(round_trip), FF_TEST(test_tristimulus),
+             FF_TEST(unwritable), FF_TEST(test_layout), FF_TEST(measured))
