@@ -1,6 +1,6 @@
 /* Every loss and robust loss of the registry, whichever these are: the parts of a descriptor against each other for every
- * instruction set, what a problem and the retrieval of a distribution make of them, and the tables of docs/fitting-reference.md. What each of
- * them should be is worked out by hand in loss_test.c. */
+ * instruction set, what a problem and the retrieval of a distribution make of them, and the tables of docs/fitting-reference.md.
+ * What each of them should be is worked out by hand in loss_test.c. */
 #include "fit_samples.h"
 #include "pass_of.h"
 #include "fit/ndf/internal_ndf.h"

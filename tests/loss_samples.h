@@ -1,5 +1,5 @@
-/** @file loss_samples.h  The losses a second time, by the C library, as docs/fitting-reference.md states them: what tests compare the
- *  program with. Of a loss that is not written out here they take its descriptor's word, whose parts loss_registry_test.c holds
+/** @file loss_samples.h  The losses a second time, by the C library, as docs/fitting-reference.md states them: what tests compare
+ * the program with. Of a loss that is not written out here they take its descriptor's word, whose parts loss_registry_test.c holds
  *  against each other. */
 #ifndef LOSS_SAMPLES_H
 #define LOSS_SAMPLES_H

@@ -449,8 +449,8 @@ static int covariance_at(const experiment *e, int dark)
         FF_CHECK_CLOSE(a->effective, u->effective, 1e-9, 0);
     }
     for (size_t i = 0; i < P && a; i++) {
-        FF_CHECK(a->determined[i] == u->determined[i], "%s: parameter %zu is determined: %d, dense %d", e->what, i, a->determined[i],
-                 u->determined[i]);
+        FF_CHECK(a->determined[i] == u->determined[i], "%s: parameter %zu is determined: %d, dense %d", e->what, i,
+                 a->determined[i], u->determined[i]);
         lost += dense.at_bound[i] == 0 && !u->determined[i];
         if (u->determined[i]) FF_CHECK_CLOSE(a->dof[i], u->dof[i], 1e-9, 0);
         for (size_t j = 0; j < P; j++) {

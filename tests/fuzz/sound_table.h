@@ -12,7 +12,8 @@ static inline const char *unsound_table(const ff_table *t, const char *format)
     static char why[256];
 #define UNSOUND(...) return snprintf(why, sizeof why, __VA_ARGS__), why
     if (strcmp(t->format, format)) UNSOUND("format '%s', expected '%s'", t->format, format);
-    if (t->n == 0 || t->n_channels == 0 || !t->channels || !t->value || !t->valid) UNSOUND("%zu samples, %zu channels", t->n, t->n_channels);
+    if (t->n == 0 || t->n_channels == 0 || !t->channels || !t->value || !t->valid)
+        UNSOUND("%zu samples, %zu channels", t->n, t->n_channels);
     if (!memchr(t->note, '\0', sizeof t->note)) UNSOUND("the note has no end");
     for (size_t k = 0; k < FF_TABLE_NOTES; k++)
         if (t->note_hint[k] >= FF_HINT_COUNT) UNSOUND("note %zu has no such hint", k);
@@ -37,7 +38,8 @@ static inline const char *unsound_table(const ff_table *t, const char *format)
         UNSOUND("counted %zu invalid, %zu negative; the table says %zu, %zu", invalid, negative, t->n_invalid, t->n_negative);
     for (size_t c = 0; c < t->n_channels; c++) {
         if (!memchr(t->channels[c].name, '\0', FF_CHANNEL_NAME) || !t->channels[c].name[0]) UNSOUND("channel %zu has no name", c);
-        if (!(t->channels[c].scale > 0) || !isfinite(t->channels[c].scale)) UNSOUND("channel %zu: scale %g", c, t->channels[c].scale);
+        if (!(t->channels[c].scale > 0) || !isfinite(t->channels[c].scale))
+            UNSOUND("channel %zu: scale %g", c, t->channels[c].scale);
         if (ff_table_channel_find(t, t->channels[c].name) != (int)c) UNSOUND("two channels are called '%s'", t->channels[c].name);
     }
     size_t product = 1;
