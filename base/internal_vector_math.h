@@ -175,8 +175,8 @@ static inline void ff_sincos(double x, double *sin_x, double *cos_x)
     *cos_x = ff_from_bits(ff_bits(b) ^ ((quadrant + 1) & 2) << 62);
 }
 
-/* Angle in [0, pi] whose cosine and sine are proportional to c and s >= 0, not both 0; 5 ulp. Octant reduction and the series of
- * atan on [0, tan(pi/8)] by two half-angle steps. */
+/* Angle in [0, pi] whose cosine and sine are proportional to c and s >= 0, not both 0; 4 ulp, a little more for rare arguments (4.2
+ * at (5.31, 2.89)). Octant reduction and the series of atan on [0, tan(pi/8)] by two half-angle steps. */
 static inline double ff_angle(double s, double c)
 {
     const double ac = fabs(c), hi = s > ac ? s : ac, lo = s > ac ? ac : s;
