@@ -18,13 +18,13 @@ static experiment experiment_make(const char *model, const char *set, size_t n_c
 {
     experiment e = {.model = model, .set = set, .n_channels = n_channels, .o = fit_options(), .relative = relative};
     e.how = (fit_sampling){.n = n, .max_theta = 80, .noise = noise, .seed = 25};
-    if (noise > 0) e.sigmas = 5.5;
+    if (noise > 0) e.sigmas = ff_test_seed() ? 5.5 : 3;
     return e;
 }
 
 /* The largest errors of a result: relative to the truth, and in standard errors. With noise the standard error is what has to be
  * small against the truth, and the error small against it: 5.5 of them are passed by chance once in 26 million parameters, hence by
- * one of the some two hundred here in one of 1e5 seeds. */
+ * one of the some two hundred here in one of 1e5 seeds. The noise of seed 0 is known, and stays within 3 and within `relative`. */
 static void check_parameters(const char *what, const fit_surface *s, const ff_fit_result *r, double relative, double sigmas)
 {
     double worst = 0, worst_sigmas = 0;
@@ -39,7 +39,7 @@ static void check_parameters(const char *what, const fit_surface *s, const ff_fi
         if (sigmas > 0)
             FF_CHECK(v->std_error <= 1.5 * relative * scale, "%s: %s has standard error %g, of %g", what, name, v->std_error,
                      truth);
-        else
+        if (sigmas <= 0 || ff_test_seed() == 0)
             FF_CHECK(error <= relative * scale, "%s: %s is %.10g, expected %.10g within %g", what, name, v->value, truth, relative);
         FF_CHECK(v->at_bound == 0, "%s: %s = %g is said to be on its bound", what, name, v->value);
         FF_CHECK(isfinite(v->std_error) && v->std_error >= 0, "%s: %s has standard error %g", what, name, v->std_error);

@@ -221,6 +221,8 @@ void CompareOptima(const char *what, const ff_fit_result &r, double plain_cost, 
         const double error = std::isfinite(v.std_error) ? v.std_error : 0;
         FF_CHECK(std::fabs(a - b) <= 1e-9 + 3 * std::sqrt(1e-10 * squares) * error, "%s: parameter %zu is %.12g, plain %.12g", what,
                  k, a, b);
+        /* the data of seed 0 determine everything well */
+        FF_CHECK(ff_test_seed() != 0 || std::fabs(a - b) <= 1e-6, "%s: parameter %zu is %.12g, plain %.12g", what, k, a, b);
     }
     printf("; optimum: cost %.1e, parameters %.1e\n", std::fabs(r.residual.objective / plain_cost - 1), worst);
 }
