@@ -4,9 +4,8 @@
 static ff_status write_page(const void *context, FILE *out)
 {
     const cli_args *args = context;
-    if (cli_given(args, FLAG_MARKDOWN))
-        cli_page(out);
-    else if (args->n_words)
+    if (cli_given(args, FLAG_MARKDOWN)) return cli_page(out);
+    if (args->n_words)
         cli_man_command(cli_command_find(args->word[0]), args->head.version, out);
     else
         cli_man(args->head.version, out);

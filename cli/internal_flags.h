@@ -225,7 +225,7 @@ void cli_help_command(const cli_command *command, FILE *out);
 void cli_help(FILE *out);
 void cli_man(const char *version, FILE *out);
 void cli_man_command(const cli_command *command, const char *version, FILE *out);
-void cli_page(FILE *out);                /* docs/flags.md */
+ff_status cli_page(FILE *out);           /* docs/flags.md */
 void cli_complete(int shell, FILE *out); /* shell: index into cli_words_shell */
 
 /* ---- messages --------------------------------------------------------------------------------------------------------------*/

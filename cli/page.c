@@ -76,19 +76,23 @@ static void put_command(const cli_command *command, FILE *out)
     for (int group = 0; group < GROUP_COUNT; ++group) put_group(command, group, out);
 }
 
-void cli_page(FILE *out)
+static ff_status put_page(const void *none, FILE *out)
 {
+    (void)none;
     fputs(
-        "# Commands and flags\n\n"
-        "`facetfit man --markdown` writes this page from the definitions in `cli/commands.def` and `cli/flags.def`; do not edit "
-        "it.\n"
-        "\nThe examples run in a folder with `paint.csv`, three channels of a painted surface, and `directions.csv`, pairs of\n"
-        "directions.\n\n"
-        "Values: numbers are decimal, with an exponent where you like; angles are in degrees; a file `-` is standard input or "
-        "output.\n"
-        "An assignment is `P=V`: `f0=0.04`. `P=a:b:c` gives one value per channel, `P[r]=V` names one channel, `P=LO:HI` is a "
-        "range\n"
-        "where a flag takes one, and `P={a,b,c}` a list of values where a command takes lists. Several are separated by commas.\n",
+        "# Commands and flags\n\n`facetfit man --markdown` writes this page from the definitions in `cli/commands.def` and "
+        "`cli/flags.def`; do not edit it.\n\nThe examples run in a folder with `paint.csv`, three channels of a painted surface, "
+        "and `directions.csv`, pairs of directions.\n\nValues: numbers are decimal, with an exponent where you like; angles are in "
+        "degrees; a file `-` is standard input or output. An assignment is `P=V`: `f0=0.04`. `P=a:b:c` gives one value per "
+        "channel, "
+        "`P[r]=V` names one channel, `P=LO:HI` is a range where a flag takes one, and `P={a,b,c}` a list of values where a command "
+        "takes lists. Several are separated by commas.\n",
         out);
     for (size_t i = 0; i < cli_command_count(); ++i) put_command(cli_command_at(i), out);
+    return FF_OK;
+}
+
+ff_status cli_page(FILE *out)
+{
+    return ff_report_page(put_page, NULL, out);
 }

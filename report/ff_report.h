@@ -152,6 +152,11 @@ ff_status ff_report_formats_text(FILE *out);
 ff_status ff_report_formats_table(ff_table_form form, FILE *out);
 ff_status ff_report_formats_json(const ff_report_head *head, FILE *out); /**< FF_SCHEMA_FORMATS */
 
+/** Passes on what `write` writes, a page of Markdown, with its prose broken into lines of at most 100 columns; tables, headings and
+ *  indented code stay as they are.
+ *  @return the status of write, or FF_ERR_MEMORY */
+ff_status ff_report_page(ff_status (*write)(const void *context, FILE *out), const void *context, FILE *out);
+
 /** Text that is independent of the locale and reads back as the same double ("nan", "inf" where not finite).
  *  @param out  [FF_REPORT_NUMBER] */
 enum { FF_REPORT_NUMBER = 48 };

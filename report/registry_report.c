@@ -205,25 +205,21 @@ static void markdown_term(const ff_term *t, FILE *out)
     }
 }
 
-ff_status ff_report_models_markdown(FILE *out)
+static ff_status models_page(const void *none, FILE *out)
 {
     static const char *const heading[FF_TERM_KINDS] = {"Distributions of normals", "Masking and shadowing", "Fresnel terms",
                                                        "Diffuse terms and multiple scattering"};
+    (void)none;
     fputs(
         "# Models\n\nWritten by `facetfit models --markdown`; the same registry is behind `facetfit models`, the parser and the "
-        "tests.\n\n"
-        "A model is a sum of lobes `NDF[/MASKING[/FRESNEL]]` and diffuse names, or one of the presets at the end. Left out: "
-        "masking\n"
-        "`smith-height-correlated`, Fresnel `schlick`, no diffuse term. Every lobe also has, per channel, a scale `ks`, which is 1 "
-        "and\n"
-        "held unless freed. The Fresnel term `shared` of a second or third lobe is that of the first one; such a lobe has a "
-        "`weight`\n"
-        "(0 to 1) instead: its share of what the lobes up to it weigh. A lobe whose masking or diffuse term is isotropic has one\n"
-        "`alpha` instead of `alpha_x`, `alpha_y`, `r_xy` and the mean slope.\n\n"
-        "Claims are tested for every combination: *reciprocal*; *passive*: reflects at most what arrives; *isotropic*; "
-        "*unit-area*:\n"
-        "integral D cos = 1; *weak-furnace*: the weak white furnace integral is 1, of a distribution for the Smith forms;\n"
-        "*needs-centred*: has no meaning with a mean slope; *furnace-only*: exists for that test, `all` leaves it out.\n",
+        "tests.\n\nA model is a sum of lobes `NDF[/MASKING[/FRESNEL]]` and diffuse names, or one of the presets at the end. Left "
+        "out: masking `smith-height-correlated`, Fresnel `schlick`, no diffuse term. Every lobe also has, per channel, a scale "
+        "`ks`, which is 1 and held unless freed. The Fresnel term `shared` of a second or third lobe is that of the first one; "
+        "such a lobe has a `weight` (0 to 1) instead: its share of what the lobes up to it weigh. A lobe whose masking or diffuse "
+        "term is isotropic has one `alpha` instead of `alpha_x`, `alpha_y`, `r_xy` and the mean slope.\n\nClaims are tested for "
+        "every combination: *reciprocal*; *passive*: reflects at most what arrives; *isotropic*; *unit-area*: integral D cos = 1; "
+        "*weak-furnace*: the weak white furnace integral is 1, of a distribution for the Smith forms; *needs-centred*: has no "
+        "meaning with a mean slope; *furnace-only*: exists for that test, `all` leaves it out.\n",
         out);
     for (int kind = 0; kind < FF_TERM_KINDS; ++kind) {
         fprintf(out, "\n## %s\n", heading[kind]);
@@ -245,6 +241,11 @@ ff_status ff_report_models_markdown(FILE *out)
         fputs(" |\n", out);
     }
     return FF_OK;
+}
+
+ff_status ff_report_models_markdown(FILE *out)
+{
+    return ff_report_page(models_page, NULL, out);
 }
 
 static void put_bits(ff_json *j, const char *key, uint32_t bits, int of_claims)
