@@ -128,10 +128,22 @@ static double covariance(const ff_information *info, size_t i, size_t j)
     return (j - S) / K == c ? b.block[row * K + (j - S) % K] : NAN;
 }
 
-/* Right until the covariances are taken. */
-static double inverse_at(const ff_information *info, size_t k)
+static double inverse_at(const ff_information *info, size_t i, size_t j)
 {
-    return covariance(info, k, k);
+    const size_t S = info->S, K = info->K;
+    const ff_arrow *a = &info->arrow;
+    if (i < S && j < S) return a->inverse[i * S + j];
+    if (i < S) return inverse_at(info, j, i);
+    const size_t c = (i - S) / K, row = i - S;
+    double v = 0;
+    if (j < S) {
+        for (size_t q = 0; q < S; q++) v -= a->follow[row * S + q] * a->inverse[q * S + j];
+        return v;
+    }
+    if ((j - S) / K != c) return NAN;
+    for (size_t q = 0; q < S; q++)
+        for (size_t r = 0; r < S; r++) v += a->follow[row * S + q] * a->inverse[q * S + r] * a->follow[(j - S) * S + r];
+    return v + a->own[row * K + (j - S) % K];
 }
 
 /* ---- products of influences ------------------------------------------------------------------ */
@@ -196,6 +208,74 @@ static void take_products(ff_information *info, const double *sums)
         for (size_t i = 0; i < K; i++)
             for (size_t j = 0; j < K; j++) b.block[(c * K + i) * K + j] = sums[K * S + ff_tri(i, j)];
     }
+}
+
+/* M has the blocks that H has. With G = sum over c of [I, -K_c'] M_c [I, -K_c']' and X_c = D_c^-1 (M_c0 - M_cc K_c) T^-1:
+ *
+ *     V_00 = T^-1 G T^-1,     V_c0 = X_c - K_c V_00,     V_cc = K_c V_00 K_c' - X_c K_c' - K_c X_c' + D_c^-1 M_cc D_c^-1. */
+static ff_status sandwich(ff_information *info, const ff_gram *g, const double *inflate)
+{
+    const size_t S = info->S, K = info->K;
+    const ff_arrow *a = &info->arrow;
+    const blocks b = blocks_of(info);
+    double *G = calloc(3 * S * S + 2 * K * S + 3 * K * K + 1, sizeof *G), *T = G + S * S, *Y = T + S * S, *X = Y + K * S, *Z = X + K * S;
+    if (!G) return FF_ERR_MEMORY;
+    for (size_t c = 0; c < info->C; c++) {
+        const double *follow = a->follow + c * K * S;
+        for (size_t i = 0; i < S; i++)
+            for (size_t j = 0; j < S; j++) {
+                double v = entry(info, g, c, i, j);
+                for (size_t q = 0; q < K; q++) {
+                    v -= entry(info, g, c, S + q, i) * follow[q * S + j] + follow[q * S + i] * entry(info, g, c, S + q, j);
+                    for (size_t r = 0; r < K; r++) v += follow[q * S + i] * entry(info, g, c, S + q, S + r) * follow[r * S + j];
+                }
+                G[i * S + j] += v;
+            }
+    }
+    for (size_t i = 0; i < S; i++)
+        for (size_t j = 0; j < S; j++)
+            for (size_t q = 0; q < S; q++) T[i * S + j] += a->inverse[i * S + q] * G[q * S + j];
+    for (size_t i = 0; i < S; i++)
+        for (size_t j = 0; j < S; j++) {
+            double v = 0;
+            for (size_t q = 0; q < S; q++) v += T[i * S + q] * a->inverse[q * S + j];
+            b.shape[i * S + j] = v * inflate[i] * inflate[j];
+        }
+    for (size_t c = 0; c < info->C; c++) {
+        const double *follow = a->follow + c * K * S, *own = a->own + c * K * K;
+        double *cross = b.cross + c * K * S, *block = b.block + c * K * K;
+        for (size_t i = 0; i < K; i++) { /* Y = M_c0 - M_cc K_c */
+            for (size_t j = 0; j < S; j++) {
+                Y[i * S + j] = info->use[j] ? entry(info, g, c, S + i, j) : 0;
+                for (size_t q = 0; q < K; q++) Y[i * S + j] -= entry(info, g, c, S + i, S + q) * follow[q * S + j];
+            }
+            for (size_t j = 0; j < K; j++) { /* Z = D^-1 M_cc */
+                Z[i * K + j] = 0;
+                for (size_t q = 0; q < K; q++) Z[i * K + j] += own[i * K + q] * entry(info, g, c, S + q, S + j);
+            }
+        }
+        for (size_t i = 0; i < K; i++)
+            for (size_t j = 0; j < S; j++) {
+                double v = 0;
+                for (size_t q = 0; q < K; q++)
+                    for (size_t r = 0; r < S; r++) v += own[i * K + q] * Y[q * S + r] * a->inverse[r * S + j];
+                X[i * S + j] = v;
+                cross[i * S + j] = v;
+                for (size_t r = 0; r < S; r++) cross[i * S + j] -= follow[i * S + r] * b.shape[r * S + j];
+            }
+        for (size_t i = 0; i < K; i++)
+            for (size_t j = 0; j < K; j++) {
+                double v = 0;
+                for (size_t q = 0; q < K; q++) v += Z[i * K + q] * own[q * K + j];
+                for (size_t r = 0; r < S; r++) {
+                    v -= X[i * S + r] * follow[j * S + r] + follow[i * S + r] * X[j * S + r];
+                    for (size_t s = 0; s < S; s++) v += follow[i * S + r] * b.shape[r * S + s] * follow[j * S + s];
+                }
+                block[i * K + j] = v;
+            }
+    }
+    free(G);
+    return FF_OK;
 }
 
 static void multiply(ff_information *info, const double *factor)
@@ -272,4 +352,4 @@ static ff_status condition(const ff_information *info, const ff_gram *g, size_t 
 }
 
 const ff_storage ff_storage_arrow = {doubles,    lay_out,   invert,        inverse_at,   apply,    products,   add_products,
-                                     product_at, of_single, take_products, take_inverse, multiply, covariance, condition};
+                                     product_at, of_single, take_products, take_inverse, sandwich, multiply, covariance, condition};

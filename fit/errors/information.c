@@ -53,7 +53,7 @@ static void look_at_inverse(const ff_plan *plan, ff_information *info)
     const size_t values = plan->p->n * plan->p->n_channels;
     const int enough = is_sigma(plan) || values > info->used;
     for (size_t k = 0; k < info->P; k++) {
-        const double v = info->storage->inverse_at(info, k);
+        const double v = info->storage->inverse_at(info, k, k);
         info->inverse[k] = info->use[k] ? v * info->scale[k] * info->scale[k] : 0;
         info->determined[k] = info->use[k] && v < FF_UNDETERMINED && info->scale[k] < 1e150 && enough;
         info->of_data[k] = fmin(fmax(1 - ff_penalties_weight(plan, k) * info->inverse[k], 1e-9), 1);
@@ -221,6 +221,29 @@ ff_status ff_information_of_all(const ff_plan *plan, const ff_point *at, ff_info
         free(info);
     else
         *out = info;
+    return st;
+}
+
+double ff_information_inverse(const ff_information *info, size_t i, size_t j)
+{
+    return info->storage->inverse_at(info, i, j) * info->scale[i] * info->scale[j];
+}
+
+void ff_information_multiply(ff_information *info, const double *factor)
+{
+    info->storage->multiply(info, factor);
+    for (size_t k = 0; k < info->P; k++) info->variance[k] = info->storage->covariance(info, k, k);
+}
+
+ff_status ff_information_from_scores(ff_information *info, const ff_plan *plan, ff_gram *M, const double *inflate)
+{
+    for (size_t c = 0; c < M->C; c++)
+        for (size_t i = 0; i < M->S + M->K; i++) {
+            const size_t k = ff_gram_coordinate(M, c, i);
+            if (i >= M->S || c == 0) M->local[c * M->tri + ff_tri(i, i)] += ff_penalties_noise(plan, k);
+        }
+    const ff_status st = info->storage->sandwich(info, M, inflate);
+    if (!st) ff_information_multiply(info, info->scale);
     return st;
 }
 

@@ -53,6 +53,16 @@ void ff_information_influence(const ff_information *info, const ff_normal *n, co
 /* What is known of the parameters from a change of the gradient: out = H^-1 gradient, [P] each. FF_ERR_MEMORY. */
 ff_status ff_information_solve(const ff_information *info, const double *gradient, double *out);
 
+/* Entry (i, j) of H^-1. Between channels of an arrow it is not formed: NaN. */
+double ff_information_inverse(const ff_information *info, size_t i, size_t j);
+
+/* The covariance from that of the score of the data, M in the layout of H, whose channels are independent, with what priors add;
+ * the standard deviations of what all channels share are `inflate` [S] times as large. dof are left alone. FF_ERR_MEMORY. */
+ff_status ff_information_from_scores(ff_information *info, const ff_plan *plan, ff_gram *M, const double *inflate);
+
+/* Multiplies the standard deviation of each parameter by factor [P]. */
+void ff_information_multiply(ff_information *info, const double *factor);
+
 /* Share of the variance that is seen when the error of a parameter is estimated from a number of clusters. */
 double ff_information_seen(const ff_information *info, double number);
 

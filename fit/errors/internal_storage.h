@@ -9,7 +9,7 @@ typedef struct ff_storage {
     size_t (*doubles)(size_t S, size_t K, size_t C); /* that it needs of the information's memory */
     void (*lay_out)(ff_information *info, double *memory);
     ff_status (*invert)(ff_information *info, const ff_gram *g); /* H^-1 of the parameters in use */
-    double (*inverse_at)(const ff_information *info, size_t k);
+    double (*inverse_at)(const ff_information *info, size_t i, size_t j);
     void (*apply)(const ff_information *info, const double *score, double *influence); /* H^-1 s */
     size_t (*products)(const ff_information *info);
     void (*add_products)(const ff_information *info, const double *influence, double factor, double *sums);
@@ -19,6 +19,9 @@ typedef struct ff_storage {
                            const double *of_samples, double *sums);
     void (*take_products)(ff_information *info, const double *sums); /* as the covariance */
     void (*take_inverse)(ff_information *info);
+    /* H^-1 M H^-1 as the covariance, M (scaled here) of scores whose channels are independent; the standard deviations of what all
+     * channels share are `inflate` [S] times as large. FF_ERR_MEMORY. */
+    ff_status (*sandwich)(ff_information *info, const ff_gram *M, const double *inflate);
     void (*multiply)(ff_information *info, const double *factor); /* [P], of both parameters */
     double (*covariance)(const ff_information *info, size_t i, size_t j);
     ff_status (*condition)(const ff_information *info, const ff_gram *g, size_t *rank, double *condition, double *curvature,

@@ -35,9 +35,9 @@ static ff_status invert(ff_information *info, const ff_gram *g)
     return st;
 }
 
-static double inverse_at(const ff_information *info, size_t k)
+static double inverse_at(const ff_information *info, size_t i, size_t j)
 {
-    return info->whole[k * info->P + k];
+    return info->whole[i * info->P + j];
 }
 
 static void apply(const ff_information *info, const double *score, double *influence)
@@ -108,6 +108,24 @@ static void take_inverse(ff_information *info)
     memcpy(info->covariance, info->whole, info->P * info->P * sizeof *info->covariance);
 }
 
+/* A factor on what all share cannot be told from the rest here: it is taken on the covariance as a whole. */
+static ff_status sandwich(ff_information *info, const ff_gram *g, const double *inflate)
+{
+    const size_t P = info->P;
+    double *M = malloc((2 * P * P + P + 1) * sizeof *M), *T = M + P * P;
+    if (!M) return FF_ERR_MEMORY;
+    ff_gram_dense(g, M, T + P * P);
+    for (size_t i = 0; i < P; i++)
+        for (size_t j = 0; j < P; j++) M[i * P + j] *= info->scale[i] * info->scale[j];
+    multiply_matrices(info->whole, M, P, T);
+    multiply_matrices(T, info->whole, P, M);
+    for (size_t i = 0; i < P; i++)
+        for (size_t j = 0; j < P; j++)
+            info->covariance[i * P + j] = 0.5 * (M[i * P + j] + M[j * P + i]) * (i < info->S ? inflate[i] : 1) * (j < info->S ? inflate[j] : 1);
+    free(M);
+    return FF_OK;
+}
+
 static void multiply(ff_information *info, const double *factor)
 {
     for (size_t i = 0; i < info->P; i++)
@@ -151,4 +169,4 @@ static ff_status condition(const ff_information *info, const ff_gram *g, size_t 
 }
 
 const ff_storage ff_storage_whole = {doubles,    lay_out,   invert,        inverse_at,   apply,    products,   add_products,
-                                     product_at, of_single, take_products, take_inverse, multiply, covariance, condition};
+                                     product_at, of_single, take_products, take_inverse, sandwich, multiply, covariance, condition};

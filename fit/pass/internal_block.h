@@ -47,6 +47,24 @@ static void multiply(const float *restrict root, double *restrict r, double *res
     }
 }
 
+/* The same by a factor for each value of a channel. */
+static void multiply_values(const float *restrict factor, double *restrict r, double *restrict j)
+{
+    for (int i = 0; i < FF_BLOCK; i++) {
+        r[i] *= (double)factor[i];
+        j[i] *= (double)factor[i];
+    }
+}
+
+/* r = 1, j times the standard deviation of the residual, |j| that of the datum. */
+static void of_scores(const float *restrict deviation, double *restrict r, double *restrict j)
+{
+    for (int i = 0; i < FF_BLOCK; i++) {
+        j[i] *= fabs(j[i]) * (double)deviation[i];
+        r[i] = 1;
+    }
+}
+
 /* A datum that is known from one side only says nothing to a model on that side of it. */
 static void one_sided(const double *restrict side, double *restrict r, double *restrict j)
 {
@@ -68,11 +86,13 @@ static inline void weighted_residuals(const ff_pass *pass, size_t block, size_t 
     ff_loss_residuals(p->loss, p->surrogate, &l, f, r, j);
     const size_t at = block * FF_BLOCK, of_channel = c * p->n_blocks * FF_BLOCK;
     const float *root = p->multiplier ? p->multiplier + at : NULL, *unit = p->unit ? p->unit + of_channel + at : NULL;
+    if (p->factor) multiply_values(p->factor + of_channel + at, r, j);
     if (p->side >= 0) one_sided(ff_problem_plane(p, block, p->side + (int)c), r, j);
     if (pass->robust != FF_ROBUST_NONE)
         robustify(pass->robust, pass->robust_scale, unit, root, r, j, cost2);
     else if (root)
         multiply(root, r, j);
+    if (pass->deviation) of_scores(pass->deviation + of_channel + at, r, j);
 }
 
 /* ---- statistics ------------------------------------------------------------------------------ */

@@ -37,11 +37,14 @@ struct ff_problem {
     int only_channel;
     double *channel_mean;    /* [n_channels] of |y| over the used samples */
     uint32_t *index;         /* [n] place of each sample in the table, or in the problem that a smaller one stands for */
-    float *lowest;           /* [n_blocks FF_BLOCK] the lower of the cosines of both directions; NULL in a smaller problem */
+    float *cosine[2];        /* [n_blocks FF_BLOCK] of both directions, incident first; NULL in a smaller problem */
     const float *multiplier; /* [n_blocks FF_BLOCK] borrowed, NULL = 1: root of the weight of each sample when they are resampled */
     /* [n_channels][n_blocks FF_BLOCK], NULL = 1: standard deviation of each residual, which the scale of a robust loss multiplies.
      */
     const float *unit;
+    /* [n_channels][n_blocks FF_BLOCK] borrowed, NULL = 1: what multiplies each residual and its derivatives, as where residuals are
+     * counted in standard deviations of their own. */
+    const float *factor;
     ff_pool *pool;
     ff_isa isa;
     /* What starts are searched on, and what they are then refined on before all samples are: see ff_problem_thin. The last is
@@ -87,6 +90,9 @@ typedef struct ff_pass {
     const struct ff_problem *p;
     ff_robust robust;
     double robust_scale;
+    /* [n_channels][n_blocks FF_BLOCK] borrowed, NULL: standard deviations of the data, 1/sr. The residuals are then 1, and the
+     * derivatives those of the score in its standard deviations: the sums are those of the score's covariance. */
+    const float *deviation;
     int final;  /* 1: also the residual statistics                                    */
     int errors; /* 1: and what standard errors need: outer products and sums of the score */
 } ff_pass;

@@ -24,6 +24,11 @@ static double residual_of(const struct ff_problem *p, size_t block, size_t c, si
     return ff_problem_plane(p, block, p->side + (int)c)[i] * r > 0 ? 0 : r;
 }
 
+static double factor_of(const struct ff_problem *p, size_t c, size_t i)
+{
+    return p->factor ? (double)p->factor[c * p->n_blocks * FF_BLOCK + i] : 1;
+}
+
 static void evaluate_block(void *context, size_t block, int worker)
 {
     const evaluation *e = context;
@@ -42,7 +47,7 @@ static void evaluate_block(void *context, size_t block, int worker)
         prepared->kernels->block_value(prepared, &g, FF_BLOCK, c, &scratch, f);
         ff_loss_targets(p->loss, n, f, x, of_f);
         for (size_t i = 0; i < n; i++) {
-            const double r = residual_of(p, block, c, i, of_f[i]);
+            const double r = residual_of(p, block, c, i, of_f[i]) * factor_of(p, c, first + i);
             const double unit = p->unit ? (double)p->unit[c * p->n_blocks * FF_BLOCK + first + i] : 1;
             if (e->model) e->model[c * p->n + first + i] = f[i];
             if (e->residual) e->residual[c * p->n + first + i] = r;
@@ -64,6 +69,47 @@ ff_status ff_point_evaluate(const ff_plan *plan, const ff_point *at, int paralle
         ff_pool_run(p->pool, p->n_blocks, evaluate_block, &e);
     else
         for (size_t block = 0; block < p->n_blocks; block++) evaluate_block(&e, block, 0);
+    ff_pass_free(&pass);
+    return FF_OK;
+}
+
+/* ---- rows of the Jacobian -------------------------------------------------------------------- */
+
+/* dr/df of channel c where the model is f, [n]. */
+static void derivatives(const struct ff_problem *p, size_t block, size_t c, size_t n, const double *f, const double *x, double *j)
+{
+    const double *w = ff_problem_plane(p, block, p->weight + p->weight_stride * (int)c);
+    ff_loss_slopes(p->loss, n, f, x, j);
+    for (size_t i = 0; i < n; i++) {
+        j[i] *= w[i] * factor_of(p, c, block * FF_BLOCK + i);
+        if (p->side >= 0 && ff_problem_plane(p, block, p->side + (int)c)[i] != 0) j[i] = 0;
+    }
+    for (size_t i = n; i < FF_BLOCK; i++) j[i] = 0;
+}
+
+ff_status ff_point_visit(const ff_plan *plan, const ff_point *at, ff_visitor visit, void *context)
+{
+    const struct ff_problem *p = plan->p;
+    double column[FF_MAX_COLUMNS][FF_BLOCK] __attribute__((aligned(64))), f[FF_BLOCK] __attribute__((aligned(64))),
+        j[FF_BLOCK] __attribute__((aligned(64))), x[FF_BLOCK];
+    ff_block scratch;
+    ff_pass pass;
+    const ff_status st = ff_plan_pass(plan, at->shape, at->channel, &pass);
+    if (st) return st;
+    const ff_prepared *prepared = &pass.prepared;
+    for (size_t block = 0; block < p->n_blocks; block++) {
+        const size_t first = block * FF_BLOCK, n = p->n - first < FF_BLOCK ? p->n - first : FF_BLOCK;
+        ff_geometry g;
+        for (int k = 0; k < FF_G_COUNT; k++) g.plane[k] = p->geometry[k] < 0 ? NULL : ff_problem_plane(p, block, p->geometry[k]);
+        ff_problem_cosines(&g, x);
+        prepared->kernels->block_shape(prepared, &g, FF_BLOCK, &scratch);
+        for (size_t c = 0; c < p->n_channels; c++) {
+            prepared->kernels->block_value(prepared, &g, FF_BLOCK, c, &scratch, f);
+            derivatives(p, block, c, n, f, x, j);
+            prepared->kernels->block_columns(prepared, FF_BLOCK, c, j, &scratch, column);
+            visit(context, &(ff_visited){first, n, c, f, j, ff_problem_plane(p, block, p->value + (int)c), column});
+        }
+    }
     ff_pass_free(&pass);
     return FF_OK;
 }

@@ -113,6 +113,17 @@ ff_status ff_point_pass(const ff_plan *plan, ff_point *at);
  * sample adds to the objective, cost [n]. Each may be NULL. parallel as ff_pass_run. FF_ERR_MEMORY. */
 ff_status ff_point_evaluate(const ff_plan *plan, const ff_point *at, int parallel, double *model, double *residual, double *cost);
 
+/* A block of a channel at a point: samples first .. first + n, [n] each; f the model, j = dr/df of the residual that is minimised
+ * (before a robust loss; 0 where the datum is known from one side only), y the datum, column[k] = dr/d of pass column k. */
+typedef struct ff_visited {
+    size_t first, n, c;
+    const double *f, *j, *y;
+    double (*column)[FF_BLOCK];
+} ff_visited;
+typedef void (*ff_visitor)(void *context, const ff_visited *v);
+/* Shows every block of every channel to visit, in order, on the calling thread. FF_ERR_MEMORY. */
+ff_status ff_point_visit(const ff_plan *plan, const ff_point *at, ff_visitor visit, void *context);
+
 /* Puts lobes of one kind into the order of their widths, narrowest first, with everything that belongs to them: a sum has no order,
  * its parameters need one. Returns whether anything moved. */
 int ff_lobes_order(const ff_model *m, size_t n_channels, double *shape, double *channel);

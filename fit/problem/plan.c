@@ -131,6 +131,7 @@ ff_status ff_plan_pass(const ff_plan *plan, const double *shape, const double *c
     pass->p = p;
     pass->robust = p->surrogate ? FF_ROBUST_NONE : plan->robust;
     pass->robust_scale = plan->robust_scale;
+    pass->deviation = NULL;
     pass->final = 0;
     pass->errors = plan->errors;
     return ff_prepare(l->m, ff_kernels_get(p->isa), l->mode, l->n_channels, shape, channel, &l->free, p->tan2_lo, p->tan2_hi,

@@ -231,7 +231,10 @@ static void build_block(void *context, size_t block, int worker)
     for (int k = 0; k < FF_G_COUNT; k++) planes.plane[k] = p->geometry[k] < 0 ? NULL : ff_problem_plane(p, block, p->geometry[k]);
     ff_kernels_get(p->isa)->geometry(&w, FF_BLOCK, &planes);
     fill_targets(b, block, b->index + first, n, &g);
-    for (size_t i = 0; i < FF_BLOCK; i++) p->lowest[first + i] = (float)fmin(g.w[2][i], g.w[5][i]);
+    for (size_t i = 0; i < FF_BLOCK; i++) {
+        p->cosine[0][first + i] = (float)g.w[2][i];
+        p->cosine[1][first + i] = (float)g.w[5][i];
+    }
     for (size_t i = 0; i < n; i++) {
         double largest = 0, value = -INFINITY;
         for (size_t c = 0; c < p->n_channels; c++) {
@@ -424,8 +427,9 @@ static ff_status build_all(build *b, const ff_model *models, size_t n_models, ff
     if (!p->data) return ff_error_set(err, FF_ERR_MEMORY, NULL, 0, -1, "out of memory for %zu samples", p->n);
     b->size = malloc(p->n * sizeof *b->size);
     b->block = calloc(p->n_blocks, sizeof *b->block);
-    p->lowest = malloc(p->n_blocks * FF_BLOCK * sizeof *p->lowest);
-    if (!b->size || !b->block || !p->lowest) return ff_error_set(err, FF_ERR_MEMORY, NULL, 0, -1, "out of memory");
+    p->cosine[0] = malloc(2 * p->n_blocks * FF_BLOCK * sizeof *p->cosine[0]);
+    if (p->cosine[0]) p->cosine[1] = p->cosine[0] + p->n_blocks * FF_BLOCK;
+    if (!b->size || !b->block || !p->cosine[0]) return ff_error_set(err, FF_ERR_MEMORY, NULL, 0, -1, "out of memory");
     ff_pool_run(p->pool, p->n_blocks, build_block, b);
     sel->top = -INFINITY;
     for (size_t k = 0; k < p->n_blocks; k++) {
@@ -504,7 +508,7 @@ void ff_problem_free(ff_problem *p)
     free(p->channel_mean);
     free(p->index);
     free((float *)(uintptr_t)p->unit);
-    free(p->lowest);
+    free(p->cosine[0]);
     free(p);
 }
 

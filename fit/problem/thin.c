@@ -109,8 +109,8 @@ ff_status ff_problem_thin(const struct ff_problem *p, const float *size, size_t 
     *t = *p;
     t->channel_name = NULL;
     t->index = NULL;
-    t->lowest = NULL;
-    t->multiplier = t->unit = NULL;
+    t->cosine[0] = t->cosine[1] = NULL;
+    t->multiplier = t->unit = t->factor = NULL;
     t->thin = t->thin_linear = t->middle = NULL;
     for (size_t i = 0; i < p->n; i++) histogram[bin_of(size[i])]++;
     const size_t bin = p->n > wanted ? threshold_bin(histogram, wanted / 3) : 0;

@@ -96,8 +96,9 @@ ff_status ff_trust_cut_off_into(const ff_problem *p, const ff_fit_options *o, co
     if (!multiplier || !c.value || !c.move) st = FF_ERR_MEMORY;
     const float least = (float)(cos(max_theta) * (1 - 1e-6));
     for (size_t i = 0; i < p->n && !st; i++) {
-        multiplier[i] = p->lowest[i] >= least;
-        c.used += p->lowest[i] >= least;
+        const int inside = fminf(p->cosine[0][i], p->cosine[1][i]) >= least;
+        multiplier[i] = (float)inside;
+        c.used += (size_t)inside;
     }
     part.multiplier = multiplier;
     if (!st && c.used * p->n_channels < 2 * f.plan.l.P)

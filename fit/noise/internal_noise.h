@@ -1,0 +1,67 @@
+/* The noise of the data from what a fit leaves, and the errors that follow from it. */
+#ifndef FF_INTERNAL_FIT_NOISE_H
+#define FF_INTERNAL_FIT_NOISE_H
+#include "fit/errors/internal_errors.h"
+#include "fit/minimise/internal_minimise.h"
+#include "models/noise/noise_struct.h"
+
+/* ---- the variance as a function of value and angles -------------------------------------------- */
+
+/* Squared errors and what they depend on, of C channels with n values each: [C][n], but for the angles, [n]. */
+typedef struct ff_scatter {
+    size_t n, C;
+    const double *value;           /* of the model, 1/sr                                                       */
+    const double *square;          /* (datum - model)^2 over what the fit has left of it                       */
+    const double *weight;          /* 0 = left out                                                             */
+    const double *log_i, *log_o;   /* of the cosines                                                           */
+} ff_scatter;
+
+/* The quasi-likelihood estimate: squares of normal errors have a variance of twice the square of their mean (a gamma family;
+ * Davidian and Carroll 1987), so it minimises the sum of w (u / s + ln s). Levels for each channel where they are worth their
+ * number (Schwarz 1978), else for all. Correlations are left as they are. *out was made for C levels. FF_ERR_MEMORY. */
+ff_status ff_scatter_fit(const ff_scatter *s, ff_noise *out);
+
+/* The same of a noise whose n_levels are settled; where the angles are not asked for they keep their powers. Returns the sum. */
+double ff_scatter_fit_levels(const ff_scatter *s, int angles, double *work, ff_noise *noise);
+
+/* ---- the standardised fit ---------------------------------------------------------------------- */
+
+/* The samples that a start is searched on, with residuals f - y in standard deviations. Shares everything else with the problem
+ * that it was made from, and lives no longer. */
+typedef struct ff_standardised {
+    struct ff_problem problem;
+    float *factor; /* [n_channels][n_blocks FF_BLOCK] */
+} ff_standardised;
+ff_status ff_standardised_new(const struct ff_problem *p, ff_standardised *out);
+void ff_standardised_free(ff_standardised *s);
+/* 1 / sd of every value of a model [C][n] by a noise. */
+void ff_standardised_weigh(ff_standardised *s, const struct ff_problem *whole, const ff_noise *noise, const double *model);
+
+/* The noise of the data about a fit that has ended at `at`: weights from the model, a fit with these weights, its residuals, and
+ * again until nothing changes (Carroll and Ruppert 1988, chapter 2), on the samples that starts are searched on. `where` is moved
+ * to the optimum of that fit. *out NULL where residuals are nothing but rounding. FF_ERR_MEMORY, FF_ERR_CANCELLED. */
+ff_status ff_noise_estimate(const ff_plan *plan, const ff_point *at, ff_point *where, ff_noise **out, ff_error *err);
+
+/* Standard deviations of the data where the model is that of `at`, [n_channels][n_blocks FF_BLOCK]; FF_ERR_MEMORY. */
+ff_status ff_noise_deviations(const ff_plan *plan, const ff_point *at, const ff_noise *noise, float *out);
+
+/* ---- errors ------------------------------------------------------------------------------------ */
+
+/* What single values have to do with the errors of the parameters, [P] each. */
+typedef struct ff_carriers {
+    double *number;  /* of values that carry the parameter: (sum v)^2 / sum v^2 of their shares v of its variance    */
+    double *hc2;     /* its standard error by the residuals alone, right on average (MacKinnon and White 1985)       */
+    double *hc3;     /* and rather too large, as if each value had been left out                                     */
+    double *sway;    /* variance of the logarithm of its variance: the noise model is itself not known                */
+    double *along;   /* factor on its standard error: errors go together along scans                                 */
+    double *between; /* and between channels                                                                         */
+} ff_carriers;
+
+/* Of every parameter at a fit's optimum; deviation [n_channels][n_blocks FF_BLOCK] of the samples that starts are searched on. Before
+ * the covariance of info is made anew. FF_ERR_MEMORY. */
+ff_status ff_carriers_find(const ff_plan *plan, const ff_point *at, const ff_noise *noise, const float *deviation,
+                           const ff_information *info, ff_carriers *out);
+
+/* The covariance of info from the noise; info->variance and info->dof as well. where: of the standardised fit. FF_ERR_MEMORY. */
+ff_status ff_noise_errors(const ff_plan *plan, const ff_point *at, const ff_point *where, const ff_noise *noise, ff_information *info);
+#endif

@@ -1,0 +1,82 @@
+/* Errors of a fit from the noise of its data: H^-1 J' S J H^-1. */
+#include "internal_noise.h"
+#include "base/internal_statistics.h"
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* J' S J of the whole problem in the layout of H. */
+static ff_status scores(const ff_plan *plan, const ff_point *at, const float *deviation, ff_gram *out)
+{
+    ff_normal n = {0};
+    ff_pass pass;
+    ff_status st = ff_layout_normal(&plan->l, &n);
+    if (!st) st = ff_plan_pass(plan, at->shape, at->channel, &pass);
+    if (st) {
+        ff_normal_free(&n);
+        return st;
+    }
+    pass.deviation = deviation;
+    pass.errors = 0;
+    st = ff_pass_run(&pass, 1, &n);
+    ff_pass_free(&pass);
+    if (!st) st = ff_gram_new(&plan->l, out);
+    if (!st) ff_gram_fill(&plan->l, &n, NULL, out);
+    ff_normal_free(&n);
+    return st;
+}
+
+/* Deviations of the samples of a smaller problem from those of all. */
+static void pick(const struct ff_problem *p, const struct ff_problem *whole, const float *from, float *to)
+{
+    for (size_t c = 0; c < p->n_channels; c++)
+        for (size_t i = 0; i < p->n_blocks * FF_BLOCK; i++)
+            to[c * p->n_blocks * FF_BLOCK + i] = i < p->n ? from[c * whole->n_blocks * FF_BLOCK + p->index[i]] : 0;
+}
+
+/* Two estimates of a variance: that of the noise model, which many values agree on, and that of the residuals themselves, which
+ * knows nothing of a model but rests on the N values that carry the parameter. The model counts as so many values (an empirical
+ * Bayes estimate in the manner of Smyth 2004). */
+#define PRIOR_VALUES 60.0
+
+/* before [P]: the variances by the residuals of all samples and their clusters. */
+static void moderate(const ff_plan *plan, const ff_carriers *c, const double *before, double values, ff_information *info, double *factor)
+{
+    const int all_seen = plan->p->thin->n == plan->p->n;
+    for (size_t k = 0; k < info->P; k++) {
+        const double by_model = info->variance[k], N = c->number[k], joint = c->along[k] * c->between[k];
+        const double by_residuals = all_seen ? c->hc2[k] * c->hc2[k] * joint * joint : before[k];
+        const double of_model = fmax(fmin(2 / fmax(c->sway[k], 1e-6), values), 3), of_residuals = fmax(fmin(N, info->dof[k]), 1);
+        factor[k] = 1;
+        if (!(by_model > 0)) continue;
+        factor[k] = sqrt((PRIOR_VALUES * by_model + N * by_residuals) / (PRIOR_VALUES + N) / by_model);
+        info->dof[k] = (PRIOR_VALUES + N) * (PRIOR_VALUES + N) / (PRIOR_VALUES * PRIOR_VALUES / of_model + N * N / of_residuals);
+    }
+    ff_information_multiply(info, factor);
+}
+
+ff_status ff_noise_errors(const ff_plan *plan, const ff_point *at, const ff_point *where, const ff_noise *noise, ff_information *info)
+{
+    const struct ff_problem *p = plan->p, *thin = p->thin;
+    const size_t P = plan->l.P, all = p->n_channels * p->n_blocks * FF_BLOCK, few = p->n_channels * thin->n_blocks * FF_BLOCK;
+    float *deviation = malloc((all + few) * sizeof *deviation);
+    double *memory = malloc((8 * P + 1) * sizeof *memory), *factor = memory + 6 * P, *before = memory + 7 * P;
+    ff_carriers carriers = {memory, memory + P, memory + 2 * P, memory + 3 * P, memory + 4 * P, memory + 5 * P};
+    ff_gram M = {.local = NULL};
+    ff_status st = deviation && memory ? ff_noise_deviations(plan, where, noise, deviation) : FF_ERR_MEMORY;
+    if (!st) memcpy(before, info->variance, P * sizeof *before);
+    if (!st) pick(thin, p, deviation, deviation + all);
+    if (!st) st = ff_carriers_find(plan, at, noise, deviation + all, info, &carriers);
+    if (!st) st = scores(plan, at, deviation, &M);
+    if (!st) st = ff_information_from_scores(info, plan, &M, carriers.between);
+    for (size_t k = 0; k < P && !st; k++) {
+        if (thin->n < p->n) carriers.along[k] = sqrt(fmax((double)(p->n * p->n_channels) / info->effective, 1));
+        factor[k] = carriers.along[k];
+    }
+    if (!st) ff_information_multiply(info, factor);
+    if (!st) moderate(plan, &carriers, before, (double)(thin->n * thin->n_channels), info, factor);
+    ff_gram_free(&M);
+    free(deviation);
+    free(memory);
+    return st;
+}
