@@ -19,6 +19,8 @@ typedef struct walk {
     double *inverse;        /* [C][P][m] */
     double *sum, *square;   /* [parameters] of v, v^2  */
     double *hc2, *hc3, *z, *lagged, *joint, *single;
+    double *influence;      /* [P][FF_BLOCK] */
+    double *many, *few, *log_i, *log_o; /* [FF_BLOCK]: samples that one stands for, its inverse; of its cosines */
     double *together;       /* [P][FF_BLOCK] sum over channels so far */
     double *tail;           /* [C][P][FF_NOISE_LAGS + FF_BLOCK] signed influences, the latest block behind those before it */
     int arrow;
@@ -58,60 +60,101 @@ static void lag(const walk *w, const ff_visited *v)
     }
 }
 
-/* Derivatives of the logarithm of a variance by the numbers of the noise. */
-static void derivatives(const walk *w, size_t c, size_t i, double f, double z[NUMBERS])
+/* What belongs to a block of samples and not to a channel. */
+static void prepare_block(const walk *w, const ff_visited *v)
 {
-    const ff_noise_level *l = ff_noise_of(w->noise, c);
-    const size_t at = w->p == w->whole ? i : w->p->index[i];
-    const double y = fmax(f, 0) / w->noise->unit, v = ff_noise_variance(l, f) / (w->noise->unit * w->noise->unit);
-    z[0] = v > 0 ? 1 / v : 0;
-    z[1] = v > 0 ? y / v : 0;
-    z[2] = v > 0 ? y * y / v : 0;
-    z[3] = log(fmax((double)w->whole->cosine[0][at], 1e-3));
-    z[4] = log(fmax((double)w->whole->cosine[1][at], 1e-3));
+    for (size_t i = 0; i < v->n; i++) {
+        const size_t at = w->p == w->whole ? v->first + i : w->p->index[v->first + i];
+        w->many[i] = multiplicity(w, v->first + i);
+        w->log_i[i] = log(fmax((double)w->whole->cosine[0][at], 1e-3));
+        w->log_o[i] = log(fmax((double)w->whole->cosine[1][at], 1e-3));
+    }
+    memset(w->together, 0, w->P * FF_BLOCK * sizeof *w->together);
+}
+
+/* Influences on parameter k: out = H^-1 row. */
+static void influence(const double *inverse, size_t m, double (*row)[FF_BLOCK], double *out)
+{
+    memset(out, 0, FF_BLOCK * sizeof *out);
+    for (size_t b = 0; b < m; b++)
+        for (size_t i = 0; i < FF_BLOCK; i++) out[i] += inverse[b] * row[b][i];
+}
+
+/* The place of parameter k among the coordinates of channel c; m for another channel's. */
+static size_t own_place(const walk *w, size_t c, size_t k)
+{
+    const size_t S = w->l->n_shared, K = w->l->n_own;
+    if (w->arrow || k < S) return k;
+    return (k - S) / K == c ? S + (k - S) % K : w->m;
+}
+
+/* Adds what a block says of parameter k. a: influences; sd: of the residuals; of the logarithm of a variance z. */
+static void add_parameter(const walk *w, const ff_visited *v, size_t k, const double *a, const double *sd, double (*z)[FF_BLOCK])
+{
+    enum { ROOM = FF_NOISE_LAGS + FF_BLOCK };
+    const size_t at = parameter(w, v->c, k);
+    double *tail = w->tail + (v->c * w->P + k) * ROOM + FF_NOISE_LAGS, *together = w->together + k * FF_BLOCK, sum = 0, square = 0,
+           by[NUMBERS] = {0};
+    for (size_t i = 0; i < v->n; i++) {
+        const double s = a[i] * sd[i], var = s * s * w->few[i], each = var * w->few[i];
+        tail[i] = s;
+        together[i] += s;
+        sum += var;
+        square += var * each;
+        for (size_t q = 0; q < NUMBERS; q++) by[q] += var * z[q][i];
+    }
+    w->sum[at] += sum;
+    w->square[at] += square;
+    for (size_t q = 0; q < NUMBERS; q++) w->z[at * NUMBERS + q] += by[q];
 }
 
 static void look_at(void *context, const ff_visited *v)
 {
-    enum { ROOM = FF_NOISE_LAGS + FF_BLOCK };
     const walk *w = context;
-    const size_t m = w->m, columns = (size_t)w->l->free.n_shape + w->l->free.n_channel;
-    const double *inverse = w->inverse + v->c * w->P * m;
+    const double *inverse = w->inverse + v->c * w->P * w->m;
     const float *deviation = w->deviation + v->c * w->p->n_blocks * FF_BLOCK + v->first;
-    if (v->c == 0) memset(w->together, 0, w->P * FF_BLOCK * sizeof *w->together);
+    const ff_noise_level *level = ff_noise_of(w->noise, v->c);
+    double row[FF_MAX_COLUMNS][FF_BLOCK], z[NUMBERS][FF_BLOCK], sd[FF_BLOCK], h[FF_BLOCK] = {0}, e2[FF_BLOCK], e3[FF_BLOCK];
+    const double unit = w->noise->unit;
+    if (v->c == 0) prepare_block(w, v);
+    ff_noise_rows(w->l, v, row);
     for (size_t i = 0; i < v->n; i++) {
-        double x[FF_MAX_COLUMNS] = {0}, h = 0;
-        const double many = multiplicity(w, v->first + i), sd = v->j[i] * (double)deviation[i], r = v->j[i] * (v->f[i] - v->y[i]);
-        double z[NUMBERS];
-        derivatives(w, v->c, v->first + i, v->f[i], z);
-        for (size_t k = 0; k < columns; k++) x[ff_layout_coordinate(w->l, 0, k)] += v->column[k][i];
-        for (size_t k = 0; k < w->P; k++) {
-            double a = 0;
-            for (size_t b = 0; b < m; b++) a += inverse[k * m + b] * x[b];
-            const size_t at = parameter(w, v->c, k), own = w->arrow || k < w->l->n_shared ? k : k - v->c * w->l->n_own;
-            if (own < m && (w->arrow || k < w->l->n_shared || (k - w->l->n_shared) / w->l->n_own == v->c)) h += a * x[own];
-            const double s = a * sd, var = s * s / many, each = var / many;
-            w->sum[at] += var;
-            w->square[at] += many * each * each;
-            for (size_t q = 0; q < NUMBERS; q++) w->z[at * NUMBERS + q] += var * z[q];
-            w->tail[(v->c * w->P + k) * ROOM + FF_NOISE_LAGS + i] = s;
-            w->together[k * FF_BLOCK + i] += s;
+        const double y = fmax(v->f[i], 0) / unit, variance = ff_noise_variance(level, v->f[i]) / (unit * unit),
+                     by = variance > 0 ? 1 / variance : 0;
+        w->few[i] = 1 / w->many[i];
+        sd[i] = v->j[i] * (double)deviation[i];
+        z[0][i] = by;
+        z[1][i] = by * y;
+        z[2][i] = by * y * y;
+        z[3][i] = w->log_i[i];
+        z[4][i] = w->log_o[i];
+    }
+    for (size_t k = 0; k < w->P; k++) {
+        double *a = w->influence + k * FF_BLOCK;
+        const size_t own = own_place(w, v->c, k);
+        influence(inverse + k * w->m, w->m, row, a);
+        for (size_t i = 0; i < FF_BLOCK && own < w->m; i++) h[i] += a[i] * row[own][i];
+        add_parameter(w, v, k, a, sd, z);
+    }
+    for (size_t i = 0; i < v->n; i++) {
+        const double left = 1 - fmin(fmax(h[i] * w->few[i], 0), MOST_LEVERAGE), r = v->j[i] * (v->f[i] - v->y[i]);
+        e2[i] = r * r / left * w->few[i];
+        e3[i] = e2[i] / left;
+    }
+    for (size_t k = 0; k < w->P; k++) {
+        const double *a = w->influence + k * FF_BLOCK;
+        double two = 0, three = 0;
+        for (size_t i = 0; i < v->n; i++) {
+            two += a[i] * a[i] * e2[i];
+            three += a[i] * a[i] * e3[i];
         }
-        const double left = 1 - fmin(fmax(h / many, 0), MOST_LEVERAGE), e2 = r * r / (left * many);
-        for (size_t k = 0; k < w->P; k++) {
-            double a = 0;
-            for (size_t b = 0; b < m; b++) a += inverse[k * m + b] * x[b];
-            w->hc2[parameter(w, v->c, k)] += a * a * e2;
-            w->hc3[parameter(w, v->c, k)] += a * a * e2 / left;
-        }
+        w->hc2[parameter(w, v->c, k)] += two;
+        w->hc3[parameter(w, v->c, k)] += three;
     }
     if (w->noise->along_scan[1] > 0 && w->p->n == w->whole->n) lag(w, v);
-    if (v->c + 1 < w->p->n_channels) return;
-    for (size_t k = 0; k < w->P; k++)
-        for (size_t i = 0; i < v->n; i++) {
-            const double t = w->together[k * FF_BLOCK + i], many = multiplicity(w, v->first + i);
-            if (!w->arrow || k < w->l->n_shared) w->joint[k] += t * t / many;
-        }
+    if (v->c + 1 < w->p->n_channels || !(w->noise->between_channels > 0)) return;
+    for (size_t k = 0; k < (w->arrow ? w->l->n_shared : w->P); k++)
+        for (size_t i = 0; i < v->n; i++) w->joint[k] += w->together[k * FF_BLOCK + i] * w->together[k * FF_BLOCK + i] * w->few[i];
 }
 
 /* H^-1 between the influences of a channel and its coordinates. */
@@ -151,7 +194,7 @@ ff_status ff_carriers_find(const ff_plan *plan, const ff_point *at, const ff_noi
     const ff_plan search = ff_plan_on(plan, p);
     walk w = {.l = l, .p = p, .whole = whole, .noise = noise, .deviation = deviation, .m = l->n_shared + l->n_own, .arrow = l->arrow};
     w.P = l->arrow ? w.m : l->P;
-    const size_t C = l->n_channels, doubles = C * w.P * w.m + (6 + NUMBERS) * l->P + w.P * FF_BLOCK + C * w.P * ROOM;
+    const size_t C = l->n_channels, doubles = C * w.P * w.m + (6 + NUMBERS) * l->P + 2 * w.P * FF_BLOCK + 4 * FF_BLOCK + C * w.P * ROOM;
     double *memory = calloc(doubles + 1, sizeof *memory);
     if (!memory) return FF_ERR_MEMORY;
     w.inverse = memory;
@@ -163,7 +206,12 @@ ff_status ff_carriers_find(const ff_plan *plan, const ff_point *at, const ff_noi
     w.joint = w.lagged + l->P;
     w.z = w.joint + l->P;
     w.together = w.z + NUMBERS * l->P;
-    w.tail = w.together + w.P * FF_BLOCK;
+    w.influence = w.together + w.P * FF_BLOCK;
+    w.many = w.influence + w.P * FF_BLOCK;
+    w.few = w.many + FF_BLOCK;
+    w.log_i = w.few + FF_BLOCK;
+    w.log_o = w.log_i + FF_BLOCK;
+    w.tail = w.log_o + FF_BLOCK;
     take_inverse(&w, info);
     const ff_status st = ff_point_visit(&search, at, look_at, &w);
     if (!st) fill(&w, out);

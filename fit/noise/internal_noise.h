@@ -18,11 +18,10 @@ typedef struct ff_scatter {
 
 /* The quasi-likelihood estimate: squares of normal errors have a variance of twice the square of their mean (a gamma family;
  * Davidian and Carroll 1987), so it minimises the sum of w (u / s + ln s). Levels for each channel where they are worth their
- * number (Schwarz 1978), else for all. Correlations are left as they are. *out was made for C levels. FF_ERR_MEMORY. */
-ff_status ff_scatter_fit(const ff_scatter *s, ff_noise *out);
-
-/* The same of a noise whose n_levels are settled; where the angles are not asked for they keep their powers. Returns the sum. */
-double ff_scatter_fit_levels(const ff_scatter *s, int angles, double *work, ff_noise *noise);
+ * number (Schwarz 1978), else for all. Values are in units of the largest. first: from nothing, else from what noise is; final: with
+ * what is not asked for left out, and how well the numbers are known. Correlations are left as they are. noise was made for C levels.
+ * FF_ERR_MEMORY. */
+ff_status ff_scatter_fit(const ff_scatter *s, int first, int final, ff_noise *noise);
 
 /* ---- the standardised fit ---------------------------------------------------------------------- */
 
@@ -34,8 +33,9 @@ typedef struct ff_standardised {
 } ff_standardised;
 ff_status ff_standardised_new(const struct ff_problem *p, ff_standardised *out);
 void ff_standardised_free(ff_standardised *s);
-/* 1 / sd of every value of a model [C][n] by a noise. */
-void ff_standardised_weigh(ff_standardised *s, const struct ff_problem *whole, const ff_noise *noise, const double *model);
+
+/* Rows of the Jacobian by coordinate, [n_shared + n_own], columns of one coordinate added up. */
+void ff_noise_rows(const ff_layout *l, const ff_visited *v, double (*row)[FF_BLOCK]);
 
 /* The noise of the data about a fit that has ended at `at`: weights from the model, a fit with these weights, its residuals, and
  * again until nothing changes (Carroll and Ruppert 1988, chapter 2), on the samples that starts are searched on. `where` is moved

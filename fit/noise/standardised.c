@@ -5,7 +5,7 @@
 #include <string.h>
 
 enum { ROUNDS = 6, STEPS = 25 };
-#define SETTLED   0.01 /* change of the logarithm of a standard deviation, at the root of its mean square */
+#define SETTLED   0.02 /* change of the logarithm of a standard deviation, at the root of its mean square */
 #define TOLERANCE 1e-8
 #define MOST_LEVERAGE 0.99
 
@@ -38,13 +38,18 @@ static void cosines_of(const struct ff_problem *p, const struct ff_problem *whol
     *cos_o = fmax((double)whole->cosine[1][at], 1e-3);
 }
 
-void ff_standardised_weigh(ff_standardised *s, const struct ff_problem *whole, const ff_noise *noise, const double *model)
+typedef struct arrays {
+    double *value, *square, *weight, *sign, *model; /* [C][n] */
+    double *log_i, *log_o;                          /* [n]    */
+} arrays;
+
+/* 1 / sd of every value of a model [C][n] by a noise. */
+static void weigh(ff_standardised *s, const ff_noise *noise, const arrays *a)
 {
     const struct ff_problem *p = &s->problem;
+    const double *model = a->value;
     for (size_t i = 0; i < p->n; i++) {
-        double cos_i, cos_o;
-        cosines_of(p, whole, i, &cos_i, &cos_o);
-        const double angle = pow(cos_i, noise->cos_i) * pow(cos_o, noise->cos_o),
+        const double angle = exp(noise->cos_i * a->log_i[i] + noise->cos_o * a->log_o[i]),
                      root = ff_problem_plane(p, i / FF_BLOCK, p->sample_weight)[i % FF_BLOCK];
         for (size_t c = 0; c < p->n_channels; c++) {
             const double sd = sqrt(ff_noise_variance(ff_noise_of(noise, c), model[c * p->n + i]) * angle) * root;
@@ -67,21 +72,32 @@ typedef struct leverages {
 static void take_block(void *context, const ff_visited *v)
 {
     const leverages *w = context;
-    const size_t m = w->m, columns = (size_t)w->l->free.n_shape + w->l->free.n_channel;
+    const size_t m = w->m;
     const double *inverse = w->inverse + v->c * m * m;
-    for (size_t i = 0; i < v->n; i++) {
-        double x[FF_MAX_COLUMNS] = {0}, h = 0;
-        for (size_t k = 0; k < columns; k++) {
-            const size_t at = ff_layout_coordinate(w->l, 0, k);
-            x[at] += v->column[k][i];
+    double row[FF_MAX_COLUMNS][FF_BLOCK], h[FF_BLOCK] = {0};
+    ff_noise_rows(w->l, v, row);
+    for (size_t a = 0; a < m; a++)
+        for (size_t b = 0; b <= a; b++) {
+            const double factor = inverse[a * m + b] * (a == b ? 1 : 2);
+            for (size_t i = 0; i < FF_BLOCK; i++) h[i] += factor * row[a][i] * row[b][i];
         }
-        for (size_t a = 0; a < m; a++)
-            for (size_t b = 0; b < m; b++) h += x[a] * inverse[a * m + b] * x[b];
-        const size_t at = v->c * w->n + v->first + i;
-        const double left = 1 - fmin(fmax(h, 0), MOST_LEVERAGE), e = v->y[i] - v->f[i];
-        w->value[at] = fmax(v->f[i], 0);
-        w->square[at] = e * e / left;
-        w->weight[at] = v->j[i] != 0 ? left : 0;
+    double *value = w->value + v->c * w->n + v->first, *square = w->square + v->c * w->n + v->first,
+           *weight = w->weight + v->c * w->n + v->first;
+    for (size_t i = 0; i < v->n; i++) {
+        const double left = 1 - fmin(fmax(h[i], 0), MOST_LEVERAGE), e = v->y[i] - v->f[i];
+        value[i] = fmax(v->f[i], 0);
+        square[i] = e * e / left;
+        weight[i] = v->j[i] != 0 ? left : 0;
+    }
+}
+
+void ff_noise_rows(const ff_layout *l, const ff_visited *v, double (*row)[FF_BLOCK])
+{
+    const size_t columns = (size_t)l->free.n_shape + l->free.n_channel;
+    memset(row, 0, (l->n_shared + l->n_own) * sizeof *row);
+    for (size_t k = 0; k < columns; k++) {
+        double *to = row[ff_layout_coordinate(l, 0, k)];
+        for (size_t i = 0; i < FF_BLOCK; i++) to[i] += v->column[k][i];
     }
 }
 
@@ -160,17 +176,15 @@ static void between_channels(const struct ff_problem *p, const double *e, ff_noi
     if (r > 2 * noise_of_r) noise->between_channels = fmin(r, 1);
 }
 
-static void correlations(const struct ff_problem *p, const struct ff_problem *whole, const ff_noise *n, const double *value,
-                         const double *square, const double *weight, const double *sign, double *e, ff_noise *noise)
+static void correlations(const struct ff_problem *p, const struct ff_problem *whole, const arrays *a, ff_noise *noise)
 {
+    double *e = a->model;
     for (size_t i = 0; i < p->n; i++) {
-        double cos_i, cos_o;
-        cosines_of(p, whole, i, &cos_i, &cos_o);
-        const double angle = pow(cos_i, n->cos_i) * pow(cos_o, n->cos_o);
+        const double angle = exp(noise->cos_i * a->log_i[i] + noise->cos_o * a->log_o[i]);
         for (size_t c = 0; c < p->n_channels; c++) {
             const size_t at = c * p->n + i;
-            const double v = ff_noise_variance(ff_noise_of(n, c), value[at]) * angle;
-            e[at] = weight[at] > 0 && v > 0 ? clipped(copysign(sqrt(square[at] / v), sign[at])) : 0;
+            const double v = ff_noise_variance(ff_noise_of(noise, c), a->value[at]) * angle;
+            e[at] = a->weight[at] > 0 && v > 0 ? clipped(copysign(sqrt(a->square[at] / v), a->sign[at])) : 0;
         }
     }
     along_scans(p, whole, e, noise);
@@ -179,10 +193,6 @@ static void correlations(const struct ff_problem *p, const struct ff_problem *wh
 
 /* ---- the whole --------------------------------------------------------------------------------- */
 
-typedef struct arrays {
-    double *value, *square, *weight, *sign, *model; /* [C][n] */
-    double *log_i, *log_o;                          /* [n]    */
-} arrays;
 
 static int is_rounding(const ff_scatter *s, double largest)
 {
@@ -193,11 +203,15 @@ static int is_rounding(const ff_scatter *s, double largest)
 }
 
 /* In units of the largest value: what is small in a variance does not depend on the data's units. */
-static ff_status fit_scatter(const ff_scatter *s, double *value, double *square, double largest, ff_noise *noise)
+static ff_status fit_scatter(const ff_scatter *s, double *value, double *square, double largest, int first, int final, ff_noise *noise)
 {
     const size_t all = s->n * s->C;
+    for (size_t k = 0; k < noise->n_levels && !first; k++) {
+        noise->level[k].constant /= largest * largest;
+        noise->level[k].linear /= largest;
+    }
     for (size_t k = 0; k < all; k++) value[k] /= largest, square[k] /= largest * largest;
-    const ff_status st = ff_scatter_fit(s, noise);
+    const ff_status st = ff_scatter_fit(s, first, final, noise);
     for (size_t k = 0; k < all; k++) value[k] *= largest, square[k] *= largest * largest;
     noise->unit = largest;
     for (size_t k = 0; k < noise->n_levels && !st; k++) {
@@ -241,17 +255,18 @@ static ff_status iterate(const ff_plan *on_search, const struct ff_problem *whol
         double largest = 0;
         for (size_t k = 0; k < p->n * p->n_channels; k++) largest = fmax(largest, a->value[k]);
         if (!st && (*nothing = !(largest > 0) || is_rounding(&scatter, largest))) return FF_OK;
-        if (!st) st = fit_scatter(&scatter, a->value, a->square, largest, noise);
+        const int last = change < SETTLED || round + 1 == ROUNDS;
+        if (!st) st = fit_scatter(&scatter, a->value, a->square, largest, round == 0, last, noise);
         if (st) return st;
-        if (change < SETTLED) break;
+        if (last) break;
         memcpy(before, s->factor, stride * sizeof *before);
-        ff_standardised_weigh(s, whole, noise, a->value);
+        weigh(s, noise, a);
         change = round ? change_of(before, s->factor, stride) : 1;
         st = ff_solve(&plan, &effort, at, err);
         if (st) return st;
     }
     fill_signs(p, a->value, a->sign);
-    correlations(p, whole, noise, a->value, a->square, a->weight, a->sign, a->model, noise);
+    correlations(p, whole, a, noise);
     return FF_OK;
 }
 
@@ -297,26 +312,28 @@ ff_status ff_noise_estimate(const ff_plan *plan, const ff_point *at, ff_point *w
 typedef struct deviating {
     const struct ff_problem *p, *whole;
     const ff_noise *noise;
-    float *out;
+    float *out, angle[FF_BLOCK]; /* of the block: the root of the angles' factor */
 } deviating;
 
 static void deviate(void *context, const ff_visited *v)
 {
-    const deviating *d = context;
+    deviating *d = context;
+    for (size_t i = 0; i < v->n && v->c == 0; i++) {
+        double cos_i, cos_o;
+        cosines_of(d->p, d->whole, v->first + i, &cos_i, &cos_o);
+        d->angle[i] = (float)exp(0.5 * (d->noise->cos_i * log(cos_i) + d->noise->cos_o * log(cos_o)));
+    }
     const ff_noise_level *level = ff_noise_of(d->noise, v->c);
     float *out = d->out + v->c * d->p->n_blocks * FF_BLOCK + v->first;
     for (size_t i = 0; i < FF_BLOCK; i++) {
-        double cos_i, cos_o;
         out[i] = 0;
-        if (i >= v->n) continue;
-        cosines_of(d->p, d->whole, v->first + i, &cos_i, &cos_o);
-        out[i] = (float)sqrt(ff_noise_variance(level, v->f[i]) * pow(cos_i, d->noise->cos_i) * pow(cos_o, d->noise->cos_o));
+        if (i < v->n) out[i] = (float)sqrt(ff_noise_variance(level, v->f[i])) * d->angle[i];
     }
 }
 
 ff_status ff_noise_deviations(const ff_plan *plan, const ff_point *at, const ff_noise *noise, float *out)
 {
-    deviating d = {plan->p, plan->p, noise, out};
+    deviating d = {.p = plan->p, .whole = plan->p, .noise = noise, .out = out};
     ff_plan values = *plan;
     values.l.free = (ff_wanted){0};
     return ff_point_visit(&values, at, deviate, &d);

@@ -4,12 +4,14 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { LEVELS = 3, STEPS = 12, ROUNDS = 8, BINS = 12 };
+enum { LEVELS = 3, STEPS = 12, ROUNDS = 8, BINS = 12, ALL = (1 << LEVELS) - 1, NUMBERS = 5, MOST_VALUES = 4000, FEWEST_OF_CHANNEL = 300 };
 #define FARTHEST  50.0 /* a square counts as at most so many times its expectation: one wild value is not the noise */
-#define SETTLED   1e-4 /* change of a logarithm                                                                     */
+#define SETTLED   1e-4 /* relative change                                                                           */
 #define ANGLE_SD  1.0  /* what the powers of the cosines are expected to be, before the data: 0 +- this              */
 #define ANGLE_MAX 4.0
-#define TINY      1e-30
+#define ANGLE_SETTLED 1e-3
+#define RIDGE     1e-10
+#define TINY      1e-30 /* of the square of the largest value */
 
 /* ---- levels ---------------------------------------------------------------------------------- */
 
@@ -54,20 +56,34 @@ static double level_at(const double x[LEVELS], double m)
     return x[0] + m * (x[1] + m * x[2]);
 }
 
-/* One step: weighted least squares of u on 1, m, m^2 with the variances s^2 of before. */
-static void level_step(const ff_scatter *t, size_t first, size_t end, const double *angle, unsigned allowed,
-                       const double *s, double x[LEVELS])
+/* A squared error and what it depends on; s: the variance without the angles, angle: their factor. */
+typedef struct datum {
+    double value, square, weight, log_i, log_o, angle, s;
+} datum;
+
+/* Those of all channels, of channel c from first[c] on. */
+typedef struct data {
+    size_t C, *first; /* [C + 1] */
+    datum *at;
+} data;
+
+/* One step: weighted least squares of the squares on 1, m, m^2 with the variances s^2 of before. */
+static void level_step(const datum *from, const datum *end, unsigned allowed, double x[LEVELS])
 {
     double A[LEVELS][LEVELS] = {{0}}, b[LEVELS] = {0}, scale[LEVELS];
-    for (size_t i = first; i < end; ++i) {
-        if (!(t->weight[i] > 0)) continue;
-        const double m = fmax(t->value[i], 0), w = t->weight[i] / (s[i] * s[i]), u = fmin(t->square[i] / angle[i % t->n], FARTHEST * s[i]),
-                     row[LEVELS] = {1, m, m * m};
-        for (size_t j = 0; j < LEVELS; ++j) {
-            b[j] += w * u * row[j];
-            for (size_t k = 0; k <= j; ++k) A[j][k] += w * row[j] * row[k];
-        }
+    for (const datum *d = from; d < end; ++d) {
+        const double inverse = 1 / d->s, most = FARTHEST * d->s, of = d->square / d->angle, u = of < most ? of : most, m = d->value,
+                     w = d->weight * inverse * inverse, wm = w * m, wm2 = wm * m;
+        A[0][0] += w;
+        A[1][0] += wm;
+        A[1][1] += wm2;
+        A[2][1] += wm2 * m;
+        A[2][2] += wm2 * m * m;
+        b[0] += w * u;
+        b[1] += wm * u;
+        b[2] += wm2 * u;
     }
+    A[2][0] = A[1][1];
     for (size_t j = 0; j < LEVELS; ++j) scale[j] = A[j][j] > 0 ? 1 / sqrt(A[j][j]) : 0;
     for (size_t j = 0; j < LEVELS; ++j) {
         b[j] *= scale[j];
@@ -79,69 +95,65 @@ static void level_step(const ff_scatter *t, size_t first, size_t end, const doub
 
 static int by_value(const void *a, const void *b)
 {
-    const double x = *(const double *)a, y = *(const double *)b;
-    return (x > y) - (x < y);
+    const datum *x = a, *y = b;
+    return (x->value > y->value) - (x->value < y->value);
 }
 
-/* A first variance: means of the squares over values of about one magnitude. pairs [end - first][2]. */
-static void first_guess(const ff_scatter *t, size_t first, size_t end, const double *angle, double *pairs, double *s)
+/* A first variance: means of the squares over values of about one magnitude. The data come out in the order of their values. */
+static void first_guess(datum *from, datum *end)
 {
-    size_t n = 0;
-    double edge[BINS + 1], mean[BINS];
-    for (size_t i = first; i < end; ++i) {
-        if (!(t->weight[i] > 0)) continue;
-        pairs[2 * n] = t->value[i];
-        pairs[2 * n++ + 1] = t->square[i] / angle[i % t->n];
-    }
-    qsort(pairs, n, 2 * sizeof *pairs, by_value);
-    const size_t bins = n / 12 < 1 ? 1 : n / 12 > BINS ? BINS : n / 12;
+    const size_t n = (size_t)(end - from), bins = n / 12 < 1 ? 1 : n / 12 > BINS ? BINS : n / 12;
+    qsort(from, n, sizeof *from, by_value);
     for (size_t b = 0; b < bins; ++b) {
-        const size_t from = b * n / bins, to = (b + 1) * n / bins;
-        edge[b] = n ? pairs[2 * from] : 0;
-        mean[b] = 0;
-        for (size_t i = from; i < to; ++i) mean[b] += pairs[2 * i + 1] / (double)(to - from);
-    }
-    for (size_t i = first; i < end; ++i) {
-        size_t b = bins - 1;
-        while (b > 0 && t->value[i] < edge[b]) --b;
-        s[i] = fmax(mean[b], TINY);
+        datum *const begin = from + b * n / bins, *const stop = from + (b + 1) * n / bins;
+        double mean = 0;
+        for (const datum *d = begin; d < stop; ++d) mean += d->square / d->angle / (double)(stop - begin);
+        for (datum *d = begin; d < stop; ++d) d->s = fmax(mean, TINY);
     }
 }
 
-/* The level of values [first, end) at given angles; s is left as the variance without them. Returns the sum of w (u / s + ln s). */
-static double fit_level(const ff_scatter *t, size_t first, size_t end, const double *angle, unsigned allowed, double *pairs,
-                        double *s, ff_noise_level *out)
+static int is_known(const ff_noise_level *l)
 {
-    double x[LEVELS] = {0}, sum = 0;
-    if (out->constant + out->linear + out->square > 0)
-        for (size_t i = first; i < end; ++i) s[i] = fmax(ff_noise_variance(out, t->value[i]), TINY);
-    else
-        first_guess(t, first, end, angle, pairs, s);
-    for (int step = 0; step < STEPS; ++step) {
-        double change = 0;
-        level_step(t, first, end, angle, allowed, s, x);
-        for (size_t i = first; i < end; ++i) {
-            const double now = fmax(level_at(x, fmax(t->value[i], 0)), TINY);
-            change = fmax(change, fabs(log(now / s[i])));
-            s[i] = now;
-        }
-        if (change < SETTLED) break;
+    return l->constant + l->linear + l->square > 0;
+}
+
+/* The sum of w (u / s + ln s) with the angles. */
+static double deviance(const datum *from, const datum *end)
+{
+    double sum = 0;
+    for (const datum *d = from; d < end; ++d) {
+        const double s = d->s * d->angle;
+        sum += d->weight * (fmin(d->square / s, FARTHEST) + log(s));
     }
-    *out = (ff_noise_level){x[0], x[1], x[2]};
-    for (size_t i = first; i < end; ++i)
-        if (t->weight[i] > 0) {
-            const double of = s[i] * angle[i % t->n];
-            sum += t->weight[i] * (fmin(t->square[i] / of, FARTHEST) + log(of));
-        }
     return sum;
 }
 
-enum { ALL = (1u << LEVELS) - 1 };
+/* The level of some data at given angles, from where it is. */
+static void fit_level(datum *from, datum *end, unsigned allowed, ff_noise_level *level)
+{
+    double x[LEVELS] = {0};
+    if (is_known(level))
+        for (datum *d = from; d < end; ++d) d->s = fmax(ff_noise_variance(level, d->value), TINY);
+    else
+        first_guess(from, end);
+    for (int step = 0; step < STEPS; ++step) {
+        double change = 0;
+        level_step(from, end, allowed, x);
+        for (datum *d = from; d < end; ++d) {
+            const double of = level_at(x, d->value), now = of > TINY ? of : TINY, by = fabs(now - d->s) / now;
+            change = by > change ? by : change;
+            d->s = now;
+        }
+        if (change < SETTLED) break;
+    }
+    *level = (ff_noise_level){x[0], x[1], x[2]};
+}
 
 /* Leaves out what the data do not ask for (Akaike 1974): what is above 0 by its own scatter alone would count most where values are
- * largest, and few. Returns the sum. */
-static double simplify(const ff_scatter *t, size_t first, size_t end, const double *angle, double sum, double *pairs, double *s, ff_noise_level *level)
+ * largest, and few. Returns the deviance. */
+static double simplify(datum *from, datum *end, ff_noise_level *level)
 {
+    double sum = deviance(from, end);
     for (unsigned left = ALL, k = 0; k < LEVELS; ++k) {
         const double now[LEVELS] = {level->constant, level->linear, level->square};
         const unsigned without = left & ~(1u << k);
@@ -151,49 +163,48 @@ static double simplify(const ff_scatter *t, size_t first, size_t end, const doub
             continue;
         }
         if (!without) break;
-        const double then = fit_level(t, first, end, angle, without, pairs, s, &other);
-        if (then - sum > 2 || !(other.constant + other.linear + other.square > 0)) continue;
+        fit_level(from, end, without, &other);
+        const double then = deviance(from, end);
+        if (then - sum > 2 || !is_known(&other)) continue;
         sum = then;
         left = without;
         *level = other;
     }
+    for (datum *d = from; d < end; ++d) d->s = fmax(ff_noise_variance(level, d->value), TINY);
     return sum;
 }
 
 /* ---- angles ---------------------------------------------------------------------------------- */
 
-static void fill_angles(const ff_scatter *t, const ff_noise *noise, double *angle)
+static void fill_angles(const data *t, const ff_noise *noise)
 {
-    for (size_t i = 0; i < t->n; ++i) angle[i] = exp(noise->cos_i * t->log_i[i] + noise->cos_o * t->log_o[i]);
+    for (datum *d = t->at; d < t->at + t->first[t->C]; ++d) d->angle = exp(noise->cos_i * d->log_i + noise->cos_o * d->log_o);
 }
 
-/* A Fisher step of both powers, the level following; with a prior, since few incidences say little. */
-static double angle_step(const ff_scatter *t, const double *angle, const double *s, ff_noise *noise)
+/* A Fisher step of both powers, the level following; with a prior, since few incidences say little. Returns the change. */
+static double angle_step(const data *t, ff_noise *noise)
 {
-    double W = 0, mean[2] = {0}, A[2][2] = {{0}}, b[2] = {0};
-    for (size_t i = 0; i < t->n * t->C; ++i) {
-        W += t->weight[i];
-        mean[0] += t->weight[i] * t->log_i[i % t->n];
-        mean[1] += t->weight[i] * t->log_o[i % t->n];
+    const datum *const end = t->at + t->first[t->C];
+    const double of_prior = 1 / (ANGLE_SD * ANGLE_SD);
+    double W = 0, mean[2] = {0}, A[2][2] = {{of_prior, 0}, {0, of_prior}}, b[2] = {-of_prior * noise->cos_i, -of_prior * noise->cos_o};
+    for (const datum *d = t->at; d < end; ++d) {
+        W += d->weight;
+        mean[0] += d->weight * d->log_i;
+        mean[1] += d->weight * d->log_o;
     }
     if (!(W > 0)) return 0;
-    for (size_t i = 0; i < t->n * t->C; ++i) {
-        if (!(t->weight[i] > 0)) continue;
-        const double z[2] = {t->log_i[i % t->n] - mean[0] / W, t->log_o[i % t->n] - mean[1] / W},
-                     r = fmin(t->square[i] / (s[i] * angle[i % t->n]), FARTHEST) - 1, w = 0.5 * t->weight[i];
+    for (const datum *d = t->at; d < end; ++d) {
+        const double z[2] = {d->log_i - mean[0] / W, d->log_o - mean[1] / W}, w = 0.5 * d->weight,
+                     r = fmin(d->square / (d->s * d->angle), FARTHEST) - 1;
         for (int j = 0; j < 2; ++j) {
             b[j] += w * r * z[j];
             for (int k = 0; k < 2; ++k) A[j][k] += w * z[j] * z[k];
         }
     }
-    const double of_prior = 1 / (ANGLE_SD * ANGLE_SD);
-    A[0][0] += of_prior;
-    A[1][1] += of_prior;
-    b[0] -= of_prior * noise->cos_i;
-    b[1] -= of_prior * noise->cos_o;
     const double det = A[0][0] * A[1][1] - A[0][1] * A[1][0], dp = (b[0] * A[1][1] - b[1] * A[0][1]) / det,
                  dq = (A[0][0] * b[1] - A[1][0] * b[0]) / det, p = fmin(fmax(noise->cos_i + dp, -ANGLE_MAX), ANGLE_MAX),
-                 q = fmin(fmax(noise->cos_o + dq, -ANGLE_MAX), ANGLE_MAX), change = fmax(fabs(p - noise->cos_i), fabs(q - noise->cos_o));
+                 q = fmin(fmax(noise->cos_o + dq, -ANGLE_MAX), ANGLE_MAX),
+                 change = fmax(fabs(p - noise->cos_i), fabs(q - noise->cos_o));
     noise->cos_i = p;
     noise->cos_o = q;
     return change;
@@ -201,93 +212,151 @@ static double angle_step(const ff_scatter *t, const double *angle, const double 
 
 /* ---- the whole ------------------------------------------------------------------------------- */
 
-/* Doubles of work that a fit needs. */
-static size_t room(const ff_scatter *t)
+/* Levels and angles in turn. final: what is not asked for is left out. Returns the deviance. */
+static double fit_all(const data *t, int final, ff_noise *noise)
 {
-    return 3 * t->n * t->C + t->n;
-}
-
-double ff_scatter_fit_levels(const ff_scatter *t, int angles, double *work, ff_noise *noise)
-{
-    double *s = work, *angle = s + t->n * t->C, *pairs = angle + t->n, sum = 0;
-    for (int round = 0; round < ROUNDS; ++round) {
-        sum = 0;
-        fill_angles(t, noise, angle);
-        const size_t part = t->n * t->C / noise->n_levels;
-        for (size_t k = 0; k < noise->n_levels; ++k) sum += fit_level(t, k * part, (k + 1) * part, angle, ALL, pairs, s, &noise->level[k]);
-        if (!angles || angle_step(t, angle, s, noise) < 1e-3) break;
+    double sum = 0;
+    for (int round = 0, last = 0; !last; ++round) {
+        last = round + 1 == ROUNDS;
+        fill_angles(t, noise);
+        for (size_t k = 0; k < noise->n_levels; ++k)
+            fit_level(t->at + t->first[k * t->C / noise->n_levels], t->at + t->first[(k + 1) * t->C / noise->n_levels], ALL,
+                      &noise->level[k]);
+        last |= angle_step(t, noise) < ANGLE_SETTLED;
     }
-    const size_t part = t->n * t->C / noise->n_levels;
-    sum = 0;
+    fill_angles(t, noise);
     for (size_t k = 0; k < noise->n_levels; ++k) {
-        const size_t first = k * part, end = first + part;
-        const double one = fit_level(t, first, end, angle, ALL, pairs, s, &noise->level[k]);
-        sum += simplify(t, first, end, angle, one, pairs, s, &noise->level[k]);
+        datum *const from = t->at + t->first[k * t->C / noise->n_levels], *const end = t->at + t->first[(k + 1) * t->C / noise->n_levels];
+        fit_level(from, end, ALL, &noise->level[k]);
+        sum += final ? simplify(from, end, &noise->level[k]) : deviance(from, end);
     }
     return sum;
 }
 
 /* What the data say of a, b, c, p and q: half the sum of w z z', z the derivatives of the logarithm of the variance; what is 0 stays
  * there. Of several channels with levels of their own a mean over them: each has as much of the angles as it has values. */
-static void take_uncertainty(const ff_scatter *t, ff_noise *noise)
+static void take_uncertainty(const data *t, ff_noise *noise)
 {
-    enum { N = 5 };
-    double A[N * N] = {0}, work[4 * N * N + N];
+    double A[NUMBERS * NUMBERS] = {0}, work[4 * NUMBERS * NUMBERS + NUMBERS], scale[NUMBERS], inverse[NUMBERS * NUMBERS];
     const double of_level = 1 / (double)noise->n_levels;
-    size_t index[N], n = 0;
-    int use[N] = {0, 0, 0, 1, 1};
+    size_t index[NUMBERS], n = 0;
+    int use[NUMBERS] = {0, 0, 0, 1, 1};
     for (size_t k = 0; k < noise->n_levels; ++k) {
         use[0] |= noise->level[k].constant > 0;
         use[1] |= noise->level[k].linear > 0;
         use[2] |= noise->level[k].square > 0;
     }
-    for (size_t i = 0; i < t->n * t->C; ++i) {
-        const ff_noise_level *l = ff_noise_of(noise, i / t->n);
-        const double m = fmax(t->value[i], 0), v = fmax(ff_noise_variance(l, m), TINY), w = 0.5 * t->weight[i] * of_level,
-                     z[N] = {1 / v, m / v, m * m / v, t->log_i[i % t->n], t->log_o[i % t->n]};
-        for (size_t a = 0; a < N; ++a)
-            for (size_t b = 0; b < N; ++b) A[a * N + b] += w * z[a] * z[b];
+    for (const datum *d = t->at; d < t->at + t->first[t->C]; ++d) {
+        const double m = d->value, w = 0.5 * d->weight * of_level, z[NUMBERS] = {1 / d->s, m / d->s, m * m / d->s, d->log_i, d->log_o};
+        for (size_t a = 0; a < NUMBERS; ++a)
+            for (size_t b = 0; b < NUMBERS; ++b) A[a * NUMBERS + b] += w * z[a] * z[b];
     }
-    A[3 * N + 3] += 1 / (ANGLE_SD * ANGLE_SD);
-    A[4 * N + 4] += 1 / (ANGLE_SD * ANGLE_SD);
-    double scale[N], inverse[N * N];
-    for (size_t a = 0; a < N; ++a) {
-        scale[a] = A[a * N + a] > 0 ? 1 / sqrt(A[a * N + a]) : 0;
+    A[3 * NUMBERS + 3] += 1 / (ANGLE_SD * ANGLE_SD);
+    A[4 * NUMBERS + 4] += 1 / (ANGLE_SD * ANGLE_SD);
+    for (size_t a = 0; a < NUMBERS; ++a) {
+        scale[a] = A[a * NUMBERS + a] > 0 ? 1 / sqrt(A[a * NUMBERS + a]) : 0;
         if (use[a] && scale[a] > 0) index[n++] = a;
     }
-    for (size_t a = 0; a < N; ++a)
-        for (size_t b = 0; b < N; ++b) A[a * N + b] = A[a * N + b] * scale[a] * scale[b] + (a == b ? 1e-10 : 0);
-    ff_ridge_inverse(A, N, index, n, 1e-10, inverse, work);
-    for (size_t a = 0; a < N; ++a)
-        for (size_t b = 0; b < N; ++b) noise->uncertainty[a][b] = inverse[a * N + b] * scale[a] * scale[b];
+    for (size_t a = 0; a < NUMBERS; ++a)
+        for (size_t b = 0; b < NUMBERS; ++b) A[a * NUMBERS + b] = A[a * NUMBERS + b] * scale[a] * scale[b] + (a == b ? RIDGE : 0);
+    ff_ridge_inverse(A, NUMBERS, index, n, RIDGE, inverse, work);
+    for (size_t a = 0; a < NUMBERS; ++a)
+        for (size_t b = 0; b < NUMBERS; ++b) noise->uncertainty[a][b] = inverse[a * NUMBERS + b] * scale[a] * scale[b];
 }
 
-ff_status ff_scatter_fit(const ff_scatter *t, ff_noise *out)
+/* The magnitude above which about `count` of the values of a channel lie. */
+static double magnitude_of_largest(const ff_scatter *t, size_t c, size_t count)
 {
-    double *work = malloc(room(t) * sizeof *work), used = 0;
-    if (!work) return FF_ERR_MEMORY;
-    for (size_t i = 0; i < t->n * t->C; ++i) used += t->weight[i] > 0;
-    out->n_levels = 1;
-    out->cos_i = out->cos_o = 0;
-    out->level[0] = (ff_noise_level){0, 0, 0};
-    const double shared = ff_scatter_fit_levels(t, 1, work, out);
-    if (t->C > 1) {
-        ff_noise *each = ff_noise_make(t->C);
-        if (!each) {
-            free(work);
-            return FF_ERR_MEMORY;
-        }
-        each->cos_i = out->cos_i;
-        each->cos_o = out->cos_o;
-        if (ff_scatter_fit_levels(t, 1, work, each) + LEVELS * (double)(t->C - 1) * log(fmax(used, 1)) < shared) {
-            memcpy(out->level, each->level, t->C * sizeof *out->level);
-            out->n_levels = t->C;
-            out->cos_i = each->cos_i;
-            out->cos_o = each->cos_o;
-        }
-        free(each);
+    enum { MAGNITUDES = 256 }; /* quarters of a power of two */
+    size_t histogram[MAGNITUDES] = {0}, sum = 0;
+    double largest = 0;
+    for (size_t i = 0; i < t->n; ++i) largest = fmax(largest, t->value[c * t->n + i]);
+    for (size_t i = 0; i < t->n; ++i) {
+        int exponent;
+        const double m = t->value[c * t->n + i];
+        if (!(t->weight[c * t->n + i] > 0) || !(m > 0)) continue;
+        const double fraction = frexp(m / largest, &exponent); /* in [0.5, 1) */
+        const long bin = -4L * exponent + (long)(8 * (1 - fraction));
+        ++histogram[bin < 0 ? 0 : bin >= MAGNITUDES ? MAGNITUDES - 1 : bin];
     }
-    take_uncertainty(t, out);
-    free(work);
+    for (int k = 0; k < MAGNITUDES; ++k) {
+        sum += histogram[k];
+        if (sum <= count) continue;
+        return k == 0 ? largest : largest * ldexp(1 - (k % 4) / 8.0, -(k / 4));
+    }
+    return 0;
+}
+
+/* The largest values of each channel and every so-manieth of the rest, with the weight of those it stands for: a few thousand say as
+ * much of the noise as all. */
+static ff_status gather(const ff_scatter *t, data *out)
+{
+    const size_t most = MOST_VALUES / t->C > FEWEST_OF_CHANNEL ? MOST_VALUES / t->C : FEWEST_OF_CHANNEL;
+    data d = {.C = t->C, .first = calloc(t->C + 1, sizeof *d.first), .at = malloc((t->n < 2 * most ? t->n : 2 * most) * t->C * sizeof *d.at + 1)};
+    size_t n = 0;
+    if (!d.first || !d.at) {
+        free(d.first);
+        free(d.at);
+        return FF_ERR_MEMORY;
+    }
+    for (size_t c = 0; c < t->C; ++c) {
+        const double large = t->n > most ? magnitude_of_largest(t, c, most / 3) : 0;
+        size_t rest = 0, seen = 0;
+        for (size_t i = 0; i < t->n; ++i) rest += t->value[c * t->n + i] < large;
+        const size_t stride = rest / (most - most / 3) + 1;
+        for (size_t i = 0; i < t->n; ++i) {
+            const size_t at = c * t->n + i;
+            const int is_large = t->value[at] >= large;
+            if (!(t->weight[at] > 0) || (!is_large && seen++ % stride)) continue;
+            d.at[n++] = (datum){.value = fmax(t->value[at], 0),
+                                .square = t->square[at],
+                                .weight = t->weight[at] * (is_large ? 1 : (double)stride),
+                                .log_i = t->log_i[i],
+                                .log_o = t->log_o[i],
+                                .angle = 1};
+        }
+        d.first[c + 1] = n;
+    }
+    *out = d;
     return FF_OK;
+}
+
+/* Levels for each channel instead of one for all, where they are worth their number. */
+static ff_status try_each(const data *t, int final, double shared, ff_noise *noise)
+{
+    ff_noise *each = ff_noise_make(t->C);
+    if (!each) return FF_ERR_MEMORY;
+    each->cos_i = noise->cos_i;
+    each->cos_o = noise->cos_o;
+    if (fit_all(t, final, each) + LEVELS * (double)(t->C - 1) * log((double)t->first[t->C] + 1) < shared) {
+        memcpy(noise->level, each->level, t->C * sizeof *noise->level);
+        noise->n_levels = t->C;
+        noise->cos_i = each->cos_i;
+        noise->cos_o = each->cos_o;
+    }
+    free(each);
+    return FF_OK;
+}
+
+ff_status ff_scatter_fit(const ff_scatter *t, int first, int final, ff_noise *noise)
+{
+    data d;
+    ff_status st = gather(t, &d);
+    if (st) return st;
+    if (first || final) {
+        noise->n_levels = 1;
+        noise->cos_i = noise->cos_o = 0;
+        noise->level[0] = (ff_noise_level){0, 0, 0};
+    }
+    const double sum = fit_all(&d, final, noise);
+    if ((first || final) && t->C > 1) st = try_each(&d, final, sum, noise);
+    if (final && !st) {
+        fill_angles(&d, noise);
+        for (size_t k = 0; k < t->C; ++k)
+            for (datum *v = d.at + d.first[k]; v < d.at + d.first[k + 1]; ++v) v->s = fmax(ff_noise_variance(ff_noise_of(noise, k), v->value), TINY);
+        take_uncertainty(&d, noise);
+    }
+    free(d.first);
+    free(d.at);
+    return st;
 }
