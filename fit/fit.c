@@ -3,12 +3,9 @@
 #define _GNU_SOURCE /* clock_gettime */
 #include "fit/errors/internal_errors.h"
 #include "fit/minimise/internal_minimise.h"
-#include "fit/noise/internal_noise.h"
 #include "fit/result/internal_result.h"
 #include "fit/start/internal_start.h"
 #include "internal_stages.h"
-#include <stdlib.h>
-#include <stdio.h>
 #include <time.h>
 
 static double seconds(void)
@@ -24,22 +21,6 @@ static ff_status last_pass(const ff_plan *plan, ff_point *at, ff_error *err)
     return st ? ff_error_set(err, st, NULL, 0, -1, "the last pass failed: %s", ff_status_str(st)) : FF_OK;
 }
 
-/* The noise of the data, and the errors that follow from it. */
-static ff_status take_noise(const ff_plan *plan, ff_point *at, ff_error *err)
-{
-    ff_point where;
-    ff_noise *noise = NULL;
-    if (plan->p->selection.weighting == FF_WEIGHT_SIGMA || plan->robust != FF_ROBUST_NONE || getenv("FF_NO_NOISE")) return FF_OK;
-    ff_status st = ff_point_new(plan, &where);
-    if (st) return st;
-    st = ff_noise_estimate(plan, at, &where, &noise, err);
-    if (!st && noise) st = ff_noise_errors(plan, at, &where, noise, at->information);
-    if (noise && getenv("FF_SHOW_NOISE")) printf("noise a %g b %g c %g p %g q %g rho1 %g between %g\n", sqrt(noise->level[0].constant), noise->level[0].linear, sqrt(noise->level[0].square), noise->cos_i, noise->cos_o, noise->along_scan[1], noise->between_channels);
-    ff_noise_free(noise);
-    ff_point_free(&where);
-    return st;
-}
-
 /* From the defaults to a finished result. errors: they are to be said, and not only made for the weights of priors. */
 static ff_status stages(ff_plan *plan, ff_point *at, int errors, ff_fit_result *r, ff_error *err)
 {
@@ -47,7 +28,6 @@ static ff_status stages(ff_plan *plan, ff_point *at, int errors, ff_fit_result *
     if (!st) st = ff_minimise(plan, at, err);
     if (!st) st = last_pass(plan, at, err);
     if (!st) st = ff_penalised_solve(plan, at, err);
-    if (!st && errors) st = take_noise(plan, at, err);
     if (st) return st;
     st = ff_result_fill(plan, at, errors, r);
     return st ? ff_error_set(err, st, NULL, 0, -1, "the last pass failed: %s", ff_status_str(st)) : FF_OK;

@@ -1,6 +1,7 @@
 /* The stage between minimisation and result: the pass that errors and statistics are made of. Of a whole H it is a pass like the
  * others, with sums of the score; of an arrow the influences of the samples are summed, which needs H before. */
-#include "internal_storage.h"
+#include "internal_errors.h"
+#include "fit/information/internal_storage.h"
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -161,5 +162,20 @@ static ff_status scores(const ff_plan *plan, ff_point *at)
 ff_status ff_errors(const ff_plan *plan, ff_point *at)
 {
     if (at->information) return FF_OK;
-    return plan->l.arrow ? influences(plan, at) : scores(plan, at);
+    ff_status st = plan->l.arrow ? influences(plan, at) : scores(plan, at);
+    if (st || !plan->errors || !ff_noise_is_wanted(plan)) return st;
+    if (!at->noise) st = ff_noise_find(plan, at, &at->noise);
+    return st || !at->noise ? st : ff_noise_errors(plan, at, at->noise, at->information, &at->noise->carriers);
+}
+
+ff_status ff_errors_of_all(const ff_plan *plan, const ff_point *at, ff_information **out)
+{
+    ff_information *info = NULL;
+    ff_status st = ff_information_of_all(plan, at, &info);
+    if (!st && at->noise) st = ff_noise_errors(plan, at, at->noise, info, NULL);
+    if (st)
+        free(info);
+    else
+        *out = info;
+    return st;
 }

@@ -38,7 +38,7 @@ static ff_status fill_one_sided(const ff_plan *plan, const ff_point *at, ff_fit_
     ff_information *info = NULL;
     ff_gram g;
     double *slope = malloc((l->P + 1) * sizeof *slope);
-    ff_status st = slope ? ff_information_of_all(plan, at, &info) : FF_ERR_MEMORY;
+    ff_status st = slope ? ff_errors_of_all(plan, at, &info) : FF_ERR_MEMORY;
     if (!st) st = ff_gram_new(l, &g);
     if (!st) {
         ff_gram_fill(l, &at->normal, NULL, &g);

@@ -23,6 +23,7 @@
 #include "ff_api.h"
 #include "ff_loss.h"
 #include "ff_model.h"
+#include "ff_noise.h"
 #include "ff_table.h"
 #include "ff_warning.h"
 #ifdef __cplusplus
@@ -54,6 +55,17 @@ FF_API const char *ff_channel_mode_name(int mode);
 FF_API int ff_weighting_find(const char *name);
 FF_API int ff_shape_find(const char *name);
 FF_API int ff_channel_mode_find(const char *name);
+
+/** What standard errors are made of.
+ *
+ *  NOISE: the covariance H^-1 J' S J H^-1 with S the variance of the data by their noise (ff_noise.h), estimated from the residuals
+ *  or given, moderated by the residuals where many values carry a parameter. RESIDUALS: the same with S the squares of the residuals
+ *  themselves over clusters of neighbours: right without a noise model, but only where tens of values carry each parameter. With
+ *  SIGMA weights and without a given noise, and with a robust loss, it is the latter. */
+typedef enum ff_error_source { FF_ERRORS_NOISE = 0, FF_ERRORS_RESIDUALS = 1 } ff_error_source;
+enum { FF_ERROR_SOURCE_COUNT = 2 };
+FF_API const char *ff_error_source_name(int source); /**< "noise", "residuals"; NULL for a number that is none */
+FF_API int ff_error_source_find(const char *name);   /**< -1 when unknown */
 
 /** How a fit ended. */
 typedef enum ff_outcome {
@@ -148,6 +160,9 @@ typedef struct ff_fit_options {
     /** Up to this many channels all parameters are solved for together, and all their correlations are given. Beyond, time and
      * memory are linear in the channels: see ff_fit_result. The optimum and the standard errors are the same. FF_DENSE_CHANNELS. */
     size_t dense_channels;
+    ff_error_source errors; /**< FF_ERRORS_NOISE                                                                 */
+    const ff_noise *noise;  /**< the noise of the data, borrowed; NULL: estimated from the residuals. Its levels are one, or one
+                                 for each channel of the problem                                                 */
 } ff_fit_options;
 enum { FF_DENSE_CHANNELS = 8 };
 
@@ -221,6 +236,9 @@ typedef struct ff_fit_value {
     size_t follows_channel;      /**< and its channel, 0 for a shared one                                      */
     double prior_mean, prior_sd; /**< NaN where it had no prior                                           */
     int column;                  /**< its number among those that have a standard error, -1 when it has none */
+    double carriers; /**< number of equal values that carry it as well: (sum v)^2 / sum v^2 of the shares v of its variance; NaN
+                          where it was not counted                                       */
+    double residual_error; /**< its standard error by the residuals alone, HC3 (MacKinnon and White 1985), independent; NaN likewise */
 } ff_fit_value;
 
 /** Orientation-free description of the roughness of the first lobe: alpha_major >= alpha_minor along phi and phi + pi/2. */
@@ -285,6 +303,9 @@ FF_API double ff_fit_result_condition(const ff_fit_result *r);
 FF_API double ff_fit_result_effective_samples(const ff_fit_result *r);
 FF_API size_t ff_fit_result_correlated_over(const ff_fit_result *r);
 FF_API int ff_fit_result_correlation_settled(const ff_fit_result *r);
+
+/** The noise of the data as the errors have it; NULL where they rest on the residuals alone. Belongs to r. */
+FF_API const ff_noise *ff_fit_result_noise(const ff_fit_result *r);
 
 /** What the result should be taken with, in the order in which a person should read it; NULL when i >= count. */
 FF_API size_t ff_fit_result_warning_count(const ff_fit_result *r);

@@ -52,6 +52,7 @@ struct ff_fit_result {
     int correlation_settled; /**< 0: further than can be seen; the standard errors are then lower bounds */
     double aic, bic;         /**< n ln(2 objective / n) + 2k and + k ln n over n = used * channels residuals, k = n_free + 1;
                                   with sigma weights 2 objective + 2 n_free, + n_free ln n     */
+    struct ff_noise_found *noise; /**< of the data; NULL where there is none */
     ff_warnings warnings;    /**< what it should be taken with                            */
 };
 

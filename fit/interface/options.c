@@ -8,6 +8,7 @@ static const char *const weightings[FF_WEIGHT_COUNT] = {"auto", "solid-angle", "
 static const char *const shapes[FF_SHAPE_COUNT] = {"auto", "isotropic", "axis", "correlated"};
 static const char *const modes[FF_CHANNELS_COUNT] = {"rgb", "mean", "each"};
 static const char *const intervals[FF_INTERVAL_COUNT] = {"none", "standard-error", "one-sided", "profile", "bootstrap"};
+static const char *const sources[FF_ERROR_SOURCE_COUNT] = {"noise", "residuals"};
 static const char *const outcomes[] = {"converged", "stalled", "limit", "cancelled"};
 
 static const char *name_of(const char *const *names, int count, int i)
@@ -40,6 +41,16 @@ const char *ff_channel_mode_name(int mode)
 const char *ff_interval_name(int interval)
 {
     return name_of(intervals, FF_INTERVAL_COUNT, interval);
+}
+
+const char *ff_error_source_name(int source)
+{
+    return name_of(sources, FF_ERROR_SOURCE_COUNT, source);
+}
+
+int ff_error_source_find(const char *name)
+{
+    return find_in(sources, FF_ERROR_SOURCE_COUNT, name);
 }
 
 const char *ff_outcome_name(int outcome)
@@ -88,9 +99,9 @@ ff_status ff_fit_options_check(const ff_fit_options *o, ff_error *err)
     if (o->size != sizeof *o)
         return ff_error_set(err, FF_ERR_RANGE, NULL, 0, -1, "the options were not initialised by ff_fit_options_init");
     if (!ff_loss_name((int)o->loss) || !ff_robust_name((int)o->robust) || !ff_weighting_name((int)o->weighting) ||
-        !ff_shape_name((int)o->shape) || !ff_channel_mode_name((int)o->channels))
+        !ff_shape_name((int)o->shape) || !ff_channel_mode_name((int)o->channels) || !ff_error_source_name((int)o->errors))
         return ff_error_set(err, FF_ERR_RANGE, NULL, 0, -1,
-                            "an option names no known loss, robust loss, weighting, shape or mode of channels");
+                            "an option names no known loss, robust loss, weighting, shape, mode of channels or source of errors");
     if (!(o->max_theta > 0 && o->max_theta <= 1.5707963267948968))
         return ff_error_set(err, FF_ERR_RANGE, NULL, 0, -1, "the largest angle must lie in (0, 90] degrees, found %g",
                             o->max_theta * (180 / 3.14159265358979323846));

@@ -8,22 +8,28 @@
 #define MOST_LEVERAGE 0.9999
 #define LEAST_ALONG   0.25 /* of the variance of independent values: what correlations are known to so little that they cannot remove more */
 
-enum { NUMBERS = 5 };
+enum { NUMBERS = 5, VARIANCE = 0, HC2 = 1, HC3 = 2, LAGGED = 3, SUMS = 4, ROOM = FF_NOISE_LAGS + FF_BLOCK };
 
+/* A walk over the values. Of an arrow a value has influences [P] on what all channels share and on its own channel's; on that of
+ * another channel c it has F_c times that on the shared ones (information/arrowhead.c: v_c = -K_c v_0 there), which is put together
+ * from the products of the shared ones in the end. */
 typedef struct walk {
     const ff_layout *l;
     const struct ff_problem *p, *whole;
     const ff_noise *noise;
-    const float *deviation; /* [C][n_blocks FF_BLOCK] */
-    size_t m, P;            /* coordinates of a channel; influences of a value: all, or of an arrow those of the channel */
-    double *inverse;        /* [C][P][m] */
-    double *sum, *square;   /* [parameters] of v, v^2  */
-    double *hc2, *hc3, *z, *lagged, *joint, *single;
-    double *influence;      /* [P][FF_BLOCK] */
-    double *many, *few, *log_i, *log_o; /* [FF_BLOCK]: samples that one stands for, its inverse; of its cosines */
-    double *together;       /* [P][FF_BLOCK] sum over channels so far */
-    double *tail;           /* [C][P][FF_NOISE_LAGS + FF_BLOCK] signed influences, the latest block behind those before it */
+    const float *deviation; /* [C][n_blocks FF_BLOCK]                                                    */
+    size_t m, P;            /* coordinates of a channel; influences of a value                            */
     int arrow;
+    double *inverse;                    /* [C][P][m]                                                      */
+    double *other;                      /* [C][K][S] F, of an arrow                                       */
+    double *sum[SUMS];                  /* [parameters] of v, of squares of residuals, of neighbours      */
+    double *square, *z;                 /* [parameters] of v^2; [parameters][NUMBERS]                     */
+    double *joint;                      /* [parameters]                                                   */
+    double *shared[SUMS];               /* [C][S][S] of an arrow: products of influences on what is shared */
+    double *influence;                  /* [P][FF_BLOCK]                                                  */
+    double *together;                   /* [P][FF_BLOCK] sum over channels so far                         */
+    double *tail;                       /* [C][P][ROOM] in deviations, the latest block behind those before it */
+    double *many, *few, *log_i, *log_o; /* [FF_BLOCK]: samples that one stands for, its inverse; of its cosines */
 } walk;
 
 /* How many samples of the whole problem a sample of a smaller one stands for. */
@@ -42,22 +48,29 @@ static size_t parameter(const walk *w, size_t c, size_t k)
     return !w->arrow || k < w->l->n_shared ? k : k + c * w->l->n_own;
 }
 
-/* Products of influences of neighbours along scans, of channel c: block i0 .. i0 + n has just come. */
+/* Sum over neighbours along scans of the products of influences a and b [ROOM], the latest block. */
+static double neighbours(const walk *w, const ff_visited *v, const double *a, const double *b)
+{
+    double sum = 0;
+    for (size_t d = 1; d <= FF_NOISE_LAGS && w->noise->along_scan[d] > 0; d++)
+        for (size_t i = 0; i < v->n; i++) {
+            const size_t at = v->first + i, k = FF_NOISE_LAGS + i;
+            if (at < d || fabsf(w->whole->cosine[0][at] - w->whole->cosine[0][at - d]) > 1e-5f) continue;
+            sum += w->noise->along_scan[d] * (a[k] * b[k - d] + b[k] * a[k - d]);
+        }
+    return sum;
+}
+
 static void lag(const walk *w, const ff_visited *v)
 {
-    enum { ROOM = FF_NOISE_LAGS + FF_BLOCK };
-    for (size_t k = 0; k < w->P; k++) {
-        double *s = w->tail + (v->c * w->P + k) * ROOM, sum = 0;
-        for (size_t d = 1; d <= FF_NOISE_LAGS && w->noise->along_scan[d] > 0; d++) {
-            for (size_t i = 0; i < v->n; i++) {
-                const size_t at = v->first + i;
-                if (at < d || fabsf(w->whole->cosine[0][at] - w->whole->cosine[0][at - d]) > 1e-5f) continue;
-                sum += 2 * w->noise->along_scan[d] * s[FF_NOISE_LAGS + i] * s[FF_NOISE_LAGS + i - d];
-            }
-        }
-        w->lagged[parameter(w, v->c, k)] += sum;
-        memmove(s, s + FF_BLOCK, FF_NOISE_LAGS * sizeof *s);
-    }
+    const size_t S = w->l->n_shared;
+    double *tail = w->tail + v->c * w->P * ROOM;
+    for (size_t k = 0; k < w->P; k++)
+        w->sum[LAGGED][parameter(w, v->c, k)] += neighbours(w, v, tail + k * ROOM, tail + k * ROOM);
+    for (size_t a = 0; a < S && w->arrow; a++)
+        for (size_t b = 0; b < S; b++)
+            w->shared[LAGGED][(v->c * S + a) * S + b] += neighbours(w, v, tail + a * ROOM, tail + b * ROOM);
+    for (size_t k = 0; k < w->P; k++) memmove(tail + k * ROOM, tail + k * ROOM + FF_BLOCK, FF_NOISE_LAGS * sizeof *tail);
 }
 
 /* What belongs to a block of samples and not to a channel. */
@@ -91,7 +104,6 @@ static size_t own_place(const walk *w, size_t c, size_t k)
 /* Adds what a block says of parameter k. a: influences; sd: of the residuals; of the logarithm of a variance z. */
 static void add_parameter(const walk *w, const ff_visited *v, size_t k, const double *a, const double *sd, double (*z)[FF_BLOCK])
 {
-    enum { ROOM = FF_NOISE_LAGS + FF_BLOCK };
     const size_t at = parameter(w, v->c, k);
     double *tail = w->tail + (v->c * w->P + k) * ROOM + FF_NOISE_LAGS, *together = w->together + k * FF_BLOCK, sum = 0, square = 0,
            by[NUMBERS] = {0};
@@ -103,9 +115,45 @@ static void add_parameter(const walk *w, const ff_visited *v, size_t k, const do
         square += var * each;
         for (size_t q = 0; q < NUMBERS; q++) by[q] += var * z[q][i];
     }
-    w->sum[at] += sum;
+    w->sum[VARIANCE][at] += sum;
     w->square[at] += square;
     for (size_t q = 0; q < NUMBERS; q++) w->z[at * NUMBERS + q] += by[q];
+}
+
+/* Products of the influences on what is shared, by the weights of every sum. */
+static void add_shared(const walk *w, const ff_visited *v, const double *sd, const double *e2, const double *e3)
+{
+    const size_t S = w->l->n_shared;
+    for (size_t a = 0; a < S; a++)
+        for (size_t b = 0; b < S; b++) {
+            const double *x = w->influence + a * FF_BLOCK, *y = w->influence + b * FF_BLOCK;
+            double sum[3] = {0};
+            for (size_t i = 0; i < v->n; i++) {
+                sum[VARIANCE] += x[i] * y[i] * sd[i] * sd[i] * w->few[i];
+                sum[HC2] += x[i] * y[i] * e2[i];
+                sum[HC3] += x[i] * y[i] * e3[i];
+            }
+            for (int k = 0; k < 3; k++) w->shared[k][(v->c * S + a) * S + b] += sum[k];
+        }
+}
+
+/* Squares of the sums over the channels of a sample, after the last of them. Its block is still behind the tails. */
+static void add_joint(const walk *w, const ff_visited *v)
+{
+    const size_t S = w->l->n_shared, K = w->l->n_own, C = w->p->n_channels;
+    for (size_t k = 0; k < (w->arrow ? S : w->P); k++)
+        for (size_t i = 0; i < v->n; i++) w->joint[k] += w->together[k * FF_BLOCK + i] * w->together[k * FF_BLOCK + i] * w->few[i];
+    for (size_t c = 0; c < C && w->arrow; c++)
+        for (size_t k = 0; k < K; k++) {
+            const double *of_block = w->tail + c * w->P * ROOM + FF_NOISE_LAGS, *F = w->other + (c * K + k) * S;
+            double sum = 0;
+            for (size_t i = 0; i < v->n; i++) {
+                double all = of_block[(S + k) * ROOM + i];
+                for (size_t a = 0; a < S; a++) all += F[a] * (w->together[a * FF_BLOCK + i] - of_block[a * ROOM + i]);
+                sum += all * all * w->few[i];
+            }
+            w->joint[S + c * K + k] += sum;
+        }
 }
 
 static void look_at(void *context, const ff_visited *v)
@@ -115,7 +163,7 @@ static void look_at(void *context, const ff_visited *v)
     const float *deviation = w->deviation + v->c * w->p->n_blocks * FF_BLOCK + v->first;
     const ff_noise_level *level = ff_noise_of(w->noise, v->c);
     double row[FF_MAX_COLUMNS][FF_BLOCK], z[NUMBERS][FF_BLOCK], sd[FF_BLOCK], h[FF_BLOCK] = {0}, e2[FF_BLOCK], e3[FF_BLOCK];
-    const double unit = w->noise->unit;
+    const double unit = w->noise->unit > 0 ? w->noise->unit : 1;
     if (v->c == 0) prepare_block(w, v);
     ff_noise_rows(w->l, v, row);
     for (size_t i = 0; i < v->n; i++) {
@@ -148,13 +196,12 @@ static void look_at(void *context, const ff_visited *v)
             two += a[i] * a[i] * e2[i];
             three += a[i] * a[i] * e3[i];
         }
-        w->hc2[parameter(w, v->c, k)] += two;
-        w->hc3[parameter(w, v->c, k)] += three;
+        w->sum[HC2][parameter(w, v->c, k)] += two;
+        w->sum[HC3][parameter(w, v->c, k)] += three;
     }
+    if (w->arrow) add_shared(w, v, sd, e2, e3);
+    if (v->c + 1 == w->p->n_channels && w->noise->between_channels > 0) add_joint(w, v);
     if (w->noise->along_scan[1] > 0 && w->p->n == w->whole->n) lag(w, v);
-    if (v->c + 1 < w->p->n_channels || !(w->noise->between_channels > 0)) return;
-    for (size_t k = 0; k < (w->arrow ? w->l->n_shared : w->P); k++)
-        for (size_t i = 0; i < v->n; i++) w->joint[k] += w->together[k * FF_BLOCK + i] * w->together[k * FF_BLOCK + i] * w->few[i];
 }
 
 /* H^-1 between the influences of a channel and its coordinates. */
@@ -167,51 +214,90 @@ static void take_inverse(const walk *w, const ff_information *info)
                 const size_t i = parameter(w, c, k), j = ff_gram_coordinate(&g, c, b);
                 w->inverse[(c * w->P + k) * w->m + b] = info->use[i] && info->use[j] ? ff_information_inverse(info, i, j) : 0;
             }
+    if (w->arrow) ff_information_followers(info, w->other);
+}
+
+/* What the values of other channels add to the sums of channel c's own parameters. */
+static void add_others(const walk *w)
+{
+    const size_t S = w->l->n_shared, K = w->l->n_own, C = w->l->n_channels;
+    for (int sum = 0; sum < SUMS; sum++) {
+        double all[FF_MAX_SHARED * FF_MAX_SHARED] = {0};
+        for (size_t c = 0; c < C; c++)
+            for (size_t q = 0; q < S * S; q++) all[q] += w->shared[sum][c * S * S + q];
+        for (size_t c = 0; c < C; c++)
+            for (size_t k = 0; k < K; k++) {
+                const double *F = w->other + (c * K + k) * S, *own = w->shared[sum] + c * S * S;
+                for (size_t a = 0; a < S; a++)
+                    for (size_t b = 0; b < S; b++) w->sum[sum][S + c * K + k] += F[a] * (all[a * S + b] - own[a * S + b]) * F[b];
+            }
+    }
 }
 
 static void fill(const walk *w, ff_carriers *out)
 {
+    const double r = w->noise->between_channels;
     for (size_t k = 0; k < w->l->P; k++) {
-        const double sum = w->sum[k], r = w->noise->between_channels;
-        out->number[k] = w->square[k] > 0 ? sum * sum / w->square[k] : 0;
+        const double own = w->sum[VARIANCE][k];
+        out->number[k] = w->square[k] > 0 ? own * own / w->square[k] : 0;
         out->sway[k] = 0;
-        for (size_t a = 0; a < NUMBERS && sum > 0; a++)
+        for (size_t a = 0; a < NUMBERS && own > 0; a++)
             for (size_t b = 0; b < NUMBERS; b++)
-                out->sway[k] += w->z[k * NUMBERS + a] * w->noise->uncertainty[a][b] * w->z[k * NUMBERS + b] / (sum * sum);
-        out->hc2[k] = sqrt(w->hc2[k]);
-        out->hc3[k] = sqrt(w->hc3[k]);
-        out->along[k] = sum > 0 ? sqrt(fmax(1 + w->lagged[k] / sum, LEAST_ALONG)) : 1;
-        out->between[k] = sum > 0 && w->joint[k] > 0 ? sqrt(fmax(1 - r + r * w->joint[k] / sum, 0)) : 1;
+                out->sway[k] += w->z[k * NUMBERS + a] * w->noise->uncertainty[a][b] * w->z[k * NUMBERS + b] / (own * own);
+    }
+    if (w->arrow) add_others(w);
+    for (size_t k = 0; k < w->l->P; k++) {
+        const double sum = w->sum[VARIANCE][k];
+        out->hc2[k] = sqrt(w->sum[HC2][k]);
+        out->hc3[k] = sqrt(w->sum[HC3][k]);
+        out->along[k] = sum > 0 ? sqrt(fmax(1 + w->sum[LAGGED][k] / sum, LEAST_ALONG)) : 1;
+        out->between[k] = sum > 0 && r > 0 ? sqrt(fmax(1 - r + r * w->joint[k] / sum, 0)) : 1;
     }
 }
 
 ff_status ff_carriers_find(const ff_plan *plan, const ff_point *at, const ff_noise *noise, const float *deviation,
                            const ff_information *info, ff_carriers *out)
 {
-    enum { ROOM = FF_NOISE_LAGS + FF_BLOCK };
     const ff_layout *l = &plan->l;
     const struct ff_problem *whole = plan->p, *p = whole->thin;
     const ff_plan search = ff_plan_on(plan, p);
     walk w = {.l = l, .p = p, .whole = whole, .noise = noise, .deviation = deviation, .m = l->n_shared + l->n_own, .arrow = l->arrow};
-    w.P = l->arrow ? w.m : l->P;
-    const size_t C = l->n_channels, doubles = C * w.P * w.m + (6 + NUMBERS) * l->P + 2 * w.P * FF_BLOCK + 4 * FF_BLOCK + C * w.P * ROOM;
-    double *memory = calloc(doubles + 1, sizeof *memory);
+    const size_t S = l->n_shared, K = l->n_own, C = l->n_channels, P = l->P;
+    w.P = l->arrow ? w.m : P;
+    const size_t shared = l->arrow ? C * S * S : 0, other = l->arrow ? C * K * S : 0;
+    double *next = NULL, *memory;
+    const struct {
+        double **at;
+        size_t n;
+    } piece[] = {{&w.inverse, C * w.P * w.m},
+                 {&w.other, other},
+                 {&w.sum[VARIANCE], P},
+                 {&w.sum[HC2], P},
+                 {&w.sum[HC3], P},
+                 {&w.sum[LAGGED], P},
+                 {&w.square, P},
+                 {&w.z, NUMBERS * P},
+                 {&w.joint, P},
+                 {&w.shared[VARIANCE], shared},
+                 {&w.shared[HC2], shared},
+                 {&w.shared[HC3], shared},
+                 {&w.shared[LAGGED], shared},
+                 {&w.influence, w.P * FF_BLOCK},
+                 {&w.together, w.P * FF_BLOCK},
+                 {&w.tail, C * w.P * ROOM},
+                 {&w.many, FF_BLOCK},
+                 {&w.few, FF_BLOCK},
+                 {&w.log_i, FF_BLOCK},
+                 {&w.log_o, FF_BLOCK}};
+    size_t doubles = 1;
+    for (size_t k = 0; k < sizeof piece / sizeof *piece; k++) doubles += piece[k].n;
+    memory = calloc(doubles, sizeof *memory);
     if (!memory) return FF_ERR_MEMORY;
-    w.inverse = memory;
-    w.sum = w.inverse + C * w.P * w.m;
-    w.square = w.sum + l->P;
-    w.hc2 = w.square + l->P;
-    w.hc3 = w.hc2 + l->P;
-    w.lagged = w.hc3 + l->P;
-    w.joint = w.lagged + l->P;
-    w.z = w.joint + l->P;
-    w.together = w.z + NUMBERS * l->P;
-    w.influence = w.together + w.P * FF_BLOCK;
-    w.many = w.influence + w.P * FF_BLOCK;
-    w.few = w.many + FF_BLOCK;
-    w.log_i = w.few + FF_BLOCK;
-    w.log_o = w.log_i + FF_BLOCK;
-    w.tail = w.log_o + FF_BLOCK;
+    next = memory;
+    for (size_t k = 0; k < sizeof piece / sizeof *piece; k++) {
+        *piece[k].at = next;
+        next += piece[k].n;
+    }
     take_inverse(&w, info);
     const ff_status st = ff_point_visit(&search, at, look_at, &w);
     if (!st) fill(&w, out);

@@ -1,7 +1,7 @@
 /* The noise of the data from what a fit leaves, and the errors that follow from it. */
 #ifndef FF_INTERNAL_FIT_NOISE_H
 #define FF_INTERNAL_FIT_NOISE_H
-#include "fit/errors/internal_errors.h"
+#include "fit/information/internal_information.h"
 #include "fit/minimise/internal_minimise.h"
 #include "models/noise/noise_struct.h"
 
@@ -40,7 +40,7 @@ void ff_noise_rows(const ff_layout *l, const ff_visited *v, double (*row)[FF_BLO
 /* The noise of the data about a fit that has ended at `at`: weights from the model, a fit with these weights, its residuals, and
  * again until nothing changes (Carroll and Ruppert 1988, chapter 2), on the samples that starts are searched on. `where` is moved
  * to the optimum of that fit. *out NULL where residuals are nothing but rounding. FF_ERR_MEMORY, FF_ERR_CANCELLED. */
-ff_status ff_noise_estimate(const ff_plan *plan, const ff_point *at, ff_point *where, ff_noise **out, ff_error *err);
+ff_status ff_noise_estimate(const ff_plan *plan, const ff_point *at, ff_point *where, ff_noise **out);
 
 /* Standard deviations of the data where the model is that of `at`, [n_channels][n_blocks FF_BLOCK]; FF_ERR_MEMORY. */
 ff_status ff_noise_deviations(const ff_plan *plan, const ff_point *at, const ff_noise *noise, float *out);
@@ -57,11 +57,35 @@ typedef struct ff_carriers {
     double *between; /* and between channels                                                                         */
 } ff_carriers;
 
+enum { FF_CARRIER_ARRAYS = 6 };
+/* memory [FF_CARRIER_ARRAYS P] */
+void ff_carriers_lay_out(double *memory, size_t P, ff_carriers *out);
+
 /* Of every parameter at a fit's optimum; deviation [n_channels][n_blocks FF_BLOCK] of the samples that starts are searched on. Before
  * the covariance of info is made anew. FF_ERR_MEMORY. */
 ff_status ff_carriers_find(const ff_plan *plan, const ff_point *at, const ff_noise *noise, const float *deviation,
                            const ff_information *info, ff_carriers *out);
 
-/* The covariance of info from the noise; info->variance and info->dof as well. where: of the standardised fit. FF_ERR_MEMORY. */
-ff_status ff_noise_errors(const ff_plan *plan, const ff_point *at, const ff_point *where, const ff_noise *noise, ff_information *info);
+/* ---- what a fit keeps --------------------------------------------------------------------------- */
+
+/* The noise of the data of a fit, and where the standardised fit ended. One piece of memory, released with free. */
+typedef struct ff_noise_found {
+    size_t bytes;
+    double shape[FF_MAX_SHAPE], *channel; /* of the standardised fit; [n_channels][n_channel] */
+    ff_carriers carriers;                 /* of the fit's parameters                          */
+    ff_noise *noise;
+} ff_noise_found;
+
+/* Are the errors of this fit by the noise of its data? */
+int ff_noise_is_wanted(const ff_plan *plan);
+
+/* The one given, or the estimate; *out NULL where there is nothing but rounding. FF_ERR_MEMORY, FF_ERR_CANCELLED. */
+ff_status ff_noise_find(const ff_plan *plan, const ff_point *at, ff_noise_found **out);
+/* NULL without memory, and of NULL. */
+ff_noise_found *ff_noise_found_copy(const ff_noise_found *found);
+
+/* Replaces the covariance and the degrees of freedom of info by those of the noise: H^-1 J' S J H^-1, moderated by the residuals.
+ * carriers: what it found of them; NULL = not asked for. FF_ERR_MEMORY. */
+ff_status ff_noise_errors(const ff_plan *plan, const ff_point *at, const ff_noise_found *found, ff_information *info,
+                          ff_carriers *carriers);
 #endif

@@ -55,27 +55,48 @@ static void moderate(const ff_plan *plan, const ff_carriers *c, const double *be
     ff_information_multiply(info, factor);
 }
 
-ff_status ff_noise_errors(const ff_plan *plan, const ff_point *at, const ff_point *where, const ff_noise *noise, ff_information *info)
+/* With room for the carriers. */
+static ff_status errors_of(const ff_plan *plan, const ff_point *at, const ff_noise_found *found, ff_information *info,
+                           ff_carriers *c, float *deviation, double *factor, double *before)
 {
-    const struct ff_problem *p = plan->p, *thin = p->thin;
-    const size_t P = plan->l.P, all = p->n_channels * p->n_blocks * FF_BLOCK, few = p->n_channels * thin->n_blocks * FF_BLOCK;
-    float *deviation = malloc((all + few) * sizeof *deviation);
-    double *memory = malloc((8 * P + 1) * sizeof *memory), *factor = memory + 6 * P, *before = memory + 7 * P;
-    ff_carriers carriers = {memory, memory + P, memory + 2 * P, memory + 3 * P, memory + 4 * P, memory + 5 * P};
+    const struct ff_problem *p = plan->p, *search = p->thin;
+    float *of_search = deviation + p->n_channels * p->n_blocks * FF_BLOCK;
+    ff_point where = {.channel = found->channel};
     ff_gram M = {.local = NULL};
-    ff_status st = deviation && memory ? ff_noise_deviations(plan, where, noise, deviation) : FF_ERR_MEMORY;
-    if (!st) memcpy(before, info->variance, P * sizeof *before);
-    if (!st) pick(thin, p, deviation, deviation + all);
-    if (!st) st = ff_carriers_find(plan, at, noise, deviation + all, info, &carriers);
-    if (!st) st = scores(plan, at, deviation, &M);
-    if (!st) st = ff_information_from_scores(info, plan, &M, carriers.between);
-    for (size_t k = 0; k < P && !st; k++) {
-        if (thin->n < p->n) carriers.along[k] = sqrt(fmax((double)(p->n * p->n_channels) / info->effective, 1));
-        factor[k] = carriers.along[k];
+    memcpy(where.shape, found->shape, sizeof where.shape);
+    memcpy(before, info->variance, info->P * sizeof *before);
+    ff_status st = ff_noise_deviations(plan, &where, found->noise, deviation);
+    if (!st) {
+        pick(search, p, deviation, of_search);
+        st = ff_carriers_find(plan, at, found->noise, of_search, info, c);
     }
-    if (!st) ff_information_multiply(info, factor);
-    if (!st) moderate(plan, &carriers, before, (double)(thin->n * thin->n_channels), info, factor);
+    if (!st) st = scores(plan, at, deviation, &M);
+    if (!st) st = ff_information_from_scores(info, plan, &M);
+    for (size_t k = 0; k < info->P && !st; k++) {
+        if (search->n < p->n) c->along[k] = sqrt(fmax((double)(p->n * p->n_channels) / info->effective, 1));
+        factor[k] = c->along[k] * c->between[k];
+    }
+    if (!st) {
+        ff_information_multiply(info, factor);
+        moderate(plan, c, before, (double)(search->n * search->n_channels), info, factor);
+    }
     ff_gram_free(&M);
+    return st;
+}
+
+ff_status ff_noise_errors(const ff_plan *plan, const ff_point *at, const ff_noise_found *found, ff_information *info,
+                          ff_carriers *carriers)
+{
+    const struct ff_problem *p = plan->p;
+    const size_t P = plan->l.P, values = p->n_channels * (p->n_blocks + p->thin->n_blocks) * FF_BLOCK;
+    float *deviation = malloc(values * sizeof *deviation);
+    double *memory = malloc(((FF_CARRIER_ARRAYS + 2) * P + 1) * sizeof *memory);
+    ff_status st = deviation && memory ? FF_OK : FF_ERR_MEMORY;
+    if (!st) {
+        ff_carriers own;
+        ff_carriers_lay_out(memory + 2 * P, P, &own);
+        st = errors_of(plan, at, found, info, carriers ? carriers : &own, deviation, memory, memory + P);
+    }
     free(deviation);
     free(memory);
     return st;

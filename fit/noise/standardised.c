@@ -242,7 +242,7 @@ static void fill_signs(const struct ff_problem *p, const double *model, double *
 }
 
 static ff_status iterate(const ff_plan *on_search, const struct ff_problem *whole, ff_standardised *s, const arrays *a, float *before,
-                         ff_point *at, ff_noise *noise, int *nothing, ff_error *err)
+                         ff_point *at, ff_noise *noise, int *nothing)
 {
     static const ff_effort effort = {.parallel = 1, .tolerance = TOLERANCE, .max_iterations = STEPS};
     const struct ff_problem *p = on_search->p;
@@ -262,7 +262,7 @@ static ff_status iterate(const ff_plan *on_search, const struct ff_problem *whol
         memcpy(before, s->factor, stride * sizeof *before);
         weigh(s, noise, a);
         change = round ? change_of(before, s->factor, stride) : 1;
-        st = ff_solve(&plan, &effort, at, err);
+        st = ff_solve(&plan, &effort, at, NULL);
         if (st) return st;
     }
     fill_signs(p, a->value, a->sign);
@@ -270,7 +270,7 @@ static ff_status iterate(const ff_plan *on_search, const struct ff_problem *whol
     return FF_OK;
 }
 
-ff_status ff_noise_estimate(const ff_plan *plan, const ff_point *at, ff_point *where, ff_noise **out, ff_error *err)
+ff_status ff_noise_estimate(const ff_plan *plan, const ff_point *at, ff_point *where, ff_noise **out)
 {
     const struct ff_problem *whole = plan->p, *p = whole->thin;
     const size_t all = p->n * p->n_channels;
@@ -295,7 +295,7 @@ ff_status ff_noise_estimate(const ff_plan *plan, const ff_point *at, ff_point *w
         }
         ff_point_set(plan, at->shape, at->channel, where);
         memcpy(where->at_bound, at->at_bound, plan->l.P * sizeof *at->at_bound);
-        st = iterate(&search, whole, &s, &a, before, where, noise, &nothing, err);
+        st = iterate(&search, whole, &s, &a, before, where, noise, &nothing);
     }
     ff_standardised_free(&s);
     free(memory);

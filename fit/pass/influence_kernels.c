@@ -1,4 +1,4 @@
-/* One pass over a range of blocks that sums what the uncertainty of many channels is made of: errors/arrowhead.c has the formulas.
+/* One pass over a range of blocks that sums what the uncertainty of many channels is made of: information/arrowhead.c has the formulas.
  * Compiled once per instruction set. The scores of a block are kept, since the influences on the channels need those on the
  * shape, and these all channels. */
 #include "internal_block.h"

@@ -1,4 +1,4 @@
-/* The pass over influences: errors/arrowhead.c has the formulas of an arrow. */
+/* The pass over influences: information/arrowhead.c has the formulas of an arrow. */
 #ifndef FF_INTERNAL_INFLUENCE_H
 #define FF_INTERNAL_INFLUENCE_H
 #include "internal_pass.h"

@@ -35,6 +35,8 @@ typedef struct ff_plan {
     ff_robust robust;
     double robust_scale; /* b: the one given, or that in standard deviations of an estimated scale                  */
     int errors;          /* 1: standard errors are wanted                                                          */
+    int by_residuals;    /* 1: by the residuals alone, not by the noise of the data                                */
+    const struct ff_noise *noise; /* of the data, where it is given; NULL: it is estimated                         */
     int max_iterations;  /* of the solver on all samples                                                           */
     const volatile int *cancel;
     void (*progress)(void *context, int iteration, double objective);
@@ -93,6 +95,7 @@ typedef struct ff_point {
     ff_normal normal; /* of a final pass here, where one was made (has_final)        */
     int has_final;
     struct ff_information *information; /* where errors are wanted: what the sums say of the parameters; one piece of memory */
+    struct ff_noise_found *noise;       /* what the residuals say of the data; stays when the point moves; one piece of memory */
 } ff_point;
 
 /* At the defaults. FF_ERR_MEMORY. Release with ff_point_free, which also frees what later stages left in it. */

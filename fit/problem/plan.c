@@ -11,6 +11,8 @@ static void take_options(const ff_fit_options *o, ff_plan *plan)
     plan->robust = o->robust;
     plan->robust_scale = o->robust_scale > 0 ? o->robust_scale : ff_robust_tuning(o->robust);
     plan->errors = o->std_errors;
+    plan->by_residuals = o->errors == FF_ERRORS_RESIDUALS;
+    plan->noise = o->noise;
     plan->max_iterations = o->max_iterations;
     plan->cancel = o->cancel;
     plan->progress = o->progress;

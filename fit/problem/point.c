@@ -33,6 +33,8 @@ void ff_point_forget(ff_point *at)
 void ff_point_free(ff_point *at)
 {
     ff_point_forget(at);
+    free(at->noise);
+    at->noise = NULL;
     free(at->channel);
     free(at->at_bound);
     at->channel = NULL;

@@ -38,6 +38,11 @@ size_t ff_fit_result_channel_count(const ff_fit_result *r)
     return r->n_channels;
 }
 
+const ff_noise *ff_fit_result_noise(const ff_fit_result *r)
+{
+    return r->noise ? r->noise->noise : NULL;
+}
+
 size_t ff_fit_result_free_count(const ff_fit_result *r)
 {
     return r->n_free;

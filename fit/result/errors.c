@@ -12,7 +12,7 @@ static double correlation(const ff_information *info, size_t i, size_t j, double
 }
 
 /* Parameters with a standard error get a column of the correlations; of many channels those that all share. */
-static void standard_errors(const ff_plan *plan, const ff_information *info, ff_fit_result *r)
+static void standard_errors(const ff_plan *plan, const ff_information *info, const ff_noise_found *noise, ff_fit_result *r)
 {
     const ff_layout *l = &plan->l;
     r->n_columns = 0;
@@ -21,6 +21,9 @@ static void standard_errors(const ff_plan *plan, const ff_information *info, ff_
         if (!info->determined[k]) continue;
         v->std_error = sqrt(fmax(info->variance[k], 0)); /* rounding may leave -1e-30 where the residuals vanish */
         if (!l->arrow || k < l->n_shared) v->column = (int)r->n_columns++;
+        if (!noise) continue;
+        v->carriers = noise->carriers.number[k];
+        v->residual_error = noise->carriers.hc3[k];
     }
 }
 
@@ -69,8 +72,9 @@ ff_status ff_result_errors(const ff_plan *plan, const ff_point *at, ff_fit_resul
 {
     const ff_layout *l = &plan->l;
     const ff_information *info = at->information;
-    standard_errors(plan, info, r);
+    standard_errors(plan, info, at->noise, r);
     ff_status st = make_room(l, r);
+    if (!st && at->noise && !(r->noise = ff_noise_found_copy(at->noise))) st = FF_ERR_MEMORY;
     if (st) return st;
     fill_correlations(l, info, r);
     for (size_t c = 0; c < l->n_channels && l->arrow; c++) correlations_of_channel(l, info, c, r);

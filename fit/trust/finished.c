@@ -9,6 +9,10 @@ ff_status ff_finished_open(const struct ff_problem *p, const ff_fit_options *o, 
         ff_plan_free(&out->plan);
         st = ff_error_set(err, FF_ERR_MEMORY, NULL, 0, -1, "out of memory");
     }
+    if (!st && fit->noise && !(out->at.noise = ff_noise_found_copy(fit->noise))) {
+        ff_finished_close(out);
+        st = ff_error_set(err, FF_ERR_MEMORY, NULL, 0, -1, "out of memory");
+    }
     return st;
 }
 

@@ -151,7 +151,7 @@ ff_status ff_trust_profile(const ff_problem *p, const ff_fit_options *o, ff_fit_
     if (st) return st;
     profile f = {&finished, fit->residual.objective, malloc((2 * finished.plan.l.P + 1) * sizeof *f.ends)};
     st = f.ends ? ff_point_pass(&finished.plan, &finished.at) : FF_ERR_MEMORY;
-    if (!st) st = ff_information_of_all(&finished.plan, &finished.at, &info);
+    if (!st) st = ff_errors_of_all(&finished.plan, &finished.at, &info);
     size_t n = 0;
     if (!st) {
         n = lay_out_ends(&f, info, fit);

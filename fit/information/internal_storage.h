@@ -1,7 +1,7 @@
 /* The two ways of keeping an information: as a whole, [P][P], and as an arrow, linear in the number of channels. */
 #ifndef FF_INTERNAL_STORAGE_H
 #define FF_INTERNAL_STORAGE_H
-#include "internal_errors.h"
+#include "internal_information.h"
 
 /* Everything is scaled. Products of influences are those of a packed triangle: of all parameters, or of an arrow of those that it
  * keeps. */
@@ -19,9 +19,8 @@ typedef struct ff_storage {
                            const double *of_samples, double *sums);
     void (*take_products)(ff_information *info, const double *sums); /* as the covariance */
     void (*take_inverse)(ff_information *info);
-    /* H^-1 M H^-1 as the covariance, M (scaled here) of scores whose channels are independent; the standard deviations of what all
-     * channels share are `inflate` [S] times as large. FF_ERR_MEMORY. */
-    ff_status (*sandwich)(ff_information *info, const ff_gram *M, const double *inflate);
+    /* H^-1 M H^-1 as the covariance, M (scaled here) of scores whose channels are independent. FF_ERR_MEMORY. */
+    ff_status (*sandwich)(ff_information *info, const ff_gram *M);
     void (*multiply)(ff_information *info, const double *factor); /* [P], of both parameters */
     double (*covariance)(const ff_information *info, size_t i, size_t j);
     ff_status (*condition)(const ff_information *info, const ff_gram *g, size_t *rank, double *condition, double *curvature,

@@ -235,14 +235,14 @@ void ff_information_multiply(ff_information *info, const double *factor)
     for (size_t k = 0; k < info->P; k++) info->variance[k] = info->storage->covariance(info, k, k);
 }
 
-ff_status ff_information_from_scores(ff_information *info, const ff_plan *plan, ff_gram *M, const double *inflate)
+ff_status ff_information_from_scores(ff_information *info, const ff_plan *plan, ff_gram *M)
 {
     for (size_t c = 0; c < M->C; c++)
         for (size_t i = 0; i < M->S + M->K; i++) {
             const size_t k = ff_gram_coordinate(M, c, i);
             if (i >= M->S || c == 0) M->local[c * M->tri + ff_tri(i, i)] += ff_penalties_noise(plan, k);
         }
-    const ff_status st = info->storage->sandwich(info, M, inflate);
+    const ff_status st = info->storage->sandwich(info, M);
     if (!st) ff_information_multiply(info, info->scale);
     return st;
 }

@@ -5,7 +5,7 @@
  * would be the same at every length, on average; it grows as long as a cluster is shorter than the errors' reach (the blocking
  * method of Flyvbjerg and Petersen 1989, here for the score of an M-estimator: clusters as in Liang and Zeger 1986). A length is
  * left for a longer one where the growth is more than twice its own scatter from cluster to cluster. */
-#include "internal_errors.h"
+#include "internal_information.h"
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>

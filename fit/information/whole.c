@@ -108,8 +108,7 @@ static void take_inverse(ff_information *info)
     memcpy(info->covariance, info->whole, info->P * info->P * sizeof *info->covariance);
 }
 
-/* A factor on what all share cannot be told from the rest here: it is taken on the covariance as a whole. */
-static ff_status sandwich(ff_information *info, const ff_gram *g, const double *inflate)
+static ff_status sandwich(ff_information *info, const ff_gram *g)
 {
     const size_t P = info->P;
     double *M = malloc((2 * P * P + P + 1) * sizeof *M), *T = M + P * P;
@@ -121,7 +120,7 @@ static ff_status sandwich(ff_information *info, const ff_gram *g, const double *
     multiply_matrices(T, info->whole, P, M);
     for (size_t i = 0; i < P; i++)
         for (size_t j = 0; j < P; j++)
-            info->covariance[i * P + j] = 0.5 * (M[i * P + j] + M[j * P + i]) * (i < info->S ? inflate[i] : 1) * (j < info->S ? inflate[j] : 1);
+            info->covariance[i * P + j] = 0.5 * (M[i * P + j] + M[j * P + i]);
     free(M);
     return FF_OK;
 }

@@ -99,6 +99,14 @@ static void take_inverse(ff_information *info)
     }
 }
 
+void ff_information_followers(const ff_information *info, double *out)
+{
+    const size_t S = info->S, K = info->K;
+    for (size_t row = 0; row < info->C * K; row++)
+        for (size_t j = 0; j < S; j++)
+            out[row * S + j] = info->use[j] && info->use[S + row] ? -info->arrow.follow[row * S + j] * info->scale[S + row] / info->scale[j] : 0;
+}
+
 static ff_status invert(ff_information *info, const ff_gram *g)
 {
     const size_t S = info->S, most = S > info->K ? S : info->K;
@@ -213,7 +221,7 @@ static void take_products(ff_information *info, const double *sums)
 /* M has the blocks that H has. With G = sum over c of [I, -K_c'] M_c [I, -K_c']' and X_c = D_c^-1 (M_c0 - M_cc K_c) T^-1:
  *
  *     V_00 = T^-1 G T^-1,     V_c0 = X_c - K_c V_00,     V_cc = K_c V_00 K_c' - X_c K_c' - K_c X_c' + D_c^-1 M_cc D_c^-1. */
-static ff_status sandwich(ff_information *info, const ff_gram *g, const double *inflate)
+static ff_status sandwich(ff_information *info, const ff_gram *g)
 {
     const size_t S = info->S, K = info->K;
     const ff_arrow *a = &info->arrow;
@@ -239,7 +247,7 @@ static ff_status sandwich(ff_information *info, const ff_gram *g, const double *
         for (size_t j = 0; j < S; j++) {
             double v = 0;
             for (size_t q = 0; q < S; q++) v += T[i * S + q] * a->inverse[q * S + j];
-            b.shape[i * S + j] = v * inflate[i] * inflate[j];
+            b.shape[i * S + j] = v;
         }
     for (size_t c = 0; c < info->C; c++) {
         const double *follow = a->follow + c * K * S, *own = a->own + c * K * K;
