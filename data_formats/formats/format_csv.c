@@ -146,7 +146,11 @@ static ff_status place_angles(csv *f)
 {
     for (size_t a = 0; a < 4; a++) {
         long k = find_name(&f->names, angle_name[a]);
-        if (k < 0) return wrong_header(f, angle_name[a], "is missing (the option 'columns' can say which one it is)");
+        if (k < 0)
+            return wrong_header(
+                f, angle_name[a],
+                "is missing (the option 'columns' can say which one it is, as in theta_i=NAME, and passes over lines "
+                "before the header)");
         put(f, (size_t)k, a);
     }
     return FF_OK;

@@ -2,6 +2,7 @@
 #include "fit/losses/robust/internal_robust.h"
 #include "internal_problem.h"
 #include <math.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -57,10 +58,14 @@ static ff_status check_model(const ff_plan *plan, ff_error *err)
 static ff_status check_numbers(const ff_plan *plan, ff_error *err)
 {
     const struct ff_problem *p = plan->p;
-    if (p->n * p->n_channels < plan->l.P)
+    if (p->n * p->n_channels < plan->l.P) {
+        const size_t left_out = p->selection.samples - p->selection.used;
+        char others[64] = "";
+        if (left_out) snprintf(others, sizeof others, "; %zu others are left out", left_out);
         return ff_error_set(err, FF_ERR_DATA, NULL, 0, -1,
-                            "%zu values (%zu samples of %zu channels) cannot determine %zu parameters", p->n * p->n_channels, p->n,
-                            p->n_channels, plan->l.P);
+                            "%zu values (%zu samples of %zu channels%s) cannot determine %zu parameters", p->n * p->n_channels,
+                            p->n, p->n_channels, others, plan->l.P);
+    }
     if ((plan->start_shape == NULL) != (plan->start_channel == NULL))
         return ff_error_set(err, FF_ERR_RANGE, NULL, 0, -1, "a start needs both its shape and its channel parameters");
     if (!plan->start_shape) return FF_OK;
