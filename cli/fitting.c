@@ -20,6 +20,18 @@ static int read_robust(const cli_args *args, ff_fit_options *o)
     return cli_usage(args, "--robust %s: expected NAME, or NAME:SCALE with a scale above 0, e.g. huber:0.1", text);
 }
 
+/* The noise belongs to the fitting, which the options borrow it from. */
+static int read_noise(const cli_args *args, cli_fitting *f)
+{
+    const char *text = cli_value(args, FLAG_NOISE_MODEL, NULL);
+    ff_error err = {0};
+    f->options.errors = (ff_error_source)cli_word(args, FLAG_ERRORS, FF_ERRORS_NOISE);
+    if (!text) return EXIT_DONE;
+    if (ff_noise_parse(text, &f->noise, &err)) return cli_usage(args, "--noise-model %s: %s", text, err.message);
+    f->options.noise = f->noise;
+    return EXIT_DONE;
+}
+
 /* What cannot go with --loss auto. */
 static int check_auto(const cli_args *args, const ff_fit_options *o)
 {
@@ -82,6 +94,7 @@ int cli_fitting_open(const cli_args *args, const ff_model *models, size_t n_mode
     cli_fitting f = {.path = args->word[0], .keeps_samples = keep_samples};
     ff_error err = {0};
     int status = read_options(args, &f.options, &f.choose_loss);
+    if (status == EXIT_DONE) status = read_noise(args, &f);
     if (status != EXIT_DONE) return status;
     f.progress = cli_switch(args, FLAG_PROGRESS, isatty(STDERR_FILENO));
     f.options.cancel = cli_catch_signals();
@@ -102,6 +115,7 @@ void cli_fitting_close(cli_fitting *f)
     for (size_t i = 0; i < f->n_problems; ++i) ff_problem_free(f->problem[i]);
     free(f->problem);
     ff_table_clear(&f->table);
+    ff_noise_free(f->noise);
     memset(f, 0, sizeof *f);
 }
 

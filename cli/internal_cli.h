@@ -128,6 +128,7 @@ typedef struct cli_fitting {
     ff_problem **problem;
     int progress;      /* 1: shown on stderr                                            */
     int keeps_samples; /* 1: the table still has its samples; else only what a report says of it */
+    ff_noise *noise;   /* of --noise-model, which the options borrow; NULL: estimated          */
     int choose_loss;   /* 1: --loss auto; cli_fitting_open leaves the problems to cli_fitting_choose */
 } cli_fitting;
 /* Reads args->word[0]; the n_models models are those that will be fitted. keep_samples: also where only the problems need

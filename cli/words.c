@@ -40,6 +40,11 @@ const char *cli_words_weighting(size_t i)
     return ff_weighting_name((int)i);
 }
 
+const char *cli_words_errors(size_t i)
+{
+    return ff_error_source_name((int)i);
+}
+
 const char *cli_words_shape(size_t i)
 {
     return ff_shape_name((int)i);

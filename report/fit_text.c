@@ -169,6 +169,29 @@ static void limit_cell(ff_cell *out, ff_where w)
     if (v->interval != FF_INTERVAL_NONE && !v->tied) ff_cell_exact(out, w.index == LOW ? v->low : v->high);
 }
 
+static int has_carriers(const void *of)
+{
+    const parameters *t = of;
+    for (size_t row = 0; row < t->n; ++row)
+        if (!isnan(value_of(t, row)->carriers)) return 1;
+    return 0;
+}
+
+/* How many values carry it: 1.6, 24, 5300. */
+static void carriers_cell(ff_cell *out, ff_where w)
+{
+    const ff_fit_value *v = value_of(w.of, w.row);
+    char n[FF_TEXT_NUMBER];
+    const double shown = v->tied || v->held ? NAN : v->carriers;
+    ff_cell_rounded(out, shown, isnan(shown) ? "-" : shown < 10 ? ff_text_fixed(shown, 1, n) : ff_text_number(round(shown), 2, n));
+}
+
+static void residual_error_cell(ff_cell *out, ff_where w)
+{
+    const ff_fit_value *v = value_of(w.of, w.row);
+    if (!v->tied && !v->held && !isnan(v->residual_error)) ff_cell_exact(out, v->residual_error);
+}
+
 static void unit_cell(ff_cell *out, ff_where w)
 {
     ff_cell_text(out, "%s", param_of(w.of, w.row)->info->unit);
@@ -190,6 +213,8 @@ static const ff_column parameter_columns[] = {
     {.head = "95 % interval", .align = FF_RIGHT, .audience = FF_PEOPLE, .cell = interval_text},
     {.head = "low", .audience = FF_PROGRAMS, .cell = limit_cell, .index = LOW},
     {.head = "high", .audience = FF_PROGRAMS, .cell = limit_cell, .index = HIGH},
+    {.head = "N", .key = "carriers", .align = FF_RIGHT, .wanted = has_carriers, .cell = carriers_cell},
+    {.head = "residual error", .key = "residual_error", .audience = FF_PROGRAMS, .wanted = has_carriers, .cell = residual_error_cell},
     {.head = "unit", .cell = unit_cell},
     {.head = "", .key = "note", .cell = note_cell}};
 

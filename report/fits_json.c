@@ -157,6 +157,8 @@ static void put_shape(ff_json *j, const ff_fit_result *f)
         ff_json_number(j, "std_error", v->std_error);
         put_interval(j, "interval", v);
         ff_json_string(j, "interval_from", v->interval ? ff_interval_name((int)v->interval) : NULL);
+        ff_json_number(j, "carriers", v->carriers);
+        ff_json_number(j, "residual_error", v->residual_error);
         put_bound(j, "at_bound", v->at_bound);
         ff_json_bool(j, "held", v->held);
         ff_json_bool(j, "tied", v->tied);
@@ -193,6 +195,12 @@ static void put_channels(ff_json *j, const ff_fit_result *f)
         ff_json_array(j, "interval_from", FF_JSON_LINE);
         for (size_t c = 0; c < n; ++c)
             ff_json_string(j, NULL, v[c * stride].interval ? ff_interval_name((int)v[c * stride].interval) : NULL);
+        ff_json_close(j);
+        ff_json_array(j, "carriers", FF_JSON_LINE);
+        for (size_t c = 0; c < n; ++c) ff_json_number(j, NULL, v[c * stride].carriers);
+        ff_json_close(j);
+        ff_json_array(j, "residual_error", FF_JSON_LINE);
+        for (size_t c = 0; c < n; ++c) ff_json_number(j, NULL, v[c * stride].residual_error);
         ff_json_close(j);
         ff_json_array(j, "at_bound", FF_JSON_LINE);
         for (size_t c = 0; c < n; ++c) put_bound(j, NULL, v[c * stride].at_bound);
@@ -253,6 +261,36 @@ static void put_candidates(ff_json *j, const ff_adaptive *a)
         ff_json_close(j);
         ff_json_close(j);
     }
+    ff_json_close(j);
+}
+
+/* The noise of the data; null where the errors rest on the residuals alone. */
+static void put_noise(ff_json *j, const ff_fit_result *f)
+{
+    const ff_noise *n = ff_fit_result_noise(f);
+    if (!n) {
+        ff_json_null(j, "noise");
+        return;
+    }
+    ff_json_object(j, "noise", FF_JSON_BLOCK);
+    ff_json_array(j, "levels", FF_JSON_BLOCK);
+    for (size_t k = 0; k < ff_noise_level_count(n); ++k) {
+        const ff_noise_level l = ff_noise_level_at(n, k);
+        ff_json_object(j, NULL, FF_JSON_LINE);
+        ff_json_number(j, "constant", l.constant);
+        ff_json_number(j, "linear", l.linear);
+        ff_json_number(j, "square", l.square);
+        ff_json_close(j);
+    }
+    ff_json_close(j);
+    ff_json_number(j, "cos_i", ff_noise_cos_i(n));
+    ff_json_number(j, "cos_o", ff_noise_cos_o(n));
+    size_t lags = 0;
+    while (lags < FF_NOISE_LAGS && ff_noise_along_scan(n, lags + 1) > 0) ++lags;
+    ff_json_array(j, "along_scan", FF_JSON_LINE);
+    for (size_t lag = 1; lag <= lags; ++lag) ff_json_number(j, NULL, ff_noise_along_scan(n, lag));
+    ff_json_close(j);
+    ff_json_number(j, "between_channels", ff_noise_between_channels(n));
     ff_json_close(j);
 }
 
@@ -361,6 +399,7 @@ static void put_fit(ff_json *j, const ff_report_fits *r, size_t i)
     ff_json_number(j, "aic", f->aic);
     ff_json_number(j, "bic", f->bic);
     ff_report_trust_json(j, r, i);
+    put_noise(j, f);
     put_correlation(j, p, f);
     const ff_words_subject subject = {.problem = p, .fit = f};
     ff_report_warnings_json(j, &subject, &f->warnings);

@@ -19,6 +19,60 @@ static void put_effective(const ff_fit_result *f, double values, FILE *out)
     fprintf(out, "; condition of the Jacobian %s\n", ff_text_number(f->condition, 2, c));
 }
 
+/* "4.8 % of the value + 0.0003/sr", the level of a channel. */
+static void put_level(const ff_noise_level *l, FILE *out)
+{
+    char x[FF_TEXT_NUMBER];
+    const char *plus = "";
+    if (l->square > 0) {
+        fprintf(out, "%s %% of the value", ff_text_number(100 * sqrt(l->square), 2, x));
+        plus = " + ";
+    }
+    if (l->linear > 0) {
+        fprintf(out, "%s%s/sr^0.5 of its root", plus, ff_text_number(sqrt(l->linear), 2, x));
+        plus = " + ";
+    }
+    if (l->constant > 0) fprintf(out, "%s%s/sr", plus, ff_text_number(sqrt(l->constant), 2, x));
+}
+
+/* What is made of the angles: a factor at 60 degrees that is worth a word. */
+static const char *growth(double power)
+{
+    const double at_60 = pow(0.5, 0.5 * power);
+    return at_60 > 1.25 ? "growing" : at_60 < 0.8 ? "falling" : NULL;
+}
+
+static void put_noise(const ff_problem *p, const ff_fit_result *f, FILE *out)
+{
+    const ff_noise *n = ff_fit_result_noise(f);
+    if (!n) return;
+    const char *by_i = growth(ff_noise_cos_i(n)), *by_o = growth(ff_noise_cos_o(n));
+    const size_t levels = ff_noise_level_count(n);
+    fputs("  noise: ", out);
+    for (size_t k = 0; k < levels && k < FF_REPORT_CHANNELS; ++k) {
+        const ff_noise_level l = ff_noise_level_at(n, k);
+        if (k) fputs("; ", out);
+        if (levels > 1) fprintf(out, "%s ", ff_problem_channel_name(p, k));
+        put_level(&l, out);
+    }
+    if (levels > FF_REPORT_CHANNELS) fprintf(out, "; and so on for %zu channels", levels);
+    if (by_i && by_o && by_i == by_o)
+        fprintf(out, ", %s towards grazing", by_i);
+    else {
+        if (by_i) fprintf(out, ", %s towards grazing incidence", by_i);
+        if (by_o) fprintf(out, ", %s towards grazing exit", by_o);
+    }
+    if (ff_noise_along_scan(n, 1) > 0) {
+        char r[FF_TEXT_NUMBER];
+        fprintf(out, "; neighbours err together (correlation %s)", ff_text_number(ff_noise_along_scan(n, 1), 2, r));
+    }
+    if (ff_noise_between_channels(n) > 0) {
+        char r[FF_TEXT_NUMBER];
+        fprintf(out, "; so do channels (%s)", ff_text_number(ff_noise_between_channels(n), 2, r));
+    }
+    fputc('\n', out);
+}
+
 static void put_bootstrap(const ff_bootstrap *b, FILE *out)
 {
     fprintf(out, "  std errors and intervals by %zu refits with random weights of %zu %s", b->repeats, b->n_groups,
@@ -58,6 +112,7 @@ void ff_report_trust_of_fit(const ff_report_fits *r, size_t i, FILE *out)
     ff_selection s;
     ff_problem_selection(r->problem[i / (r->n_fits / r->n_problems)], &s);
     put_effective(&r->fit[i], (double)s.used * (double)s.n_channels, out);
+    put_noise(ff_report_problem_of(r, i), &r->fit[i], out);
     if (!r->trust) return;
     if (r->trust[i].has_bootstrap) put_bootstrap(&r->trust[i].bootstrap, out);
     if (r->trust[i].has_cut_off) put_cut_off(r, i, out);

@@ -170,6 +170,35 @@ static ff_status warn_channels_correlated(const ff_layout *l, ff_fit_result *r)
     return s;
 }
 
+/* ---- what few values carry -------------------------------------------------------------------- */
+
+#define FEW 3.0
+enum { FEW_NAMED = 12 };
+
+/* One warning for all of them, those that the fewest carry first. */
+static ff_status warn_of_few(const ff_layout *l, ff_fit_result *r)
+{
+    ff_warning_parameter named[FEW_NAMED];
+    double number[FEW_NAMED], error = NAN;
+    size_t n = 0;
+    for (size_t k = 0; k < l->P; k++) {
+        const ff_fit_value *v = ff_result_value(l, r, k);
+        if (isnan(v->std_error) || !(v->carriers < FEW) || !(v->carriers > 0)) continue;
+        size_t at = n < FEW_NAMED ? n++ : FEW_NAMED;
+        for (; at > 0 && number[at - 1] > v->carriers; at--) {
+            if (at == FEW_NAMED) continue;
+            number[at] = number[at - 1];
+            named[at] = named[at - 1];
+        }
+        if (at == FEW_NAMED) continue;
+        number[at] = v->carriers;
+        named[at] = ff_layout_warned(l, k);
+        if (at == 0) error = v->residual_error;
+    }
+    const ff_warning w = {.code = FF_WARNING_FEW_CARRIERS, .n_parameters = n, .parameter = named, .value = {n ? number[0] : 0, error}};
+    return n ? ff_warnings_add(&r->warnings, &w) : FF_OK;
+}
+
 /* ---- parameters ------------------------------------------------------------------------------ */
 
 static ff_status warn_of_parameters(const ff_layout *l, ff_fit_result *r)
@@ -246,6 +275,7 @@ ff_status ff_result_warnings(const ff_plan *plan, ff_fit_result *r)
     if (!s) s = warn_of_parameters(l, r);
     if (!s) s = ff_penalties_warnings(plan, r->residual.objective, &r->warnings);
     if (!s && turns && !r->ellipse.phi_determined) s = ff_warnings_say(&r->warnings, FF_WARNING_ORIENTATION_NOT_DETERMINED, NULL);
+    if (!s) s = warn_of_few(l, r);
     if (!s) s = warn_of_samples(p, r);
     return s ? s : warn_of_sigma(l, p, r);
 }

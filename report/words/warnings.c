@@ -132,6 +132,16 @@ static void trade_off(sentence *s)
     put(s, " trade off: along one combination of them the data say %.0f times less than of each alone", s->w->value[0]);
 }
 
+static void few_carriers(sentence *s)
+{
+    put_parameters(s, ", ");
+    put(s, " rest%s on fewer than three values (N): where one of these is wrong, so are they; by the residuals alone (HC3) the "
+           "standard error of ",
+        s->w->n_parameters == 1 ? "s" : "");
+    put_parameter(s, 0);
+    put(s, " is %.2g", s->w->value[1]);
+}
+
 static void combination_not_determined(sentence *s)
 {
     put_parameters(s, ", ");
@@ -281,6 +291,7 @@ static const words of[FF_WARNING_COUNT] = {
     [FF_WARNING_NOT_DETERMINED] = {NULL, not_determined},
     [FF_WARNING_CORRELATED] = {NULL, correlated},
     [FF_WARNING_TRADE_OFF] = {NULL, trade_off},
+    [FF_WARNING_FEW_CARRIERS] = {NULL, few_carriers},
     [FF_WARNING_COMBINATION_NOT_DETERMINED] = {NULL, combination_not_determined},
     [FF_WARNING_ORIENTATION_NOT_DETERMINED] =
         {"the two roughness axes differ by less than their error: the orientation is undetermined", NULL},
