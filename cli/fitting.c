@@ -95,10 +95,16 @@ int cli_fitting_open(const cli_args *args, const ff_model *models, size_t n_mode
     ff_error err = {0};
     int status = read_options(args, &f.options, &f.choose_loss);
     if (status == EXIT_DONE) status = read_noise(args, &f);
-    if (status != EXIT_DONE) return status;
+    if (status != EXIT_DONE) {
+        ff_noise_free(f.noise);
+        return status;
+    }
     f.progress = cli_switch(args, FLAG_PROGRESS, isatty(STDERR_FILENO));
     f.options.cancel = cli_catch_signals();
-    if ((status = cli_read(args, f.path, 1, &f.table)) != EXIT_DONE) return status;
+    if ((status = cli_read(args, f.path, 1, &f.table)) != EXIT_DONE) {
+        ff_noise_free(f.noise);
+        return status;
+    }
     const ff_status failed = f.choose_loss ? FF_OK : make_problems(&f, models, n_models, &err);
     if (failed == FF_OK) {
         if (!keep_samples && !f.choose_loss) release_samples(&f.table);

@@ -83,9 +83,6 @@ static void put_bootstrap(const ff_bootstrap *b, FILE *out)
         fputs("  there are too few incident directions to reweight them: errors that a whole one shares are not in these\n", out);
 }
 
-/* Of a move: what counts. */
-#define MOVES 2.0
-
 static void put_cut_off(const ff_report_fits *r, size_t i, FILE *out)
 {
     const ff_fit_result *f = &r->fit[i];
@@ -94,7 +91,7 @@ static void put_cut_off(const ff_report_fits *r, size_t i, FILE *out)
     char limit[FF_TEXT_NUMBER], usual[FF_TEXT_NUMBER], name[FF_REPORT_NAME], a[FF_TEXT_NUMBER], b[FF_TEXT_NUMBER];
     size_t moved = 0;
     ff_text_number(ff_report_degrees(c->max_theta), 4, limit);
-    for (size_t k = 0; k < c->n_columns; ++k) moved += fabs(c->move[k]) > MOVES;
+    for (size_t k = 0; k < c->n_columns; ++k) moved += fabs(c->move[k]) > c->limit;
     if (moved == 0) {
         fprintf(out, "  up to %s degrees (%zu samples) no parameter moves by more than its errors\n", limit, c->used);
         return;
@@ -102,7 +99,7 @@ static void put_cut_off(const ff_report_fits *r, size_t i, FILE *out)
     fprintf(out, "  warning: with samples up to %s instead of %s degrees (%zu) parameters move by more than their errors:\n", limit,
             ff_text_number(ff_report_degrees(r->options->max_theta), 4, usual), c->used);
     for (size_t k = 0; k < c->n_columns; ++k)
-        if (fabs(c->move[k]) > MOVES)
+        if (fabs(c->move[k]) > c->limit)
             fprintf(out, "    %s is %s, %s%s of its errors\n", ff_report_column_name(p, f, k, name),
                     ff_text_number(c->value[k], 5, a), c->move[k] > 0 ? "+" : "", ff_text_number(c->move[k], 2, b));
 }

@@ -21,6 +21,8 @@ typedef struct walk {
     size_t m, P;            /* coordinates of a channel; influences of a value                            */
     int arrow;
     double *inverse;                    /* [C][P][m]                                                      */
+    double *outside;                    /* [C][P][m] for samples that are not in the part; NULL: all are  */
+    const float *part;                  /* [whole n_blocks FF_BLOCK] 1 in the part                        */
     double *other;                      /* [C][K][S] F, of an arrow                                       */
     double *sum[SUMS];                  /* [parameters] of v, of squares of residuals, of neighbours      */
     double *square, *z;                 /* [parameters] of v^2; [parameters][NUMBERS]                     */
@@ -91,6 +93,17 @@ static void influence(const double *inverse, size_t m, double (*row)[FF_BLOCK], 
     memset(out, 0, FF_BLOCK * sizeof *out);
     for (size_t b = 0; b < m; b++)
         for (size_t i = 0; i < FF_BLOCK; i++) out[i] += inverse[b] * row[b][i];
+}
+
+/* Replaces the influences of the samples outside the part. */
+static void leave_part(const walk *w, const ff_visited *v, const double *inverse, double (*row)[FF_BLOCK], double *a)
+{
+    double other[FF_BLOCK];
+    influence(inverse, w->m, row, other);
+    for (size_t i = 0; i < v->n; i++) {
+        const size_t at = w->p == w->whole ? v->first + i : w->p->index[v->first + i];
+        if (!(w->part[at] > 0)) a[i] = other[i];
+    }
 }
 
 /* The place of parameter k among the coordinates of channel c; m for another channel's. */
@@ -181,6 +194,7 @@ static void look_at(void *context, const ff_visited *v)
         double *a = w->influence + k * FF_BLOCK;
         const size_t own = own_place(w, v->c, k);
         influence(inverse + k * w->m, w->m, row, a);
+        if (w->outside) leave_part(w, v, w->outside + (v->c * w->P + k) * w->m, row, a);
         for (size_t i = 0; i < FF_BLOCK && own < w->m; i++) h[i] += a[i] * row[own][i];
         add_parameter(w, v, k, a, sd, z);
     }
@@ -205,14 +219,14 @@ static void look_at(void *context, const ff_visited *v)
 }
 
 /* H^-1 between the influences of a channel and its coordinates. */
-static void take_inverse(const walk *w, const ff_information *info)
+static void take_inverse(const walk *w, const ff_information *info, double *out)
 {
     const ff_gram g = {.S = w->l->n_shared, .K = w->l->n_own, .C = w->l->n_channels};
     for (size_t c = 0; c < g.C; c++)
         for (size_t k = 0; k < w->P; k++)
             for (size_t b = 0; b < w->m; b++) {
                 const size_t i = parameter(w, c, k), j = ff_gram_coordinate(&g, c, b);
-                w->inverse[(c * w->P + k) * w->m + b] = info->use[i] && info->use[j] ? ff_information_inverse(info, i, j) : 0;
+                out[(c * w->P + k) * w->m + b] = info->use[i] && info->use[j] ? ff_information_inverse(info, i, j) : 0;
             }
     if (w->arrow) ff_information_followers(info, w->other);
 }
@@ -239,6 +253,7 @@ static void fill(const walk *w, ff_carriers *out)
     const double r = w->noise->between_channels;
     for (size_t k = 0; k < w->l->P; k++) {
         const double own = w->sum[VARIANCE][k];
+        out->error[k] = sqrt(own);
         out->number[k] = w->square[k] > 0 ? own * own / w->square[k] : 0;
         out->sway[k] = 0;
         for (size_t a = 0; a < NUMBERS && own > 0; a++)
@@ -255,8 +270,8 @@ static void fill(const walk *w, ff_carriers *out)
     }
 }
 
-ff_status ff_carriers_find(const ff_plan *plan, const ff_point *at, const ff_noise *noise, const float *deviation,
-                           const ff_information *info, ff_carriers *out)
+static ff_status walk_over(const ff_plan *plan, const ff_point *at, const ff_noise *noise, const float *deviation,
+                           const ff_information *info, const ff_information *of_part, const float *part, ff_carriers *out)
 {
     const ff_layout *l = &plan->l;
     const struct ff_problem *whole = plan->p, *p = whole->thin;
@@ -264,12 +279,13 @@ ff_status ff_carriers_find(const ff_plan *plan, const ff_point *at, const ff_noi
     walk w = {.l = l, .p = p, .whole = whole, .noise = noise, .deviation = deviation, .m = l->n_shared + l->n_own, .arrow = l->arrow};
     const size_t S = l->n_shared, K = l->n_own, C = l->n_channels, P = l->P;
     w.P = l->arrow ? w.m : P;
-    const size_t shared = l->arrow ? C * S * S : 0, other = l->arrow ? C * K * S : 0;
+    const size_t outside = of_part ? C * w.P * w.m : 0, shared = l->arrow ? C * S * S : 0, other = l->arrow ? C * K * S : 0;
     double *next = NULL, *memory;
     const struct {
         double **at;
         size_t n;
     } piece[] = {{&w.inverse, C * w.P * w.m},
+                 {&w.outside, outside},
                  {&w.other, other},
                  {&w.sum[VARIANCE], P},
                  {&w.sum[HC2], P},
@@ -298,9 +314,31 @@ ff_status ff_carriers_find(const ff_plan *plan, const ff_point *at, const ff_noi
         *piece[k].at = next;
         next += piece[k].n;
     }
-    take_inverse(&w, info);
+    take_inverse(&w, info, w.inverse);
+    if (of_part) {
+        take_inverse(&w, of_part, w.outside);
+        for (size_t k = 0; k < outside; k++) { /* H_part^-1 - H^-1 inside, -H^-1 outside */
+            const double all = w.inverse[k];
+            w.inverse[k] = w.outside[k] - all;
+            w.outside[k] = -all;
+        }
+        w.part = part;
+    } else
+        w.outside = NULL;
     const ff_status st = ff_point_visit(&search, at, look_at, &w);
     if (!st) fill(&w, out);
     free(memory);
     return st;
+}
+
+ff_status ff_carriers_find(const ff_plan *plan, const ff_point *at, const ff_noise *noise, const float *deviation,
+                           const ff_information *info, ff_carriers *out)
+{
+    return walk_over(plan, at, noise, deviation, info, NULL, NULL, out);
+}
+
+ff_status ff_carriers_of_difference(const ff_plan *plan, const ff_point *at, const ff_noise *noise, const float *deviation,
+                                    const ff_information *all, const ff_information *of_part, const float *part, ff_carriers *out)
+{
+    return walk_over(plan, at, noise, deviation, all, of_part, part, out);
 }

@@ -45,11 +45,15 @@ ff_status ff_noise_estimate(const ff_plan *plan, const ff_point *at, ff_point *w
 /* Standard deviations of the data where the model is that of `at`, [n_channels][n_blocks FF_BLOCK]; FF_ERR_MEMORY. */
 ff_status ff_noise_deviations(const ff_plan *plan, const ff_point *at, const ff_noise *noise, float *out);
 
+/* The same of the samples that starts are searched on. */
+ff_status ff_noise_search_deviations(const ff_plan *plan, const ff_point *at, const ff_noise *noise, float *out);
+
 /* ---- errors ------------------------------------------------------------------------------------ */
 
 /* What single values have to do with the errors of the parameters, [P] each. */
 typedef struct ff_carriers {
     double *number;  /* of values that carry the parameter: (sum v)^2 / sum v^2 of their shares v of its variance    */
+    double *error;   /* its standard error by the noise, all values independent                                      */
     double *hc2;     /* its standard error by the residuals alone, right on average (MacKinnon and White 1985)       */
     double *hc3;     /* and rather too large, as if each value had been left out                                     */
     double *sway;    /* variance of the logarithm of its variance: the noise model is itself not known                */
@@ -57,7 +61,7 @@ typedef struct ff_carriers {
     double *between; /* and between channels                                                                         */
 } ff_carriers;
 
-enum { FF_CARRIER_ARRAYS = 6 };
+enum { FF_CARRIER_ARRAYS = 7 };
 /* memory [FF_CARRIER_ARRAYS P] */
 void ff_carriers_lay_out(double *memory, size_t P, ff_carriers *out);
 
@@ -65,6 +69,12 @@ void ff_carriers_lay_out(double *memory, size_t P, ff_carriers *out);
  * the covariance of info is made anew. FF_ERR_MEMORY. */
 ff_status ff_carriers_find(const ff_plan *plan, const ff_point *at, const ff_noise *noise, const float *deviation,
                            const ff_information *info, ff_carriers *out);
+
+/* The same of the difference between the estimates from a part of the samples and from all: the values in both have the difference
+ * of their influences. all, of_part: of the samples that starts are searched on, and of those of them whose part [n_blocks FF_BLOCK
+ * of the whole problem] is above 0. */
+ff_status ff_carriers_of_difference(const ff_plan *plan, const ff_point *at, const ff_noise *noise, const float *deviation,
+                                    const ff_information *all, const ff_information *of_part, const float *part, ff_carriers *out);
 
 /* ---- what a fit keeps --------------------------------------------------------------------------- */
 
@@ -88,4 +98,9 @@ ff_noise_found *ff_noise_found_copy(const ff_noise_found *found);
  * carriers: what it found of them; NULL = not asked for. FF_ERR_MEMORY. */
 ff_status ff_noise_errors(const ff_plan *plan, const ff_point *at, const ff_noise_found *found, ff_information *info,
                           ff_carriers *carriers);
+
+/* Standard error of the difference between the estimates from the samples whose part [n_blocks FF_BLOCK] is above 0 and from all, and its
+ * degrees of freedom, for each parameter, [P]; the plan is that of all samples. FF_ERR_MEMORY. */
+ff_status ff_noise_difference(const ff_plan *plan, const ff_point *at, const ff_noise_found *found, const float *part, double *out,
+                              double *dof);
 #endif

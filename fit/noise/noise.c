@@ -6,7 +6,7 @@
 
 void ff_carriers_lay_out(double *memory, size_t P, ff_carriers *out)
 {
-    double **const array[FF_CARRIER_ARRAYS] = {&out->number, &out->hc2, &out->hc3, &out->sway, &out->along, &out->between};
+    double **const array[FF_CARRIER_ARRAYS] = {&out->number, &out->error, &out->hc2, &out->hc3, &out->sway, &out->along, &out->between};
     for (size_t k = 0; k < FF_CARRIER_ARRAYS; k++) *array[k] = memory + k * P;
 }
 
@@ -45,7 +45,7 @@ ff_noise_found *ff_noise_found_copy(const ff_noise_found *found)
     memcpy(f, found, found->bytes);
     f->channel = moved(found, f, found->channel);
     f->noise = moved(found, f, found->noise);
-    double **const array[FF_CARRIER_ARRAYS] = {&f->carriers.number, &f->carriers.hc2,   &f->carriers.hc3,
+    double **const array[FF_CARRIER_ARRAYS] = {&f->carriers.number, &f->carriers.error, &f->carriers.hc2,   &f->carriers.hc3,
                                                &f->carriers.sway,   &f->carriers.along, &f->carriers.between};
     for (size_t k = 0; k < FF_CARRIER_ARRAYS; k++) *array[k] = moved(found, f, *array[k]);
     return f;

@@ -39,6 +39,12 @@ static void pick(const struct ff_problem *p, const struct ff_problem *whole, con
  * Bayes estimate in the manner of Smyth 2004). */
 #define PRIOR_VALUES 60.0
 
+/* Degrees of freedom of a variance from its relative scatter: 2 / that of its logarithm (Satterthwaite 1946). */
+static double degrees_of(double sway, double values)
+{
+    return fmax(fmin(2 / fmax(sway, 1e-6), values), 3);
+}
+
 /* before [P]: the variances by the residuals of all samples and their clusters. */
 static void moderate(const ff_plan *plan, const ff_carriers *c, const double *before, double values, ff_information *info, double *factor)
 {
@@ -46,7 +52,7 @@ static void moderate(const ff_plan *plan, const ff_carriers *c, const double *be
     for (size_t k = 0; k < info->P; k++) {
         const double by_model = info->variance[k], N = c->number[k], joint = c->along[k] * c->between[k];
         const double by_residuals = all_seen ? c->hc2[k] * c->hc2[k] * joint * joint : before[k];
-        const double of_model = fmax(fmin(2 / fmax(c->sway[k], 1e-6), values), 3), of_residuals = fmax(fmin(N, info->dof[k]), 1);
+        const double of_model = degrees_of(c->sway[k], values), of_residuals = fmax(fmin(N, info->dof[k]), 1);
         factor[k] = 1;
         if (!(by_model > 0)) continue;
         factor[k] = sqrt((PRIOR_VALUES * by_model + N * by_residuals) / (PRIOR_VALUES + N) / by_model);
@@ -97,6 +103,60 @@ ff_status ff_noise_errors(const ff_plan *plan, const ff_point *at, const ff_nois
         ff_carriers_lay_out(memory + 2 * P, P, &own);
         st = errors_of(plan, at, found, info, carriers ? carriers : &own, deviation, memory, memory + P);
     }
+    free(deviation);
+    free(memory);
+    return st;
+}
+
+/* ---- the difference to a part ------------------------------------------------------------------ */
+
+/* A point for the searched samples, with a pass there and the information. */
+static ff_status look_there(const ff_plan *plan, const ff_point *from, ff_point *at, ff_information **info)
+{
+    ff_status st = ff_point_new(plan, at);
+    if (st) return st;
+    ff_point_set(plan, from->shape, from->channel, at);
+    memcpy(at->at_bound, from->at_bound, plan->l.P * sizeof *at->at_bound);
+    st = ff_point_pass(plan, at);
+    return st ? st : ff_information_new(plan, &at->normal, at->at_bound, info);
+}
+
+ff_status ff_noise_difference(const ff_plan *plan, const ff_point *at, const ff_noise_found *found, const float *part, double *out,
+                              double *dof)
+{
+    const struct ff_problem *whole = plan->p, *search = whole->thin;
+    struct ff_problem few = *search;
+    const size_t size = search->n_blocks * FF_BLOCK, P = plan->l.P;
+    float *multiplier = calloc(size, sizeof *multiplier), *deviation = malloc(search->n_channels * size * sizeof *deviation);
+    double *memory = malloc((FF_CARRIER_ARRAYS * P + 1) * sizeof *memory);
+    ff_plan all = ff_plan_on(plan, search), of_part = ff_plan_on(plan, &few);
+    ff_point there = {0}, in_part = {0};
+    ff_information *info = NULL, *info_part = NULL;
+    ff_carriers c;
+    ff_status st = multiplier && deviation && memory ? FF_OK : FF_ERR_MEMORY;
+    all.errors = of_part.errors = 0;
+    for (size_t i = 0; i < search->n && !st; i++) multiplier[i] = part[search->index[i]];
+    few.multiplier = multiplier;
+    if (!st) st = look_there(&all, at, &there, &info);
+    if (!st) st = look_there(&of_part, at, &in_part, &info_part);
+    if (!st) {
+        ff_point where = {.channel = found->channel};
+        memcpy(where.shape, found->shape, sizeof where.shape);
+        st = ff_noise_search_deviations(plan, &where, found->noise, deviation);
+    }
+    if (!st) {
+        ff_carriers_lay_out(memory, P, &c);
+        st = ff_carriers_of_difference(plan, at, found->noise, deviation, info, info_part, part, &c);
+    }
+    for (size_t k = 0; k < P && !st; k++) {
+        out[k] = c.error[k] * c.along[k] * c.between[k];
+        dof[k] = degrees_of(c.sway[k], (double)(search->n * search->n_channels));
+    }
+    free(info);
+    free(info_part);
+    ff_point_free(&there);
+    ff_point_free(&in_part);
+    free(multiplier);
     free(deviation);
     free(memory);
     return st;

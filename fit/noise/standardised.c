@@ -331,10 +331,21 @@ static void deviate(void *context, const ff_visited *v)
     }
 }
 
-ff_status ff_noise_deviations(const ff_plan *plan, const ff_point *at, const ff_noise *noise, float *out)
+static ff_status deviations(const ff_plan *plan, const struct ff_problem *whole, const ff_point *at, const ff_noise *noise, float *out)
 {
-    deviating d = {.p = plan->p, .whole = plan->p, .noise = noise, .out = out};
+    deviating d = {.p = plan->p, .whole = whole, .noise = noise, .out = out};
     ff_plan values = *plan;
     values.l.free = (ff_wanted){0};
     return ff_point_visit(&values, at, deviate, &d);
+}
+
+ff_status ff_noise_deviations(const ff_plan *plan, const ff_point *at, const ff_noise *noise, float *out)
+{
+    return deviations(plan, plan->p, at, noise, out);
+}
+
+ff_status ff_noise_search_deviations(const ff_plan *plan, const ff_point *at, const ff_noise *noise, float *out)
+{
+    const ff_plan search = ff_plan_on(plan, plan->p->thin);
+    return deviations(&search, plan->p, at, noise, out);
 }

@@ -1,4 +1,5 @@
 /* The same fit to samples that stay further from grazing. */
+#include "base/internal_statistics.h"
 #include "internal_trust.h"
 #include <math.h>
 #include <stdlib.h>
@@ -43,7 +44,8 @@ static ff_status step_from(const ff_layout *l, const ff_normal *normal, const ff
 /* What a pass over the part at the point says: the point's values, or with `step` those of one step from it, against those of the
  * fit, in errors of the part. near: 1 where the step stays in the box and moves nothing by much, so that more steps would say the
  * same. */
-static ff_status fill(const ff_plan *plan, ff_point *at, const ff_fit_result *fit, int step, ff_cut_off *out, int *near)
+static ff_status fill(const ff_plan *plan, ff_point *at, const ff_fit_result *fit, const double *difference, int step, ff_cut_off *out,
+                      int *near)
 {
     const ff_layout *l = &plan->l;
     const size_t P = l->P;
@@ -58,7 +60,7 @@ static ff_status fill(const ff_plan *plan, ff_point *at, const ff_fit_result *fi
     for (size_t k = 0; k < P && !st; k++) {
         const ff_fit_value *v = ff_result_value(l, (ff_fit_result *)(uintptr_t)fit, k);
         if (v->column < 0) continue;
-        const double variance = info->variance[k];
+        const double variance = difference ? difference[k] * difference[k] : info->variance[k];
         const double moved = fabs(value[k] - v->value) > CUT_ROUNDING * fabs(v->value) ? value[k] - v->value : 0;
         out->value[v->column] = value[k];
         out->move[v->column] = info->determined[k] && variance > 0 ? moved / sqrt(variance) : NAN;
@@ -70,16 +72,28 @@ static ff_status fill(const ff_plan *plan, ff_point *at, const ff_fit_result *fi
 }
 
 /* One pass mostly says that nothing moves. Else, or where bounds have a part in it, the fit to the part is made. */
-static ff_status compare_with_part(const ff_plan *part, ff_point *at, const ff_fit_result *fit, ff_cut_off *out, ff_error *err)
+static ff_status compare_with_part(const ff_plan *part, ff_point *at, const ff_fit_result *fit, const double *difference, ff_cut_off *out,
+                                   ff_error *err)
 {
     static const ff_effort effort = {.parallel = 1, .tolerance = CUT_TOLERANCE, .max_iterations = CUT_ITERATIONS};
     int near = 0, bounds = 0;
     ff_status st = FF_OK;
     for (size_t k = 0; k < part->l.P; k++) bounds |= at->at_bound[k];
-    if (!bounds) st = fill(part, at, fit, 1, out, &near);
+    if (!bounds) st = fill(part, at, fit, difference, 1, out, &near);
     if (st || near) return st;
     st = ff_solve(part, &effort, at, err);
-    return st ? st : fill(part, at, fit, 0, out, &near);
+    return st ? st : fill(part, at, fit, difference, 0, out, &near);
+}
+
+/* One of several that moves by its own scatter alone should be as rare as if there were one (Sidak 1967): of as many as are not the
+ * same, n^2 / sum r^2 of their correlations. */
+static double limit_of(const ff_fit_result *fit, double dof)
+{
+    const size_t n = fit->n_columns;
+    double squares = 0;
+    for (size_t k = 0; k < n * n; k++) squares += isnan(fit->correlation[k]) ? 0 : fit->correlation[k] * fit->correlation[k];
+    const double number = squares > 0 ? fmax((double)(n * n) / squares, 1) : 1;
+    return ff_student_quantile(pow(0.95, 1 / number), dof);
 }
 
 ff_status ff_trust_cut_off_into(const ff_problem *p, const ff_fit_options *o, const ff_fit_result *fit, double max_theta,
@@ -91,12 +105,13 @@ ff_status ff_trust_cut_off_into(const ff_problem *p, const ff_fit_options *o, co
     ff_status st = ff_finished_open_data(p, o, fit, "the check at a lower limit of the angles", &f, err);
     if (st) return st;
     float *multiplier = calloc(p->n_blocks * FF_BLOCK, sizeof *multiplier);
+    double *difference = malloc((2 * f.plan.l.P + 1) * sizeof *difference), *dof = difference + f.plan.l.P, least = INFINITY;
     c.value = malloc((c.n_columns + 1) * sizeof *c.value);
     c.move = malloc((c.n_columns + 1) * sizeof *c.move);
-    if (!multiplier || !c.value || !c.move) st = FF_ERR_MEMORY;
-    const float least = (float)(cos(max_theta) * (1 - 1e-6));
+    if (!multiplier || !difference || !c.value || !c.move) st = FF_ERR_MEMORY;
+    const float lowest = (float)(cos(max_theta) * (1 - 1e-6));
     for (size_t i = 0; i < p->n && !st; i++) {
-        const int inside = fminf(p->cosine[0][i], p->cosine[1][i]) >= least;
+        const int inside = fminf(p->cosine[0][i], p->cosine[1][i]) >= lowest;
         multiplier[i] = (float)inside;
         c.used += (size_t)inside;
     }
@@ -105,9 +120,13 @@ ff_status ff_trust_cut_off_into(const ff_problem *p, const ff_fit_options *o, co
         st = ff_error_set(err, FF_ERR_DATA, NULL, 0, -1, "only %zu of the samples lie below %g degrees: too few for a fit", c.used,
                           max_theta * (180 / 3.14159265358979323846));
     const ff_plan on_part = ff_plan_on(&f.plan, &part);
-    if (!st) st = compare_with_part(&on_part, &f.at, fit, &c, err);
+    if (!st && f.at.noise) st = ff_noise_difference(&f.plan, &f.at, f.at.noise, multiplier, difference, dof);
+    for (size_t k = 0; k < f.plan.l.P && f.at.noise && !st; k++) least = fmin(least, dof[k]);
+    if (!st) c.limit = limit_of(fit, least);
+    if (!st) st = compare_with_part(&on_part, &f.at, fit, f.at.noise ? difference : NULL, &c, err);
     if (st == FF_ERR_MEMORY) ff_error_set(err, st, NULL, 0, -1, "out of memory");
     free(multiplier);
+    free(difference);
     ff_finished_close(&f);
     if (st) {
         ff_cut_off_clear(&c);

@@ -124,8 +124,10 @@ typedef struct ff_cut_off {
     double max_theta;     /**< radians                              */
     size_t used;          /**< samples left                         */
     size_t n_columns;     /**< parameters with a standard error      */
-    double *value, *move; /**< [n_columns] by column of fit: value there; difference in units of its standard
-                               error there, which what is wrong beyond the limit does not enlarge */
+    double *value, *move; /**< [n_columns] by column of fit: value there; difference to that of all samples in units of its own
+                               standard error, which samples in both do not add to; where errors rest on the residuals alone in
+                               units of the error there, which what is wrong beyond the limit does not enlarge */
+    double limit;         /**< |move| beyond which one of all is seen in 5 % of measurements where nothing moves */
 } ff_cut_off;
 
 /** The same fit with a lower limit of theta: which parameters move by more than their errors? max_theta in radians. FF_ERR_DATA
