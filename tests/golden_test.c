@@ -542,5 +542,5 @@ static void closed_forms_of_d(void)
 }
 
 FF_TEST_MAIN(FF_TEST(made_by_the_library), FF_TEST(made_by_the_program), FF_TEST(golden_by_the_library),
-             FF_TEST(golden_by_the_program), FF_TEST(lambda_is_its_definition),
-             FF_TEST(area_is_one), FF_TEST(identities), FF_TEST(closed_forms_of_d))
+             FF_TEST(golden_by_the_program), FF_TEST(lambda_is_its_definition), FF_TEST(area_is_one), FF_TEST(identities),
+             FF_TEST(closed_forms_of_d))
