@@ -1,9 +1,11 @@
-/* D, Lambda, G, F and f against values from other sources: the golden file (quadrature, made elsewhere), Smith's Lambda by
- * quadrature of its definition, the area of the distributions, and the identities between them. The golden file also through the
- * program. */
+/* D, Lambda, G, F and f against values from other sources: the golden files (quadrature; one made by golden/make_golden.py, one
+ * elsewhere), Smith's Lambda by quadrature of its definition, the area of the distributions, and the identities between them. The
+ * golden files also through the program. */
 #include "model_samples.h"
 
-/* ---- the golden file ------------------------------------------------------------------------- */
+/* ---- the golden files ------------------------------------------------------------------------ */
+
+#define MADE FF_TEST_SOURCE_DIR "/golden/specular.csv"
 
 enum {
     NDF,
@@ -115,10 +117,8 @@ static void check_row(const row *r, const double out[6], size_t line, const char
 
 static row rows[ROWS];
 
-static void golden_by_the_library(void)
+static void check_by_the_library(const char *path)
 {
-    char path[1024];
-    if (!ff_test_shared("golden/specular.csv", path, sizeof path)) FF_SKIP("%s is not there", path);
     const size_t n = golden_read(path, rows);
     FF_CHECK(n >= 300, "%s has %zu rows", path, n);
     for (int isa = FF_ISA_BEST; isa <= FF_ISA_AVX512; isa++) {
@@ -140,6 +140,18 @@ static void golden_by_the_library(void)
             check_row(&rows[i], out, i + 2, isa ? ff_isa_name((ff_isa)isa) : "best");
         }
     }
+}
+
+static void golden_by_the_library(void)
+{
+    char path[1024];
+    if (!ff_test_shared("golden/specular.csv", path, sizeof path)) FF_SKIP("%s is not there", path);
+    check_by_the_library(path);
+}
+
+static void made_by_the_library(void)
+{
+    check_by_the_library(MADE);
 }
 
 /* Writes the directions of rows first .. last-1 as a file of the program; its name into path. */
@@ -185,10 +197,8 @@ static void check_program(size_t first, size_t last)
     unlink(path);
 }
 
-static void golden_by_the_program(void)
+static void check_by_the_program(const char *path)
 {
-    char path[1024];
-    if (!ff_test_shared("golden/specular.csv", path, sizeof path)) FF_SKIP("%s is not there", path);
     FF_CHECK(access(FF_PROGRAM, X_OK) == 0, "%s has not been built", FF_PROGRAM);
     if (access(FF_PROGRAM, X_OK) != 0) return;
     const size_t n = golden_read(path, rows);
@@ -200,6 +210,18 @@ static void golden_by_the_program(void)
         }
         check_program(first, last);
     }
+}
+
+static void golden_by_the_program(void)
+{
+    char path[1024];
+    if (!ff_test_shared("golden/specular.csv", path, sizeof path)) FF_SKIP("%s is not there", path);
+    check_by_the_program(path);
+}
+
+static void made_by_the_program(void)
+{
+    check_by_the_program(MADE);
 }
 
 /* ---- Smith's Lambda by quadrature of its definition ------------------------------------------ */
@@ -519,5 +541,6 @@ static void closed_forms_of_d(void)
     FF_CHECK_CLOSE(slope_density(&t, slope), pow(1 + s2 / a2 / 2.7, -3.7) / (MODEL_PI * a2), 1e-13, 0);
 }
 
-FF_TEST_MAIN(FF_TEST(golden_by_the_library), FF_TEST(golden_by_the_program), FF_TEST(lambda_is_its_definition),
-             FF_TEST(area_is_one), FF_TEST(identities), FF_TEST(closed_forms_of_d))
+FF_TEST_MAIN(FF_TEST(made_by_the_library), FF_TEST(made_by_the_program), FF_TEST(golden_by_the_library),
+             FF_TEST(golden_by_the_program), FF_TEST(lambda_is_its_definition), FF_TEST(area_is_one), FF_TEST(identities),
+             FF_TEST(closed_forms_of_d))

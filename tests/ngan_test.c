@@ -7,7 +7,7 @@
  * That is the preset ngan-2005 with ks freed. Measurements are made by the formula written out below, not by the models. */
 #include "fit_samples.h"
 
-enum { CHANNELS = 3, SAMPLES = 20000, NAME = 48, MATERIALS = 128 };
+enum { CHANNELS = 3, SAMPLES = 20000, NAME = 48, DRAWN = 12 };
 static const double pi = 3.14159265358979323846, tolerance = 1e-5;
 static const char *const preset = "ngan-2005";
 
@@ -87,8 +87,8 @@ static double compare(const char *what, const char *name, double value, double p
     return error;
 }
 
-/* Simulates, fits from the default start and compares every number; the largest error of F0 and m. */
-static double recover(const material *s)
+/* Fits from the default start and compares every number; the largest error of F0 and m. */
+static double recover_from(const material *s, const ff_table *t)
 {
     ff_error err = {0};
     ff_fit_result r;
@@ -99,9 +99,7 @@ static double recover(const material *s)
         FF_CHECK(0, "%s: %s", preset, err.message);
         return 1;
     }
-    ff_table t = measure(s);
-    const ff_status st = fit_table(&t, &model, &o, &r, NULL, &err);
-    ff_table_clear(&t);
+    const ff_status st = fit_table(t, &model, &o, &r, NULL, &err);
     FF_CHECK(st == FF_OK, "%s: %s", s->name, err.message);
     if (st) return 1;
     FF_CHECK(r.outcome == FF_CONVERGED, "%s: %s", s->name, ff_outcome_name((int)r.outcome));
@@ -112,6 +110,15 @@ static double recover(const material *s)
         compare(s->name, "rho_d", found(&r, "kd", c)->value, s->rho_d[c], fmax(s->rho_d[c], 1e-3));
     }
     ff_fit_result_clear(&r);
+    return worst;
+}
+
+/* The same of a simulated measurement. */
+static double recover(const material *s)
+{
+    ff_table t = measure(s);
+    const double worst = recover_from(s, &t);
+    ff_table_clear(&t);
     return worst;
 }
 
@@ -162,6 +169,54 @@ static void the_whole_table_comes_back(void)
     printf("  %zu materials, worst error of F0 and m %.1e\n", n, worst);
 }
 
+/* ---- found again where there is no supplement -------------------------------------------------- */
+
+/* Sets over the range of the supplement's. */
+static material drawn(size_t k)
+{
+    material s;
+    uint64_t state = ff_test_stream("drawn %zu", k);
+    snprintf(s.name, sizeof s.name, "drawn-%zu", k);
+    s.F0 = 0.03 + 0.9 * fit_uniform(&state);
+    s.m = 0.01 * pow(60, fit_uniform(&state));
+    for (size_t c = 0; c < CHANNELS; c++) {
+        s.rho_d[c] = 0.01 + 0.3 * fit_uniform(&state);
+        s.rho_s[c] = 0.02 + 0.25 * fit_uniform(&state);
+    }
+    return s;
+}
+
+static void drawn_ones_come_back(void)
+{
+    double worst = 0;
+    for (size_t k = 0; k < DRAWN; k++) {
+        const material s = drawn(k);
+        worst = fmax(worst, recover(&s));
+    }
+    printf("  %d materials, worst error of F0 and m %.1e\n", DRAWN, worst);
+}
+
+/* A file in the database's layout that a script writes by the published formula: read, fitted, compared. */
+static void made_file_comes_back(void)
+{
+    char command[2048], path[512];
+    const material *s = &examples[2];
+    ff_table t;
+    ff_error err = {0};
+    snprintf(path, sizeof path, "%s", ff_test_path("made.binary"));
+    snprintf(command, sizeof command, "'%s' '%s/made/make_merl.py' '%s' %.17g %.17g %.17g %.17g %.17g %.17g %.17g %.17g",
+             FF_PYTHON3, FF_TEST_SOURCE_DIR, path, s->F0, s->m, s->rho_d[0], s->rho_d[1], s->rho_d[2], s->rho_s[0], s->rho_s[1],
+             s->rho_s[2]);
+    const int status = system(command);
+    if (status == 77 << 8) FF_SKIP("%s has no numpy", FF_PYTHON3);
+    FF_CHECK(status == 0, "%s: %d", command, status);
+    const ff_status st = ff_table_read_into(path, NULL, &t, &err);
+    FF_CHECK(st == FF_OK && strcmp(t.format, "merl") == 0 && t.n == 90 * 90 * 180, "%s", err.message);
+    if (st) return;
+    recover_from(s, &t);
+    ff_table_clear(&t);
+}
+
 /* ---- the mapping itself ---------------------------------------------------------------------- */
 
 /* The preset is their formula for rho_s = 1, value by value. */
@@ -207,5 +262,5 @@ static void with_ks_held_at_one(void)
     ff_fit_result_clear(&r);
 }
 
-FF_TEST_MAIN(FF_TEST(preset_is_their_formula), FF_TEST(examples_come_back), FF_TEST(the_whole_table_comes_back),
-             FF_TEST(with_ks_held_at_one))
+FF_TEST_MAIN(FF_TEST(preset_is_their_formula), FF_TEST(examples_come_back), FF_TEST(drawn_ones_come_back),
+             FF_TEST(made_file_comes_back), FF_TEST(the_whole_table_comes_back), FF_TEST(with_ks_held_at_one))

@@ -11,12 +11,11 @@ typedef struct sheet {
     char cell[SHEET_ROWS][SHEET_COLUMNS][SHEET_CELL];
 } sheet;
 
-/** Reads a file of the shared material (see ff_test_shared) with commas between cells; a cell may be empty. 0 when it is not there.
- */
-static inline int sheet_read(const char *name, sheet *s)
+/** Reads a file with commas between cells; a cell may be empty. 0 when it is not there. */
+static inline int sheet_read_file(const char *name, sheet *s)
 {
-    char path[1024], line[4096];
-    FILE *f = ff_test_shared(name, path, sizeof path) ? fopen(path, "r") : NULL;
+    char line[4096];
+    FILE *f = fopen(name, "r");
     if (!f) return 0;
     s->rows = 0;
     while (s->rows < SHEET_ROWS && fgets(line, sizeof line, f)) {
@@ -34,6 +33,13 @@ static inline int sheet_read(const char *name, sheet *s)
     }
     fclose(f);
     return s->rows > 1;
+}
+
+/** The same of the shared material (see ff_test_shared). */
+static inline int sheet_read(const char *name, sheet *s)
+{
+    char path[1024];
+    return ff_test_shared(name, path, sizeof path) && sheet_read_file(path, s);
 }
 
 /** The number in a row under a name; a name or a cell that is none ends the program. */

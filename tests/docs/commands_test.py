@@ -8,6 +8,7 @@ words of it may be left out; numbers may differ in their last digit, `...` stand
   <!-- not run: REASON -->     the next block has no commands that can be run
   <!-- file: NAME -->          the next block is a file
   <!-- exit status: N -->      the commands of the next block end with N
+  <!-- a file for NAME: FILE -->  the commands of the next block run with FILE, made below, where the page says NAME
 """
 import os
 import re
@@ -17,8 +18,11 @@ import sys
 import tempfile
 
 PROGRAM, TOP = map(os.path.abspath, sys.argv[1:3])
-# The flags page is written by the program; its examples are about files that somebody has.
-GIVEN = {"docs/flags.md": ["facetfit simulate ggx+lambert --set alpha=0.3,f0=0.05:0.06:0.04,kd=0.3:0.2:0.1 --noise 0.01 -o paint.csv",
+# A file like a goniometer's, for examples about files that somebody has.
+MEASURED = ("facetfit simulate ggx/v-cavity+lambert --set alpha=0.25,f0=0.6:0.5:0.3,kd=0.05:0.1:0.1 --grid goniometer:10 "
+            "--noise 0.03 --seed 5 -o measured.astm")
+# The flags page is written by the program; its examples are about such files.
+GIVEN = {"README.md": [MEASURED], "docs/fitting.md": [MEASURED], "docs/flags.md": ["facetfit simulate ggx+lambert --set alpha=0.3,f0=0.05:0.06:0.04,kd=0.3:0.2:0.1 --noise 0.01 -o paint.csv",
                            "printf 'theta_i,phi_i,theta_o,phi_o\\n30,0,30,180\\n' > directions.csv"]}
 COMMAND = re.compile(r"^(\$ )?(?:build/bin/)?(facetfit .*)$")
 TOLERANCE = 0.006
@@ -55,7 +59,7 @@ def blocks(text):
             if block is not None:
                 yield block
                 block, comments = None, []
-            said = re.match(r"^<!-- (not run|file|exit status): (.*) -->$", line)
+            said = re.match(r"^<!-- (not run|file|exit status|a file for \S+): (.*) -->$", line)
             comments = comments + [said.groups()] if said else comments if not line.strip() else []
         before = line
     if block is not None:
@@ -96,6 +100,9 @@ def check_block(page, number, comments, lines, folder):
     output, at_line = [], 0
     for k, line in enumerate(lines):
         match = COMMAND.match(line)
+        for key, file in said.items():
+            if match and key.startswith("a file for "):
+                match = COMMAND.match(re.sub(r"(?<!\S)" + re.escape(key.split()[-1]) + r"(?!\S)", file, line))
         if match and "| jq " in line and not shutil.which("jq"):
             print(f"{page}:{number + k}: not run, jq is not installed")
             output = None
