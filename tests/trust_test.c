@@ -466,6 +466,50 @@ static double lobe_height(const measured *m, const ff_fit_result *fit)
     return sum / total;
 }
 
+/* The band of theta_i from 10 k degrees on, from the values of the fit and the weights of the table: the mean of the residuals and
+ * the root of that of their squares, relative to the mean of the data. */
+static void band_by_hand(const measured *m, size_t k, const ff_band *found)
+{
+    ff_error err = {0};
+    double *f = malloc(m->places.n * sizeof *f), weights = 0, sum = 0, square = 0, data = 0;
+    size_t n = 0;
+    FF_CHECK(f && !ff_trust_evaluate(m->p, &m->o, &m->fit, f, NULL, NULL, &err), "%s", err.message);
+    for (size_t i = 0; i < m->places.n; i++) {
+        const size_t at = ff_problem_index(m->p)[i];
+        const double theta = m->t.angle[0][at], e = (f[i] - m->t.value[at]) * cos(theta), w = m->t.weight ? m->t.weight[at] : 1;
+        if (theta < 10 * (double)k * FIT_DEGREE || theta >= 10 * (double)(k + 1) * FIT_DEGREE) continue;
+        weights += w;
+        sum += w * e;
+        square += w * e * e;
+        data += w * fabs(m->t.value[at]) * cos(theta);
+        n++;
+    }
+    free(f);
+    FF_CHECK(n > 100 && n == found->n, "%zu samples, %zu", n, found->n);
+    FF_CHECK_CLOSE(found->mean, sum / data, 1e-9, 1e-12);
+    FF_CHECK_CLOSE(found->rms, sqrt(square / weights) / (data / weights), 1e-9, 1e-12);
+}
+
+/* Samples that count differently: those with few in their band too. */
+static void bands_of_weighted_samples(void)
+{
+    const fit_surface s = fit_surface_make("ggx/v-cavity+lambert", 1, plain_surface);
+    const fit_sampling how = {.n = 4000, .max_theta = 80, .noise = 0.1, .seed = 5};
+    ff_fit_options o = fit_options();
+    ff_error err = {0};
+    ff_bands b;
+    measured m;
+    ff_table t = fit_measure(&s, &how);
+    t.weight = malloc(t.n * sizeof *t.weight);
+    if (!t.weight) exit(1);
+    for (size_t i = 0; i < t.n; i++) t.weight[i] = 1 + 0.5 * (double)(i % 7);
+    o.weighting = FF_WEIGHT_SOLID_ANGLE;
+    if (!measure("weighted bands", t, &s.model, &o, &m)) return;
+    FF_CHECK(!ff_trust_bands_into(m.p, &m.places, &o, &m.fit, &b, &err), "%s", err.message);
+    for (size_t k = 2; k < 7; k++) band_by_hand(&m, k, &b.band[FF_PLACE_THETA_I][k]);
+    forget(&m);
+}
+
 /* Smith's masking seen through V-cavities: for light from grazing directions the lobe of V-cavities leaves too low, towards the
  * horizon (Heitz 2014, section 6.2 and figure 8): too much at large theta_d, too little at small ones, and the mean height of what
  * is reflected too small. */
@@ -485,20 +529,7 @@ static void bands_of_angles(void)
     printf("v-cavity on Smith data, alpha %.3f, mean by theta_i:", m.fit.shape_value[0].value);
     for (int k = 0; k < FF_BANDS; k++) printf(" %+.1f%%", 100 * b.band[FF_PLACE_THETA_I][k].mean);
     printf("\n");
-    /* one band by hand */
-    double *f = malloc(m.places.n * sizeof *f), sum = 0, data = 0;
-    size_t n = 0;
-    FF_CHECK(f && !ff_trust_evaluate(m.p, &o, &m.fit, f, NULL, NULL, &err), "%s", err.message);
-    for (size_t i = 0; i < m.places.n; i++) {
-        const size_t at = ff_problem_index(m.p)[i];
-        if (m.t.angle[0][at] < 40 * FIT_DEGREE || m.t.angle[0][at] >= 50 * FIT_DEGREE) continue;
-        sum += (f[i] - m.t.value[at]) * cos(m.t.angle[0][at]);
-        data += fabs(m.t.value[at]) * cos(m.t.angle[0][at]);
-        n++;
-    }
-    FF_CHECK(n == b.band[FF_PLACE_THETA_I][4].n, "%zu samples, %zu", n, b.band[FF_PLACE_THETA_I][4].n);
-    FF_CHECK_CLOSE(b.band[FF_PLACE_THETA_I][4].mean, sum / data, 1e-9, 1e-12);
-    free(f);
+    band_by_hand(&m, 4, &b.band[FF_PLACE_THETA_I][4]);
     printf("                                      by theta_d:");
     for (int k = 0; k < FF_BANDS; k++) printf(" %+.1f%%", 100 * b.band[FF_PLACE_THETA_D][k].mean);
     printf("\n");
@@ -732,5 +763,5 @@ static void wrong_options(void)
 FF_TEST_MAIN(FF_TEST(quantiles), FF_TEST(effective_number), FF_TEST(misfit_of_scattered_samples), FF_TEST(places_of_samples),
              FF_TEST(profiles), FF_TEST(ends_of_profiles), FF_TEST(not_determined), FF_TEST(bootstraps), FF_TEST(cut_offs),
              FF_TEST(comparisons), FF_TEST(size_and_power_of_the_test), FF_TEST(validation_by_hand), FF_TEST(bands_of_angles),
-             FF_TEST(residual_tables), FF_TEST(channels_that_differ), FF_TEST(outliers), FF_TEST(given_scale), FF_TEST(saturation),
-             FF_TEST(noise_floor), FF_TEST(negative_samples), FF_TEST(wrong_options))
+             FF_TEST(bands_of_weighted_samples), FF_TEST(residual_tables), FF_TEST(channels_that_differ), FF_TEST(outliers),
+             FF_TEST(given_scale), FF_TEST(saturation), FF_TEST(noise_floor), FF_TEST(negative_samples), FF_TEST(wrong_options))
