@@ -347,6 +347,67 @@ static void comparisons(void)
     ff_table_clear(&t);
 }
 
+/* Variance of a sum from the sums of its parts. */
+static double spread_by_hand(const double *part, size_t n)
+{
+    double mean = 0, square = 0;
+    for (size_t k = 0; k < n; k++) mean += part[k] / (double)n;
+    for (size_t k = 0; k < n; k++) square += (part[k] - mean) * (part[k] - mean);
+    return square * (double)n / (double)(n - 1);
+}
+
+/* Models with different numbers of parameters: the criteria by their formulas, each with the values that count, and the statistic
+ * from what every sample adds to the objective, with the penalty of a parameter in its units. */
+static void comparison_by_hand(void)
+{
+    const char *const expressions[2] = {"ggx+lambert", "ggx"};
+    const fit_surface s = fit_surface_make(expressions[0], 1, "alpha=0.25 f0=0.5 kd=0.02");
+    const ff_fit_options o = fit_options();
+    ff_table t = scan_measure(&s, &usual_scan);
+    ff_problem *p = NULL;
+    ff_places places;
+    ff_model models[2];
+    ff_fit_result fits[2];
+    ff_versus v[2];
+    ff_error err = {0};
+    for (int k = 0; k < 2; k++) FF_CHECK(!ff_model_parse(expressions[k], &models[k], &err), "%s", err.message);
+    FF_CHECK(!ff_problem_make(&t, models, 2, &o, &p, &err) && !ff_places_init(p, &t, &places, &err), "%s", err.message);
+    for (int k = 0; k < 2; k++) FF_CHECK(!ff_problem_fit_into(p, &models[k], &o, &fits[k], &err), "%s", err.message);
+    FF_CHECK(!ff_trust_compare_into(p, &places, &o, fits, 2, 0, 0, v, &err), "%s", err.message);
+    const size_t n = places.n, run[2] = {fits[0].correlated_over, fits[1].correlated_over}, longer = run[run[1] > run[0]],
+                 length = longer > 1 ? longer : 1;
+    const double N = (double)n, effective = fits[0].effective_samples, extra = (double)fits[1].n_free - (double)fits[0].n_free,
+                 qw = fits[0].residual.objective, qo = fits[1].residual.objective;
+    FF_CHECK(extra == -1, "%g parameters more", extra);
+    FF_CHECK_CLOSE(v[1].aic, effective * log(qo / qw) + 2 * extra, 1e-9, 0);
+    FF_CHECK_CLOSE(v[1].bic, effective * log(qo / qw) + extra * log(effective), 1e-9, 0);
+    double *cost = malloc(2 * n * sizeof *cost), *of_run = calloc(n, sizeof *of_run), *of_group = calloc(n, sizeof *of_group),
+           sum = 0;
+    if (!cost || !of_run || !of_group) exit(1);
+    for (int k = 0; k < 2; k++)
+        FF_CHECK(!ff_trust_evaluate(p, &o, &fits[k], NULL, NULL, cost + (size_t)k * n, &err), "%s", err.message);
+    for (size_t i = 0; i < n; i++) {
+        const double more = cost[n + i] - cost[i];
+        sum += more;
+        of_run[i / length] += more;
+        of_group[places.group[i]] += more;
+    }
+    FF_CHECK_CLOSE(sum, qo - qw, 1e-9, 0);
+    const double penalised = sum + extra * (2 * qw / N) * N / effective,
+                 by_run = penalised / sqrt(spread_by_hand(of_run, (n + length - 1) / length)),
+                 by_group = penalised / sqrt(spread_by_hand(of_group, places.n_groups));
+    printf("z %.6f; by hand %.6f over runs, %.6f over groups\n", v[1].vuong_z, by_run, by_group);
+    FF_CHECK(fabs(v[1].vuong_z - by_run) < 1e-9 * fabs(by_run) || fabs(v[1].vuong_z - by_group) < 1e-9 * fabs(by_group),
+             "z is %.12g", v[1].vuong_z);
+    free(cost);
+    free(of_run);
+    free(of_group);
+    for (int k = 0; k < 2; k++) ff_fit_result_clear(&fits[k]);
+    ff_places_clear(&places);
+    ff_problem_free(p);
+    ff_table_clear(&t);
+}
+
 /* Measurements of a surface between two models: (1 - w) of one and w of the other, noise of 10 %, in scans over 20 directions,
  * every other one with noise that goes together over 4 samples. In how many are the two models told apart? The mean of z. */
 static int told_apart_of_blend(double w, int repeats, double *mean_z)
@@ -762,6 +823,7 @@ static void wrong_options(void)
 
 FF_TEST_MAIN(FF_TEST(quantiles), FF_TEST(effective_number), FF_TEST(misfit_of_scattered_samples), FF_TEST(places_of_samples),
              FF_TEST(profiles), FF_TEST(ends_of_profiles), FF_TEST(not_determined), FF_TEST(bootstraps), FF_TEST(cut_offs),
-             FF_TEST(comparisons), FF_TEST(size_and_power_of_the_test), FF_TEST(validation_by_hand), FF_TEST(bands_of_angles),
-             FF_TEST(bands_of_weighted_samples), FF_TEST(residual_tables), FF_TEST(channels_that_differ), FF_TEST(outliers),
-             FF_TEST(given_scale), FF_TEST(saturation), FF_TEST(noise_floor), FF_TEST(negative_samples), FF_TEST(wrong_options))
+             FF_TEST(comparisons), FF_TEST(comparison_by_hand), FF_TEST(size_and_power_of_the_test), FF_TEST(validation_by_hand),
+             FF_TEST(bands_of_angles), FF_TEST(bands_of_weighted_samples), FF_TEST(residual_tables), FF_TEST(channels_that_differ),
+             FF_TEST(outliers), FF_TEST(given_scale), FF_TEST(saturation), FF_TEST(noise_floor), FF_TEST(negative_samples),
+             FF_TEST(wrong_options))
