@@ -4,7 +4,7 @@
 #ifndef _GNU_SOURCE
 #define _GNU_SOURCE /* before the first header of the C library, as in the sources that need it */
 #endif
-#include "base/ff_status.h"
+#include "../../base/ff_status.h"
 
 #define ff_error_set(err, code, ...)   (ff_error_set(err, code, __VA_ARGS__), (code))
 #define ff_error_hint(err, code, hint) (ff_error_hint(err, code, hint), (code))
