@@ -94,6 +94,43 @@ static void effective_number(void)
     }
 }
 
+/* A scan with standard deviations and noise of the relative size 0.1 that goes together over `reach` samples; 0: over none. The
+ * standard error of alpha. */
+static double error_of_known_noise(double reach)
+{
+    const fit_surface s = fit_surface_make("ggx+lambert", 1, plain_surface);
+    scan_sampling how = usual_scan;
+    uint64_t state = ff_test_stream("known noise");
+    const double keep = reach > 0 ? exp(-1 / reach) : 0;
+    double e = 0;
+    ff_fit_options o = fit_options();
+    measured m;
+    how.noise = 0;
+    ff_table t = scan_measure(&s, &how);
+    t.sigma = malloc(t.n * sizeof *t.sigma);
+    if (!t.sigma) exit(1);
+    for (size_t i = 0; i < t.n; i++) {
+        e = keep * e + sqrt(1 - keep * keep) * fit_normal(&state);
+        t.sigma[i] = 0.1 * t.value[i];
+        t.value[i] += t.sigma[i] * e;
+    }
+    o.weighting = FF_WEIGHT_SIGMA;
+    if (!measure("known noise", t, &s.model, &o, &m)) return NAN;
+    const double error = m.fit.shape_value[0].std_error;
+    FF_CHECK((reach > 0) == (m.fit.correlated_over > 1), "errors go together over %zu samples", (size_t)m.fit.correlated_over);
+    forget(&m);
+    return error;
+}
+
+/* The standard deviations are believed, and so the inverse of the information; not that neighbours err independently. Over 8
+ * samples they say less by about (1 + keep) / (1 - keep) = 16 in the variance, where all of them look at one parameter. */
+static void known_noise_that_goes_together(void)
+{
+    const double alone = error_of_known_noise(0), together = error_of_known_noise(8);
+    printf("standard error %.3g of independent errors, %.3g of errors that reach over 8 samples\n", alone, together);
+    FF_CHECK(together > 1.5 * alone && together < 6 * alone, "%.3g times as large", together / alone);
+}
+
 /* A model that is not the surface leaves residuals that go together; samples in random order do not hide it. */
 static void misfit_of_scattered_samples(void)
 {
@@ -849,9 +886,10 @@ static void wrong_options(void)
     ff_table_clear(&t);
 }
 
-FF_TEST_MAIN(FF_TEST(quantiles), FF_TEST(effective_number), FF_TEST(misfit_of_scattered_samples), FF_TEST(places_of_samples),
-             FF_TEST(profiles), FF_TEST(ends_of_profiles), FF_TEST(not_determined), FF_TEST(bootstraps),
-             FF_TEST(bootstrap_on_a_bound), FF_TEST(cut_offs), FF_TEST(comparisons), FF_TEST(comparison_by_hand),
-             FF_TEST(size_and_power_of_the_test), FF_TEST(validation_by_hand), FF_TEST(bands_of_angles),
-             FF_TEST(bands_of_weighted_samples), FF_TEST(residual_tables), FF_TEST(channels_that_differ), FF_TEST(outliers),
-             FF_TEST(given_scale), FF_TEST(saturation), FF_TEST(noise_floor), FF_TEST(negative_samples), FF_TEST(wrong_options))
+FF_TEST_MAIN(FF_TEST(quantiles), FF_TEST(effective_number), FF_TEST(misfit_of_scattered_samples),
+             FF_TEST(known_noise_that_goes_together), FF_TEST(places_of_samples), FF_TEST(profiles), FF_TEST(ends_of_profiles),
+             FF_TEST(not_determined), FF_TEST(bootstraps), FF_TEST(bootstrap_on_a_bound), FF_TEST(cut_offs), FF_TEST(comparisons),
+             FF_TEST(comparison_by_hand), FF_TEST(size_and_power_of_the_test), FF_TEST(validation_by_hand),
+             FF_TEST(bands_of_angles), FF_TEST(bands_of_weighted_samples), FF_TEST(residual_tables), FF_TEST(channels_that_differ),
+             FF_TEST(outliers), FF_TEST(given_scale), FF_TEST(saturation), FF_TEST(noise_floor), FF_TEST(negative_samples),
+             FF_TEST(wrong_options))
