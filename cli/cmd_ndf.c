@@ -293,7 +293,7 @@ int cmd_ndf(const cli_args *args)
     ff_ndf_options o;
     ff_ndf_result r;
     ff_error err = {0};
-    cli_fitting f;
+    cli_fitting f = {0};
     ff_ndf_options_init(&o);
     read_options(args, &o);
     ff_status failed = ff_ndf_models(o.masking, models, &err);
