@@ -303,6 +303,7 @@ int cmd_ndf(const cli_args *args)
     ff_fit_options fit = f.options;
     if (f.progress) fit.progress = show;
     o.fit = &fit;
+    // NOLINTNEXTLINE(clang-analyzer-core.NullDereference): where the status is EXIT_DONE there is a problem
     failed = ff_ndf_retrieve_into(f.problem[0], &o, &r, &err);
     if (f.progress) fputs("\r\033[K", stderr);
     if (failed == FF_OK) {
