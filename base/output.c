@@ -70,15 +70,15 @@ static int create_temporary(const char *target, mode_t mode, char **name)
 static ff_status open_replacing(const char *path, const struct stat *old, ff_output *out, ff_error *err)
 {
     if (old && access(path, W_OK) != 0) return fail(err, path, "exists and cannot be written", errno);
-    ff_output o = {0};
-    o.target = old ? realpath(path, NULL) : strdup(path);
-    if (!o.target) return fail(err, path, "cannot be written", errno);
-    int fd = create_temporary(o.target, 0666, &o.temporary);
+    char *target = old ? realpath(path, NULL) : strdup(path), *temporary = NULL;
+    if (!target) return fail(err, path, "cannot be written", errno);
+    int fd = create_temporary(target, 0666, &temporary);
     if (fd < 0) {
         int reason = errno;
-        output_release(&o);
+        free(target);
         return fail(err, path, "no file can be created beside it", reason);
     }
+    ff_output o = {.target = target, .temporary = temporary};
     if (old) (void)fchmod(fd, old->st_mode & 07777); /* another owner's file: then ours keeps the default mode */
     ff_status status = output_attach(fd, path, &o, err);
     if (status == FF_OK) *out = o;

@@ -182,12 +182,12 @@ static int look_closer(const ff_report_fits *r, cli_trust *trust, cli_fitting *f
 {
     const size_t models = r->n_fits / r->n_problems;
     size_t *rank = malloc((models + r->n_problems) * sizeof *rank), *best = rank + models;
-    int status = rank ? EXIT_DONE : cli_failed(FF_ERR_MEMORY, NULL);
-    for (size_t p = 0; p < r->n_problems && rank; ++p) {
+    if (!rank) return cli_failed(FF_ERR_MEMORY, NULL);
+    for (size_t p = 0; p < r->n_problems; ++p) {
         ff_report_rank(r, p, rank);
         best[p] = rank[0];
     }
-    if (status == EXIT_DONE) status = cli_trust_compare(trust, f, r->fit, r->n_fits, best);
+    int status = cli_trust_compare(trust, f, r->fit, r->n_fits, best);
     if (status == EXIT_DONE) status = cli_residuals_write(trust, f, &r->fit[best[0]]);
     free(rank);
     return status;
@@ -200,7 +200,7 @@ static int compare(const cli_args *args, cli_fitting *f, const ff_model *model, 
     cli_trust trust = {0};
     int status = cli_trust_read(args, &f->options, &trust);
     if (status != EXIT_DONE) return status;
-    ff_fit_result *fit = calloc(n_models * f->n_problems, sizeof *fit);
+    ff_fit_result *fit = calloc(n_models * f->n_problems + 1, sizeof *fit);
     ff_status failed = fit ? share_scale(f, model, n_models, &err) : FF_ERR_MEMORY;
     if (failed == FF_OK) failed = fit_all(f, model, n_models, fit, &n, &err);
     if (failed == FF_OK) {

@@ -203,7 +203,8 @@ int cmd_eval(const cli_args *args)
 {
     evaluation *e = calloc(1, sizeof *e);
     ff_error err = {0};
-    int status = e ? cli_isa(args, &e->isa) : cli_failed(FF_ERR_MEMORY, NULL);
+    if (!e) return cli_failed(FF_ERR_MEMORY, NULL);
+    int status = cli_isa(args, &e->isa);
     if (status == EXIT_DONE) status = cli_scene_make(args, args->word[0], 1, &e->scene);
     if (status != EXIT_DONE) {
         free(e);

@@ -105,8 +105,8 @@ static int integrate(const cli_args *args, furnace *u)
 int cmd_furnace(const cli_args *args)
 {
     furnace *u = calloc(1, sizeof *u);
-    int status = u ? EXIT_DONE : cli_failed(FF_ERR_MEMORY, NULL);
-    if (status == EXIT_DONE) status = cli_isa(args, &u->isa);
+    if (!u) return cli_failed(FF_ERR_MEMORY, NULL);
+    int status = cli_isa(args, &u->isa);
     if (status == EXIT_DONE) status = read_mu(args, u);
     if (status == EXIT_DONE) status = cli_scene_make(args, args->word[0], 1, &u->scene);
     if (status == EXIT_DONE) {

@@ -38,14 +38,16 @@ static int open_isotropic(const cli_args *args, const ff_model *models, cli_fitt
     const size_t n = args->n_given;
     with_shape.flag = malloc((n + 1) * sizeof *with_shape.flag);
     with_shape.value = malloc((n + 1) * sizeof *with_shape.value);
-    int status = with_shape.flag && with_shape.value ? EXIT_DONE : cli_failed(FF_ERR_MEMORY, NULL);
-    if (status == EXIT_DONE) {
+    int status;
+    if (with_shape.flag && with_shape.value) {
         memcpy(with_shape.flag, args->flag, n * sizeof *with_shape.flag);
         memcpy(with_shape.value, args->value, n * sizeof *with_shape.value);
         with_shape.flag[n] = FLAG_SHAPE;
         with_shape.value[n] = ff_shape_name(FF_SHAPE_ISOTROPIC);
         with_shape.n_given = n + 1;
         status = cli_fitting_open(&with_shape, models, FF_NDF_MODELS, 0, f);
+    } else {
+        status = cli_failed(FF_ERR_MEMORY, NULL);
     }
     free(with_shape.flag);
     free(with_shape.value);
@@ -291,7 +293,7 @@ int cmd_ndf(const cli_args *args)
     ff_ndf_options o;
     ff_ndf_result r;
     ff_error err = {0};
-    cli_fitting f;
+    cli_fitting f = {0};
     ff_ndf_options_init(&o);
     read_options(args, &o);
     ff_status failed = ff_ndf_models(o.masking, models, &err);
@@ -301,6 +303,7 @@ int cmd_ndf(const cli_args *args)
     ff_fit_options fit = f.options;
     if (f.progress) fit.progress = show;
     o.fit = &fit;
+    // NOLINTNEXTLINE(clang-analyzer-core.NullDereference): where the status is EXIT_DONE there is a problem
     failed = ff_ndf_retrieve_into(f.problem[0], &o, &r, &err);
     if (f.progress) fputs("\r\033[K", stderr);
     if (failed == FF_OK) {

@@ -95,7 +95,8 @@ static int put(const cli_args *args, drawing *d)
 int cmd_sample(const cli_args *args)
 {
     drawing *d = calloc(1, sizeof *d);
-    int status = d ? cli_isa(args, &d->isa) : cli_failed(FF_ERR_MEMORY, NULL);
+    if (!d) return cli_failed(FF_ERR_MEMORY, NULL);
+    int status = cli_isa(args, &d->isa);
     if (status == EXIT_DONE) {
         d->n = cli_integer(args, FLAG_SAMPLES, 1000);
         d->seed = cli_integer(args, FLAG_SEED, 1);

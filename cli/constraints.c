@@ -112,16 +112,17 @@ static int add_fixed(const cli_args *args, const char *word, void *context)
     cli_assignment a;
     ff_fixed f = {0};
     double *x = malloc(CLI_VALUES * sizeof *x);
-    f.n = x && cli_assignment_read(word, &a) && a.rest ? cli_numbers_read(a.rest, ':', CLI_VALUES, x) : 0;
+    if (!x) return cli_failed(FF_ERR_MEMORY, NULL);
+    f.n = cli_assignment_read(word, &a) && a.rest ? cli_numbers_read(a.rest, ':', CLI_VALUES, x) : 0;
     if (f.n == 1 && !*a.channel) f.n = 0;
-    int status = x ? EXIT_DONE : cli_failed(FF_ERR_MEMORY, NULL);
-    if (f.n && (!(f.value = keep_values(c, x, f.n)) || !keep_names(c, &a, &f.name, &f.channel)))
-        status = cli_failed(FF_ERR_MEMORY, NULL);
+    f.value = f.n ? keep_values(c, x, f.n) : NULL;
     free(x);
-    for (size_t i = 0; i < c->c.n_fixed && f.n && status == EXIT_DONE; ++i)
+    if (f.n == 0) return EXIT_DONE;
+    if (!f.value || !keep_names(c, &a, &f.name, &f.channel)) return cli_failed(FF_ERR_MEMORY, NULL);
+    for (size_t i = 0; i < c->c.n_fixed; ++i)
         if (!strcmp(c->fixed[i].name, f.name) && same_word(c->fixed[i].channel, f.channel)) return said_twice(args, FLAG_FIX, &a);
-    if (f.n && status == EXIT_DONE) c->fixed[c->c.n_fixed++] = f;
-    return status;
+    c->fixed[c->c.n_fixed++] = f;
+    return EXIT_DONE;
 }
 
 static int add_tie(const cli_args *args, const char *word, void *context)

@@ -124,7 +124,7 @@ static int parse_flag(cli_args *args, int argc, char **argv, int *i)
     const cli_flag f = cli_flag_of((cli_flag_id)id, args->command);
     const char *after = is_long && word[2 + length] == '=' ? word + 2 + length + 1 : NULL;
     int status = find_value(args, &f, off, after, argc, argv, i, &value);
-    if (status == EXIT_DONE && is_long && length == 5 && !strncmp(word + 2, "table", length))
+    if (status == EXIT_DONE && value && is_long && length == 5 && !strncmp(word + 2, "table", length))
         status = which_table(args, &id, value);
     return status == EXIT_DONE ? take(args, id, value) : status;
 }

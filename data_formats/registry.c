@@ -159,6 +159,7 @@ static ff_status check_options(const char *path, const ff_format *f, const ff_re
                {"part", o->part != NULL, FF_READS_PART},
                {"quantity", o->quantity >= 0, FF_READS_QUANTITY}};
     for (size_t k = 0; k < sizeof all / sizeof all[0]; k++)
+        // NOLINTNEXTLINE(clang-analyzer-core.NullDereference): as below
         if (all[k].given && !(f->reads & all[k].bit))
             return ff_error_set(err, FF_ERR_UNSUPPORTED, path, 0, -1, "the format '%s' takes no option '%s'", f->name, all[k].name);
     if (!isnan(o->scale) && !(o->scale > 0 && isfinite(o->scale)))
@@ -175,6 +176,7 @@ ff_status ff_table_read_with_into(const char *path, const ff_read_options *optio
     if (o.columns && !o.format) o.format = "csv"; /* whatever it looks like, the person says how to read it */
     ff_status status = o.format ? find_named(path, o.format, &f, err) : ff_format_detect(path, &f, err);
     if (status == FF_OK) status = check_options(path, f, &o, err);
+    // NOLINTNEXTLINE(clang-analyzer-core.NullDereference): a format was found where the status is FF_OK
     if (status == FF_OK) status = f->read(path, &o, out, err);
     if (status != FF_OK || isnan(o.scale)) return status;
     for (size_t c = 0; c < out->n_channels; c++) out->channels[c].scale *= o.scale;

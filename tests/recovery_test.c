@@ -72,6 +72,10 @@ static void check_result(const char *what, const ff_fit_result *r, const ff_sele
         FF_CHECK_CLOSE(r->aic, n * log(q / n) + 2 * (k + 1), 1e-12, 0);
         FF_CHECK_CLOSE(r->bic, n * log(q / n) + (k + 1) * log(n), 1e-12, 0);
     }
+    if (sel->weighting == FF_WEIGHT_SIGMA) { /* the noise is known: q is twice the negative log likelihood */
+        FF_CHECK_CLOSE(r->aic, q + 2 * k, 1e-12, 0);
+        FF_CHECK_CLOSE(r->bic, q + k * log(n), 1e-12, 0);
+    }
     if (sel->weighting == FF_WEIGHT_SAMPLE &&
         o->robust == FF_ROBUST_NONE) { /* the objective and the metric of its loss are one number */
         const double rmse = sqrt(q / n);

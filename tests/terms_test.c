@@ -280,6 +280,13 @@ static void ginneken(void)
             FF_CHECK_CLOSE(gx[i], (log(up[i]) - log(down[i])) / (2 * h), 1e-6, 1e-9);
         }
     }
+    /* Heitz 2014, eq. 22, with the constant of the paper: between the product and the lesser of the two */
+    masking("smith-direction-correlated")->eval(0, &p.g, p.n, li, lo, G, gi, go, NULL);
+    for (size_t i = 0; i < p.n; ++i) {
+        const double phi = (double)angles_of(&p, i).phi, k = 4.41 * phi / (4.41 * phi + 1), i1 = 1 / (1 + li[i]),
+                     o1 = 1 / (1 + lo[i]);
+        FF_CHECK_CLOSE(G[i], k * i1 * o1 + (1 - k) * fmin(i1, o1), 1e-9, 0);
+    }
 }
 
 /* ---- diffuse --------------------------------------------------------------------------------- */

@@ -94,6 +94,43 @@ static void effective_number(void)
     }
 }
 
+/* A scan with standard deviations and noise of the relative size 0.1 that goes together over `reach` samples; 0: over none. The
+ * standard error of alpha. */
+static double error_of_known_noise(double reach)
+{
+    const fit_surface s = fit_surface_make("ggx+lambert", 1, plain_surface);
+    scan_sampling how = usual_scan;
+    uint64_t state = ff_test_stream("known noise");
+    const double keep = reach > 0 ? exp(-1 / reach) : 0;
+    double e = 0;
+    ff_fit_options o = fit_options();
+    measured m;
+    how.noise = 0;
+    ff_table t = scan_measure(&s, &how);
+    t.sigma = malloc(t.n * sizeof *t.sigma);
+    if (!t.sigma) exit(1);
+    for (size_t i = 0; i < t.n; i++) {
+        e = keep * e + sqrt(1 - keep * keep) * fit_normal(&state);
+        t.sigma[i] = 0.1 * t.value[i];
+        t.value[i] += t.sigma[i] * e;
+    }
+    o.weighting = FF_WEIGHT_SIGMA;
+    if (!measure("known noise", t, &s.model, &o, &m)) return NAN;
+    const double error = m.fit.shape_value[0].std_error;
+    FF_CHECK((reach > 0) == (m.fit.correlated_over > 1), "errors go together over %zu samples", (size_t)m.fit.correlated_over);
+    forget(&m);
+    return error;
+}
+
+/* The standard deviations are believed, and so the inverse of the information; not that neighbours err independently. Over 8
+ * samples they say less by about (1 + keep) / (1 - keep) = 16 in the variance, where all of them look at one parameter. */
+static void known_noise_that_goes_together(void)
+{
+    const double alone = error_of_known_noise(0), together = error_of_known_noise(8);
+    printf("standard error %.3g of independent errors, %.3g of errors that reach over 8 samples\n", alone, together);
+    FF_CHECK(together > 1.5 * alone && together < 6 * alone, "%.3g times as large", together / alone);
+}
+
 /* A model that is not the surface leaves residuals that go together; samples in random order do not hide it. */
 static void misfit_of_scattered_samples(void)
 {
@@ -270,6 +307,33 @@ static void bootstraps(void)
     forget(&m);
 }
 
+/* Refits of a parameter on its bound: the 95 % quantile of their distances from it. The data are shifted so that kd would be half
+ * its error below 0 were it free to: three of ten refits leave the bound, and the quantile is 1.645 - 0.5 of
+ * their errors away from it; those of the interval are taken for larger by up to sqrt(2). */
+static void bootstrap_on_a_bound(void)
+{
+    const fit_surface s = fit_surface_make("ggx+lambert", 1, plain_surface);
+    const ff_fit_options o = fit_options();
+    ff_error err = {0};
+    ff_bootstrap b;
+    measured m;
+    if (!measure("inside", scan_measure(&s, &usual_scan), &s.model, &o, &m)) return;
+    const uint32_t kd = (uint32_t)ff_model_param_find(&s.model, "kd").index;
+    FF_CHECK(ff_trust_bootstrap_into(m.p, &m.places, &o, 200, 3, &m.fit, &b, &err) == FF_OK, "%s", err.message);
+    const double error = m.fit.channel_value[kd].std_error, shift = m.fit.channel_value[kd].value + 0.5 * error;
+    forget(&m);
+    ff_table t = scan_measure(&s, &usual_scan);
+    for (size_t i = 0; i < t.n; i++) t.value[i] -= shift / 3.14159265358979323846;
+    if (!measure("on the bound", t, &s.model, &o, &m)) return;
+    const ff_fit_value *v = &m.fit.channel_value[kd];
+    FF_CHECK(v->at_bound < 0 && v->value == 0, "kd is %g, bound %d", v->value, v->at_bound);
+    FF_CHECK(ff_trust_bootstrap_into(m.p, &m.places, &o, 400, 4, &m.fit, &b, &err) == FF_OK, "%s", err.message);
+    printf("kd up to %.3g, %.2f errors from its bound\n", v->high, v->high / error);
+    FF_CHECK(v->interval == FF_INTERVAL_BOOTSTRAP && v->low == 0, "from %g", v->low);
+    FF_CHECK(v->high > 0.4 * error && v->high < 2 * error, "up to %g, of an error of %g", v->high, error);
+    forget(&m);
+}
+
 /* ---- cut-off --------------------------------------------------------------------------------- */
 
 /* A goniometer that loses light beyond 70 degrees moves the parameters; one that does not leaves them. */
@@ -342,6 +406,67 @@ static void comparisons(void)
              v[2].validation_error);
     FF_CHECK_CLOSE(v[2].bic, v[2].aic, 1e-12, 1e-12); /* as many parameters */
     for (int k = 0; k < VERSUS; k++) ff_fit_result_clear(&fits[k]);
+    ff_places_clear(&places);
+    ff_problem_free(p);
+    ff_table_clear(&t);
+}
+
+/* Variance of a sum from the sums of its parts. */
+static double spread_by_hand(const double *part, size_t n)
+{
+    double mean = 0, square = 0;
+    for (size_t k = 0; k < n; k++) mean += part[k] / (double)n;
+    for (size_t k = 0; k < n; k++) square += (part[k] - mean) * (part[k] - mean);
+    return square * (double)n / (double)(n - 1);
+}
+
+/* Models with different numbers of parameters: the criteria by their formulas, each with the values that count, and the statistic
+ * from what every sample adds to the objective, with the penalty of a parameter in its units. */
+static void comparison_by_hand(void)
+{
+    const char *const expressions[2] = {"ggx+lambert", "ggx"};
+    const fit_surface s = fit_surface_make(expressions[0], 1, "alpha=0.25 f0=0.5 kd=0.02");
+    const ff_fit_options o = fit_options();
+    ff_table t = scan_measure(&s, &usual_scan);
+    ff_problem *p = NULL;
+    ff_places places;
+    ff_model models[2];
+    ff_fit_result fits[2];
+    ff_versus v[2];
+    ff_error err = {0};
+    for (int k = 0; k < 2; k++) FF_CHECK(!ff_model_parse(expressions[k], &models[k], &err), "%s", err.message);
+    FF_CHECK(!ff_problem_make(&t, models, 2, &o, &p, &err) && !ff_places_init(p, &t, &places, &err), "%s", err.message);
+    for (int k = 0; k < 2; k++) FF_CHECK(!ff_problem_fit_into(p, &models[k], &o, &fits[k], &err), "%s", err.message);
+    FF_CHECK(!ff_trust_compare_into(p, &places, &o, fits, 2, 0, 0, v, &err), "%s", err.message);
+    const size_t n = places.n, run[2] = {fits[0].correlated_over, fits[1].correlated_over}, longer = run[run[1] > run[0]],
+                 length = longer > 1 ? longer : 1;
+    const double N = (double)n, effective = fits[0].effective_samples, extra = (double)fits[1].n_free - (double)fits[0].n_free,
+                 qw = fits[0].residual.objective, qo = fits[1].residual.objective;
+    FF_CHECK(extra == -1, "%g parameters more", extra);
+    FF_CHECK_CLOSE(v[1].aic, effective * log(qo / qw) + 2 * extra, 1e-9, 0);
+    FF_CHECK_CLOSE(v[1].bic, effective * log(qo / qw) + extra * log(effective), 1e-9, 0);
+    double *cost = malloc(2 * n * sizeof *cost), *of_run = calloc(n, sizeof *of_run), *of_group = calloc(n, sizeof *of_group),
+           sum = 0;
+    if (!cost || !of_run || !of_group) exit(1);
+    for (int k = 0; k < 2; k++)
+        FF_CHECK(!ff_trust_evaluate(p, &o, &fits[k], NULL, NULL, cost + (size_t)k * n, &err), "%s", err.message);
+    for (size_t i = 0; i < n; i++) {
+        const double more = cost[n + i] - cost[i];
+        sum += more;
+        of_run[i / length] += more;
+        of_group[places.group[i]] += more;
+    }
+    FF_CHECK_CLOSE(sum, qo - qw, 1e-9, 0);
+    const double penalised = sum + extra * (2 * qw / N) * N / effective,
+                 by_run = penalised / sqrt(spread_by_hand(of_run, (n + length - 1) / length)),
+                 by_group = penalised / sqrt(spread_by_hand(of_group, places.n_groups));
+    printf("z %.6f; by hand %.6f over runs, %.6f over groups\n", v[1].vuong_z, by_run, by_group);
+    FF_CHECK(fabs(v[1].vuong_z - by_run) < 1e-9 * fabs(by_run) || fabs(v[1].vuong_z - by_group) < 1e-9 * fabs(by_group),
+             "z is %.12g", v[1].vuong_z);
+    free(cost);
+    free(of_run);
+    free(of_group);
+    for (int k = 0; k < 2; k++) ff_fit_result_clear(&fits[k]);
     ff_places_clear(&places);
     ff_problem_free(p);
     ff_table_clear(&t);
@@ -466,6 +591,50 @@ static double lobe_height(const measured *m, const ff_fit_result *fit)
     return sum / total;
 }
 
+/* The band of theta_i from 10 k degrees on, from the values of the fit and the weights of the table: the mean of the residuals and
+ * the root of that of their squares, relative to the mean of the data. */
+static void band_by_hand(const measured *m, size_t k, const ff_band *found)
+{
+    ff_error err = {0};
+    double *f = malloc(m->places.n * sizeof *f), weights = 0, sum = 0, square = 0, data = 0;
+    size_t n = 0;
+    FF_CHECK(f && !ff_trust_evaluate(m->p, &m->o, &m->fit, f, NULL, NULL, &err), "%s", err.message);
+    for (size_t i = 0; i < m->places.n; i++) {
+        const size_t at = ff_problem_index(m->p)[i];
+        const double theta = m->t.angle[0][at], e = (f[i] - m->t.value[at]) * cos(theta), w = m->t.weight ? m->t.weight[at] : 1;
+        if (theta < 10 * (double)k * FIT_DEGREE || theta >= 10 * (double)(k + 1) * FIT_DEGREE) continue;
+        weights += w;
+        sum += w * e;
+        square += w * e * e;
+        data += w * fabs(m->t.value[at]) * cos(theta);
+        n++;
+    }
+    free(f);
+    FF_CHECK(n > 100 && n == found->n, "%zu samples, %zu", n, found->n);
+    FF_CHECK_CLOSE(found->mean, sum / data, 1e-9, 1e-12);
+    FF_CHECK_CLOSE(found->rms, sqrt(square / weights) / (data / weights), 1e-9, 1e-12);
+}
+
+/* Samples that count differently: those with few in their band too. */
+static void bands_of_weighted_samples(void)
+{
+    const fit_surface s = fit_surface_make("ggx/v-cavity+lambert", 1, plain_surface);
+    const fit_sampling how = {.n = 4000, .max_theta = 80, .noise = 0.1, .seed = 5};
+    ff_fit_options o = fit_options();
+    ff_error err = {0};
+    ff_bands b;
+    measured m;
+    ff_table t = fit_measure(&s, &how);
+    t.weight = malloc(t.n * sizeof *t.weight);
+    if (!t.weight) exit(1);
+    for (size_t i = 0; i < t.n; i++) t.weight[i] = 1 + 0.5 * (double)(i % 7);
+    o.weighting = FF_WEIGHT_SOLID_ANGLE;
+    if (!measure("weighted bands", t, &s.model, &o, &m)) return;
+    FF_CHECK(!ff_trust_bands_into(m.p, &m.places, &o, &m.fit, &b, &err), "%s", err.message);
+    for (size_t k = 2; k < 7; k++) band_by_hand(&m, k, &b.band[FF_PLACE_THETA_I][k]);
+    forget(&m);
+}
+
 /* Smith's masking seen through V-cavities: for light from grazing directions the lobe of V-cavities leaves too low, towards the
  * horizon (Heitz 2014, section 6.2 and figure 8): too much at large theta_d, too little at small ones, and the mean height of what
  * is reflected too small. */
@@ -485,20 +654,7 @@ static void bands_of_angles(void)
     printf("v-cavity on Smith data, alpha %.3f, mean by theta_i:", m.fit.shape_value[0].value);
     for (int k = 0; k < FF_BANDS; k++) printf(" %+.1f%%", 100 * b.band[FF_PLACE_THETA_I][k].mean);
     printf("\n");
-    /* one band by hand */
-    double *f = malloc(m.places.n * sizeof *f), sum = 0, data = 0;
-    size_t n = 0;
-    FF_CHECK(f && !ff_trust_evaluate(m.p, &o, &m.fit, f, NULL, NULL, &err), "%s", err.message);
-    for (size_t i = 0; i < m.places.n; i++) {
-        const size_t at = ff_problem_index(m.p)[i];
-        if (m.t.angle[0][at] < 40 * FIT_DEGREE || m.t.angle[0][at] >= 50 * FIT_DEGREE) continue;
-        sum += (f[i] - m.t.value[at]) * cos(m.t.angle[0][at]);
-        data += fabs(m.t.value[at]) * cos(m.t.angle[0][at]);
-        n++;
-    }
-    FF_CHECK(n == b.band[FF_PLACE_THETA_I][4].n, "%zu samples, %zu", n, b.band[FF_PLACE_THETA_I][4].n);
-    FF_CHECK_CLOSE(b.band[FF_PLACE_THETA_I][4].mean, sum / data, 1e-9, 1e-12);
-    free(f);
+    band_by_hand(&m, 4, &b.band[FF_PLACE_THETA_I][4]);
     printf("                                      by theta_d:");
     for (int k = 0; k < FF_BANDS; k++) printf(" %+.1f%%", 100 * b.band[FF_PLACE_THETA_D][k].mean);
     printf("\n");
@@ -555,7 +711,8 @@ static void channels_that_differ(void)
         FF_CHECK(!ff_trust_channels_differ_into(fits, 3, &d, &err), "%s", err.message);
         printf("channels of %s roughness: chi^2 %.2f with %zu degrees of freedom, p %.3g\n", differ ? "different" : "one", d.chi2,
                d.dof, d.p);
-        FF_CHECK(d.dof == 2 * fits[0].n_columns - 4 || d.dof > 0, "%zu degrees of freedom", d.dof);
+        FF_CHECK(d.dof == 6, "%zu degrees of freedom of three shapes of three parameters", d.dof);
+        FF_CHECK_CLOSE(d.p, ff_chi2_tail(d.chi2, (double)d.dof), 1e-12, 0);
         FF_CHECK(differ ? d.p < 1e-6 : d.p > 1e-3, "p = %g", d.p);
         for (int c = 0; c < 3; c++) ff_fit_result_clear(&fits[c]);
     }
@@ -729,8 +886,10 @@ static void wrong_options(void)
     ff_table_clear(&t);
 }
 
-FF_TEST_MAIN(FF_TEST(quantiles), FF_TEST(effective_number), FF_TEST(misfit_of_scattered_samples), FF_TEST(places_of_samples),
-             FF_TEST(profiles), FF_TEST(ends_of_profiles), FF_TEST(not_determined), FF_TEST(bootstraps), FF_TEST(cut_offs),
-             FF_TEST(comparisons), FF_TEST(size_and_power_of_the_test), FF_TEST(validation_by_hand), FF_TEST(bands_of_angles),
-             FF_TEST(residual_tables), FF_TEST(channels_that_differ), FF_TEST(outliers), FF_TEST(given_scale), FF_TEST(saturation),
-             FF_TEST(noise_floor), FF_TEST(negative_samples), FF_TEST(wrong_options))
+FF_TEST_MAIN(FF_TEST(quantiles), FF_TEST(effective_number), FF_TEST(misfit_of_scattered_samples),
+             FF_TEST(known_noise_that_goes_together), FF_TEST(places_of_samples), FF_TEST(profiles), FF_TEST(ends_of_profiles),
+             FF_TEST(not_determined), FF_TEST(bootstraps), FF_TEST(bootstrap_on_a_bound), FF_TEST(cut_offs), FF_TEST(comparisons),
+             FF_TEST(comparison_by_hand), FF_TEST(size_and_power_of_the_test), FF_TEST(validation_by_hand),
+             FF_TEST(bands_of_angles), FF_TEST(bands_of_weighted_samples), FF_TEST(residual_tables), FF_TEST(channels_that_differ),
+             FF_TEST(outliers), FF_TEST(given_scale), FF_TEST(saturation), FF_TEST(noise_floor), FF_TEST(negative_samples),
+             FF_TEST(wrong_options))

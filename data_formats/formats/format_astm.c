@@ -162,8 +162,8 @@ static ff_status settle_columns(astm *a, const char *row)
         ff_status status = insert_phi_s(a);
         if (status != FF_OK) return status;
     }
-    a->slot = malloc(a->names.n * sizeof *a->slot);
-    a->may_be_empty = calloc(a->names.n, 1);
+    a->slot = malloc((a->names.n + 1) * sizeof *a->slot);
+    a->may_be_empty = calloc(a->names.n + 1, 1);
     if (!a->slot || !a->may_be_empty)
         return ff_error_set(a->err, FF_ERR_MEMORY, a->path, a->lines.line, -1, "no memory for %zu columns", a->names.n);
     size_t channel = 0;

@@ -208,9 +208,9 @@ static ff_status place_columns(csv *f)
     f->with_sigma = n_sigmas > 0;
     f->with_weight = weight >= 0;
     f->rows.width = ff_rows_width(f->n_channels, f->with_sigma, f->with_weight);
-    f->slot = calloc(f->names.n, sizeof *f->slot);
+    f->slot = calloc(f->names.n + 1, sizeof *f->slot);
     f->column = malloc(f->rows.width * sizeof *f->column);
-    f->may_be_empty = calloc(f->names.n, 1);
+    f->may_be_empty = calloc(f->names.n + 1, 1);
     if (!f->slot || !f->column || !f->may_be_empty) return no_memory(f);
     memset(f->column, 0xFF, f->rows.width * sizeof *f->column);
 

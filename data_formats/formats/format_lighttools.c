@@ -284,8 +284,9 @@ static ff_status find_axes(lighttools *l, plan *p)
         if (status == FF_OK)
             status = add_distinct(l, &p->wavelength, l->content == XYZ ? (double)b->tristimulus : b->wavelength, &index);
     }
-    if (status == FF_OK) qsort(p->theta_i.value, p->theta_i.n, sizeof(double), ff_ascending);
-    if (status == FF_OK && l->content == XYZ) qsort(p->wavelength.value, p->wavelength.n, sizeof(double), ff_ascending);
+    if (status == FF_OK && p->theta_i.n > 1) qsort(p->theta_i.value, p->theta_i.n, sizeof(double), ff_ascending);
+    if (status == FF_OK && l->content == XYZ && p->wavelength.n > 1)
+        qsort(p->wavelength.value, p->wavelength.n, sizeof(double), ff_ascending);
     return status;
 }
 
@@ -299,7 +300,7 @@ static ff_status place_blocks(lighttools *l, plan *p)
         return ff_error_set(l->err, FF_ERR_FORMAT, l->path, l->t.lines.line, -1,
                             "found %zu blocks for %zu incidences and %zu channels, expected %zu: one for each pair", n,
                             p->theta_i.n, p->wavelength.n, cells);
-    p->block = calloc(cells, sizeof *p->block);
+    p->block = calloc(cells + 1, sizeof *p->block);
     if (!p->block) return ff_error_set(l->err, FF_ERR_MEMORY, l->path, 0, -1, "no memory for %zu blocks", cells);
     for (size_t k = 0; k < l->n_blocks; k++) {
         const block *b = &l->blocks[k];

@@ -385,8 +385,9 @@ static ff_status write_table(const char *path, writer *w, int symmetry, ff_error
     if (status != FF_OK) return status;
     w->file = out.file;
     write_header(w, symmetry);
-    for (size_t c = 0; c < t->n_channels; c++) {
-        fprintf(out.file, "\n%s\nDataBegin\n", part_name[t->n_channels == 3 ? XYZ : MONOCHROME][c]);
+    const int colours = t->n_channels == 3 ? XYZ : MONOCHROME;
+    for (size_t c = 0; c < (colours == XYZ ? 3 : 1); c++) {
+        fprintf(out.file, "\n%s\nDataBegin\n", part_name[colours][c]);
         for (size_t b = 0; b < t->axes.n[FF_ZEMAX_ROTATION] * t->axes.n[FF_ZEMAX_INCIDENCE]; b++) write_block(w, c, b);
         fputs("DataEnd\n", out.file);
     }

@@ -31,9 +31,8 @@ static double *new_plane(size_t n)
 {
     double *plane = calloc(n, sizeof *plane);
 #ifdef MADV_HUGEPAGE
-    const uintptr_t large = (uintptr_t)1 << 21;
-    uintptr_t begin = ((uintptr_t)plane + large - 1) & ~(large - 1), end = ((uintptr_t)plane + n * sizeof *plane) & ~(large - 1);
-    if (plane && end > begin) (void)madvise((void *)begin, end - begin, MADV_HUGEPAGE);
+    const size_t large = (size_t)1 << 21, size = n * sizeof *plane, before = (size_t)(-(uintptr_t)plane & (large - 1));
+    if (plane && size >= before + large) (void)madvise((char *)plane + before, (size - before) & ~(large - 1), MADV_HUGEPAGE);
 #endif
     return plane;
 }

@@ -85,21 +85,13 @@ static double single_product(const ff_normal *n, size_t n_samples, const double 
     return n->meat[n->diagonal ? a : ff_tri(a, b)] - (double)n_samples * mean[a] * mean[b];
 }
 
-ff_status ff_clusters_choose(const struct ff_problem *p, const ff_normal *n, size_t n_samples, ff_clusters *out)
+/* Doubles the runs, whose n_now centred sums come in and are joined, and stops where clusters would be too few. share: of the
+ * samples that are in use. squares [n_now] */
+static void lengthen(const ff_normal *n, double share, size_t n_now, size_t run, const double *single, double *sums,
+                     double *squares, ff_clusters *out)
 {
-    const size_t P = n->P, length = ff_run_length(p), runs = (p->n + length - 1) / length;
-    const double share = (double)n_samples / (double)p->n;
-    *out = (ff_clusters){.run = 1, .n = n_samples, .settled = 1};
-    if (!n->runs || P == 0 || is_rounding(p, n)) return FF_OK;
-    double *sums = malloc((runs * P + 1) * sizeof *sums), *squares = malloc((runs + 1) * sizeof *squares),
-           *single = malloc((2 * P + 1) * sizeof *single), *mean = single + P;
-    const ff_status st = sums && squares && single ? FF_OK : FF_ERR_MEMORY;
-    size_t n_now = 0, run = length;
+    const size_t P = n->P;
     int beyond = 0;
-    if (!st) {
-        n_now = ff_clusters_centred(p, n, n_samples, sums, mean);
-        for (size_t k = 0; k < P; k++) single[k] = single_product(n, n_samples, mean, k, k);
-    }
     while (share * (double)n_now >= MIN_CLUSTERS && share * (double)n_now >= (double)(PER_PARAMETER * (n->m1 - 1))) {
         const int moved = grows(sums, single, n_now, P, run, out->run > 1 ? squares : NULL);
         if (moved || (out->run > 1 && out->run * 2 == run && !beyond)) {
@@ -112,6 +104,21 @@ ff_status ff_clusters_choose(const struct ff_problem *p, const ff_normal *n, siz
         if (out->run > 1) join_squares(squares, n_now);
         n_now = ff_clusters_join(sums, n_now, P);
         run *= 2;
+    }
+}
+
+ff_status ff_clusters_choose(const struct ff_problem *p, const ff_normal *n, size_t n_samples, ff_clusters *out)
+{
+    const size_t P = n->P, length = ff_run_length(p), runs = (p->n + length - 1) / length;
+    *out = (ff_clusters){.run = 1, .n = n_samples, .settled = 1};
+    if (!n->runs || P == 0 || is_rounding(p, n)) return FF_OK;
+    double *sums = malloc((runs * P + 1) * sizeof *sums), *squares = malloc((runs + 1) * sizeof *squares),
+           *single = malloc((2 * P + 1) * sizeof *single), *mean = single + P;
+    const ff_status st = sums && squares && single ? FF_OK : FF_ERR_MEMORY;
+    if (!st) {
+        const size_t n_now = ff_clusters_centred(p, n, n_samples, sums, mean);
+        for (size_t k = 0; k < P; k++) single[k] = single_product(n, n_samples, mean, k, k);
+        lengthen(n, (double)n_samples / (double)p->n, n_now, length, single, sums, squares, out);
     }
     free(sums);
     free(squares);

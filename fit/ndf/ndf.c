@@ -261,7 +261,7 @@ static ff_status choose_smooth(ff_ndf_fit *f, const struct ff_problem *p, double
 {
     enum { WORSE = 3 };
     const size_t P = f->P;
-    double *best = malloc(2 * P * sizeof *best), least = INFINITY, smooth = 0;
+    double *best = malloc((2 * P + 1) * sizeof *best), least = INFINITY, smooth = 0;
     ff_outcome outcome;
     int worse = 0;
     ff_status s = best ? ff_ndf_look(f, p) : FF_ERR_MEMORY;

@@ -37,7 +37,7 @@ static size_t threshold_bin(const size_t *histogram, size_t count)
 /* A stride that shares no factor with the usual periods of grids. */
 static size_t stride_for(size_t rest, size_t wanted)
 {
-    size_t s = rest / wanted;
+    size_t s = rest / (wanted > 0 ? wanted : 1);
     if (s < 2) return 1;
     while (s % 2 == 0 || s % 3 == 0 || s % 5 == 0) s++;
     return s;

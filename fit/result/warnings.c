@@ -24,7 +24,7 @@ static ff_status say_of_channels(ff_warning_code code, const ff_warning_paramete
                                  const channels *c, const double *value, ff_fit_result *r)
 {
     ff_warning w = {.code = code, .n_parameters = n_parameters, .n_channels = c->n, .parameter = parameter, .channel = c->at};
-    for (size_t k = 0; k < FF_WARNING_VALUES && ff_warning_kind_of((int)code)->value[k]; k++) w.value[k] = value[k];
+    for (size_t k = 0; value && k < FF_WARNING_VALUES && ff_warning_kind_of((int)code)->value[k]; k++) w.value[k] = value[k];
     return c->n ? ff_warnings_add(&r->warnings, &w) : FF_OK;
 }
 

@@ -51,6 +51,7 @@ static int by_cost(const void *a, const void *b)
 {
     const ff_candidate *x = a, *y = b;
     if (x->cost2 != y->cost2) return x->cost2 < y->cost2 ? -1 : 1;
+    // NOLINTNEXTLINE(bugprone-suspicious-memory-comparison): any order will do
     return memcmp(x->shape, y->shape, sizeof x->shape);
 }
 
@@ -173,9 +174,9 @@ enum { FF_ENDS_FROM = 7 };
 static void grid_point(const ff_layout *l, const grid *g, size_t code, double *shape)
 {
     for (uint32_t k = 0; k < l->free.n_shape; k++) {
+        if (g->size[k] <= 1) continue;
         const size_t step = code % g->size[k];
         code /= g->size[k];
-        if (g->size[k] == 1) continue;
         double lo, hi;
         search_range(l, k, g->lowest, &lo, &hi);
         /* in the middles of cells; what shapes a profile, where its points are many, at the ends too: a simpler one is there */
@@ -205,9 +206,9 @@ static int is_minimum(const ff_layout *l, const grid *g, const double *cost2, si
         size_t rest = code, turn = a, stride = 1, at = 0;
         int inside = 1;
         for (size_t k = 0; k < n; k++) {
+            if (g->size[k] <= 1) continue;
             const size_t step = rest % g->size[k];
             rest /= g->size[k];
-            if (g->size[k] == 1) continue;
             const size_t to = step + turn % 3; /* one more than the neighbour's */
             turn /= 3;
             inside &= to >= 1 && to <= g->size[k];

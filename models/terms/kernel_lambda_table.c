@@ -221,7 +221,7 @@ static jet edge_at(const nodes *nd, int j0, int b, const double before[16])
 static void bins_fill(const nodes *nd, int j0, int first, int n, double *table)
 {
     double before[16], c[6];
-    for (int k = 0; k < 16; k++) before[k] = STEPS / 2 / LN2 * ff_log1p(k / 16.);
+    for (int k = 0; k < 16; k++) before[k] = 0.5 * STEPS / LN2 * ff_log1p(k / 16.);
     jet lower = edge_at(nd, j0, first, before);
     for (int i = 0; i < n; i++) {
         const jet upper = edge_at(nd, j0, first + i + 1, before);
@@ -266,7 +266,7 @@ static double bin_v(int b)
 /* Points of a lattice from the node j0 on, with those before it. */
 static size_t lattice_points(int j0, int refine)
 {
-    return (size_t)((OCTAVE_TOP * STEPS - j0) * refine + AROUND + 1);
+    return (size_t)(OCTAVE_TOP * STEPS - j0) * (size_t)refine + AROUND + 1;
 }
 
 void ff_lambda_table_build(ff_ndf_pass *pass, int n_own, profile_kernel *profile)
@@ -282,7 +282,7 @@ void ff_lambda_table_build(ff_ndf_pass *pass, int n_own, profile_kernel *profile
     for (int k = 0; k <= FF_MAX_OWN; k++) g[k] = lattice[k];
     lattice_fill(pass, n_own, profile, 1, node0 - AROUND, lattice_points(node0, 1), g);
     for (int k = 0; k <= n_own; k++) {
-        integrate(&w, g[k], lattice_points(node0, 1), (size_t)(node1 - node0 + 1), &nd);
+        integrate(&w, g[k], lattice_points(node0, 1), (size_t)(node1 - node0) + 1, &nd);
         bins_fill(&nd, node0, first, n, pass->table + (size_t)k * 6 * (size_t)n);
     }
     pass->c[C_LO] = bin_v(first);

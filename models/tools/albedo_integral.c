@@ -358,8 +358,9 @@ static void integrate_hemisphere(ff_integrand *k, const ff_gauss *g)
             const double half = (edge[panel + 1] - edge[panel]) / 2, x = edge[panel] + half * (1 + g->x[i]);
             const double z = x * x * x, r = sqrt((1 - z) * (1 + z)), weight = half * g->w[i] * 3 * x * x * z;
             for (int j = 0; j < 4 * g->n; ++j) {
-                const double phi = towards + PI / 4 * (2 * (j / g->n) + 1 + g->x[j % g->n]);
-                add_point(k, (const double[]){r * cos(phi), r * sin(phi), z}, k->o, weight * PI / 4 * g->w[j % g->n]);
+                const int quarter = j / g->n, node = j % g->n;
+                const double phi = towards + PI / 4 * (2 * quarter + 1 + g->x[node]);
+                add_point(k, (const double[]){r * cos(phi), r * sin(phi), z}, k->o, weight * PI / 4 * g->w[node]);
             }
         }
 }

@@ -72,7 +72,10 @@ static ff_status best_split(const ff_csv_mapping *map, const char *text, size_t 
         if (s > separators && !memchr(text, *s, length)) continue;
         ff_status status = split_names(text, length, *s, path, line, &names, err);
         if (status == FF_ERR_FORMAT) continue;
-        if (status != FF_OK) return status;
+        if (status != FF_OK) {
+            ff_names_free(out);
+            return status;
+        }
         size_t score = count_found(map, &names) * FF_NAMES_MAX * 2 + names.n;
         if (score > best) {
             ff_names_free(out);

@@ -282,6 +282,7 @@ static ff_status read_channel(ff_exr_file *f, const ff_exr_attribute *a, size_t 
     if (ff_uint32_of(p + 8) != 1 || ff_uint32_of(p + 12) != 1)
         return bad_channel(f, a, *at, "as many pixels as the image, not fewer");
     /* the library sorts them, and a list that is not in order has another order of data than the file */
+    // NOLINTNEXTLINE(clang-analyzer-core.NonNullParamChecker): the channels before have their names
     if (f->n_channels && strcmp(f->channel[f->n_channels - 1].name, name) >= 0)
         return bad_channel(f, a, *at, "a name of its own, after the names before it");
     if (f->n_channels == CHANNELS_MAX) return bad_channel(f, a, *at, "at most 16384 channels");

@@ -108,7 +108,7 @@ static ff_status own(const ff_table *t, int as_list, ff_table *out, ff_error *er
         out->radians_per_unit = t->grid ? degree : t->radians_per_unit;
         ff_table_angles(t, out->radians_per_unit, 0, t->n, out->angle);
     }
-    if (out->weight) memcpy(out->weight, t->weight, t->n * sizeof *t->weight);
+    if (out->weight && t->weight) memcpy(out->weight, t->weight, t->n * sizeof *t->weight);
     out->isotropic = t->isotropic;
     return FF_OK;
 }
@@ -116,12 +116,12 @@ static ff_status own(const ff_table *t, int as_list, ff_table *out, ff_error *er
 ff_status ff_exr_layout(const ff_table *t, const char *grid, ff_table *out, ff_error *err)
 {
     char shape[128] = "own";
-    const char *comma = grid ? strchrnul(grid, ',') : "";
-    const size_t length = grid ? (size_t)(comma - grid) : 0;
-    const int only_double = grid && strcmp(grid, "double") == 0;
-    if (length >= sizeof shape || (*comma && strcmp(comma, ",double") != 0)) return bad_grid(grid, err);
-    if (grid && !only_double) {
-        memcpy(shape, grid, length);
+    const char *asked = grid ? grid : "own", *comma = strchrnul(asked, ',');
+    const size_t length = (size_t)(comma - asked);
+    const int only_double = strcmp(asked, "double") == 0;
+    if (length >= sizeof shape || (*comma && strcmp(comma, ",double") != 0)) return bad_grid(asked, err);
+    if (!only_double) {
+        memcpy(shape, asked, length);
         shape[length] = '\0';
     }
     ff_table made;
@@ -133,7 +133,7 @@ ff_status ff_exr_layout(const ff_table *t, const char *grid, ff_table *out, ff_e
     else if (strncmp(shape, "half-difference:", 16) == 0 || strncmp(shape, "incident-exit:", 14) == 0)
         s = product(shape, t, &made, err);
     else
-        s = bad_grid(grid, err);
+        s = bad_grid(asked, err);
     if (s != FF_OK) return s;
     ff_table_name_channels_like(&made, t);
     const ff_exr_kept *kept = ff_exr_kept_of(t);

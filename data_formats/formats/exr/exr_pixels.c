@@ -194,7 +194,7 @@ static ff_status set_lines(pixels *p)
         if (p->planes[k].low >= 0) wanted[p->planes[k].low] = 1;
     }
     for (size_t c = 0; c < f->n_channels; c++) n += wanted[c];
-    p->storage = malloc(n * at_once * sizeof *p->storage);
+    p->storage = malloc((n * at_once + 1) * sizeof *p->storage);
     for (size_t c = 0, used = 0; c < f->n_channels && p->storage; c++)
         if (wanted[c]) p->line[c] = p->storage + at_once * used++;
     free(wanted);

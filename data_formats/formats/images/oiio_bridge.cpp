@@ -29,7 +29,7 @@ void SetText(const std::string &from, char (&to)[FF_IMAGE_NAME])
     std::snprintf(to, sizeof to, "%s", from.c_str());
 }
 
-int BitsOf(OIIO::TypeDesc type)
+int BitsOf(const OIIO::TypeDesc &type)
 {
     return type.is_floating_point() ? 0 : static_cast<int>(8 * type.basesize());
 }

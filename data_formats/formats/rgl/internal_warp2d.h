@@ -34,11 +34,8 @@ typedef struct ff_warp2d_mix {
 } ff_warp2d_mix;
 ff_warp2d_mix ff_warp2d_at(const ff_warp2d *w, const double parameter[2]);
 
-/** Density at u. */
-double ff_warp2d_eval(const ff_warp2d *w, const ff_warp2d_mix *mix, const double u[2]);
-
-/** From u to s; requires the inverse. Returns the density at u. */
-double ff_warp2d_invert(const ff_warp2d *w, const ff_warp2d_mix *mix, const double u[2], double s[2]);
+/** From u to s; requires the inverse. */
+void ff_warp2d_invert(const ff_warp2d *w, const ff_warp2d_mix *mix, const double u[2], double s[2]);
 
 /** From s to u, a row at a time: returns u.y of s_y; what ff_warp2d_along needs goes into row [2 width], unless that is NULL. */
 double ff_warp2d_row(const ff_warp2d *w, const ff_warp2d_mix *mix, double s_y, double *row);

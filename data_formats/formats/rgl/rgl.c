@@ -162,14 +162,14 @@ static ff_status read_vndf(const opening *o, int with_inverse)
     if (s == FF_OK) s = check_shape(o, t, 2, (const size_t[]){r->n_phi, r->n_theta});
     if (s == FF_OK) s = copy_floats(o, t, &density);
     if (s != FF_OK) return s;
-    const size_t size = (size_t)(t->shape[2] * t->shape[3]);
-    for (size_t i = 0; i < t->count; i += size) {
+    const size_t size = (size_t)(t->shape[2] * t->shape[3]), parts = r->n_phi * r->n_theta;
+    for (size_t part = 0, i = 0; part < parts; part++, i += size) {
         size_t k = 0;
         while (k < size && !(density[i + k] > 0)) k++;
         if (k < size) continue;
         free(density);
         return ff_error_set(o->err, FF_ERR_DATA, o->path, 0, (int64_t)(t->offset + 4 * i),
-                            "part %zu of the field 'vndf': found zeros alone, expected a density", i / size);
+                            "part %zu of the field 'vndf': found zeros alone, expected a density", part);
     }
     return ff_warp2d_new((size_t)t->shape[3], (size_t)t->shape[2], (const size_t[]){r->n_phi, r->n_theta},
                          (const double *const[]){r->phi, r->theta}, density, with_inverse, &r->vndf)
@@ -180,8 +180,9 @@ static ff_status read_vndf(const opening *o, int with_inverse)
 /* The shortest decimal number that is the same as a 32-bit float. */
 static double shortest(float v)
 {
-    for (double unit = 1; unit < 1e5; unit *= 10) {
-        const double decimal = round((double)v * unit) / unit;
+    static const double units[] = {1, 10, 100, 1e3, 1e4};
+    for (size_t k = 0; k < sizeof units / sizeof *units; k++) {
+        const double decimal = round((double)v * units[k]) / units[k];
         if ((float)decimal == v) return decimal;
     }
     return (double)v;

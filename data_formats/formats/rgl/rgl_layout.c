@@ -192,10 +192,10 @@ static void finish_rings(shape *s)
 
 static void finish_cells(shape *s)
 {
-    enum { DRAWN = 4 }; /* the ring counts as so many pairs */
+    enum { DRAWN = 4, RINGS_OF_CELL = RINGS / CELLS }; /* the ring counts as so many pairs */
     for (size_t b = 0; b < CELLS; b++) {
         double ring = 0;
-        for (size_t k = 0; k < RINGS / CELLS; k++) ring += s->ring[b * (RINGS / CELLS) + k] / (RINGS / CELLS);
+        for (size_t k = 0; k < RINGS_OF_CELL; k++) ring += s->ring[b * RINGS_OF_CELL + k] / RINGS_OF_CELL;
         for (size_t a = 0; a < CELLS; a++) s->cell[a][b] = fmax((s->cell[a][b] + DRAWN * ring) / (s->cell_count[a][b] + DRAWN), 0);
     }
 }

@@ -147,14 +147,6 @@ double ff_bilinear(const float *grid, size_t width, size_t height, const double 
     return (1 - y) * ((1 - x) * (double)at[0] + x * (double)at[1]) + y * ((1 - x) * (double)at[width] + x * (double)at[width + 1]);
 }
 
-double ff_warp2d_eval(const ff_warp2d *w, const ff_warp2d_mix *mix, const double u[2])
-{
-    double sum = 0;
-    for (int k = 0; k < mix->n; k++)
-        sum += mix->weight[k] * ff_bilinear(w->density + mix->slice[k] * w->height * w->width, w->width, w->height, u);
-    return sum * (double)(w->width - 1) * (double)(w->height - 1);
-}
-
 /* Where a density that goes from d0 to d1 over a cell has the integral `mass`: 0..1. */
 static double invert_cell(double mass, double d0, double d1)
 {
@@ -163,7 +155,7 @@ static double invert_cell(double mass, double d0, double d1)
     return place > 1 ? 1 : place > 0 ? place : 0;
 }
 
-double ff_warp2d_invert(const ff_warp2d *w, const ff_warp2d_mix *mix, const double u[2], double s[2])
+void ff_warp2d_invert(const ff_warp2d *w, const ff_warp2d_mix *mix, const double u[2], double s[2])
 {
     double x, y;
     const size_t column = cell_of(u[0], w->width, &x), row = cell_of(u[1], w->height, &y);
@@ -176,7 +168,6 @@ double ff_warp2d_invert(const ff_warp2d *w, const ff_warp2d_mix *mix, const doub
     const double whole = (1 - y) * r0 + y * r1;
     s[0] = whole > 0 ? fmin((before + x * (d0 + 0.5 * x * (d1 - d0))) / whole, 1) : 0;
     s[1] = fmin(mixed(w->marginal, w->height, row, mix) + y * (r0 + 0.5 * y * (r1 - r0)), 1);
-    return ((1 - x) * d0 + x * d1) * (double)(w->width - 1) * (double)(w->height - 1);
 }
 
 /* Adds the mixed densities of a row of the grid. */

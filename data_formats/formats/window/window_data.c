@@ -143,13 +143,15 @@ static ff_status make_cells(ff_scattering *s, const double *corner, double w, si
     }
     for (size_t i = 0; i < n_incident; i++) {
         ff_tree_cell *c = &s->cell[i];
+        const size_t row = i / m, column = i % m;
         *c = s->rank == 3 ? ring_cell(corner[0] + w * (double)i, w)
-                          : disk_cell(corner[0] + w * (double)(i / m), corner[1] + w * (double)(i % m), w);
+                          : disk_cell(corner[0] + w * (double)row, corner[1] + w * (double)column, w);
         c->phi = turned(s->mirrored ? -c->phi : c->phi + 180);
     }
     for (size_t o = 0; o < m * m; o++) {
         ff_tree_cell *c = &s->cell[n_incident + o];
-        *c = disk_cell(corner[s->rank - 2] + w * (double)(o / m), corner[s->rank - 1] + w * (double)(o % m), w);
+        const size_t row = o / m, column = o % m;
+        *c = disk_cell(corner[s->rank - 2] + w * (double)row, corner[s->rank - 1] + w * (double)column, w);
         c->phi = turned(s->mirrored ? 180 - c->phi : c->phi);
     }
     return FF_OK;

@@ -52,15 +52,15 @@ static void fill_directions(const ff_window_file *w, ff_table *t, double *const 
     for (size_t i = 0; i < n_incident; i++)
         incident[1][i] = fmod(b->face == FF_WINDOW_FRONT ? 360 - incident[1][i] : incident[1][i] + 180, 360);
     for (size_t o = 0; o < n_exit && b->face == FF_WINDOW_FRONT; o++) exit[1][o] = fmod(540 - exit[1][o], 360);
-    for (size_t s = 0; s < t->n; s++) {
-        const size_t i = w->structure == FF_WINDOW_ROWS ? s / n_exit : s % n_incident,
-                     o = w->structure == FF_WINDOW_ROWS ? s % n_exit : s / n_incident;
-        t->angle[0][s] = incident[0][i];
-        t->angle[1][s] = incident[1][i];
-        t->angle[2][s] = exit[0][o];
-        t->angle[3][s] = exit[1][o];
-        t->weight[s] = incident[2][i] * exit[2][o];
-    }
+    for (size_t i = 0; i < n_incident; i++)
+        for (size_t o = 0; o < n_exit; o++) {
+            const size_t s = w->structure == FF_WINDOW_ROWS ? i * n_exit + o : o * n_incident + i;
+            t->angle[0][s] = incident[0][i];
+            t->angle[1][s] = incident[1][i];
+            t->angle[2][s] = exit[0][o];
+            t->angle[3][s] = exit[1][o];
+            t->weight[s] = incident[2][i] * exit[2][o];
+        }
 }
 
 static ff_status matrix_directions(const ff_window_file *w, ff_table *t)
