@@ -34,16 +34,6 @@ typedef struct walk {
     double *many, *few, *log_i, *log_o; /* [FF_BLOCK]: samples that one stands for, its inverse; of its cosines */
 } walk;
 
-/* How many samples of the whole problem a sample of a smaller one stands for. */
-static double multiplicity(const walk *w, size_t i)
-{
-    if (w->p->n == w->whole->n) return 1;
-    const size_t at = w->p->index[i];
-    const double here = ff_problem_plane(w->p, i / FF_BLOCK, w->p->sample_weight)[i % FF_BLOCK],
-                 there = ff_problem_plane(w->whole, at / FF_BLOCK, w->whole->sample_weight)[at % FF_BLOCK];
-    return there > 0 ? (here / there) * (here / there) : 1;
-}
-
 /* The parameter of influence k of channel c. */
 static size_t parameter(const walk *w, size_t c, size_t k)
 {
@@ -80,7 +70,7 @@ static void prepare_block(const walk *w, const ff_visited *v)
 {
     for (size_t i = 0; i < v->n; i++) {
         const size_t at = w->p == w->whole ? v->first + i : w->p->index[v->first + i];
-        w->many[i] = multiplicity(w, v->first + i);
+        w->many[i] = ff_problem_stands_for(w->p, w->whole, v->first + i);
         w->log_i[i] = log(fmax((double)w->whole->cosine[0][at], 1e-3));
         w->log_o[i] = log(fmax((double)w->whole->cosine[1][at], 1e-3));
     }
@@ -274,7 +264,7 @@ static ff_status walk_over(const ff_plan *plan, const ff_point *at, const ff_noi
                            const ff_information *info, const ff_information *of_part, const float *part, ff_carriers *out)
 {
     const ff_layout *l = &plan->l;
-    const struct ff_problem *whole = plan->p, *p = whole->thin;
+    const struct ff_problem *whole = plan->p, *p = whole->sparse;
     const ff_plan search = ff_plan_on(plan, p);
     walk w = {.l = l, .p = p, .whole = whole, .noise = noise, .deviation = deviation, .m = l->n_shared + l->n_own, .arrow = l->arrow};
     const size_t S = l->n_shared, K = l->n_own, C = l->n_channels, P = l->P;

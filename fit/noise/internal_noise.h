@@ -38,15 +38,13 @@ void ff_standardised_free(ff_standardised *s);
 void ff_noise_rows(const ff_layout *l, const ff_visited *v, double (*row)[FF_BLOCK]);
 
 /* The noise of the data about a fit that has ended at `at`: weights from the model, a fit with these weights, its residuals, and
- * again until nothing changes (Carroll and Ruppert 1988, chapter 2), on the samples that starts are searched on. `where` is moved
+ * again until nothing changes (Carroll and Ruppert 1988, chapter 2), on the samples that noise is estimated on. `where` is moved
  * to the optimum of that fit. *out NULL where residuals are nothing but rounding. FF_ERR_MEMORY, FF_ERR_CANCELLED. */
 ff_status ff_noise_estimate(const ff_plan *plan, const ff_point *at, ff_point *where, ff_noise **out);
 
-/* Standard deviations of the data where the model is that of `at`, [n_channels][n_blocks FF_BLOCK]; FF_ERR_MEMORY. */
-ff_status ff_noise_deviations(const ff_plan *plan, const ff_point *at, const ff_noise *noise, float *out);
-
-/* The same of the samples that starts are searched on. */
-ff_status ff_noise_search_deviations(const ff_plan *plan, const ff_point *at, const ff_noise *noise, float *out);
+/* Standard deviations of the data where the model is that of `at`, of the samples of p, plan's problem or one of its smaller ones,
+ * [n_channels][n_blocks FF_BLOCK]; FF_ERR_MEMORY. */
+ff_status ff_noise_deviations(const ff_plan *plan, const struct ff_problem *p, const ff_point *at, const ff_noise *noise, float *out);
 
 /* ---- errors ------------------------------------------------------------------------------------ */
 
@@ -65,13 +63,13 @@ enum { FF_CARRIER_ARRAYS = 7 };
 /* memory [FF_CARRIER_ARRAYS P] */
 void ff_carriers_lay_out(double *memory, size_t P, ff_carriers *out);
 
-/* Of every parameter at a fit's optimum; deviation [n_channels][n_blocks FF_BLOCK] of the samples that starts are searched on. Before
+/* Of every parameter at a fit's optimum; deviation [n_channels][n_blocks FF_BLOCK] of the samples that noise is estimated on. Before
  * the covariance of info is made anew. FF_ERR_MEMORY. */
 ff_status ff_carriers_find(const ff_plan *plan, const ff_point *at, const ff_noise *noise, const float *deviation,
                            const ff_information *info, ff_carriers *out);
 
 /* The same of the difference between the estimates from a part of the samples and from all: the values in both have the difference
- * of their influences. all, of_part: of the samples that starts are searched on, and of those of them whose part [n_blocks FF_BLOCK
+ * of their influences. all, of_part: of the samples that noise is estimated on, and of those of them whose part [n_blocks FF_BLOCK
  * of the whole problem] is above 0. */
 ff_status ff_carriers_of_difference(const ff_plan *plan, const ff_point *at, const ff_noise *noise, const float *deviation,
                                     const ff_information *all, const ff_information *of_part, const float *part, ff_carriers *out);

@@ -5,13 +5,21 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* J' S J of the whole problem in the layout of H. */
-static ff_status scores(const ff_plan *plan, const ff_point *at, const float *deviation, ff_gram *out)
+/* J' S J in the layout of H, on the samples that noise is estimated on: where they stand for more of them, these are as many
+ * independent values, and a score with the weight of k counts k of them and not k^2. */
+static ff_status scores(const ff_plan *plan, const ff_point *at, float *deviation, ff_gram *out)
 {
+    const struct ff_problem *whole = plan->p, *p = whole->sparse;
+    const ff_plan search = ff_plan_on(plan, p);
+    const size_t stride = p->n_blocks * FF_BLOCK;
     ff_normal n = {0};
     ff_pass pass;
+    for (size_t i = 0; i < p->n && p->n < whole->n; i++) {
+        const float few = (float)(1 / sqrt(ff_problem_stands_for(p, whole, i)));
+        for (size_t c = 0; c < p->n_channels; c++) deviation[c * stride + i] *= few;
+    }
     ff_status st = ff_layout_normal(&plan->l, &n);
-    if (!st) st = ff_plan_pass(plan, at->shape, at->channel, &pass);
+    if (!st) st = ff_plan_pass(&search, at->shape, at->channel, &pass);
     if (st) {
         ff_normal_free(&n);
         return st;
@@ -24,14 +32,6 @@ static ff_status scores(const ff_plan *plan, const ff_point *at, const float *de
     if (!st) ff_gram_fill(&plan->l, &n, NULL, out);
     ff_normal_free(&n);
     return st;
-}
-
-/* Deviations of the samples of a smaller problem from those of all. */
-static void pick(const struct ff_problem *p, const struct ff_problem *whole, const float *from, float *to)
-{
-    for (size_t c = 0; c < p->n_channels; c++)
-        for (size_t i = 0; i < p->n_blocks * FF_BLOCK; i++)
-            to[c * p->n_blocks * FF_BLOCK + i] = i < p->n ? from[c * whole->n_blocks * FF_BLOCK + p->index[i]] : 0;
 }
 
 /* Two estimates of a variance: that of the noise model, which many values agree on, and that of the residuals themselves, which
@@ -48,7 +48,7 @@ static double degrees_of(double sway, double values)
 /* before [P]: the variances by the residuals of all samples and their clusters. */
 static void moderate(const ff_plan *plan, const ff_carriers *c, const double *before, double values, ff_information *info, double *factor)
 {
-    const int all_seen = plan->p->thin->n == plan->p->n;
+    const int all_seen = plan->p->sparse->n == plan->p->n;
     for (size_t k = 0; k < info->P; k++) {
         const double by_model = info->variance[k], N = c->number[k], joint = c->along[k] * c->between[k];
         const double by_residuals = all_seen ? c->hc2[k] * c->hc2[k] * joint * joint : before[k];
@@ -65,26 +65,22 @@ static void moderate(const ff_plan *plan, const ff_carriers *c, const double *be
 static ff_status errors_of(const ff_plan *plan, const ff_point *at, const ff_noise_found *found, ff_information *info,
                            ff_carriers *c, float *deviation, double *factor, double *before)
 {
-    const struct ff_problem *p = plan->p, *search = p->thin;
-    float *of_search = deviation + p->n_channels * p->n_blocks * FF_BLOCK;
+    const struct ff_problem *p = plan->p, *few = p->sparse;
     ff_point where = {.channel = found->channel};
     ff_gram M = {.local = NULL};
     memcpy(where.shape, found->shape, sizeof where.shape);
     memcpy(before, info->variance, info->P * sizeof *before);
-    ff_status st = ff_noise_deviations(plan, &where, found->noise, deviation);
-    if (!st) {
-        pick(search, p, deviation, of_search);
-        st = ff_carriers_find(plan, at, found->noise, of_search, info, c);
-    }
+    ff_status st = ff_noise_deviations(plan, few, &where, found->noise, deviation);
+    if (!st) st = ff_carriers_find(plan, at, found->noise, deviation, info, c);
     if (!st) st = scores(plan, at, deviation, &M);
     if (!st) st = ff_information_from_scores(info, plan, &M);
     for (size_t k = 0; k < info->P && !st; k++) {
-        if (search->n < p->n) c->along[k] = sqrt(fmax((double)(p->n * p->n_channels) / info->effective, 1));
+        if (few->n < p->n) c->along[k] = sqrt(fmax((double)(p->n * p->n_channels) / info->effective, 1));
         factor[k] = c->along[k] * c->between[k];
     }
     if (!st) {
         ff_information_multiply(info, factor);
-        moderate(plan, c, before, (double)(search->n * search->n_channels), info, factor);
+        moderate(plan, c, before, (double)(few->n * few->n_channels), info, factor);
     }
     ff_gram_free(&M);
     return st;
@@ -94,7 +90,7 @@ ff_status ff_noise_errors(const ff_plan *plan, const ff_point *at, const ff_nois
                           ff_carriers *carriers)
 {
     const struct ff_problem *p = plan->p;
-    const size_t P = plan->l.P, values = p->n_channels * (p->n_blocks + p->thin->n_blocks) * FF_BLOCK;
+    const size_t P = plan->l.P, values = p->n_channels * p->sparse->n_blocks * FF_BLOCK;
     float *deviation = malloc(values * sizeof *deviation);
     double *memory = malloc(((FF_CARRIER_ARRAYS + 2) * P + 1) * sizeof *memory);
     ff_status st = deviation && memory ? FF_OK : FF_ERR_MEMORY;
@@ -124,7 +120,7 @@ static ff_status look_there(const ff_plan *plan, const ff_point *from, ff_point 
 ff_status ff_noise_difference(const ff_plan *plan, const ff_point *at, const ff_noise_found *found, const float *part, double *out,
                               double *dof)
 {
-    const struct ff_problem *whole = plan->p, *search = whole->thin;
+    const struct ff_problem *whole = plan->p, *search = whole->sparse;
     struct ff_problem few = *search;
     const size_t size = search->n_blocks * FF_BLOCK, P = plan->l.P;
     float *multiplier = calloc(size, sizeof *multiplier), *deviation = malloc(search->n_channels * size * sizeof *deviation);
@@ -142,7 +138,7 @@ ff_status ff_noise_difference(const ff_plan *plan, const ff_point *at, const ff_
     if (!st) {
         ff_point where = {.channel = found->channel};
         memcpy(where.shape, found->shape, sizeof where.shape);
-        st = ff_noise_search_deviations(plan, &where, found->noise, deviation);
+        st = ff_noise_deviations(plan, search, &where, found->noise, deviation);
     }
     if (!st) {
         ff_carriers_lay_out(memory, P, &c);

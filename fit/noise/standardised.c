@@ -5,8 +5,8 @@
 #include <string.h>
 
 enum { ROUNDS = 6, STEPS = 25 };
-#define SETTLED   0.02 /* change of the logarithm of a standard deviation, at the root of its mean square */
-#define TOLERANCE 1e-8
+#define SETTLED   0.05 /* change of the logarithm of a standard deviation, at the root of its mean square */
+#define TOLERANCE 1e-6
 #define MOST_LEVERAGE 0.99
 
 ff_status ff_standardised_new(const struct ff_problem *p, ff_standardised *out)
@@ -272,7 +272,7 @@ static ff_status iterate(const ff_plan *on_search, const struct ff_problem *whol
 
 ff_status ff_noise_estimate(const ff_plan *plan, const ff_point *at, ff_point *where, ff_noise **out)
 {
-    const struct ff_problem *whole = plan->p, *p = whole->thin;
+    const struct ff_problem *whole = plan->p, *p = whole->sparse;
     const size_t all = p->n * p->n_channels;
     ff_standardised s = {.factor = NULL};
     ff_plan search = ff_plan_on(plan, p);
@@ -331,21 +331,10 @@ static void deviate(void *context, const ff_visited *v)
     }
 }
 
-static ff_status deviations(const ff_plan *plan, const struct ff_problem *whole, const ff_point *at, const ff_noise *noise, float *out)
+ff_status ff_noise_deviations(const ff_plan *plan, const struct ff_problem *p, const ff_point *at, const ff_noise *noise, float *out)
 {
-    deviating d = {.p = plan->p, .whole = whole, .noise = noise, .out = out};
-    ff_plan values = *plan;
+    deviating d = {.p = p, .whole = plan->p, .noise = noise, .out = out};
+    ff_plan values = ff_plan_on(plan, p);
     values.l.free = (ff_wanted){0};
     return ff_point_visit(&values, at, deviate, &d);
-}
-
-ff_status ff_noise_deviations(const ff_plan *plan, const ff_point *at, const ff_noise *noise, float *out)
-{
-    return deviations(plan, plan->p, at, noise, out);
-}
-
-ff_status ff_noise_search_deviations(const ff_plan *plan, const ff_point *at, const ff_noise *noise, float *out)
-{
-    const ff_plan search = ff_plan_on(plan, plan->p->thin);
-    return deviations(&search, plan->p, at, noise, out);
 }

@@ -50,6 +50,7 @@ struct ff_problem {
     /* What starts are searched on, and what they are then refined on before all samples are: see ff_problem_thin. The last is
      * NULL where there are too few samples to make it worth while. */
     struct ff_problem *thin, *thin_linear, *middle;
+    struct ff_problem *sparse; /* what the noise of the data is estimated on; `thin` where that has few samples itself */
 };
 
 static inline double *ff_problem_plane(const struct ff_problem *p, size_t block, int plane)

@@ -13,6 +13,9 @@
 ff_status ff_problem_thin(const struct ff_problem *p, const float *size, size_t wanted, int linear, struct ff_problem **out);
 void ff_problem_thin_free(struct ff_problem *p);
 
+/* How many samples of `whole` sample i of p, one of its smaller problems, stands for; of the whole 1. */
+double ff_problem_stands_for(const struct ff_problem *p, const struct ff_problem *whole, size_t i);
+
 /* Memory for blocks, aligned, in large pages where the system has them; NULL when there is none. Released with free. */
 double *ff_block_memory(size_t bytes);
 

@@ -8,7 +8,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { FF_THIN = 12000, FF_MIDDLE_FROM = 200000 }; /* samples that a start is searched on; problems that have a middle */
+enum { FF_THIN = 12000, FF_SPARSE = 3000, FF_MIDDLE_FROM = 200000 }; /* samples that a start is searched on; problems that have a middle */
 enum { FF_SLAB = 2048 }; /* samples of a table looked at in one go; its directions fit in the second-level cache */
 
 /* ---- selection ------------------------------------------------------------------------------- */
@@ -442,6 +442,8 @@ static ff_status build_all(build *b, const ff_model *models, size_t n_models, ff
     p->index = b->index; /* the problem's from here on */
     b->index = NULL;
     ff_status st = ff_problem_thin(p, b->size, FF_THIN, 0, &p->thin);
+    p->sparse = p->thin;
+    if (!st && p->n > FF_SPARSE) st = ff_problem_thin(p, b->size, FF_SPARSE, 0, &p->sparse);
     p->thin_linear = p->thin; /* a linear loss is its own stand-in */
     if (!st && ff_loss_is_curved(p->loss)) st = ff_problem_thin(p, b->size, FF_THIN, 1, &p->thin_linear);
     if (!st && p->n > FF_MIDDLE_FROM) st = ff_problem_thin(p, b->size, p->n / 8, 0, &p->middle);
@@ -499,6 +501,7 @@ void ff_problem_free(ff_problem *p)
 {
     if (!p) return;
     if (p->thin_linear != p->thin) ff_problem_thin_free(p->thin_linear);
+    if (p->sparse != p->thin) ff_problem_thin_free(p->sparse);
     ff_problem_thin_free(p->thin);
     ff_problem_thin_free(p->middle);
     ff_pool_free(p->pool);

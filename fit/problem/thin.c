@@ -111,7 +111,7 @@ ff_status ff_problem_thin(const struct ff_problem *p, const float *size, size_t 
     t->index = NULL;
     t->cosine[0] = t->cosine[1] = NULL;
     t->multiplier = t->unit = t->factor = NULL;
-    t->thin = t->thin_linear = t->middle = NULL;
+    t->thin = t->thin_linear = t->middle = t->sparse = NULL;
     for (size_t i = 0; i < p->n; i++) histogram[bin_of(size[i])]++;
     const size_t bin = p->n > wanted ? threshold_bin(histogram, wanted / 3) : 0;
     size_t large = 0;
@@ -153,4 +153,13 @@ void ff_problem_thin_free(struct ff_problem *p)
     free(p->index);
     free((float *)(uintptr_t)p->unit);
     free(p);
+}
+
+double ff_problem_stands_for(const struct ff_problem *p, const struct ff_problem *whole, size_t i)
+{
+    if (p->n == whole->n) return 1;
+    const size_t at = p->index[i];
+    const double here = ff_problem_plane(p, i / FF_BLOCK, p->sample_weight)[i % FF_BLOCK],
+                 there = ff_problem_plane(whole, at / FF_BLOCK, whole->sample_weight)[at % FF_BLOCK];
+    return there > 0 && here > 0 ? (here / there) * (here / there) : 1;
 }
