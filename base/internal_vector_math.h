@@ -175,20 +175,24 @@ static inline void ff_sincos(double x, double *sin_x, double *cos_x)
     *cos_x = ff_from_bits(ff_bits(b) ^ ((quadrant + 1) & 2) << 62);
 }
 
-/* Angle in [0, pi] whose cosine and sine are proportional to c and s >= 0, not both 0; 4 ulp. The octant, then atan(lo/hi) = atan T +
- * atan t with t = (lo - T hi) / (hi + T lo) and T the nearest of 0, 1/2 and 1, then the series of atan for |t| <= 1/4.
+/* Angle in [0, pi] whose cosine and sine are proportional to c and s >= 0, not both 0; 4 ulp. The octant, then atan(lo/hi) = atan T
+ * + atan t with t = (lo - T hi) / (hi + T lo) and T the nearest of 0, 1/2 and 1, then the series of atan for |t| <= 1/4.
  *
- * With u = 2^-53: T hi and T lo are exact, and so is lo - T hi (Sterbenz; lo is between T hi / 2 and 2 T hi). So t has two roundings,
- * of the sum and the quotient, 2 u t; its series adds one and 1/50, being t + t^3/3 at most; what is left out is below 1e-17 t. atan T
- * is given to twice the digits. Where T is 1/2 that is 3.1 u of |atan t| <= 0.219 and half an ulp, at worst where the sum is as
- * small as 0.245 with an ulp of u/4: 3.2 ulp. Where T is 0, t has one rounding: 1.6 ulp; where it is 1: 1 ulp. From pi/2, and from pi,
- * the ulp is 2 or 4 times that, the error another half of it and 0.6 u of pi/2: below 3 ulp. */
+ * With u = 2^-53: T hi and T lo are exact, and so is lo - T hi (Sterbenz; lo is between T hi / 2 and 2 T hi). So t has two
+ * roundings, of the sum and the quotient, 2 u t; its series adds one and 1/50, being t + t^3/3 at most; what is left out is below
+ * 1e-17 t. atan T is given to twice the digits. Where T is 1/2 that is 3.1 u of |atan t| <= 0.219 and half an ulp, at worst where
+ * the sum is as small as 0.245 with an ulp of u/4: 3.2 ulp. Where T is 0, t has one rounding: 1.6 ulp; where it is 1: 1 ulp. From
+ * pi/2, and from pi, the ulp is 2 or 4 times that, the error another half of it and 0.6 u of pi/2: below 3 ulp. */
 static inline double ff_angle(double s, double c)
 {
     const double ac = fabs(c), hi = s > ac ? s : ac, lo = s > ac ? ac : s;
     const double T = lo > 0.75 * hi ? 1 : lo > 0.25 * hi ? 0.5 : 0;
-    const double at = lo > 0.75 * hi ? 7.85398163397448278999e-01 : lo > 0.25 * hi ? 4.63647609000806093515e-01 : 0,
-                 rest = lo > 0.75 * hi ? 3.06161699786838301793e-17 : lo > 0.25 * hi ? 2.26987774529616870924e-17 : 0;
+    const double at = lo > 0.75 * hi   ? 7.85398163397448278999e-01
+                      : lo > 0.25 * hi ? 4.63647609000806093515e-01
+                                       : 0,
+                 rest = lo > 0.75 * hi   ? 3.06161699786838301793e-17
+                        : lo > 0.25 * hi ? 2.26987774529616870924e-17
+                                         : 0;
     const double t = (lo - T * hi) / (hi + T * lo), z = t * t;
     double p = 0.04;
     p = -0.0434782608695652174 + z * p;

@@ -34,8 +34,8 @@ double ff_compress(const double *H, const double *g, size_t P, const size_t *ind
 /* -1, +1 where coordinate k of x [P] sits on its bound, else 0; g: what a pass at x has left. */
 int ff_bound_of(const ff_layout *l, const ff_gram *g, const double *x, double lower, double upper, size_t k);
 
-/* Has a channel, with the shape at rest, more to gain than this part of its own objective (once per channel)? g: what a pass at x has
- * left. */
+/* Has a channel, with the shape at rest, more to gain than this part of its own objective (once per channel)? g: what a pass at x
+ * has left. */
 int ff_channels_open(const ff_layout *l, const ff_gram *g, const double *x, const double *lower, const double *upper,
                      double tolerance);
 

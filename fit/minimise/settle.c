@@ -2,9 +2,9 @@
  *
  * A minimisation ends when a step would gain less than a given part of the whole objective, which is nearly that of the brightest
  * channels. One whose values are 1e-6 of theirs adds 1e-12 to it: its parameters may be anywhere, on a bound onto which a step of
- * the first iterations has taken them, and nothing that is added up says so. With the shape at rest the channels are problems of their
- * own, each of few unknowns and with its own sum of squares, which the last pass has left; so each is judged by that, and those that
- * have more to gain are moved alone. What this does to the shape is less than the tolerance by which it was found. */
+ * the first iterations has taken them, and nothing that is added up says so. With the shape at rest the channels are problems of
+ * their own, each of few unknowns and with its own sum of squares, which the last pass has left; so each is judged by that, and
+ * those that have more to gain are moved alone. What this does to the shape is less than the tolerance by which it was found. */
 #include "internal_minimise.h"
 #include <math.h>
 #include <stdlib.h>
@@ -15,10 +15,10 @@ enum { ROUNDS = 8 };
 /* Where the channels are, and what a pass has left there. */
 typedef struct settling {
     const ff_plan *plan;
-    const ff_layout *l; /* the plan's */
-    ff_point *at;       /* its parameters are those of the last pass */
+    const ff_layout *l;                         /* the plan's */
+    ff_point *at;                               /* its parameters are those of the last pass */
     double *lower, *upper, *x, *before, *slope; /* [P] */
-    double *cost; /* [n_channels] before the step; NAN of those that rest */
+    double *cost;                               /* [n_channels] before the step; NAN of those that rest */
     ff_normal normal;
     ff_gram gram;
 } settling;
@@ -30,8 +30,8 @@ static double reach(const ff_layout *l, size_t k, double distance)
 }
 
 /* What channel c, with the shape at rest, would gain by its step [K]. */
-static double channel_gain(const ff_layout *l, const ff_gram *g, const double *x, const double *lower, const double *upper, size_t c,
-                           double *step)
+static double channel_gain(const ff_layout *l, const ff_gram *g, const double *x, const double *lower, const double *upper,
+                           size_t c, double *step)
 {
     const size_t S = g->S, K = g->K, m = S + K;
     const double *G = g->local + c * g->tri;
@@ -58,8 +58,7 @@ static int is_open(const ff_layout *l, const ff_gram *g, const double *x, const 
                    double tolerance, double *step)
 {
     const size_t m = g->S + g->K;
-    return channel_gain(l, g, x, lower, upper, c, step) >
-           tolerance * (double)l->n_channels * g->local[c * g->tri + ff_tri(m, m)];
+    return channel_gain(l, g, x, lower, upper, c, step) > tolerance * (double)l->n_channels * g->local[c * g->tri + ff_tri(m, m)];
 }
 
 int ff_channels_open(const ff_layout *l, const ff_gram *g, const double *x, const double *lower, const double *upper,
