@@ -35,8 +35,8 @@ static double channel_gain(const ff_layout *l, const ff_gram *g, const double *x
 {
     const size_t S = g->S, K = g->K, m = S + K;
     const double *G = g->local + c * g->tri;
-    double small[(FF_MAX_CHANNEL_PARAMS + 1) * (FF_MAX_CHANNEL_PARAMS + 2) / 2], lo[FF_MAX_CHANNEL_PARAMS],
-        hi[FF_MAX_CHANNEL_PARAMS], gain = 0;
+    double small[(FF_MAX_CHANNEL_PARAMS + 1) * (FF_MAX_CHANNEL_PARAMS + 2) / 2], lo[FF_MAX_CHANNEL_PARAMS] = {0},
+                                                                                 hi[FF_MAX_CHANNEL_PARAMS] = {0}, gain = 0;
     for (size_t a = 0; a < K; a++) {
         const size_t k = S + c * K + a;
         for (size_t b = 0; b <= a; b++) small[ff_tri(a, b)] = G[ff_tri(S + a, S + b)];
