@@ -85,8 +85,9 @@ static double single_product(const ff_normal *n, size_t n_samples, const double 
     return n->meat[n->diagonal ? a : ff_tri(a, b)] - (double)n_samples * mean[a] * mean[b];
 }
 
-ff_status ff_clusters_choose(const struct ff_problem *p, const ff_normal *n, size_t n_samples, ff_clusters *out)
+ff_status ff_clusters_choose(const ff_plan *plan, const ff_normal *n, size_t n_samples, ff_clusters *out)
 {
+    const struct ff_problem *p = plan->p;
     const size_t P = n->P, length = ff_run_length(p), runs = (p->n + length - 1) / length;
     const double share = (double)n_samples / (double)p->n;
     *out = (ff_clusters){.run = 1, .n = n_samples, .settled = 1};
@@ -98,7 +99,8 @@ ff_status ff_clusters_choose(const struct ff_problem *p, const ff_normal *n, siz
     int beyond = 0;
     if (!st) {
         n_now = ff_clusters_centred(p, n, n_samples, sums, mean);
-        for (size_t k = 0; k < P; k++) single[k] = single_product(n, n_samples, mean, k, k);
+        for (size_t k = 0; k < P; k++) /* one that is held in its channel is not asked: it has no error */
+            single[k] = ff_layout_is_fixed(&plan->l, k) ? 0 : single_product(n, n_samples, mean, k, k);
     }
     while (share * (double)n_now >= MIN_CLUSTERS && share * (double)n_now >= (double)(PER_PARAMETER * (n->m1 - 1))) {
         const int moved = grows(sums, single, n_now, P, run, out->run > 1 ? squares : NULL);
