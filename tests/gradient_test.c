@@ -223,14 +223,14 @@ static void check_parameter(const fit_surface *s, const model_pairs *w, uint32_t
     const ff_model_param *param = k < m->n_shape ? &m->shape[k] : &m->channel[k - m->n_shape];
     static model_ridders r[CHANNELS * PAIRS], again[CHANNELS * PAIRS];
     const double floor = model_floor(m);
+    /* a step over a narrow lobe beside a broad one sees nothing of it, and shorter ones the rounding of the broad one */
+    const double widest = k < m->n_shape && model_is_slope(param->info) ? 0.1 * narrowest(s) : HUGE_VAL;
     double base[CHANNELS], step = HUGE_VAL;
     int asked = 0;
     for (size_t c = 0; c < CHANNELS; c++) {
         base[c] = k < m->n_shape ? s->shape[k] : s->channel[c * m->n_channel + k - m->n_shape];
         step = fmin(step, model_first_step(param->info, base[c]));
     }
-    /* a step over a narrow lobe beside a broad one sees nothing of it, and shorter ones the rounding of the broad one */
-    if (k < m->n_shape && model_is_slope(param->info)) step = fmin(step, 0.1 * narrowest(s));
     take_differences(s, w, k, base, step, f, r);
     for (size_t c = 0; c < CHANNELS; c++) {
         const double size = fmax(fabs(base[c]), param->info->flags & FF_PARAM_LOG ? 0 : 1);
@@ -242,7 +242,7 @@ static void check_parameter(const fit_surface *s, const model_pairs *w, uint32_t
                 continue;
             }
             if (model_judge(ri, plane[i], scale_of(ri, value, floor, size)) == MODEL_WRONG) {
-                if (!asked++) take_differences(s, w, k, base, 0.77 * step, f, again);
+                if (!asked++) take_differences(s, w, k, base, 0.77 * fmin(step, widest), f, again);
                 ri = &again[c * n + i];
             }
             compare(ri, plane[i], scale_of(ri, value, floor, size), t, label, param->name, i);

@@ -121,7 +121,7 @@ static double narrowest(const fit_surface *s)
  * k u condition of the exact one and two are within 2 k u condition of each other, with k the number of roundings between an input
  * and the answer: about 60 along the longest chain of f and its factors (slope of the half vector 6, stretch 10, profile with a
  * logarithm or an exponential 25, Lambda of two directions 15, product 6). A derivative is a sum of products of such a chain and of
- * one as long that makes its factor: k = 120. The worst of 60 seeds is in reports/seeds.md. What a formula makes of intermediates
+ * one as long that makes its factor: k = 120. What a formula makes of intermediates
  * of its own is added where it is used: a Lambda is beside a 1, a derivative is a sum of terms as large as f and f d ln G
  * (add_terms); and a base that is coupled to albedos a takes them from 1, which makes roundings 1 / (1 - a) times what they were.
  */
