@@ -175,15 +175,28 @@ static inline void ff_sincos(double x, double *sin_x, double *cos_x)
     *cos_x = ff_from_bits(ff_bits(b) ^ ((quadrant + 1) & 2) << 62);
 }
 
-/* Angle in [0, pi] whose cosine and sine are proportional to c and s >= 0, not both 0; 4 ulp, a little more for rare arguments (4.2
- * at (5.31, 2.89)). Octant reduction and the series of atan on [0, tan(pi/8)] by two half-angle steps. */
+/* Angle in [0, pi] whose cosine and sine are proportional to c and s >= 0, not both 0; 4 ulp. The octant, then atan(lo/hi) = atan T
+ * + atan t with t = (lo - T hi) / (hi + T lo) and T the nearest of 0, 1/2 and 1, then the series of atan for |t| <= 1/4.
+ *
+ * With u = 2^-53: T hi and T lo are exact, and so is lo - T hi (Sterbenz; lo is between T hi / 2 and 2 T hi). So t has two
+ * roundings, of the sum and the quotient, 2 u t; its series adds one and 1/50, being t + t^3/3 at most; what is left out is below
+ * 1e-17 t. atan T is given to twice the digits. Where T is 1/2 that is 3.1 u of |atan t| <= 0.219 and half an ulp, at worst where
+ * the sum is as small as 0.245 with an ulp of u/4: 3.2 ulp. Where T is 0, t has one rounding: 1.6 ulp; where it is 1: 1 ulp. From
+ * pi/2, and from pi, the ulp is 2 or 4 times that, the error another half of it and 0.6 u of pi/2: below 3 ulp. */
 static inline double ff_angle(double s, double c)
 {
     const double ac = fabs(c), hi = s > ac ? s : ac, lo = s > ac ? ac : s;
-    /* atan(lo/hi) = 4 atan(w): two half-angle steps bring the ratio below tan(pi/16) */
-    const double r1 = lo / (hi + sqrt(hi * hi + lo * lo));
-    const double w = r1 / (1 + sqrt(1 + r1 * r1)), z = w * w;
-    double p = 0.0476190476190476190;
+    const double T = lo > 0.75 * hi ? 1 : lo > 0.25 * hi ? 0.5 : 0;
+    const double at = lo > 0.75 * hi   ? 7.85398163397448278999e-01
+                      : lo > 0.25 * hi ? 4.63647609000806093515e-01
+                                       : 0,
+                 rest = lo > 0.75 * hi   ? 3.06161699786838301793e-17
+                        : lo > 0.25 * hi ? 2.26987774529616870924e-17
+                                         : 0;
+    const double t = (lo - T * hi) / (hi + T * lo), z = t * t;
+    double p = 0.04;
+    p = -0.0434782608695652174 + z * p;
+    p = 0.0476190476190476190 + z * p;
     p = -0.0526315789473684211 + z * p;
     p = 0.0588235294117647059 + z * p;
     p = -0.0666666666666666667 + z * p;
@@ -193,7 +206,7 @@ static inline double ff_angle(double s, double c)
     p = -0.1428571428571428571 + z * p;
     p = 0.2 + z * p;
     p = -0.3333333333333333333 + z * p;
-    const double first = 4 * (w + w * z * p);
+    const double first = at + (t + (rest + t * z * p));
     const double quarter = s > ac ? FF_PI / 2 - first : first;
     return c < 0 ? FF_PI - quarter : quarter;
 }

@@ -1,6 +1,6 @@
 /* How long the clusters are that errors of neighbouring samples are summed over, and how many of them count: asked by hand. */
 #include "ff_test.h"
-#include "fit/errors/internal_errors.h"
+#include "fit/information/internal_information.h"
 #include "fit/pass/internal_pass.h"
 
 enum { RUNS = 64, RUN = 8 };
@@ -11,12 +11,13 @@ static ff_clusters chosen(double total)
 {
     double runs[RUNS], meat = RUNS / total, mean = 1;
     const struct ff_problem p = {.n = RUNS * RUN, .n_channels = 1, .channel_mean = &mean};
+    const ff_plan plan = {.p = &p};
     ff_normal n = {.m1 = 2, .P = 1, .n_channels = 1, .meat = &meat, .n_runs = RUNS, .runs = runs};
     ff_clusters c = {0};
     for (int b = 0; b < RUNS; b++) runs[b] = b % 2 ? -1 : 1;
     n.stat[FF_STAT_PLAIN] = n.stat[FF_STAT_WEIGHT] = RUNS * RUN;
     FF_CHECK(ff_run_length(&p) == RUN, "a run is %zu samples, expected %d", ff_run_length(&p), RUN);
-    FF_CHECK(ff_clusters_choose(&p, &n, p.n, &c) == FF_OK, "no clusters");
+    FF_CHECK(ff_clusters_choose(&plan, &n, p.n, &c) == FF_OK, "no clusters");
     return c;
 }
 

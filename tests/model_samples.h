@@ -279,12 +279,26 @@ typedef enum model_verdict { MODEL_RIGHT, MODEL_WRONG, MODEL_UNRESOLVED } model_
  *      1e-12 of the scale, value / size of the parameter: a derivative is a sum of terms about that large, a few thousand
  * roundings. Not by a fraction of the scale that the differences can see through: where a function is nearly flat its derivative is
  * far below the scale, and 0 would pass. A 0 against differences that are mostly noise passes neither: it is not resolved. */
-static inline model_verdict model_judge(const model_ridders *r, double analytic, double scale)
+static inline model_verdict model_judge_to(const model_ridders *r, double analytic, double scale, double accuracy)
 {
-    const double noise = 10 * r->error + MODEL_ANALYTIC * scale;
+    const double noise = 10 * r->error + accuracy * scale;
     if (!(r->error <= MODEL_RESOLVED * scale)) return MODEL_UNRESOLVED;
     if (!(fabs(analytic - r->value) <= MODEL_TOLERANCE * fabs(r->value) + noise)) return MODEL_WRONG;
     return analytic == 0 && r->value != 0 ? MODEL_UNRESOLVED : MODEL_RIGHT;
+}
+
+static inline model_verdict model_judge(const model_ridders *r, double analytic, double scale)
+{
+    return model_judge_to(r, analytic, scale, MODEL_ANALYTIC);
+}
+
+/** What an analytic derivative is right to, of the scale. An albedo and its derivatives are quadratures of their own, each to 1e-9
+ * (models/tools/albedo_integral.c): those of a base that is coupled to one are no better. */
+static inline double model_accuracy(const ff_model *m)
+{
+    uint32_t couples = 0;
+    for (uint32_t b = 0; b < m->n_bases; b++) couples |= ff_diffuse_at(m->base[b].diffuse)->couples;
+    return couples ? 1e-9 : MODEL_ANALYTIC;
 }
 
 /** The first step for a parameter at v: a tenth of its natural size, inside its box. */

@@ -266,6 +266,13 @@ static void angles(void)
     }
     arguments[0] = 0, second[0] = 1, arguments[1] = 0, second[1] = -1, arguments[2] = 1, second[2] = 0;
     CHECK("angle of (c, s)", angle, ulps, 4);
+    for (int i = 0; i < SAMPLES; i++) { /* on both sides of the seams, where the least angle meets the largest error */
+        const double ratio = (i % 2 ? 0.25 : 0.75) * (1 + (uniform(&state) - 0.5) * (i % 4 < 2 ? 0.02 : 1e-14)),
+                     r = pow(2, 2 * uniform(&state) - 1);
+        arguments[i] = i % 8 < 4 ? ratio * r : r;
+        second[i] = (i % 16 < 8 ? 1 : -1) * (i % 8 < 4 ? r : ratio * r);
+    }
+    CHECK("angle of (c, s), at the seams", angle, ulps, 4);
     FF_CHECK(ff_angle(0, 1) == 0 && ff_angle(0, -2) == FF_PI, "the ends: %.17g, %.17g", ff_angle(0, 1), ff_angle(0, -2));
 }
 

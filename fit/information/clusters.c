@@ -107,8 +107,9 @@ static void lengthen(const ff_normal *n, double share, size_t n_now, size_t run,
     }
 }
 
-ff_status ff_clusters_choose(const struct ff_problem *p, const ff_normal *n, size_t n_samples, ff_clusters *out)
+ff_status ff_clusters_choose(const ff_plan *plan, const ff_normal *n, size_t n_samples, ff_clusters *out)
 {
+    const struct ff_problem *p = plan->p;
     const size_t P = n->P, length = ff_run_length(p), runs = (p->n + length - 1) / length;
     *out = (ff_clusters){.run = 1, .n = n_samples, .settled = 1};
     if (!n->runs || P == 0 || is_rounding(p, n)) return FF_OK;
@@ -117,7 +118,8 @@ ff_status ff_clusters_choose(const struct ff_problem *p, const ff_normal *n, siz
     const ff_status st = sums && squares && single ? FF_OK : FF_ERR_MEMORY;
     if (!st) {
         const size_t n_now = ff_clusters_centred(p, n, n_samples, sums, mean);
-        for (size_t k = 0; k < P; k++) single[k] = single_product(n, n_samples, mean, k, k);
+        for (size_t k = 0; k < P; k++) /* one that is held in its channel is not asked: it has no error */
+            single[k] = ff_layout_is_fixed(&plan->l, k) ? 0 : single_product(n, n_samples, mean, k, k);
         lengthen(n, (double)n_samples / (double)p->n, n_now, length, single, sums, squares, out);
     }
     free(sums);

@@ -204,7 +204,7 @@ static ff_status covariance(ff_information *info, const ff_plan *plan, const ff_
 ff_status ff_information_finish(ff_information *info, const ff_plan *plan, const ff_normal *n, size_t n_samples,
                                 const double *of_samples)
 {
-    const ff_status st = ff_clusters_choose(plan->p, n, n_samples, &info->clusters);
+    const ff_status st = ff_clusters_choose(plan, n, n_samples, &info->clusters);
     return st ? st : covariance(info, plan, n, n_samples, of_samples);
 }
 
@@ -213,7 +213,7 @@ ff_status ff_information_of_all(const ff_plan *plan, const ff_point *at, ff_info
     const struct ff_problem *p = plan->p;
     ff_information *info = NULL;
     ff_status st = ff_information_new(plan, &at->normal, NULL, &info);
-    if (!st) st = ff_clusters_choose(p, &at->normal, p->n, &info->clusters);
+    if (!st) st = ff_clusters_choose(plan, &at->normal, p->n, &info->clusters);
     if (!st && at->normal.diagonal && !is_sigma(plan) && info->clusters.run < ff_run_length(p))
         info->clusters.run = ff_run_length(p); /* the products of single samples were made without those on a bound */
     if (!st) st = covariance(info, plan, &at->normal, p->n, NULL);

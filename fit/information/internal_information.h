@@ -82,7 +82,7 @@ ff_status ff_information_flattest(const ff_plan *plan, const ff_point *at, doubl
 /* ---- clusters --------------------------------------------------------------------------------- */
 
 /* Residuals that are nothing but rounding have no errors that could go together. */
-ff_status ff_clusters_choose(const struct ff_problem *p, const ff_normal *n, size_t n_samples, ff_clusters *out);
+ff_status ff_clusters_choose(const ff_plan *plan, const ff_normal *n, size_t n_samples, ff_clusters *out);
 
 /* Sums of the score over the runs, less their mean: it is 0 for a parameter at its optimum, and for one that rests on its bound a
  * slope, which is no error. n_samples of the samples of p count. sums [runs][P], mean [P] out; returns the number of runs. */

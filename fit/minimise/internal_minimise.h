@@ -1,5 +1,5 @@
-/* From a start to the optimum. solve.c moves all coordinates, project.c those of the shape with the channels following; minimise.c
- * does what a fit needs of them. */
+/* From a start to the optimum. solve.c moves all coordinates, project.c those of the shape with the channels following, settle.c
+ * those of dark channels; minimise.c does what a fit needs of them. */
 #ifndef FF_INTERNAL_MINIMISE_H
 #define FF_INTERNAL_MINIMISE_H
 #include "ceres_bridge.h"
@@ -33,6 +33,14 @@ double ff_compress(const double *H, const double *g, size_t P, const size_t *ind
 
 /* -1, +1 where coordinate k of x [P] sits on its bound, else 0; g: what a pass at x has left. */
 int ff_bound_of(const ff_layout *l, const ff_gram *g, const double *x, double lower, double upper, size_t k);
+
+/* Has a channel, with the shape at rest, more to gain than this part of its own objective (once per channel)? g: what a pass at x
+ * has left. */
+int ff_channels_open(const ff_layout *l, const ff_gram *g, const double *x, const double *lower, const double *upper,
+                     double tolerance);
+
+/* Moves the channels that have, alone, until none has or one would rise. */
+ff_status ff_settle_channels(const ff_plan *plan, double tolerance, ff_point *at, ff_error *err);
 
 /* How a solve ended, from the words of the solver. */
 ff_outcome ff_solve_outcome(ff_ceres_end end);

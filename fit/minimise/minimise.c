@@ -10,13 +10,17 @@ ff_status ff_solve(const ff_plan *plan, const ff_effort *effort, ff_point *at, f
     return plan->l.arrow ? ff_solve_projected(plan, effort, at, err) : ff_solve_dense(plan, effort, at, err);
 }
 
-/* Should the lobes have changed places on the way, once more from there, which takes a pass. */
+/* Should the lobes have changed places on the way, once more from there, which takes a pass; and what is dark beside the rest. */
 ff_status ff_minimise(const ff_plan *plan, ff_point *at, ff_error *err)
 {
     ff_effort effort = {.parallel = 1, .speculate = 1, .tolerance = FF_EXACT, .max_iterations = plan->max_iterations};
     (void)ff_plan_order(plan, at->shape, at->channel);
-    const ff_status st = ff_solve(plan, &effort, at, err);
-    if (st || !ff_plan_order(plan, at->shape, at->channel)) return st;
-    effort.speculate = 0;
-    return ff_solve(plan, &effort, at, err);
+    ff_status st = ff_solve(plan, &effort, at, err);
+    if (st) return st;
+    if (ff_plan_order(plan, at->shape, at->channel)) {
+        effort.speculate = 0;
+        st = ff_solve(plan, &effort, at, err);
+    }
+    if (st || !at->open || at->outcome != FF_CONVERGED) return st;
+    return ff_settle_channels(plan, effort.tolerance, at, err);
 }

@@ -457,6 +457,7 @@ static void arrive(solver *s)
     at->iterations += s->iterations;
     at->passes += s->passes;
     at->cost2 = s->base_gram.cost2;
+    at->open = ff_channels_open(s->l, &s->base_gram, s->base, s->lower, s->upper, s->effort->tolerance);
     if (!s->effort->speculate) return;
     at->normal = s->at_base; /* the sums that the uncertainty starts from */
     s->at_base = (ff_normal){0};

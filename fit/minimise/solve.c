@@ -112,10 +112,24 @@ static int bound_of(const solver *s, size_t k)
     return ff_bound_of(s->l, &s->gram, s->x, s->lower[k], s->upper[k], k);
 }
 
+/* |column of coordinate k| |r|, the sum over the channels it is in: what its gradient is a part of, and rounds by. */
+static double gradient_size(const solver *s, size_t k)
+{
+    const size_t S = s->gram.S, m = S + s->gram.K;
+    double sum = 0;
+    for (size_t c = 0; c < s->gram.C; c++) {
+        const double *G = s->gram.local + c * s->gram.tri;
+        if (k >= S && (k - S) / s->gram.K != c) continue;
+        const size_t a = k < S ? k : S + (k - S) % s->gram.K;
+        sum += sqrt(fmax(G[ff_tri(a, a)] * G[ff_tri(m, m)], 0));
+    }
+    return sum;
+}
+
 /* Would the objective fall if a coordinate on its bound moved inside? Judged against the rounding of the gradient. */
 static int pulls_inside(const solver *s, size_t k, int bound)
 {
-    const double noise = 1e-9 * sqrt(fmax(s->H[k * s->l->P + k] * s->cost2, 0));
+    const double noise = 1e-9 * gradient_size(s, k);
     return bound * s->g[k] > noise;
 }
 
@@ -254,6 +268,7 @@ static ff_status arrive(solver *s)
     at->iterations += s->iterations;
     at->passes += s->passes;
     at->cost2 = s->cost2;
+    at->open = ff_channels_open(s->l, &s->gram, s->x, s->lower, s->upper, s->effort->tolerance);
     if (!s->last_is_final || !s->have_last || memcmp(s->x, s->last, s->l->P * sizeof *s->x) != 0) return FF_OK;
     at->normal = s->normal;
     at->has_final = 1;

@@ -94,6 +94,7 @@ typedef struct ff_point {
     int *at_bound;   /* [P] -1, 0, +1 in coordinates                                */
     ff_outcome outcome;
     int iterations, passes;
+    int open;         /* 1: a channel that is dark beside the others has not converged     */
     double cost2;     /* twice the objective                                        */
     ff_normal normal; /* of a final pass here, where one was made (has_final)        */
     int has_final;
