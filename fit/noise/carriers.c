@@ -25,7 +25,7 @@ typedef struct walk {
     const float *part;                  /* [whole n_blocks FF_BLOCK] 1 in the part                        */
     double *other;                      /* [C][K][S] F, of an arrow                                       */
     double *sum[SUMS];                  /* [parameters] of v, of squares of residuals, of neighbours      */
-    double *square, *z;                 /* [parameters] of v^2; [parameters][NUMBERS]                     */
+    double *own, *square, *z;           /* [parameters] of v, v^2; [parameters][NUMBERS]                  */
     double *joint;                      /* [parameters]                                                   */
     double *shared[SUMS];               /* [C][S][S] of an arrow: products of influences on what is shared */
     double *influence;                  /* [P][FF_BLOCK]                                                  */
@@ -104,8 +104,9 @@ static size_t own_place(const walk *w, size_t c, size_t k)
     return (k - S) / K == c ? S + (k - S) % K : w->m;
 }
 
-/* Adds what a block says of parameter k. a: influences; sd: of the residuals; of the logarithm of a variance z. */
-static void add_parameter(const walk *w, const ff_visited *v, size_t k, const double *a, const double *sd, double (*z)[FF_BLOCK])
+/* Adds what a block says of parameter k, one of the channel's `own` or of another. a: influences; sd: of the residuals; of the logarithm of a variance z. */
+static void add_parameter(const walk *w, const ff_visited *v, size_t k, int own, const double *a, const double *sd,
+                          double (*z)[FF_BLOCK])
 {
     const size_t at = parameter(w, v->c, k);
     double *tail = w->tail + (v->c * w->P + k) * ROOM + FF_NOISE_LAGS, *together = w->together + k * FF_BLOCK, sum = 0, square = 0,
@@ -119,6 +120,8 @@ static void add_parameter(const walk *w, const ff_visited *v, size_t k, const do
         for (size_t q = 0; q < NUMBERS; q++) by[q] += var * z[q][i];
     }
     w->sum[VARIANCE][at] += sum;
+    if (!own) return; /* a parameter of a channel is carried by its values; others act through what is shared */
+    w->own[at] += sum;
     w->square[at] += square;
     for (size_t q = 0; q < NUMBERS; q++) w->z[at * NUMBERS + q] += by[q];
 }
@@ -186,7 +189,7 @@ static void look_at(void *context, const ff_visited *v)
         influence(inverse + k * w->m, w->m, row, a);
         if (w->outside) leave_part(w, v, w->outside + (v->c * w->P + k) * w->m, row, a);
         for (size_t i = 0; i < FF_BLOCK && own < w->m; i++) h[i] += a[i] * row[own][i];
-        add_parameter(w, v, k, a, sd, z);
+        add_parameter(w, v, k, own < w->m, a, sd, z);
     }
     for (size_t i = 0; i < v->n; i++) {
         const double left = 1 - fmin(fmax(h[i] * w->few[i], 0), MOST_LEVERAGE), r = v->j[i] * (v->f[i] - v->y[i]);
@@ -242,8 +245,7 @@ static void fill(const walk *w, ff_carriers *out)
 {
     const double r = w->noise->between_channels;
     for (size_t k = 0; k < w->l->P; k++) {
-        const double own = w->sum[VARIANCE][k];
-        out->error[k] = sqrt(own);
+        const double own = w->own[k];
         out->number[k] = w->square[k] > 0 ? own * own / w->square[k] : 0;
         out->sway[k] = 0;
         for (size_t a = 0; a < NUMBERS && own > 0; a++)
@@ -253,6 +255,7 @@ static void fill(const walk *w, ff_carriers *out)
     if (w->arrow) add_others(w);
     for (size_t k = 0; k < w->l->P; k++) {
         const double sum = w->sum[VARIANCE][k];
+        out->error[k] = sqrt(fmax(sum, 0));
         out->hc2[k] = sqrt(w->sum[HC2][k]);
         out->hc3[k] = sqrt(w->sum[HC3][k]);
         out->along[k] = sum > 0 ? sqrt(fmax(1 + w->sum[LAGGED][k] / sum, LEAST_ALONG)) : 1;
@@ -281,6 +284,7 @@ static ff_status walk_over(const ff_plan *plan, const ff_point *at, const ff_noi
                  {&w.sum[HC2], P},
                  {&w.sum[HC3], P},
                  {&w.sum[LAGGED], P},
+                 {&w.own, P},
                  {&w.square, P},
                  {&w.z, NUMBERS * P},
                  {&w.joint, P},

@@ -35,8 +35,8 @@ static ff_status scores(const ff_plan *plan, const ff_point *at, float *deviatio
 }
 
 /* Two estimates of a variance: that of the noise model, which many values agree on, and that of the residuals themselves, which
- * knows nothing of a model but rests on the N values that carry the parameter. The model counts as so many values (an empirical
- * Bayes estimate in the manner of Smyth 2004). */
+ * knows nothing of a model but rests on the N values that carry the parameter. The model counts as so many values, or half of
+ * those that it was estimated from (an empirical Bayes estimate in the manner of Smyth 2004). */
 #define PRIOR_VALUES 60.0
 
 /* Degrees of freedom of a variance from its relative scatter: 2 / that of its logarithm (Satterthwaite 1946). */
@@ -45,18 +45,22 @@ static double degrees_of(double sway, double values)
     return fmax(fmin(2 / fmax(sway, 1e-6), values), 3);
 }
 
-/* before [P]: the variances by the residuals of all samples and their clusters. */
+/* Of the parameters, from the covariance by the noise as if all values were independent, which info has: errors that go together,
+ * moderated by the residuals, and what priors add, which is known. before [P]: the variances by the residuals of all samples and
+ * their clusters. */
 static void moderate(const ff_plan *plan, const ff_carriers *c, const double *before, double values, ff_information *info, double *factor)
 {
     const int all_seen = plan->p->sparse->n == plan->p->n;
     for (size_t k = 0; k < info->P; k++) {
-        const double by_model = info->variance[k], N = c->number[k], joint = c->along[k] * c->between[k];
-        const double by_residuals = all_seen ? c->hc2[k] * c->hc2[k] * joint * joint : before[k];
-        const double of_model = degrees_of(c->sway[k], values), of_residuals = fmax(fmin(N, info->dof[k]), 1);
+        const double all = info->variance[k], data = plan->penalties ? fmin(c->error[k] * c->error[k], all) : all, prior = all - data, N = c->number[k],
+                     together = c->along[k] * c->along[k] * c->between[k] * c->between[k], by_noise = data * together,
+                     by_residuals = all_seen ? c->hc2[k] * c->hc2[k] * together : fmax(before[k] - prior, 0);
+        const double of_noise = degrees_of(c->sway[k], values), of_residuals = fmax(fmin(N, info->dof[k]), 1),
+                     V = fmin(PRIOR_VALUES, values / 2), W = V + N;
         factor[k] = 1;
-        if (!(by_model > 0)) continue;
-        factor[k] = sqrt((PRIOR_VALUES * by_model + N * by_residuals) / (PRIOR_VALUES + N) / by_model);
-        info->dof[k] = (PRIOR_VALUES + N) * (PRIOR_VALUES + N) / (PRIOR_VALUES * PRIOR_VALUES / of_model + N * N / of_residuals);
+        if (!(all > 0)) continue;
+        factor[k] = sqrt(((V * by_noise + N * by_residuals) / W + prior) / all);
+        info->dof[k] = W * W / (V * V / of_noise + N * N / of_residuals) / info->of_data[k];
     }
     ff_information_multiply(info, factor);
 }
@@ -74,14 +78,9 @@ static ff_status errors_of(const ff_plan *plan, const ff_point *at, const ff_noi
     if (!st) st = ff_carriers_find(plan, at, found->noise, deviation, info, c);
     if (!st) st = scores(plan, at, deviation, &M);
     if (!st) st = ff_information_from_scores(info, plan, &M);
-    for (size_t k = 0; k < info->P && !st; k++) {
-        if (few->n < p->n) c->along[k] = sqrt(fmax((double)(p->n * p->n_channels) / info->effective, 1));
-        factor[k] = c->along[k] * c->between[k];
-    }
-    if (!st) {
-        ff_information_multiply(info, factor);
-        moderate(plan, c, before, (double)(few->n * few->n_channels), info, factor);
-    }
+    for (size_t k = 0; k < info->P && !st && few->n < p->n; k++)
+        c->along[k] = sqrt(fmax((double)(p->n * p->n_channels) / info->effective, 1));
+    if (!st) moderate(plan, c, before, (double)(few->n * few->n_channels), info, factor);
     ff_gram_free(&M);
     return st;
 }

@@ -4,10 +4,11 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { ROUNDS = 6, STEPS = 25 };
+enum { ROUNDS = 6, STEPS = 25, FEWEST_PAIRS = 20 };
 #define SETTLED   0.05 /* change of the logarithm of a standard deviation, at the root of its mean square */
 #define TOLERANCE 1e-6
 #define MOST_LEVERAGE 0.99
+#define LEAST_VALUE   1e-100 /* a square of less is none */
 
 ff_status ff_standardised_new(const struct ff_problem *p, ff_standardised *out)
 {
@@ -148,7 +149,7 @@ static void along_scans(const struct ff_problem *p, const struct ff_problem *who
             for (size_t c = 0; c < p->n_channels; c++) sum += e[c * p->n + i] * e[c * p->n + i + lag];
             pairs += (double)p->n_channels;
         }
-        const double r = pairs > 0 ? sum / pairs / square : 0;
+        const double r = pairs >= FEWEST_PAIRS ? sum / pairs / square : 0;
         if (!(r > 2 / sqrt(fmax(pairs, 1)))) { /* from where it drowns in its own scatter it decays as it began */
             for (; lag > 1 && lag <= FF_NOISE_LAGS; lag++) noise->along_scan[lag] = noise->along_scan[lag - 1] * noise->along_scan[1];
             break;
@@ -254,7 +255,7 @@ static ff_status iterate(const ff_plan *on_search, const struct ff_problem *whol
         ff_status st = residuals(round ? &plan : on_search, at, a->value, a->square, a->weight);
         double largest = 0;
         for (size_t k = 0; k < p->n * p->n_channels; k++) largest = fmax(largest, a->value[k]);
-        if (!st && (*nothing = !(largest > 0) || is_rounding(&scatter, largest))) return FF_OK;
+        if (!st && (*nothing = !(largest > LEAST_VALUE && largest < 1 / LEAST_VALUE) || is_rounding(&scatter, largest))) return FF_OK;
         const int last = change < SETTLED || round + 1 == ROUNDS;
         if (!st) st = fit_scatter(&scatter, a->value, a->square, largest, round == 0, last, noise);
         if (st) return st;
@@ -284,6 +285,7 @@ ff_status ff_noise_estimate(const ff_plan *plan, const ff_point *at, ff_point *w
     *out = NULL;
     search.penalties = NULL;
     search.errors = 0;
+    search.progress = NULL;
     search.robust = FF_ROBUST_NONE;
     if (!st) {
         const arrays a = {memory, memory + all, memory + 2 * all, memory + 3 * all, memory + 4 * all, memory + 5 * all, memory + 5 * all + p->n};
@@ -300,6 +302,10 @@ ff_status ff_noise_estimate(const ff_plan *plan, const ff_point *at, ff_point *w
     ff_standardised_free(&s);
     free(memory);
     free(before);
+    if (st == FF_ERR_INTERNAL) { /* no number came out, as where weights by a noise lead to no optimum: there is no such noise */
+        st = FF_OK;
+        nothing = 1;
+    }
     if (st || nothing)
         ff_noise_free(noise);
     else

@@ -287,36 +287,59 @@ static double magnitude_of_largest(const ff_scatter *t, size_t c, size_t count)
     return 0;
 }
 
+/* Which values of channel c are taken: all from `large` on, and every stride-th of the rest. */
+typedef struct picking {
+    double large;
+    size_t stride, n; /* at most n of them */
+} picking;
+
+static picking pick_of(const ff_scatter *t, size_t c, size_t most)
+{
+    picking p = {.stride = 1};
+    size_t rest = 0;
+    if (t->n > most) p.large = magnitude_of_largest(t, c, most / 3);
+    for (size_t i = 0; i < t->n; ++i) rest += t->value[c * t->n + i] < p.large;
+    p.stride = rest / (most - most / 3) + 1;
+    p.n = t->n - rest + (rest + p.stride - 1) / p.stride;
+    return p;
+}
+
 /* The largest values of each channel and every so-manieth of the rest, with the weight of those it stands for: a few thousand say as
  * much of the noise as all. */
 static ff_status gather(const ff_scatter *t, data *out)
 {
     const size_t most = MOST_VALUES / t->C > FEWEST_OF_CHANNEL ? MOST_VALUES / t->C : FEWEST_OF_CHANNEL;
-    data d = {.C = t->C, .first = calloc(t->C + 1, sizeof *d.first), .at = malloc((t->n < 2 * most ? t->n : 2 * most) * t->C * sizeof *d.at + 1)};
-    size_t n = 0;
+    data d = {.C = t->C, .first = calloc(t->C + 1, sizeof *d.first)};
+    picking *pick = malloc(t->C * sizeof *pick);
+    size_t n = 0, room = 1;
+    for (size_t c = 0; c < t->C && pick; ++c) {
+        pick[c] = pick_of(t, c, most);
+        room += pick[c].n;
+    }
+    d.at = pick ? malloc(room * sizeof *d.at) : NULL;
     if (!d.first || !d.at) {
+        free(pick);
         free(d.first);
         free(d.at);
         return FF_ERR_MEMORY;
     }
     for (size_t c = 0; c < t->C; ++c) {
-        const double large = t->n > most ? magnitude_of_largest(t, c, most / 3) : 0;
-        size_t rest = 0, seen = 0;
-        for (size_t i = 0; i < t->n; ++i) rest += t->value[c * t->n + i] < large;
-        const size_t stride = rest / (most - most / 3) + 1;
+        size_t seen = 0;
         for (size_t i = 0; i < t->n; ++i) {
             const size_t at = c * t->n + i;
-            const int is_large = t->value[at] >= large;
-            if (!(t->weight[at] > 0) || (!is_large && seen++ % stride)) continue;
+            const int is_large = t->value[at] >= pick[c].large;
+            if (!is_large && seen++ % pick[c].stride) continue;
+            if (!(t->weight[at] > 0)) continue;
             d.at[n++] = (datum){.value = fmax(t->value[at], 0),
                                 .square = t->square[at],
-                                .weight = t->weight[at] * (is_large ? 1 : (double)stride),
+                                .weight = t->weight[at] * (is_large ? 1 : (double)pick[c].stride),
                                 .log_i = t->log_i[i],
                                 .log_o = t->log_o[i],
                                 .angle = 1};
         }
         d.first[c + 1] = n;
     }
+    free(pick);
     *out = d;
     return FF_OK;
 }
