@@ -214,7 +214,11 @@ static const ff_column parameter_columns[] = {
     {.head = "low", .audience = FF_PROGRAMS, .cell = limit_cell, .index = LOW},
     {.head = "high", .audience = FF_PROGRAMS, .cell = limit_cell, .index = HIGH},
     {.head = "N", .key = "carriers", .align = FF_RIGHT, .wanted = has_carriers, .cell = carriers_cell},
-    {.head = "residual error", .key = "residual_error", .audience = FF_PROGRAMS, .wanted = has_carriers, .cell = residual_error_cell},
+    {.head = "residual error",
+     .key = "residual_error",
+     .audience = FF_PROGRAMS,
+     .wanted = has_carriers,
+     .cell = residual_error_cell},
     {.head = "unit", .cell = unit_cell},
     {.head = "", .key = "note", .cell = note_cell}};
 

@@ -10,7 +10,6 @@ ff_status ff_errors(const ff_plan *plan, ff_point *at);
 /* Covariance of all parameters, those on a bound too, as ff_errors has it of those that are not. FF_ERR_MEMORY. */
 ff_status ff_errors_of_all(const ff_plan *plan, const ff_point *at, ff_information **out);
 
-
 /* ---- intervals -------------------------------------------------------------------------------- */
 
 /* 95 % intervals of all parameters: by their standard errors, which r has, or one-sided on a bound. FF_ERR_MEMORY. */

@@ -88,7 +88,8 @@ static ff_status of_single(const ff_information *info, const ff_normal *n, size_
     double *T = M + P * P;
     for (size_t i = 0; i < P; i++)
         for (size_t j = 0; j < P; j++)
-            M[i * P + j] = (n->meat[ff_tri(i, j)] - (double)n_samples * mean[i] * mean[j]) * info->scale[i] * info->scale[j];
+            M[i * P + j] =
+                (n->score_products[ff_tri(i, j)] - (double)n_samples * mean[i] * mean[j]) * info->scale[i] * info->scale[j];
     multiply_matrices(info->whole, M, P, T);
     multiply_matrices(T, info->whole, P, M);
     for (size_t i = 0; i < P; i++)
@@ -119,8 +120,7 @@ static ff_status sandwich(ff_information *info, const ff_gram *g)
     multiply_matrices(info->whole, M, P, T);
     multiply_matrices(T, info->whole, P, M);
     for (size_t i = 0; i < P; i++)
-        for (size_t j = 0; j < P; j++)
-            info->covariance[i * P + j] = 0.5 * (M[i * P + j] + M[j * P + i]);
+        for (size_t j = 0; j < P; j++) info->covariance[i * P + j] = 0.5 * (M[i * P + j] + M[j * P + i]);
     free(M);
     return FF_OK;
 }
@@ -167,5 +167,6 @@ static ff_status condition(const ff_information *info, const ff_gram *g, size_t 
     return st;
 }
 
-const ff_storage ff_storage_whole = {doubles,    lay_out,   invert,        inverse_at,   apply,    products,   add_products,
-                                     product_at, of_single, take_products, take_inverse, sandwich, multiply, covariance, condition};
+const ff_storage ff_storage_whole = {doubles,      lay_out,      invert,     inverse_at, apply,
+                                     products,     add_products, product_at, of_single,  take_products,
+                                     take_inverse, sandwich,     multiply,   covariance, condition};

@@ -59,9 +59,9 @@ FF_API int ff_channel_mode_find(const char *name);
 /** What standard errors are made of.
  *
  *  NOISE: the covariance H^-1 J' S J H^-1 with S the variance of the data by their noise (ff_noise.h), estimated from the residuals
- *  or given, moderated by the residuals where many values carry a parameter. RESIDUALS: the same with S the squares of the residuals
- *  themselves over clusters of neighbours: right without a noise model, but only where tens of values carry each parameter. With
- *  SIGMA weights and without a given noise, and with a robust loss, it is the latter. */
+ *  or given, moderated by the residuals where many values carry a parameter. RESIDUALS: the same with S the squares of the
+ * residuals themselves over clusters of neighbours: right without a noise model, but only where tens of values carry each
+ * parameter. With SIGMA weights and without a given noise, and with a robust loss, it is the latter. */
 typedef enum ff_error_source { FF_ERRORS_NOISE = 0, FF_ERRORS_RESIDUALS = 1 } ff_error_source;
 enum { FF_ERROR_SOURCE_COUNT = 2 };
 FF_API const char *ff_error_source_name(int source); /**< "noise", "residuals"; NULL for a number that is none */
@@ -238,7 +238,8 @@ typedef struct ff_fit_value {
     int column;                  /**< its number among those that have a standard error, -1 when it has none */
     double carriers; /**< number of equal values that carry it as well: (sum v)^2 / sum v^2 of the shares v of its variance; NaN
                           where it was not counted                                       */
-    double residual_error; /**< its standard error by the residuals alone, HC3 (MacKinnon and White 1985), independent; NaN likewise */
+    double
+        residual_error; /**< its standard error by the residuals alone, HC3 (MacKinnon and White 1985), independent; NaN likewise */
 } ff_fit_value;
 
 /** Orientation-free description of the roughness of the first lobe: alpha_major >= alpha_minor along phi and phi + pi/2. */

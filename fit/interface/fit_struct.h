@@ -49,11 +49,11 @@ struct ff_fit_result {
     double condition;
     double effective_samples;
     size_t correlated_over;
-    int correlation_settled; /**< 0: further than can be seen; the standard errors are then lower bounds */
-    double aic, bic;         /**< n ln(2 objective / n) + 2k and + k ln n over n = used * channels residuals, k = n_free + 1;
-                                  with sigma weights 2 objective + 2 n_free, + n_free ln n     */
+    int correlation_settled;      /**< 0: further than can be seen; the standard errors are then lower bounds */
+    double aic, bic;              /**< n ln(2 objective / n) + 2k and + k ln n over n = used * channels residuals, k = n_free + 1;
+                                       with sigma weights 2 objective + 2 n_free, + n_free ln n     */
     struct ff_noise_found *noise; /**< of the data; NULL where there is none */
-    ff_warnings warnings;    /**< what it should be taken with                            */
+    ff_warnings warnings;         /**< what it should be taken with                            */
 };
 
 /* The selection into one of the caller's. */

@@ -1,33 +1,34 @@
-/* What single values have to do with the errors: how many carry a parameter, what their residuals alone say, and how much larger the
- * errors are since neighbours and channels err together. */
+/* What single values have to do with the errors: how many carry a parameter, what their residuals alone say, and how much larger
+ * the errors are since neighbours and channels err together. */
 #include "internal_noise.h"
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
 #define MOST_LEVERAGE 0.9999
-#define LEAST_ALONG   0.25 /* of the variance of independent values: what correlations are known to so little that they cannot remove more */
+#define LEAST_ALONG                                                                                                                \
+    0.25 /* of the variance of independent values: what correlations are known to so little that they cannot remove more */
 
 enum { NUMBERS = 5, VARIANCE = 0, HC2 = 1, HC3 = 2, LAGGED = 3, SUMS = 4, ROOM = FF_NOISE_LAGS + FF_BLOCK };
 
-/* A walk over the values. Of an arrow a value has influences [P] on what all channels share and on its own channel's; on that of
- * another channel c it has F_c times that on the shared ones (information/arrowhead.c: v_c = -K_c v_0 there), which is put together
- * from the products of the shared ones in the end. */
+/* A walk over the values. Of an arrowhead a value has influences [P] on what all channels share and on its own channel's; on that
+ * of another channel c it has F_c times that on the shared ones (information/arrowhead.c: v_c = -K_c v_0 there), which is put
+ * together from the products of the shared ones in the end. */
 typedef struct walk {
     const ff_layout *l;
     const struct ff_problem *p, *whole;
     const ff_noise *noise;
     const float *deviation; /* [C][n_blocks FF_BLOCK]                                                    */
     size_t m, P;            /* coordinates of a channel; influences of a value                            */
-    int arrow;
+    int arrowhead;
     double *inverse;                    /* [C][P][m]                                                      */
     double *outside;                    /* [C][P][m] for samples that are not in the part; NULL: all are  */
     const float *part;                  /* [whole n_blocks FF_BLOCK] 1 in the part                        */
-    double *other;                      /* [C][K][S] F, of an arrow                                       */
+    double *other;                      /* [C][K][S] F, of an arrowhead                                       */
     double *sum[SUMS];                  /* [parameters] of v, of squares of residuals, of neighbours      */
     double *own, *square, *z;           /* [parameters] of v, v^2; [parameters][NUMBERS]                  */
     double *joint;                      /* [parameters]                                                   */
-    double *shared[SUMS];               /* [C][S][S] of an arrow: products of influences on what is shared */
+    double *shared[SUMS];               /* [C][S][S] of an arrowhead: products of influences on what is shared */
     double *influence;                  /* [P][FF_BLOCK]                                                  */
     double *together;                   /* [P][FF_BLOCK] sum over channels so far                         */
     double *tail;                       /* [C][P][ROOM] in deviations, the latest block behind those before it */
@@ -37,7 +38,7 @@ typedef struct walk {
 /* The parameter of influence k of channel c. */
 static size_t parameter(const walk *w, size_t c, size_t k)
 {
-    return !w->arrow || k < w->l->n_shared ? k : k + c * w->l->n_own;
+    return !w->arrowhead || k < w->l->n_shared ? k : k + c * w->l->n_own;
 }
 
 /* Sum over neighbours along scans of the products of influences a and b [ROOM], the latest block. */
@@ -57,9 +58,8 @@ static void lag(const walk *w, const ff_visited *v)
 {
     const size_t S = w->l->n_shared;
     double *tail = w->tail + v->c * w->P * ROOM;
-    for (size_t k = 0; k < w->P; k++)
-        w->sum[LAGGED][parameter(w, v->c, k)] += neighbours(w, v, tail + k * ROOM, tail + k * ROOM);
-    for (size_t a = 0; a < S && w->arrow; a++)
+    for (size_t k = 0; k < w->P; k++) w->sum[LAGGED][parameter(w, v->c, k)] += neighbours(w, v, tail + k * ROOM, tail + k * ROOM);
+    for (size_t a = 0; a < S && w->arrowhead; a++)
         for (size_t b = 0; b < S; b++)
             w->shared[LAGGED][(v->c * S + a) * S + b] += neighbours(w, v, tail + a * ROOM, tail + b * ROOM);
     for (size_t k = 0; k < w->P; k++) memmove(tail + k * ROOM, tail + k * ROOM + FF_BLOCK, FF_NOISE_LAGS * sizeof *tail);
@@ -100,11 +100,12 @@ static void leave_part(const walk *w, const ff_visited *v, const double *inverse
 static size_t own_place(const walk *w, size_t c, size_t k)
 {
     const size_t S = w->l->n_shared, K = w->l->n_own;
-    if (w->arrow || k < S) return k;
+    if (w->arrowhead || k < S) return k;
     return (k - S) / K == c ? S + (k - S) % K : w->m;
 }
 
-/* Adds what a block says of parameter k, one of the channel's `own` or of another. a: influences; sd: of the residuals; of the logarithm of a variance z. */
+/* Adds what a block says of parameter k, one of the channel's `own` or of another. a: influences; sd: of the residuals; of the
+ * logarithm of a variance z. */
 static void add_parameter(const walk *w, const ff_visited *v, size_t k, int own, const double *a, const double *sd,
                           double (*z)[FF_BLOCK])
 {
@@ -147,9 +148,9 @@ static void add_shared(const walk *w, const ff_visited *v, const double *sd, con
 static void add_joint(const walk *w, const ff_visited *v)
 {
     const size_t S = w->l->n_shared, K = w->l->n_own, C = w->p->n_channels;
-    for (size_t k = 0; k < (w->arrow ? S : w->P); k++)
+    for (size_t k = 0; k < (w->arrowhead ? S : w->P); k++)
         for (size_t i = 0; i < v->n; i++) w->joint[k] += w->together[k * FF_BLOCK + i] * w->together[k * FF_BLOCK + i] * w->few[i];
-    for (size_t c = 0; c < C && w->arrow; c++)
+    for (size_t c = 0; c < C && w->arrowhead; c++)
         for (size_t k = 0; k < K; k++) {
             const double *of_block = w->tail + c * w->P * ROOM + FF_NOISE_LAGS, *F = w->other + (c * K + k) * S;
             double sum = 0;
@@ -206,7 +207,7 @@ static void look_at(void *context, const ff_visited *v)
         w->sum[HC2][parameter(w, v->c, k)] += two;
         w->sum[HC3][parameter(w, v->c, k)] += three;
     }
-    if (w->arrow) add_shared(w, v, sd, e2, e3);
+    if (w->arrowhead) add_shared(w, v, sd, e2, e3);
     if (v->c + 1 == w->p->n_channels && w->noise->between_channels > 0) add_joint(w, v);
     if (w->noise->along_scan[1] > 0 && w->p->n == w->whole->n) lag(w, v);
 }
@@ -221,7 +222,7 @@ static void take_inverse(const walk *w, const ff_information *info, double *out)
                 const size_t i = parameter(w, c, k), j = ff_gram_coordinate(&g, c, b);
                 out[(c * w->P + k) * w->m + b] = info->use[i] && info->use[j] ? ff_information_inverse(info, i, j) : 0;
             }
-    if (w->arrow) ff_information_followers(info, w->other);
+    if (w->arrowhead) ff_information_followers(info, w->other);
 }
 
 /* What the values of other channels add to the sums of channel c's own parameters. */
@@ -252,7 +253,7 @@ static void fill(const walk *w, ff_carriers *out)
             for (size_t b = 0; b < NUMBERS; b++)
                 out->sway[k] += w->z[k * NUMBERS + a] * w->noise->uncertainty[a][b] * w->z[k * NUMBERS + b] / (own * own);
     }
-    if (w->arrow) add_others(w);
+    if (w->arrowhead) add_others(w);
     for (size_t k = 0; k < w->l->P; k++) {
         const double sum = w->sum[VARIANCE][k];
         out->error[k] = sqrt(fmax(sum, 0));
@@ -269,10 +270,16 @@ static ff_status walk_over(const ff_plan *plan, const ff_point *at, const ff_noi
     const ff_layout *l = &plan->l;
     const struct ff_problem *whole = plan->p, *p = whole->sparse;
     const ff_plan search = ff_plan_on(plan, p);
-    walk w = {.l = l, .p = p, .whole = whole, .noise = noise, .deviation = deviation, .m = l->n_shared + l->n_own, .arrow = l->arrow};
+    walk w = {.l = l,
+              .p = p,
+              .whole = whole,
+              .noise = noise,
+              .deviation = deviation,
+              .m = l->n_shared + l->n_own,
+              .arrowhead = l->arrowhead};
     const size_t S = l->n_shared, K = l->n_own, C = l->n_channels, P = l->P;
-    w.P = l->arrow ? w.m : P;
-    const size_t outside = of_part ? C * w.P * w.m : 0, shared = l->arrow ? C * S * S : 0, other = l->arrow ? C * K * S : 0;
+    w.P = l->arrowhead ? w.m : P;
+    const size_t outside = of_part ? C * w.P * w.m : 0, shared = l->arrowhead ? C * S * S : 0, other = l->arrowhead ? C * K * S : 0;
     double *next = NULL, *memory;
     const struct {
         double **at;

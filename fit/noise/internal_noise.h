@@ -10,17 +10,17 @@
 /* Squared errors and what they depend on, of C channels with n values each: [C][n], but for the angles, [n]. */
 typedef struct ff_scatter {
     size_t n, C;
-    const double *value;           /* of the model, 1/sr                                                       */
-    const double *square;          /* (datum - model)^2 over what the fit has left of it                       */
-    const double *weight;          /* 0 = left out                                                             */
-    const double *log_i, *log_o;   /* of the cosines                                                           */
+    const double *value;         /* of the model, 1/sr                                                       */
+    const double *square;        /* (datum - model)^2 over what the fit has left of it                       */
+    const double *weight;        /* 0 = left out                                                             */
+    const double *log_i, *log_o; /* of the cosines                                                           */
 } ff_scatter;
 
 /* The quasi-likelihood estimate: squares of normal errors have a variance of twice the square of their mean (a gamma family;
  * Davidian and Carroll 1987), so it minimises the sum of w (u / s + ln s). Levels for each channel where they are worth their
- * number (Schwarz 1978), else for all. Values are in units of the largest. first: from nothing, else from what noise is; final: with
- * what is not asked for left out, and how well the numbers are known. Correlations are left as they are. noise was made for C levels.
- * FF_ERR_MEMORY. */
+ * number (Schwarz 1978), else for all. Values are in units of the largest. first: from nothing, else from what noise is; final:
+ * with what is not asked for left out, and how well the numbers are known. Correlations are left as they are. noise was made for C
+ * levels. FF_ERR_MEMORY. */
 ff_status ff_scatter_fit(const ff_scatter *s, int first, int final, ff_noise *noise);
 
 /* ---- the standardised fit ---------------------------------------------------------------------- */
@@ -44,7 +44,8 @@ ff_status ff_noise_estimate(const ff_plan *plan, const ff_point *at, ff_point *w
 
 /* Standard deviations of the data where the model is that of `at`, of the samples of p, plan's problem or one of its smaller ones,
  * [n_channels][n_blocks FF_BLOCK]; FF_ERR_MEMORY. */
-ff_status ff_noise_deviations(const ff_plan *plan, const struct ff_problem *p, const ff_point *at, const ff_noise *noise, float *out);
+ff_status ff_noise_deviations(const ff_plan *plan, const struct ff_problem *p, const ff_point *at, const ff_noise *noise,
+                              float *out);
 
 /* ---- errors ------------------------------------------------------------------------------------ */
 
@@ -63,8 +64,8 @@ enum { FF_CARRIER_ARRAYS = 7 };
 /* memory [FF_CARRIER_ARRAYS P] */
 void ff_carriers_lay_out(double *memory, size_t P, ff_carriers *out);
 
-/* Of every parameter at a fit's optimum; deviation [n_channels][n_blocks FF_BLOCK] of the samples that noise is estimated on. Before
- * the covariance of info is made anew. FF_ERR_MEMORY. */
+/* Of every parameter at a fit's optimum; deviation [n_channels][n_blocks FF_BLOCK] of the samples that noise is estimated on.
+ * Before the covariance of info is made anew. FF_ERR_MEMORY. */
 ff_status ff_carriers_find(const ff_plan *plan, const ff_point *at, const ff_noise *noise, const float *deviation,
                            const ff_information *info, ff_carriers *out);
 
@@ -97,8 +98,8 @@ ff_noise_found *ff_noise_found_copy(const ff_noise_found *found);
 ff_status ff_noise_errors(const ff_plan *plan, const ff_point *at, const ff_noise_found *found, ff_information *info,
                           ff_carriers *carriers);
 
-/* Standard error of the difference between the estimates from the samples whose part [n_blocks FF_BLOCK] is above 0 and from all, and its
- * degrees of freedom, for each parameter, [P]; the plan is that of all samples. FF_ERR_MEMORY. */
+/* Standard error of the difference between the estimates from the samples whose part [n_blocks FF_BLOCK] is above 0 and from all,
+ * and its degrees of freedom, for each parameter, [P]; the plan is that of all samples. FF_ERR_MEMORY. */
 ff_status ff_noise_difference(const ff_plan *plan, const ff_point *at, const ff_noise_found *found, const float *part, double *out,
                               double *dof);
 #endif

@@ -6,7 +6,8 @@
 
 void ff_carriers_lay_out(double *memory, size_t P, ff_carriers *out)
 {
-    double **const array[FF_CARRIER_ARRAYS] = {&out->number, &out->error, &out->hc2, &out->hc3, &out->sway, &out->along, &out->between};
+    double **const array[FF_CARRIER_ARRAYS] = {&out->number, &out->error, &out->hc2,    &out->hc3,
+                                               &out->sway,   &out->along, &out->between};
     for (size_t k = 0; k < FF_CARRIER_ARRAYS; k++) *array[k] = memory + k * P;
 }
 
@@ -18,8 +19,7 @@ int ff_noise_is_wanted(const ff_plan *plan)
 
 static ff_noise_found *keep(const ff_plan *plan, const ff_point *where, const ff_noise *noise)
 {
-    const size_t P = plan->l.P, channel = plan->l.n_channels * plan->l.m->n_channel,
-                 doubles = channel + FF_CARRIER_ARRAYS * P,
+    const size_t P = plan->l.P, channel = plan->l.n_channels * plan->l.m->n_channel, doubles = channel + FF_CARRIER_ARRAYS * P,
                  bytes = sizeof(ff_noise_found) + doubles * sizeof(double) + sizeof *noise + noise->n_levels * sizeof *noise->level;
     ff_noise_found *f = calloc(1, bytes);
     if (!f) return NULL;
@@ -45,7 +45,7 @@ ff_noise_found *ff_noise_found_copy(const ff_noise_found *found)
     memcpy(f, found, found->bytes);
     f->channel = moved(found, f, found->channel);
     f->noise = moved(found, f, found->noise);
-    double **const array[FF_CARRIER_ARRAYS] = {&f->carriers.number, &f->carriers.error, &f->carriers.hc2,   &f->carriers.hc3,
+    double **const array[FF_CARRIER_ARRAYS] = {&f->carriers.number, &f->carriers.error, &f->carriers.hc2,    &f->carriers.hc3,
                                                &f->carriers.sway,   &f->carriers.along, &f->carriers.between};
     for (size_t k = 0; k < FF_CARRIER_ARRAYS; k++) *array[k] = moved(found, f, *array[k]);
     return f;

@@ -48,12 +48,14 @@ static double degrees_of(double sway, double values)
 /* Of the parameters, from the covariance by the noise as if all values were independent, which info has: errors that go together,
  * moderated by the residuals, and what priors add, which is known. before [P]: the variances by the residuals of all samples and
  * their clusters. */
-static void moderate(const ff_plan *plan, const ff_carriers *c, const double *before, double values, ff_information *info, double *factor)
+static void moderate(const ff_plan *plan, const ff_carriers *c, const double *before, double values, ff_information *info,
+                     double *factor)
 {
     const int all_seen = plan->p->sparse->n == plan->p->n;
     for (size_t k = 0; k < info->P; k++) {
-        const double all = info->variance[k], data = plan->penalties ? fmin(c->error[k] * c->error[k], all) : all, prior = all - data, N = c->number[k],
-                     together = c->along[k] * c->along[k] * c->between[k] * c->between[k], by_noise = data * together,
+        const double all = info->variance[k], data = plan->penalties ? fmin(c->error[k] * c->error[k], all) : all,
+                     prior = all - data, N = c->number[k], together = c->along[k] * c->along[k] * c->between[k] * c->between[k],
+                     by_noise = data * together,
                      by_residuals = all_seen ? c->hc2[k] * c->hc2[k] * together : fmax(before[k] - prior, 0);
         const double of_noise = degrees_of(c->sway[k], values), of_residuals = fmax(fmin(N, info->dof[k]), 1),
                      V = fmin(PRIOR_VALUES, values / 2), W = V + N;

@@ -5,8 +5,8 @@
 #include <string.h>
 
 enum { ROUNDS = 6, STEPS = 25, FEWEST_PAIRS = 20 };
-#define SETTLED   0.05 /* change of the logarithm of a standard deviation, at the root of its mean square */
-#define TOLERANCE 1e-6
+#define SETTLED       0.05 /* change of the logarithm of a standard deviation, at the root of its mean square */
+#define TOLERANCE     1e-6
 #define MOST_LEVERAGE 0.99
 #define LEAST_VALUE   1e-100 /* a square of less is none */
 
@@ -16,7 +16,7 @@ ff_status ff_standardised_new(const struct ff_problem *p, ff_standardised *out)
     s.factor = calloc(p->n_channels * p->n_blocks * FF_BLOCK, sizeof *s.factor);
     if (!s.factor) return FF_ERR_MEMORY;
     s.problem.loss = FF_LOSS_PLAIN;
-    s.problem.surrogate = 0;
+    s.problem.linearised = 0;
     s.problem.weight = s.problem.sample_weight;
     s.problem.weight_stride = 0;
     s.problem.target = s.problem.value;
@@ -64,8 +64,8 @@ static void weigh(ff_standardised *s, const ff_noise *noise, const arrays *a)
 /* Leverage x' H^-1 x of a row x of channel c, by coordinates. */
 typedef struct leverages {
     const ff_layout *l;
-    size_t n, m;       /* samples; coordinates of a channel                  */
-    double *inverse;   /* [C][m][m]                                          */
+    size_t n, m;                     /* samples; coordinates of a channel                  */
+    double *inverse;                 /* [C][m][m]                                          */
     double *value, *square, *weight; /* [C][n]                               */
     const struct ff_problem *p;
 } leverages;
@@ -107,7 +107,8 @@ static ff_status residuals(const ff_plan *plan, ff_point *at, double *value, dou
 {
     const ff_layout *l = &plan->l;
     ff_information *info = NULL;
-    leverages w = {.l = l, .n = plan->p->n, .m = l->n_shared + l->n_own, .value = value, .square = square, .weight = weight, .p = plan->p};
+    leverages w = {
+        .l = l, .n = plan->p->n, .m = l->n_shared + l->n_own, .value = value, .square = square, .weight = weight, .p = plan->p};
     w.inverse = malloc((l->n_channels * w.m * w.m + 1) * sizeof *w.inverse);
     ff_status st = w.inverse ? ff_point_pass(plan, at) : FF_ERR_MEMORY;
     if (!st) st = ff_information_new(plan, &at->normal, at->at_bound, &info);
@@ -151,7 +152,8 @@ static void along_scans(const struct ff_problem *p, const struct ff_problem *who
         }
         const double r = pairs >= FEWEST_PAIRS ? sum / pairs / square : 0;
         if (!(r > 2 / sqrt(fmax(pairs, 1)))) { /* from where it drowns in its own scatter it decays as it began */
-            for (; lag > 1 && lag <= FF_NOISE_LAGS; lag++) noise->along_scan[lag] = noise->along_scan[lag - 1] * noise->along_scan[1];
+            for (; lag > 1 && lag <= FF_NOISE_LAGS; lag++)
+                noise->along_scan[lag] = noise->along_scan[lag - 1] * noise->along_scan[1];
             break;
         }
         noise->along_scan[lag] = fmin(r, 1);
@@ -194,7 +196,6 @@ static void correlations(const struct ff_problem *p, const struct ff_problem *wh
 
 /* ---- the whole --------------------------------------------------------------------------------- */
 
-
 static int is_rounding(const ff_scatter *s, double largest)
 {
     double mean = 0, n = 0;
@@ -204,7 +205,8 @@ static int is_rounding(const ff_scatter *s, double largest)
 }
 
 /* In units of the largest value: what is small in a variance does not depend on the data's units. */
-static ff_status fit_scatter(const ff_scatter *s, double *value, double *square, double largest, int first, int final, ff_noise *noise)
+static ff_status fit_scatter(const ff_scatter *s, double *value, double *square, double largest, int first, int final,
+                             ff_noise *noise)
 {
     const size_t all = s->n * s->C;
     for (size_t k = 0; k < noise->n_levels && !first; k++) {
@@ -242,8 +244,8 @@ static void fill_signs(const struct ff_problem *p, const double *model, double *
             sign[c * p->n + i] = ff_problem_plane(p, i / FF_BLOCK, p->value + (int)c)[i % FF_BLOCK] - model[c * p->n + i];
 }
 
-static ff_status iterate(const ff_plan *on_search, const struct ff_problem *whole, ff_standardised *s, const arrays *a, float *before,
-                         ff_point *at, ff_noise *noise, int *nothing)
+static ff_status iterate(const ff_plan *on_search, const struct ff_problem *whole, ff_standardised *s, const arrays *a,
+                         float *before, ff_point *at, ff_noise *noise, int *nothing)
 {
     static const ff_effort effort = {.parallel = 1, .tolerance = TOLERANCE, .max_iterations = STEPS};
     const struct ff_problem *p = on_search->p;
@@ -255,7 +257,8 @@ static ff_status iterate(const ff_plan *on_search, const struct ff_problem *whol
         ff_status st = residuals(round ? &plan : on_search, at, a->value, a->square, a->weight);
         double largest = 0;
         for (size_t k = 0; k < p->n * p->n_channels; k++) largest = fmax(largest, a->value[k]);
-        if (!st && (*nothing = !(largest > LEAST_VALUE && largest < 1 / LEAST_VALUE) || is_rounding(&scatter, largest))) return FF_OK;
+        if (!st && (*nothing = !(largest > LEAST_VALUE && largest < 1 / LEAST_VALUE) || is_rounding(&scatter, largest)))
+            return FF_OK;
         const int last = change < SETTLED || round + 1 == ROUNDS;
         if (!st) st = fit_scatter(&scatter, a->value, a->square, largest, round == 0, last, noise);
         if (st) return st;
@@ -288,7 +291,8 @@ ff_status ff_noise_estimate(const ff_plan *plan, const ff_point *at, ff_point *w
     search.progress = NULL;
     search.robust = FF_ROBUST_NONE;
     if (!st) {
-        const arrays a = {memory, memory + all, memory + 2 * all, memory + 3 * all, memory + 4 * all, memory + 5 * all, memory + 5 * all + p->n};
+        const arrays a = {memory,           memory + all,     memory + 2 * all,       memory + 3 * all,
+                          memory + 4 * all, memory + 5 * all, memory + 5 * all + p->n};
         for (size_t i = 0; i < p->n; i++) {
             double cos_i, cos_o;
             cosines_of(p, whole, i, &cos_i, &cos_o);
@@ -337,7 +341,8 @@ static void deviate(void *context, const ff_visited *v)
     }
 }
 
-ff_status ff_noise_deviations(const ff_plan *plan, const struct ff_problem *p, const ff_point *at, const ff_noise *noise, float *out)
+ff_status ff_noise_deviations(const ff_plan *plan, const struct ff_problem *p, const ff_point *at, const ff_noise *noise,
+                              float *out)
 {
     deviating d = {.p = p, .whole = plan->p, .noise = noise, .out = out};
     ff_plan values = ff_plan_on(plan, p);

@@ -4,19 +4,28 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { LEVELS = 3, STEPS = 12, ROUNDS = 8, BINS = 12, ALL = (1 << LEVELS) - 1, NUMBERS = 5, MOST_VALUES = 4000, FEWEST_OF_CHANNEL = 300 };
-#define FARTHEST  50.0 /* a square counts as at most so many times its expectation: one wild value is not the noise */
-#define SETTLED   1e-4 /* relative change                                                                           */
-#define ANGLE_SD  1.0  /* what the powers of the cosines are expected to be, before the data: 0 +- this              */
-#define ANGLE_MAX 4.0
+enum {
+    LEVELS = 3,
+    STEPS = 12,
+    ROUNDS = 8,
+    BINS = 12,
+    ALL = (1 << LEVELS) - 1,
+    NUMBERS = 5,
+    MOST_VALUES = 4000,
+    FEWEST_OF_CHANNEL = 300
+};
+#define FARTHEST      50.0 /* a square counts as at most so many times its expectation: one wild value is not the noise */
+#define SETTLED       1e-4 /* relative change                                                                           */
+#define ANGLE_SD      1.0  /* what the powers of the cosines are expected to be, before the data: 0 +- this              */
+#define ANGLE_MAX     4.0
 #define ANGLE_SETTLED 1e-3
-#define RIDGE     1e-10
-#define TINY      1e-30 /* of the square of the largest value */
+#define RIDGE         1e-10
+#define TINY          1e-30 /* of the square of the largest value */
 
 /* ---- levels ---------------------------------------------------------------------------------- */
 
-/* Least x' A x / 2 - b' x over x >= 0, A [3][3] positive semidefinite with a diagonal of 1: the best of all supports that are allowed,
- * of which bit k stands for x_k. */
+/* Least x' A x / 2 - b' x over x >= 0, A [3][3] positive semidefinite with a diagonal of 1: the best of all supports that are
+ * allowed, of which bit k stands for x_k. */
 static void nonnegative(double A[LEVELS][LEVELS], const double b[LEVELS], unsigned allowed, double x[LEVELS])
 {
     double best = INFINITY;
@@ -186,7 +195,8 @@ static double angle_step(const data *t, ff_noise *noise)
 {
     const datum *const end = t->at + t->first[t->C];
     const double of_prior = 1 / (ANGLE_SD * ANGLE_SD);
-    double W = 0, mean[2] = {0}, A[2][2] = {{of_prior, 0}, {0, of_prior}}, b[2] = {-of_prior * noise->cos_i, -of_prior * noise->cos_o};
+    double W = 0, mean[2] = {0}, A[2][2] = {{of_prior, 0}, {0, of_prior}},
+           b[2] = {-of_prior * noise->cos_i, -of_prior * noise->cos_o};
     for (const datum *d = t->at; d < end; ++d) {
         W += d->weight;
         mean[0] += d->weight * d->log_i;
@@ -226,15 +236,16 @@ static double fit_all(const data *t, int final, ff_noise *noise)
     }
     fill_angles(t, noise);
     for (size_t k = 0; k < noise->n_levels; ++k) {
-        datum *const from = t->at + t->first[k * t->C / noise->n_levels], *const end = t->at + t->first[(k + 1) * t->C / noise->n_levels];
+        datum *const from = t->at + t->first[k * t->C / noise->n_levels], *const end =
+                                                                              t->at + t->first[(k + 1) * t->C / noise->n_levels];
         fit_level(from, end, ALL, &noise->level[k]);
         sum += final ? simplify(from, end, &noise->level[k]) : deviance(from, end);
     }
     return sum;
 }
 
-/* What the data say of a, b, c, p and q: half the sum of w z z', z the derivatives of the logarithm of the variance; what is 0 stays
- * there. Of several channels with levels of their own a mean over them: each has as much of the angles as it has values. */
+/* What the data say of a, b, c, p and q: half the sum of w z z', z the derivatives of the logarithm of the variance; what is 0
+ * stays there. Of several channels with levels of their own a mean over them: each has as much of the angles as it has values. */
 static void take_uncertainty(const data *t, ff_noise *noise)
 {
     double A[NUMBERS * NUMBERS] = {0}, work[4 * NUMBERS * NUMBERS + NUMBERS], scale[NUMBERS], inverse[NUMBERS * NUMBERS];
@@ -247,7 +258,8 @@ static void take_uncertainty(const data *t, ff_noise *noise)
         use[2] |= noise->level[k].square > 0;
     }
     for (const datum *d = t->at; d < t->at + t->first[t->C]; ++d) {
-        const double m = d->value, w = 0.5 * d->weight * of_level, z[NUMBERS] = {1 / d->s, m / d->s, m * m / d->s, d->log_i, d->log_o};
+        const double m = d->value, w = 0.5 * d->weight * of_level,
+                     z[NUMBERS] = {1 / d->s, m / d->s, m * m / d->s, d->log_i, d->log_o};
         for (size_t a = 0; a < NUMBERS; ++a)
             for (size_t b = 0; b < NUMBERS; ++b) A[a * NUMBERS + b] += w * z[a] * z[b];
     }
@@ -304,8 +316,8 @@ static picking pick_of(const ff_scatter *t, size_t c, size_t most)
     return p;
 }
 
-/* The largest values of each channel and every so-manieth of the rest, with the weight of those it stands for: a few thousand say as
- * much of the noise as all. */
+/* The largest values of each channel and every so-manieth of the rest, with the weight of those it stands for: a few thousand say
+ * as much of the noise as all. */
 static ff_status gather(const ff_scatter *t, data *out)
 {
     const size_t most = MOST_VALUES / t->C > FEWEST_OF_CHANNEL ? MOST_VALUES / t->C : FEWEST_OF_CHANNEL;
@@ -376,7 +388,8 @@ ff_status ff_scatter_fit(const ff_scatter *t, int first, int final, ff_noise *no
     if (final && !st) {
         fill_angles(&d, noise);
         for (size_t k = 0; k < t->C; ++k)
-            for (datum *v = d.at + d.first[k]; v < d.at + d.first[k + 1]; ++v) v->s = fmax(ff_noise_variance(ff_noise_of(noise, k), v->value), TINY);
+            for (datum *v = d.at + d.first[k]; v < d.at + d.first[k + 1]; ++v)
+                v->s = fmax(ff_noise_variance(ff_noise_of(noise, k), v->value), TINY);
         take_uncertainty(&d, noise);
     }
     free(d.first);

@@ -195,7 +195,8 @@ static ff_status warn_of_few(const ff_layout *l, ff_fit_result *r)
         named[at] = ff_layout_warned(l, k);
         if (at == 0) error = v->residual_error;
     }
-    const ff_warning w = {.code = FF_WARNING_FEW_CARRIERS, .n_parameters = n, .parameter = named, .value = {n ? number[0] : 0, error}};
+    const ff_warning w = {
+        .code = FF_WARNING_FEW_CARRIERS, .n_parameters = n, .parameter = named, .value = {n ? number[0] : 0, error}};
     return n ? ff_warnings_add(&r->warnings, &w) : FF_OK;
 }
 
@@ -203,7 +204,7 @@ static ff_status warn_of_few(const ff_layout *l, ff_fit_result *r)
 
 static ff_status warn_of_parameters(const ff_layout *l, ff_fit_result *r)
 {
-    const int many = l->arrow && l->n_channels > FF_CHANNELS_NAMED;
+    const int many = l->arrowhead && l->n_channels > FF_CHANNELS_NAMED;
     ff_status s = FF_OK;
     for (size_t k = 0; k < l->P && !s; k++) {
         s = warn_at_bound(l, k, r);

@@ -44,8 +44,8 @@ static ff_status step_from(const ff_layout *l, const ff_normal *normal, const ff
 /* What a pass over the part at the point says: the point's values, or with `step` those of one step from it, against those of the
  * fit, in errors of the part. near: 1 where the step stays in the box and moves nothing by much, so that more steps would say the
  * same. */
-static ff_status fill(const ff_plan *plan, ff_point *at, const ff_fit_result *fit, const double *difference, int step, ff_cut_off *out,
-                      int *near)
+static ff_status fill(const ff_plan *plan, ff_point *at, const ff_fit_result *fit, const double *difference, int step,
+                      ff_cut_off *out, int *near)
 {
     const ff_layout *l = &plan->l;
     const size_t P = l->P;
@@ -72,8 +72,8 @@ static ff_status fill(const ff_plan *plan, ff_point *at, const ff_fit_result *fi
 }
 
 /* One pass mostly says that nothing moves. Else, or where bounds have a part in it, the fit to the part is made. */
-static ff_status compare_with_part(const ff_plan *part, ff_point *at, const ff_fit_result *fit, const double *difference, ff_cut_off *out,
-                                   ff_error *err)
+static ff_status compare_with_part(const ff_plan *part, ff_point *at, const ff_fit_result *fit, const double *difference,
+                                   ff_cut_off *out, ff_error *err)
 {
     static const ff_effort effort = {.parallel = 1, .tolerance = CUT_TOLERANCE, .max_iterations = CUT_ITERATIONS};
     int near = 0, bounds = 0;

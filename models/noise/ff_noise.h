@@ -5,8 +5,8 @@
  *      sigma^2 = (a + b f + c f^2) cos^p(theta_i) cos^q(theta_o)
  *
  *  f the true BRDF in 1/sr; a, b, c >= 0: noise that is always there, (1/sr)^2; of counted photons, 1/sr; and in proportion to the
- *  value. a, b, c belong to a channel or to all; p and q to all. Errors of neighbours along a scan, and of the channels of a sample,
- *  may go together: their correlations are part of the model.
+ *  value. a, b, c belong to a channel or to all; p and q to all. Errors of neighbours along a scan, and of the channels of a
+ * sample, may go together: their correlations are part of the model.
  *
  *  Errors   ff_status and ff_error; outputs are written only on FF_OK.
  *  Threads  no global state; a const ff_noise may be read from many threads at once. */
@@ -35,7 +35,8 @@ typedef struct ff_noise ff_noise;
  *  @param level     [n_levels]; n_levels is 1 for all channels, or the number of channels
  *  @param cos_i     p
  *  @param cos_o     q
- *  FF_ERR_RANGE for a number that is not finite, a level below 0 or one that is all 0; FF_ERR_MEMORY. Release with ff_noise_free. */
+ *  FF_ERR_RANGE for a number that is not finite, a level below 0 or one that is all 0; FF_ERR_MEMORY. Release with ff_noise_free.
+ */
 FF_API ff_status ff_noise_new(const ff_noise_level *level, size_t n_levels, double cos_i, double cos_o, ff_noise **out,
                               ff_error *err);
 FF_API void ff_noise_free(ff_noise *n); /**< NULL is allowed */
@@ -47,8 +48,8 @@ FF_API ff_status ff_noise_parse(const char *text, ff_noise **out, ff_error *err)
 /** Levels: 1 for all channels, or one for each. */
 FF_API size_t ff_noise_level_count(const ff_noise *n);
 FF_API ff_noise_level ff_noise_level_at(const ff_noise *n, size_t channel); /**< of a channel */
-FF_API double ff_noise_cos_i(const ff_noise *n);                           /**< p            */
-FF_API double ff_noise_cos_o(const ff_noise *n);                           /**< q            */
+FF_API double ff_noise_cos_i(const ff_noise *n);                            /**< p            */
+FF_API double ff_noise_cos_o(const ff_noise *n);                            /**< q            */
 
 /** Correlation of the errors of samples that are `lag` apart along a scan, in [-1, 1]; 1 at lag 0, 0 beyond FF_NOISE_LAGS. */
 FF_API double ff_noise_along_scan(const ff_noise *n, size_t lag);

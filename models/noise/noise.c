@@ -117,6 +117,7 @@ ff_status ff_noise_parse(const char *text, ff_noise **out, ff_error *err)
     const ff_noise_level level = {value[FLOOR] * value[FLOOR], value[COUNTS], value[RELATIVE] * value[RELATIVE]};
     if (!is_level(&level))
         return ff_error_set(err, FF_ERR_RANGE, NULL, 0, -1,
-                            "'%s' is no noise: one of relative, floor and counts is above 0, and the squares of none overflow", text);
+                            "'%s' is no noise: one of relative, floor and counts is above 0, and the squares of none overflow",
+                            text);
     return ff_noise_new(&level, 1, value[COS_I], value[COS_O], out, err);
 }

@@ -5,14 +5,14 @@
 
 struct ff_noise {
     size_t n_levels;
-    double cos_i, cos_o;                     /* p, q                                     */
-    double along_scan[FF_NOISE_LAGS + 1];    /* [0] is 1                                 */
+    double cos_i, cos_o;                  /* p, q                                     */
+    double along_scan[FF_NOISE_LAGS + 1]; /* [0] is 1                                 */
     double between_channels;
-    /* Of an estimated one the inverse of what the data say of its numbers, those that are not 0: what a logarithm of a variance with
-     * the derivatives z by a, b, c (as they are in units of `unit`), p, q is uncertain by is z' certainty z. */
+    /* Of an estimated one the inverse of what the data say of its numbers, those that are not 0: what a logarithm of a variance
+     * with the derivatives z by a, b, c (as they are in units of `unit`), p, q is uncertain by is z' certainty z. */
     double unit;
     double uncertainty[5][5];
-    ff_noise_level level[];                  /* [n_levels]                               */
+    ff_noise_level level[]; /* [n_levels]                               */
 };
 
 /* One of n_levels levels that are all 0, without correlation; NULL when there is no memory. */
