@@ -48,12 +48,12 @@ static ff_status go_to_means(const ff_penalties *e, const ff_plan *plan, ff_poin
     return ff_start_channels(plan, at->shape, at->channel, &cost2);
 }
 
-/* The other place to start from: that of the priors. It is tried on the thin problem and taken where it leads lower; else the point
+/* The other place to start from: that of the priors. It is tried on the subsample and taken where it leads lower; else the point
  * stays. */
 static ff_status try_prior_means(const ff_penalties *e, const ff_plan *plan, ff_point *at)
 {
     static const ff_effort effort = {.tolerance = 1e-7, .max_iterations = 40};
-    const ff_plan thin = ff_plan_on(plan, plan->p->thin);
+    const ff_plan subsample = ff_plan_on(plan, plan->p->subsample);
     ff_point stayed = {0}, moved = {0};
     ff_status s = ff_point_new(plan, &stayed);
     if (!s) s = ff_point_new(plan, &moved);
@@ -62,8 +62,8 @@ static ff_status try_prior_means(const ff_penalties *e, const ff_plan *plan, ff_
         ff_point_set(plan, at->shape, at->channel, &moved);
         s = go_to_means(e, plan, &moved);
     }
-    if (!s) s = ff_solve(&thin, &effort, &stayed, NULL);
-    if (!s) s = ff_solve(&thin, &effort, &moved, NULL);
+    if (!s) s = ff_solve(&subsample, &effort, &stayed, NULL);
+    if (!s) s = ff_solve(&subsample, &effort, &moved, NULL);
     if (!s && moved.cost2 < stayed.cost2 * (1 - 1e-6)) ff_point_set(plan, moved.shape, moved.channel, at);
     ff_point_free(&stayed);
     ff_point_free(&moved);

@@ -124,14 +124,14 @@ static ff_status set_units(struct ff_problem *p, const double *model, const curv
     *change = p->unit ? sum / (double)(p->n * p->n_channels) : 1;
     free((float *)(uintptr_t)p->unit);
     p->unit = unit;
-    ff_status st = hand_down(p, p->thin);
-    if (!st && p->thin_linear != p->thin) st = hand_down(p, p->thin_linear);
+    ff_status st = hand_down(p, p->subsample);
+    if (!st && p->subsample_linear != p->subsample) st = hand_down(p, p->subsample_linear);
     return st ? st : hand_down(p, p->middle);
 }
 
 static void forget_units(struct ff_problem *p)
 {
-    struct ff_problem *const all[] = {p, p->thin, p->thin_linear, p->middle};
+    struct ff_problem *const all[] = {p, p->subsample, p->subsample_linear, p->middle};
     for (size_t k = 0; k < 4; k++) {
         if (!all[k]) continue;
         free((float *)(uintptr_t)all[k]->unit);
@@ -226,17 +226,17 @@ ff_status ff_problem_estimate_scale(ff_problem *p, const ff_model *m, const ff_f
 
 /* A problem and its smaller ones with units of their own: everything else is shared. */
 typedef struct scaled {
-    struct ff_problem all, thin, thin_linear, middle;
+    struct ff_problem all, subsample, subsample_linear, middle;
 } scaled;
 
 static void share(const struct ff_problem *p, scaled *s)
 {
     s->all = *p;
-    s->thin = *p->thin;
-    s->all.thin = s->all.thin_linear = &s->thin;
-    if (p->thin_linear != p->thin) {
-        s->thin_linear = *p->thin_linear;
-        s->all.thin_linear = &s->thin_linear;
+    s->subsample = *p->subsample;
+    s->all.subsample = s->all.subsample_linear = &s->subsample;
+    if (p->subsample_linear != p->subsample) {
+        s->subsample_linear = *p->subsample_linear;
+        s->all.subsample_linear = &s->subsample_linear;
     }
     if (!p->middle) return;
     s->middle = *p->middle;

@@ -213,7 +213,7 @@ static void errors_without_it(void)
     same_without_it(0);
 }
 
-/* Models that are searched for by a stand-in, and those with a free scale, hold them on the way too. */
+/* Models that are searched for by a surrogate, and those with a free scale, hold them on the way too. */
 static void conductor_with_known_eta(void)
 {
     const double eta[3] = {0.2, 0.4, 1.4};

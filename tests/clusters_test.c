@@ -9,10 +9,10 @@ enum { RUNS = 64, RUN = 8 };
  * to RUNS / total. The total of the squares of the runs is then `total`, relative to that of the samples. */
 static ff_clusters chosen(double total)
 {
-    double runs[RUNS], meat = RUNS / total, mean = 1;
+    double runs[RUNS], score_products = RUNS / total, mean = 1;
     const struct ff_problem p = {.n = RUNS * RUN, .n_channels = 1, .channel_mean = &mean};
     const ff_plan plan = {.p = &p};
-    ff_normal n = {.m1 = 2, .P = 1, .n_channels = 1, .meat = &meat, .n_runs = RUNS, .runs = runs};
+    ff_normal n = {.m1 = 2, .P = 1, .n_channels = 1, .score_products = &score_products, .n_runs = RUNS, .runs = runs};
     ff_clusters c = {0};
     for (int b = 0; b < RUNS; b++) runs[b] = b % 2 ? -1 : 1;
     n.stat[FF_STAT_PLAIN] = n.stat[FF_STAT_WEIGHT] = RUNS * RUN;

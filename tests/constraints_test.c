@@ -142,7 +142,7 @@ static void bounds_hold(void)
     ff_table_clear(&t);
 }
 
-/* Bounds on what is solved for, with a free scale, and through a stand-in. */
+/* Bounds on what is solved for, with a free scale, and through a surrogate. */
 static void bounds_in_the_search(void)
 {
     static const struct {
@@ -416,17 +416,18 @@ static void check_fold(const ff_layout *l, const ff_problem *p, const ff_fit_opt
         ff_pass_free(&pass);
     }
     FF_CHECK(ff_normal_fold(l, &folded) == FF_OK && folded.P == P && n.P == COLUMNS, "fold");
-    double meat[P][P] = {{0}}, own[P] = {0};
+    double score_products[P][P] = {{0}}, own[P] = {0};
     for (size_t i = 0; i < COLUMNS; i++) {
         own[to[i]] += n.own[i];
-        for (size_t k = 0; k < COLUMNS; k++) meat[to[i]][to[k]] += n.meat[ff_tri(i, k)];
+        for (size_t k = 0; k < COLUMNS; k++) score_products[to[i]][to[k]] += n.score_products[ff_tri(i, k)];
     }
     for (size_t i = 0; i < P; i++) {
         const int meets = i == 0 || i == 3 || i >= 5; /* several columns of one value: not known from squares */
         FF_CHECK(meets ? folded.own[i] == 0 : fabs(folded.own[i] - own[i]) <= 1e-12 * own[i], "squares of %zu: %g, expected %g", i,
                  folded.own[i], own[i]);
         for (size_t k = 0; k <= i; k++)
-            FF_CHECK_CLOSE(folded.meat[ff_tri(i, k)], meat[i][k], 1e-12, 1e-12 * sqrt(meat[i][i] * meat[k][k]));
+            FF_CHECK_CLOSE(folded.score_products[ff_tri(i, k)], score_products[i][k], 1e-12,
+                           1e-12 * sqrt(score_products[i][i] * score_products[k][k]));
     }
     for (size_t r = 0; r < n.n_runs; r += 17) {
         double sums[P] = {0};
@@ -581,7 +582,7 @@ static void sandwich2(const double A[3], const double M[3], double V[3])
 }
 
 /* Outer products of the scores at x, with the factor for the parameters that were found; with sigma weights J^T J. */
-static void meat2(const linear_case *l, int sigma, const double x[2], double M[3])
+static void products2(const linear_case *l, int sigma, const double x[2], double M[3])
 {
     const double n = (double)l->n, factor = n / (n - 1) * (n - 1) / (n - 2);
     memcpy(M, l->H, sizeof l->H);
@@ -616,7 +617,7 @@ static linear_case linear_make(int sigma, uint64_t seed)
         l.H[0] += a * a, l.H[1] += a * b, l.H[2] += b * b, l.g[0] += a * y, l.g[1] += b * y;
     }
     solve2(l.H, l.g, l.value);
-    meat2(&l, sigma, l.value, M);
+    products2(&l, sigma, l.value, M);
     sandwich2(l.H, M, l.V);
     const double d = l.H[0] * l.H[2] - l.H[1] * l.H[1];
     l.noise[0] = l.V[0] / (l.H[2] / d);
@@ -653,7 +654,7 @@ static void prior_by_hand(void)
                 b[k] += weight[k] * prior[k].mean;
             }
             solve2(A, b, x);
-            meat2(&l, sigma, x, M);
+            products2(&l, sigma, x, M);
             for (size_t k = 0; k < n; k++) M[2 * k] += weight[k] * l.noise[k];
             sandwich2(A, M, V);
             const ff_constraints c = {.n_priors = n, .prior = prior};

@@ -174,10 +174,10 @@ static void mikkelsen_figure_6(void)
     FF_CHECK(f->n == 36, "%zu rows", f->n);
     for (size_t i = 0; i < f->n; ++i) {
         const double *r = f->row[i];
-        const fit_surface broad = mikkelsen(r[0], r[1], 17), thin = mikkelsen(r[0], r[1], 1024),
+        const fit_surface broad = mikkelsen(r[0], r[1], 17), subsample = mikkelsen(r[0], r[1], 1024),
                           thinner = mikkelsen(r[0], r[1], 30000);
         FF_CHECK_CLOSE(1 - albedo(&broad, r[2]), r[4], 0, 3e-6);
-        FF_CHECK_CLOSE(1 - albedo(&thin, r[2]), r[5], 0, 3e-6);
+        FF_CHECK_CLOSE(1 - albedo(&subsample, r[2]), r[5], 0, 3e-6);
         if (r[2] > 80) continue;
         double *of = far[r[1] > 0];
         of[0] = fmax(of[0], fabs(r[4] - r[3]));
@@ -195,12 +195,12 @@ static void mikkelsen_figure_6(void)
  * is 58 %. */
 static void mikkelsen_text(void)
 {
-    const fit_surface broad = mikkelsen(1.329, 0, 17), thin = mikkelsen(1.329, 0, 1024), metal = mikkelsen(0.769, 6.08, 1024);
-    FF_CHECK(1 - albedo(&thin, 73) > 0.8 && 1 - albedo(&thin, 77) < 0.8, "above 80 %% until about 75 degrees");
-    FF_CHECK_CLOSE(1 - albedo(&thin, 89.99), 0.14, 0, 0.005);
+    const fit_surface broad = mikkelsen(1.329, 0, 17), subsample = mikkelsen(1.329, 0, 1024), metal = mikkelsen(0.769, 6.08, 1024);
+    FF_CHECK(1 - albedo(&subsample, 73) > 0.8 && 1 - albedo(&subsample, 77) < 0.8, "above 80 %% until about 75 degrees");
+    FF_CHECK_CLOSE(1 - albedo(&subsample, 89.99), 0.14, 0, 0.005);
     FF_CHECK(1 - albedo(&broad, 89.5) > 0.6, "%g", 1 - albedo(&broad, 89.5));
     FF_CHECK_CLOSE(1 - albedo(&broad, 89.99), 0.58, 0, 0.005);
-    FF_CHECK(1 - albedo(&metal, 0) < 0.08 && 1 - albedo(&thin, 0) > 0.97, "the diffuse term of a metal is marginal");
+    FF_CHECK(1 - albedo(&metal, 0) < 0.08 && 1 - albedo(&subsample, 0) > 0.97, "the diffuse term of a metal is marginal");
 }
 
 /* ---- masking --------------------------------------------------------------------------------- */

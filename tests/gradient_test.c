@@ -884,18 +884,19 @@ static double normal_deviation(const objective *b, const double *x)
         for (size_t i = 0; i < N; i++) gradient += J[k * N + i] * r[i], own += J[k * N + i] * J[k * N + i];
         worst = worse(worst, fabs(gradient - g[k]) / sqrt(own * norm2));
         for (size_t q = 0; q <= k; q++) {
-            double h = 0, meat = 0, hk = 0, hq = 0, sk = 0, sq = 0;
+            double h = 0, score_products = 0, hk = 0, hq = 0, sk = 0, sq = 0;
             for (size_t i = 0; i < N; i++) {
                 h += J[k * N + i] * J[q * N + i];
                 hk += J[k * N + i] * J[k * N + i], hq += J[q * N + i] * J[q * N + i];
             }
             for (size_t i = 0; i < n; i++) {
-                meat += score[k * n + i] * score[q * n + i];
+                score_products += score[k * n + i] * score[q * n + i];
                 sk += score[k * n + i] * score[k * n + i], sq += score[q * n + i] * score[q * n + i];
             }
             worst = worse(worst, fabs(h - H[k * P + q]) / sqrt(hk * hq));
             worst = worse(worst, fabs(h - H[q * P + k]) / sqrt(hk * hq));
-            worst = worse(worst, fabs(meat - b->normal.meat[ff_tri(k, q)] * slope[k] * slope[q]) / sqrt(sk * sq));
+            worst =
+                worse(worst, fabs(score_products - b->normal.score_products[ff_tri(k, q)] * slope[k] * slope[q]) / sqrt(sk * sq));
         }
     }
     free(J);
@@ -921,11 +922,11 @@ static void normal_equations(void)
                 FF_CHECK(deviation <= TOLERANCE, "%s: deviates by %.2g of the scale", b.label, deviation);
                 worst = fmax(worst, deviation);
                 /* a wrong one is caught: one entry of the gram, one of the scores' products */
-                const double gram = b.normal.gram[0], meat = b.normal.meat[0];
+                const double gram = b.normal.gram[0], score_products = b.normal.score_products[0];
                 b.normal.gram[0] *= 1 + 1e-6;
                 FF_CHECK(!(normal_deviation(&b, x) <= TOLERANCE), "%s: a wrong J^T J was not seen", b.label);
                 b.normal.gram[0] = gram;
-                b.normal.meat[0] = meat * (1 + 1e-6);
+                b.normal.score_products[0] = score_products * (1 + 1e-6);
                 FF_CHECK(!(normal_deviation(&b, x) <= TOLERANCE), "%s: wrong products of scores were not seen", b.label);
                 objective_free(&b);
             }

@@ -332,17 +332,17 @@ static double slope_at_datum(const struct ff_problem *p, size_t c, size_t i)
     return s.j[0];
 }
 
-/* The stand-in of a curved loss is its tangent at the data; a linear loss is its own. */
+/* The surrogate of a curved loss is its tangent at the data; a linear loss is its own. */
 static void surrogates(void)
 {
     ff_table t = measurement(400);
     for (int k = 0; k < FF_LOSS_COUNT; k++) {
-        struct ff_problem *p = problem_of(&t, FF_ISA_BEST, (ff_loss)k, FF_WEIGHT_SAMPLE), *l = p->thin_linear;
+        struct ff_problem *p = problem_of(&t, FF_ISA_BEST, (ff_loss)k, FF_WEIGHT_SAMPLE), *l = p->subsample_linear;
         double mean = 0;
         int compared = 0;
-        FF_CHECK((l == p->thin) == !ff_loss_is_curved(p->loss), "%s", ff_loss_name(k));
+        FF_CHECK((l == p->subsample) == !ff_loss_is_curved(p->loss), "%s", ff_loss_name(k));
         for (size_t i = 0; i < p->n; i++) mean += fabs(plane_at(p, p->value, i)) / (double)p->n;
-        for (size_t c = 0; c < 2 && l != p->thin; c++)
+        for (size_t c = 0; c < 2 && l != p->subsample; c++)
             for (size_t i = 0; i < l->n; i++) {
                 const double y = plane_at(l, l->target + (int)c, i), w = plane_at(l, l->weight + l->weight_stride * (int)c, i),
                              expected = slope_at_datum(p, c, l->index[i]);

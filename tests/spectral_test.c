@@ -114,7 +114,7 @@ static void check_correlations(const char *what, const ff_fit_result *a, const f
         }
 }
 
-/* The result of the arrow against that of the dense path. */
+/* The result of the arrowhead against that of the dense path. */
 static void check_same(const char *what, ff_robust robust, const ff_fit_result *a, const ff_fit_result *d)
 {
     double worst = 0, worst_error = 0;
@@ -439,7 +439,7 @@ static int covariance_at(const experiment *e, int dark)
     ff_selection used;
     ff_problem_selection(p, &used);
     FF_CHECK(used.used == t.n - t.n_invalid, "all samples are used");
-    plan.l.arrow = 1;
+    plan.l.arrowhead = 1;
     if (!st) st = ff_errors(&plan, &many);
     FF_CHECK(st == FF_OK, "%s: %s", e->what, ff_status_str(st));
     const ff_information *a = many.information, *u = dense.information;

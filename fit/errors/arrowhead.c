@@ -1,4 +1,4 @@
-/* An information kept as an arrow, linear in the number of channels:
+/* An information kept as an arrowhead, linear in the number of channels:
  *
  *     H = [ A    B_1  B_2 .. ]      A [S][S] of the shape, D_c [K][K] of channel c, B_c [S][K] between the two,
  *         [ B_1'  D_1        ]
@@ -24,8 +24,8 @@ static size_t doubles(size_t S, size_t K, size_t C)
 static void lay_out(ff_information *info, double *memory)
 {
     const size_t S = info->S, K = info->K, C = info->C;
-    ff_arrow *a = &info->arrow;
-    *a = (ff_arrow){.S = S, .K = K, .C = C, .P = info->P, .scale = info->scale};
+    ff_arrowhead *a = &info->arrowhead;
+    *a = (ff_arrowhead){.S = S, .K = K, .C = C, .P = info->P, .scale = info->scale};
     a->inverse = memory;
     a->own = a->inverse + S * S;
     a->follow = a->own + C * K * K;
@@ -59,8 +59,8 @@ static void eliminate(ff_information *info, const ff_gram *g, size_t c, double *
 {
     const size_t S = info->S, K = info->K;
     const int *use = info->use;
-    double D[FF_MAX_CHANNEL_PARAMS * FF_MAX_CHANNEL_PARAMS], *own = info->arrow.own + c * K * K,
-                                                             *follow = info->arrow.follow + c * K * S;
+    double D[FF_MAX_CHANNEL_PARAMS * FF_MAX_CHANNEL_PARAMS], *own = info->arrowhead.own + c * K * K,
+                                                             *follow = info->arrowhead.follow + c * K * S;
     size_t index[FF_MAX_CHANNEL_PARAMS], k = 0;
     for (size_t i = 0; i < K; i++) {
         if (use[S + c * K + i]) index[k++] = i;
@@ -81,7 +81,7 @@ static void eliminate(ff_information *info, const ff_gram *g, size_t c, double *
 static void take_inverse(ff_information *info)
 {
     const size_t S = info->S, K = info->K;
-    const ff_arrow *a = &info->arrow;
+    const ff_arrowhead *a = &info->arrowhead;
     const blocks b = blocks_of(info);
     memcpy(b.shape, a->inverse, S * S * sizeof *b.shape);
     memcpy(b.block, a->own, info->C * K * K * sizeof *b.block);
@@ -111,7 +111,7 @@ static ff_status invert(ff_information *info, const ff_gram *g)
         if (info->use[i]) index[k++] = i;
     }
     for (size_t c = 0; c < info->C; c++) eliminate(info, g, c, T, work);
-    ff_ridge_inverse(T, S, index, k, FF_RIDGE, info->arrow.inverse, work);
+    ff_ridge_inverse(T, S, index, k, FF_RIDGE, info->arrowhead.inverse, work);
     free(T);
     take_inverse(info); /* for inverse_at */
     return FF_OK;
@@ -138,18 +138,18 @@ static double inverse_at(const ff_information *info, size_t k)
 
 static void apply(const ff_information *info, const double *score, double *influence)
 {
-    ff_arrow_apply(&info->arrow, score, influence);
+    ff_arrowhead_apply(&info->arrowhead, score, influence);
 }
 
 static size_t products(const ff_information *info)
 {
-    return info->S * (info->S + 1) / 2 + info->C * ff_influence_channel(&info->arrow);
+    return info->S * (info->S + 1) / 2 + info->C * ff_influence_channel(&info->arrowhead);
 }
 
 /* Adds factor times the products of an influence [P] to sums [products]. */
 static void add_products(const ff_information *info, const double *influence, double factor, double *sums)
 {
-    const ff_arrow *a = &info->arrow;
+    const ff_arrowhead *a = &info->arrowhead;
     const size_t S = a->S, K = a->K;
     for (size_t i = 0; i < S; i++)
         for (size_t j = 0; j <= i; j++) sums[ff_tri(i, j)] += factor * influence[i] * influence[j];
@@ -168,7 +168,7 @@ static double product_at(const ff_information *info, const double *sums, size_t 
     const size_t S = info->S, K = info->K;
     if (k < S) return sums[ff_tri(k, k)];
     const size_t c = (k - S) / K, i = (k - S) % K;
-    return sums[S * (S + 1) / 2 + c * ff_influence_channel(&info->arrow) + K * S + ff_tri(i, i)];
+    return sums[S * (S + 1) / 2 + c * ff_influence_channel(&info->arrowhead) + K * S + ff_tri(i, i)];
 }
 
 /* Those that the pass over influences has summed, less what their mean adds. */
@@ -191,7 +191,7 @@ static void take_products(ff_information *info, const double *sums)
     for (size_t i = 0; i < S; i++)
         for (size_t j = 0; j < S; j++) b.shape[i * S + j] = sums[ff_tri(i, j)];
     sums += S * (S + 1) / 2;
-    for (size_t c = 0; c < info->C; c++, sums += ff_influence_channel(&info->arrow)) {
+    for (size_t c = 0; c < info->C; c++, sums += ff_influence_channel(&info->arrowhead)) {
         memcpy(b.cross + c * K * S, sums, K * S * sizeof *sums);
         for (size_t i = 0; i < K; i++)
             for (size_t j = 0; j < K; j++) b.block[(c * K + i) * K + j] = sums[K * S + ff_tri(i, j)];
@@ -271,5 +271,5 @@ static ff_status condition(const ff_information *info, const ff_gram *g, size_t 
     return FF_OK;
 }
 
-const ff_storage ff_storage_arrow = {doubles,    lay_out,   invert,        inverse_at,   apply,    products,   add_products,
-                                     product_at, of_single, take_products, take_inverse, multiply, covariance, condition};
+const ff_storage ff_storage_arrowhead = {doubles,    lay_out,   invert,        inverse_at,   apply,    products,   add_products,
+                                         product_at, of_single, take_products, take_inverse, multiply, covariance, condition};

@@ -82,7 +82,7 @@ size_t ff_clusters_centred(const struct ff_problem *p, const ff_normal *n, size_
 /* Sums of squares over single samples, less their mean. */
 static double single_product(const ff_normal *n, size_t n_samples, const double *mean, size_t a, size_t b)
 {
-    return n->meat[n->diagonal ? a : ff_tri(a, b)] - (double)n_samples * mean[a] * mean[b];
+    return n->score_products[n->diagonal ? a : ff_tri(a, b)] - (double)n_samples * mean[a] * mean[b];
 }
 
 /* Doubles the runs, whose n_now centred sums come in and are joined, and stops where clusters would be too few. share: of the

@@ -1,18 +1,18 @@
 /* The stage between minimisation and result: the pass that errors and statistics are made of. Of a whole H it is a pass like the
- * others, with sums of the score; of an arrow the influences of the samples are summed, which needs H before. */
+ * others, with sums of the score; of an arrowhead the influences of the samples are summed, which needs H before. */
 #include "internal_storage.h"
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
-void ff_influence_chunk_scalar(const ff_pass *pass, const ff_arrow *arrow, size_t first_block, size_t n_blocks,
+void ff_influence_chunk_scalar(const ff_pass *pass, const ff_arrowhead *arrowhead, size_t first_block, size_t n_blocks,
                                const ff_influence_sums *sums);
 #ifdef FF_HAVE_AVX2
-void ff_influence_chunk_avx2(const ff_pass *pass, const ff_arrow *arrow, size_t first_block, size_t n_blocks,
+void ff_influence_chunk_avx2(const ff_pass *pass, const ff_arrowhead *arrowhead, size_t first_block, size_t n_blocks,
                              const ff_influence_sums *sums);
 #endif
 #ifdef FF_HAVE_AVX512
-void ff_influence_chunk_avx512(const ff_pass *pass, const ff_arrow *arrow, size_t first_block, size_t n_blocks,
+void ff_influence_chunk_avx512(const ff_pass *pass, const ff_arrowhead *arrowhead, size_t first_block, size_t n_blocks,
                                const ff_influence_sums *sums);
 #endif
 
@@ -20,7 +20,7 @@ void ff_influence_chunk_avx512(const ff_pass *pass, const ff_arrow *arrow, size_
 
 typedef struct run {
     const ff_pass *pass;
-    const ff_arrow *arrow;
+    const ff_arrowhead *arrowhead;
     ff_influence_chunk_fn kernel;
     size_t n_sums, n_score;
     double *lanes;  /* [threads][n_sums * 8 + n_score] */
@@ -29,13 +29,13 @@ typedef struct run {
 } run;
 
 /* Products of influences: of the shape, then of the channels. */
-static size_t products(const ff_arrow *a)
+static size_t products(const ff_arrowhead *a)
 {
     return a ? a->S * (a->S + 1) / 2 + a->C * ff_influence_channel(a) : 0;
 }
 
 /* Sums of a pass: statistics, products, own, whole. */
-static size_t all_sums(const ff_arrow *a)
+static size_t all_sums(const ff_arrowhead *a)
 {
     return FF_STAT_COUNT + products(a) + (a ? a->P + a->S : 0);
 }
@@ -46,13 +46,13 @@ static void run_chunk(void *context, size_t chunk, int worker)
     const struct ff_problem *p = r->pass->p;
     double *lanes = r->lanes + (size_t)worker * (r->n_sums * 8 + r->n_score);
     ff_influence_sums sums = {.stat = lanes, .shape = lanes + FF_STAT_COUNT * 8, .runs = r->runs};
-    sums.channel = sums.shape + (r->arrow ? r->arrow->S * (r->arrow->S + 1) / 2 * 8 : 0);
-    sums.own = sums.shape + products(r->arrow) * 8;
-    sums.whole = sums.own + (r->arrow ? r->arrow->P * 8 : 0);
+    sums.channel = sums.shape + (r->arrowhead ? r->arrowhead->S * (r->arrowhead->S + 1) / 2 * 8 : 0);
+    sums.own = sums.shape + products(r->arrowhead) * 8;
+    sums.whole = sums.own + (r->arrowhead ? r->arrowhead->P * 8 : 0);
     sums.score = lanes + r->n_sums * 8;
     memset(lanes, 0, r->n_sums * 8 * sizeof *lanes);
     const size_t share = ff_problem_share(p), first = chunk * share, left = p->n_blocks - first;
-    r->kernel(r->pass, r->arrow, first, left < share ? left : share, &sums);
+    r->kernel(r->pass, r->arrowhead, first, left < share ? left : share, &sums);
     double *out = r->result + chunk * r->n_sums;
     for (size_t k = 0; k < r->n_sums; k++) {
         double sum = lanes[k * 8];
@@ -65,12 +65,13 @@ static void run_chunk(void *context, size_t chunk, int worker)
 }
 
 /* The sums of all chunks, merged in their order, into out [all_sums], and those over runs of samples. */
-static ff_status influence_pass(const ff_pass *pass, const ff_arrow *arrow, double *runs, double *out)
+static ff_status influence_pass(const ff_pass *pass, const ff_arrowhead *arrowhead, double *runs, double *out)
 {
     const struct ff_problem *p = pass->p;
     const size_t share = ff_problem_share(p), chunks = (p->n_blocks + share - 1) / share,
-                 threads = (size_t)ff_pool_threads(p->pool), n_sums = all_sums(arrow);
-    run r = {.pass = pass, .arrow = arrow, .n_sums = n_sums, .n_score = arrow ? arrow->P * FF_BLOCK : 0, .runs = runs};
+                 threads = (size_t)ff_pool_threads(p->pool), n_sums = all_sums(arrowhead);
+    run r = {
+        .pass = pass, .arrowhead = arrowhead, .n_sums = n_sums, .n_score = arrowhead ? arrowhead->P * FF_BLOCK : 0, .runs = runs};
     r.kernel = ff_isa_available(p->isa) ? FF_ISA_PICK(p->isa, ff_influence_chunk) : NULL;
     r.lanes = aligned_alloc(64, (threads * (n_sums * 8 + r.n_score) * sizeof(double) + 63) / 64 * 64);
     r.result = malloc(chunks * n_sums * sizeof(double));
@@ -113,13 +114,13 @@ static ff_status make_room_for_scores(const ff_plan *plan, ff_normal *n)
 }
 
 /* The columns of a pass by the coordinates that they are of. */
-static void place_columns(const ff_layout *l, ff_arrow *a)
+static void place_columns(const ff_layout *l, ff_arrowhead *a)
 {
     a->n_columns = (size_t)l->free.n_shape + l->free.n_channel;
     for (size_t k = 0; k < a->n_columns; k++) a->place[k] = ff_layout_coordinate(l, 0, k);
 }
 
-/* Of an arrow: at->normal holds the sums of the plain pass there, or is empty, and is made then. */
+/* Of an arrowhead: at->normal holds the sums of the plain pass there, or is empty, and is made then. */
 static ff_status influences(const ff_plan *plan, ff_point *at)
 {
     ff_normal *n = &at->normal;
@@ -127,7 +128,7 @@ static ff_status influences(const ff_plan *plan, ff_point *at)
     if (!st && plan->errors) st = ff_information_new(plan, n, at->at_bound, &at->information);
     if (!st && plan->errors) st = make_room_for_scores(plan, n);
     if (st) return st;
-    ff_arrow *a = plan->errors ? &at->information->arrow : NULL;
+    ff_arrowhead *a = plan->errors ? &at->information->arrowhead : NULL;
     double *sums = malloc(all_sums(a) * sizeof *sums);
     ff_pass pass;
     st = sums ? ff_plan_pass(plan, at->shape, at->channel, &pass) : FF_ERR_MEMORY;
@@ -141,8 +142,8 @@ static ff_status influences(const ff_plan *plan, ff_point *at)
     if (!st && a) {
         const double *own = sums + FF_STAT_COUNT + products(a);
         memcpy(n->own, own, a->P * sizeof *own);
-        memcpy(n->meat, own + a->P, a->S * sizeof *own); /* a parameter of a channel has one value a sample */
-        memcpy(n->meat + a->S, own + a->S, (a->P - a->S) * sizeof *own);
+        memcpy(n->score_products, own + a->P, a->S * sizeof *own); /* a parameter of a channel has one value a sample */
+        memcpy(n->score_products + a->S, own + a->S, (a->P - a->S) * sizeof *own);
         st = ff_information_finish(at->information, plan, n, plan->p->n, sums + FF_STAT_COUNT);
     }
     at->has_final = !st;
@@ -161,5 +162,5 @@ static ff_status scores(const ff_plan *plan, ff_point *at)
 ff_status ff_errors(const ff_plan *plan, ff_point *at)
 {
     if (at->information) return FF_OK;
-    return plan->l.arrow ? influences(plan, at) : scores(plan, at);
+    return plan->l.arrowhead ? influences(plan, at) : scores(plan, at);
 }

@@ -1,4 +1,4 @@
-/* The information at an optimum and the covariance from it: what is the same whether H is kept as a whole or as an arrow. */
+/* The information at an optimum and the covariance from it: what is the same whether H is kept as a whole or as an arrowhead. */
 #include "internal_storage.h"
 #include <math.h>
 #include <stdlib.h>
@@ -14,7 +14,7 @@ static int is_sigma(const ff_plan *plan)
 static ff_information *make(const ff_plan *plan)
 {
     const ff_layout *l = &plan->l;
-    const ff_storage *storage = l->arrow ? &ff_storage_arrow : &ff_storage_whole;
+    const ff_storage *storage = l->arrowhead ? &ff_storage_arrowhead : &ff_storage_whole;
     const size_t P = l->P, own = storage->doubles(l->n_shared, l->n_own, l->n_channels);
     ff_information *info = calloc(1, sizeof *info + (5 * P + own) * sizeof(double) + 2 * P * sizeof(int));
     if (!info) return NULL;
@@ -109,7 +109,8 @@ static ff_status sum_clusters(const ff_information *info, const struct ff_proble
     size_t now = ff_clusters_centred(p, n, n_samples, sums, s->mean);
     for (size_t run = length; run < last; run *= 2) now = ff_clusters_join(sums, now, P);
     for (size_t k = 0; k < P; k++)
-        s->square[k] = last > 1 ? 0 : n->meat[n->diagonal ? k : ff_tri(k, k)] - (double)n_samples * s->mean[k] * s->mean[k];
+        s->square[k] =
+            last > 1 ? 0 : n->score_products[n->diagonal ? k : ff_tri(k, k)] - (double)n_samples * s->mean[k] * s->mean[k];
     for (size_t b = 0; b < now && last > 1; b++) {
         ff_information_influence(info, n, sums + b * P, s->influence);
         info->storage->add_products(info, s->influence, 1, s->clustered);

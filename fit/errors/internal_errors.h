@@ -7,8 +7,8 @@
 /* ---- information ------------------------------------------------------------------------------ */
 
 /* The two sides of what is known at an optimum, of the parameters (not coordinates) in use: the information H = J^T J, by its
- * inverse, and the covariance. H is kept as a whole or as an arrow, behind the functions of a storage; nobody else needs to know
- * which. One piece of memory, released with free. */
+ * inverse, and the covariance. H is kept as a whole or as an arrowhead, behind the functions of a storage; nobody else needs to
+ * know which. One piece of memory, released with free. */
 typedef struct ff_information {
     const struct ff_storage *storage;
     size_t P, S, K, C; /* parameters: all, shared, of a channel; channels                                            */
@@ -23,8 +23,8 @@ typedef struct ff_information {
     int *determined;   /* [P] 0: not in use, or the data say nothing                                                 */
     ff_clusters clusters;
     double effective; /* number of independent values                                                                */
-    /* The storage's own: of an arrow what the pass over influences reads too, of a whole H the scaled H^-1 [P][P]. */
-    ff_arrow arrow;
+    /* The storage's own: of an arrowhead what the pass over influences reads too, of a whole H the scaled H^-1 [P][P]. */
+    ff_arrowhead arrowhead;
     double *whole;
     double *covariance; /* as the storage lays it out                                                                */
 } ff_information;
@@ -43,7 +43,7 @@ ff_status ff_information_finish(ff_information *info, const ff_plan *plan, const
 /* Both, of all parameters, those on a bound too, from the sums at a point. FF_ERR_MEMORY. */
 ff_status ff_information_of_all(const ff_plan *plan, const ff_point *at, ff_information **out);
 
-/* Of parameters i and j; NaN where it is not formed: between channels of an arrow. */
+/* Of parameters i and j; NaN where it is not formed: between channels of an arrowhead. */
 double ff_information_covariance(const ff_information *info, size_t i, size_t j);
 
 /* The scaled influence H^-1 s of a score [P] in the units of the runs of n: influence [2 P], whose second half is room to work in.

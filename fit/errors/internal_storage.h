@@ -1,10 +1,10 @@
-/* The two ways of keeping an information: as a whole, [P][P], and as an arrow, linear in the number of channels. */
+/* The two ways of keeping an information: as a whole, [P][P], and as an arrowhead, linear in the number of channels. */
 #ifndef FF_INTERNAL_STORAGE_H
 #define FF_INTERNAL_STORAGE_H
 #include "internal_errors.h"
 
-/* Everything is scaled. Products of influences are those of a packed triangle: of all parameters, or of an arrow of those that it
- * keeps. */
+/* Everything is scaled. Products of influences are those of a packed triangle: of all parameters, or of an arrowhead of those that
+ * it keeps. */
 typedef struct ff_storage {
     size_t (*doubles)(size_t S, size_t K, size_t C); /* that it needs of the information's memory */
     void (*lay_out)(ff_information *info, double *memory);
@@ -25,7 +25,7 @@ typedef struct ff_storage {
                            double *share);
 } ff_storage;
 
-extern const ff_storage ff_storage_whole, ff_storage_arrow;
+extern const ff_storage ff_storage_whole, ff_storage_arrowhead;
 
 /* A ridge of this size on the scaled H keeps its inverse finite; a parameter whose variance it sets is not determined. */
 #define FF_RIDGE        1e-13

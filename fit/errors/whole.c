@@ -88,7 +88,8 @@ static ff_status of_single(const ff_information *info, const ff_normal *n, size_
     double *T = M + P * P;
     for (size_t i = 0; i < P; i++)
         for (size_t j = 0; j < P; j++)
-            M[i * P + j] = (n->meat[ff_tri(i, j)] - (double)n_samples * mean[i] * mean[j]) * info->scale[i] * info->scale[j];
+            M[i * P + j] =
+                (n->score_products[ff_tri(i, j)] - (double)n_samples * mean[i] * mean[j]) * info->scale[i] * info->scale[j];
     multiply_matrices(info->whole, M, P, T);
     multiply_matrices(T, info->whole, P, M);
     for (size_t i = 0; i < P; i++)

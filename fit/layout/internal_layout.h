@@ -29,7 +29,7 @@ typedef struct ff_layout {
     int shape_follows[FF_MAX_SHAPE];            /* the free parameter of its kind that it is equal to, -1 = none     */
     int channel_follows[FF_MAX_CHANNEL_PARAMS]; /* in its channel                                                    */
     const struct ff_limits *limits;             /* where channels differ in their bounds or held values, NULL = nowhere          */
-    int arrow;     /* 1: many channels: nothing of size P^2 is made                                                  */
+    int arrowhead; /* 1: many channels: nothing of size P^2 is made                                                  */
     size_t pinned; /* coordinate that ff_solve leaves where it is; FF_NOT_PINNED */
 } ff_layout;
 
@@ -64,7 +64,7 @@ ff_status ff_layout_init(const ff_model *m, size_t n_channels, ff_shape shape, i
 void ff_layout_number(ff_layout *l);
 
 /* Is it one of so many channels that nothing of the size of all their parameters squared should be made? */
-static inline int ff_layout_is_arrow(const ff_layout *l, size_t dense)
+static inline int ff_layout_is_arrowhead(const ff_layout *l, size_t dense)
 {
     return l->n_channels > dense && l->n_own > 0;
 }
@@ -147,8 +147,8 @@ void ff_layout_bounds(const ff_layout *l, double *lower, double *upper);
 /* Room for a pass over the columns of l. FF_ERR_MEMORY. */
 ff_status ff_layout_normal(const ff_layout *l, ff_normal *out);
 
-/* J^T J, J^T r and r^T r of every channel in coordinates, penalties on top: an arrow, since a parameter of one channel meets what
- * all share and its own channel, no other one. A channel has its shared coordinates first, [S], then its own, [K], then the
+/* J^T J, J^T r and r^T r of every channel in coordinates, penalties on top: an arrowhead, since a parameter of one channel meets
+ * what all share and its own channel, no other one. A channel has its shared coordinates first, [S], then its own, [K], then the
  * residual. */
 typedef struct ff_gram {
     size_t S, K, C, tri; /* shared, own, channels; doubles of a channel's packed triangle */
@@ -176,8 +176,8 @@ void ff_gram_gradient(const ff_gram *g, double *gradient);
 /* One more datum of channel c: weight residual^2 with the derivatives row [S + K]. */
 void ff_gram_add_row(ff_gram *g, size_t c, double weight, double residual, const double *row);
 
-/* Adds up the columns of one coordinate in what a final pass left for the errors (meat, own, runs): n->P is then l->P, and no pass
- * may be run into n again. FF_ERR_MEMORY. */
+/* Adds up the columns of one coordinate in what a final pass left for the errors (score_products, own, runs): n->P is then l->P,
+ * and no pass may be run into n again. FF_ERR_MEMORY. */
 ff_status ff_normal_fold(const ff_layout *l, ff_normal *n);
 
 /* ---- by the places of results and warnings ------------------------------------------------------ */

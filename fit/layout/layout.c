@@ -279,7 +279,7 @@ void ff_layout_defaults(const ff_layout *l, double *shape, double *channel)
 
 ff_status ff_layout_normal(const ff_layout *l, ff_normal *out)
 {
-    return ff_normal_new(l->free.n_shape, l->free.n_channel, l->n_channels, l->arrow, out);
+    return ff_normal_new(l->free.n_shape, l->free.n_channel, l->n_channels, l->arrowhead, out);
 }
 
 void ff_layout_bounds(const ff_layout *l, double *lower, double *upper)

@@ -28,14 +28,14 @@ ff_status ff_normal_fold(const ff_layout *l, ff_normal *n)
 {
     const size_t P = l->P, from = n->P;
     if (from == P) return FF_OK;
-    double *meat = calloc(P * (P + 1) / 2 + 1, sizeof *meat), *own = calloc(P + 1, sizeof *own),
+    double *score_products = calloc(P * (P + 1) / 2 + 1, sizeof *score_products), *own = calloc(P + 1, sizeof *own),
            *sums = malloc((P + 1) * sizeof *sums);
-    const ff_status st = meat && own && sums ? FF_OK : FF_ERR_MEMORY;
+    const ff_status st = score_products && own && sums ? FF_OK : FF_ERR_MEMORY;
     for (size_t i = 0; i < from && !st; i++) {
         const size_t a = coordinate_of(l, i);
         for (size_t j = 0; j < from; j++) {
             const size_t b = coordinate_of(l, j);
-            if (a >= b) meat[ff_tri(a, b)] += n->meat[ff_tri(i, j)];
+            if (a >= b) score_products[ff_tri(a, b)] += n->score_products[ff_tri(i, j)];
         }
         own[a] = fold_own(l, i, own[a], n->own[i]);
     }
@@ -47,13 +47,13 @@ ff_status ff_normal_fold(const ff_layout *l, ff_normal *n)
     }
     free(sums);
     if (st) {
-        free(meat);
+        free(score_products);
         free(own);
         return st;
     }
-    free(n->meat);
+    free(n->score_products);
     free(n->own);
-    n->meat = meat;
+    n->score_products = score_products;
     n->own = own;
     n->P = P;
     return FF_OK;

@@ -8,12 +8,12 @@
 #include "ff_losses.def"
 extern const ff_loss_descriptor *const FF_ISA_NAME(ff_losses)[FF_LOSS_COUNT];
 
-/* r = w (g(f) - t) and j = dr/df. surrogate: the loss is linear whichever it was, see ff_problem_thin. */
-static inline void ff_loss_residuals(ff_loss loss, int surrogate, const ff_loss_planes *l, const double *restrict f,
+/* r = w (g(f) - t) and j = dr/df. surrogate: the loss is linear whichever it was, see ff_problem_subsample. */
+static inline void ff_loss_residuals(ff_loss loss, int linearised, const ff_loss_planes *l, const double *restrict f,
                                      double *restrict r, double *restrict j)
 {
     const ff_loss_descriptor *d = FF_ISA_NAME(ff_losses)[loss];
-    if (d->residuals && !surrogate) {
+    if (d->residuals && !linearised) {
         d->residuals(l, f, r, j);
         return;
     }

@@ -21,7 +21,7 @@ ff_status ff_minimise(const ff_plan *plan, ff_point *at, ff_error *err);
 
 /* ---- what the two ways share ------------------------------------------------------------------ */
 
-/* As ff_solve, with all coordinates before the solver; and for layouts whose H is kept as an arrow. */
+/* As ff_solve, with all coordinates before the solver; and for layouts whose H is kept as an arrowhead. */
 ff_status ff_solve_dense(const ff_plan *plan, const ff_effort *effort, ff_point *at, ff_error *err);
 ff_status ff_solve_projected(const ff_plan *plan, const ff_effort *effort, ff_point *at, ff_error *err);
 

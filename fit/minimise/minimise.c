@@ -7,7 +7,7 @@
 ff_status ff_solve(const ff_plan *plan, const ff_effort *effort, ff_point *at, ff_error *err)
 {
     ff_point_forget(at);
-    return plan->l.arrow ? ff_solve_projected(plan, effort, at, err) : ff_solve_dense(plan, effort, at, err);
+    return plan->l.arrowhead ? ff_solve_projected(plan, effort, at, err) : ff_solve_dense(plan, effort, at, err);
 }
 
 /* Should the lobes have changed places on the way, once more from there, which takes a pass; and what is dark beside the rest. */

@@ -1,8 +1,8 @@
 /* One minimisation of a fit with many channels: the solver moves the shape, the channels follow.
  *
- * A parameter of one channel meets the shape and its own channel, no other one, so that J^T J is an arrow: a block for the shape,
- * one for each channel, and what joins the two. At a point of which a pass has left the channels' grams, the step of every channel
- * for a given step of the shape is a bounded least-squares problem of its own, and what is left for the shape is the Schur
+ * A parameter of one channel meets the shape and its own channel, no other one, so that J^T J is an arrowhead: a block for the
+ * shape, one for each channel, and what joins the two. At a point of which a pass has left the channels' grams, the step of every
+ * channel for a given step of the shape is a bounded least-squares problem of its own, and what is left for the shape is the Schur
  * complement: the Gauss-Newton matrix of the variable projection of Golub and Pereyra (1973) in Kaufman's form (1975). The
  * solver sees [R; 0] of it, as many columns as the shape has coordinates, at a cost that is linear in the number of channels.
  *
@@ -410,7 +410,7 @@ static solver *solver_new(const ff_plan *plan, const ff_effort *effort, ff_point
     if (!s) return NULL;
     s->plan = plan, s->l = l, s->effort = effort, s->at = at;
     s->S = l->n_shared, s->K = l->n_own;
-    s->exact = l->linear && !l->scaled && !plan->penalties && (plan->p->surrogate || !ff_loss_is_curved(plan->p->loss));
+    s->exact = l->linear && !l->scaled && !plan->penalties && (plan->p->linearised || !ff_loss_is_curved(plan->p->loss));
     s->x = calloc(5 * P + 1, sizeof *s->x);
     if (!s->x || ff_layout_normal(l, &s->normal) || ff_layout_normal(l, &s->at_base) || ff_gram_new(l, &s->gram) ||
         ff_gram_new(l, &s->base_gram)) {

@@ -87,10 +87,10 @@ double ff_curve_ln_d(const ff_curve *curve, const ff_curve_state *state, double 
 typedef struct ff_ndf_sums {
     size_t n_curve, n_raw, n_channels, n; /* n = n_raw + 2 n_channels */
     double cost2;
-    double *gradient;                /* [n] J^T r                                                     */
-    double *gram;                    /* [n][n] J^T J                                                  */
-    double *meat;                    /* [n][n] sum over samples of (J^T r)(J^T r)^T, where asked for  */
-    double *gram_cross, *meat_cross; /* [n_raw][n] while they are being summed            */
+    double *gradient;                    /* [n] J^T r                                                     */
+    double *gram;                        /* [n][n] J^T J                                                  */
+    double *score_products;              /* [n][n] sum over samples of (J^T r)(J^T r)^T, where asked for  */
+    double *gram_cross, *products_cross; /* [n_raw][n] while they are being summed            */
 } ff_ndf_sums;
 
 /* The point at which a pass is made. */
@@ -111,8 +111,8 @@ typedef struct ff_ndf_channel_planes {
 
 ff_status ff_ndf_sums_new(const ff_curve *curve, size_t n_channels, ff_ndf_sums *out);
 void ff_ndf_sums_free(ff_ndf_sums *s);
-/* with_meat: also meat. FF_ERR_MEMORY; FF_ERR_INTERNAL when a sum is not finite. */
-ff_status ff_ndf_sum(const ff_ndf_place *at, int with_meat, ff_ndf_sums *out);
+/* with_products: also score_products. FF_ERR_MEMORY; FF_ERR_INTERNAL when a sum is not finite. */
+ff_status ff_ndf_sum(const ff_ndf_place *at, int with_products, ff_ndf_sums *out);
 
 /* ---- minimisation ---------------------------------------------------------------------------- */
 
@@ -144,7 +144,7 @@ void ff_ndf_fit_free(ff_ndf_fit *f);
 /* Minimises from f->u until a step would lower the objective by less than `tolerance` of itself. FF_ERR_CANCELLED,
  * FF_ERR_MEMORY. */
 ff_status ff_ndf_solve(ff_ndf_fit *f, const struct ff_problem *p, double tolerance, int max_iterations, ff_outcome *outcome);
-/* A pass at f->u, with meat; H and held follow it. */
+/* A pass at f->u, with score_products; H and held follow it. */
 ff_status ff_ndf_look(ff_ndf_fit *f, const struct ff_problem *p);
 /* After ff_ndf_look: the variances of the residuals near each node, at least `least`. */
 void ff_ndf_variances(ff_ndf_fit *f, double least);

@@ -146,7 +146,7 @@ static void block_channel(const ff_ndf_place *at, size_t block, size_t c, const 
         F[i] = a + (1 - a) * b->m[i];
         f[i] = F[i] * b->S[i] + kd;
     }
-    ff_loss_residuals(p->loss, p->surrogate, &l, f, r, j);
+    ff_loss_residuals(p->loss, p->linearised, &l, f, r, j);
     for (int i = 0; i < FF_BLOCK; i++) {
         const double ja = j[i] * b->S[i] * (1 - b->m[i]), jd = j[i] * (1 / FF_PI), jl = j[i] * b->S[i] * F[i];
         of->a_score[i] = ja * r[i];
@@ -213,14 +213,14 @@ static void add_square(const lobe_row *row, double weight, size_t n, double *res
     }
 }
 
-static void add_meat(const lobe_row *row, double score, const ff_ndf_channel_planes *channel, int i, ff_ndf_sums *sums)
+static void add_score_products(const lobe_row *row, double score, const ff_ndf_channel_planes *channel, int i, ff_ndf_sums *sums)
 {
     const size_t n = sums->n, raw = sums->n_raw;
-    add_square(row, score * score, n, sums->meat, sums->meat_cross);
+    add_square(row, score * score, n, sums->score_products, sums->products_cross);
     for (size_t c = 0; c < sums->n_channels; c++) {
         const double of[2] = {channel[c].a_score[i], channel[c].kd_score[i]};
         for (size_t k = 0; k < 2; k++) {
-            double *to = sums->meat + (raw + 2 * c + k) * n;
+            double *to = sums->score_products + (raw + 2 * c + k) * n;
             add_row(row, score * of[k], to);
             for (size_t d = 0; d <= c; d++) {
                 to[raw + 2 * d] += of[k] * channel[d].a_score[i];
@@ -230,9 +230,9 @@ static void add_meat(const lobe_row *row, double score, const ff_ndf_channel_pla
     }
 }
 
-void FF_ISA_NAME(ff_ndf_blocks)(const ff_ndf_place *at, size_t first, size_t end, int with_meat, ff_ndf_channel_planes *channel,
+void FF_ISA_NAME(ff_ndf_blocks)(const ff_ndf_place *at, size_t first, size_t end, int with_products, ff_ndf_channel_planes *channel,
                                 ff_ndf_sums *sums);
-void FF_ISA_NAME(ff_ndf_blocks)(const ff_ndf_place *at, size_t first, size_t end, int with_meat, ff_ndf_channel_planes *channel,
+void FF_ISA_NAME(ff_ndf_blocks)(const ff_ndf_place *at, size_t first, size_t end, int with_products, ff_ndf_channel_planes *channel,
                                 ff_ndf_sums *sums)
 {
     const struct ff_problem *p = at->p;
@@ -254,7 +254,7 @@ void FF_ISA_NAME(ff_ndf_blocks)(const ff_ndf_place *at, size_t first, size_t end
                 add_row(&row, channel[c].a_lobe[i], to);
                 add_row(&row, channel[c].kd_lobe[i], to + sums->n);
             }
-            if (with_meat) add_meat(&row, all.score[i], channel, i, sums);
+            if (with_products) add_score_products(&row, all.score[i], channel, i, sums);
         }
     }
 }

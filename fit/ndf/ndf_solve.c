@@ -240,7 +240,7 @@ static double gain(const ff_ndf_fit *f)
 /* ---- the iteration --------------------------------------------------------------------------- */
 
 /* Sums at u; 1/2 cost2 and the penalty. */
-static ff_status evaluate(ff_ndf_fit *f, const struct ff_problem *p, int with_meat, double *objective)
+static ff_status evaluate(ff_ndf_fit *f, const struct ff_problem *p, int with_products, double *objective)
 {
     const size_t top = (size_t)f->curve->top;
     if (ff_fit_cancelled(f->o)) return FF_ERR_CANCELLED;
@@ -255,7 +255,7 @@ static ff_status evaluate(ff_ndf_fit *f, const struct ff_problem *p, int with_me
                              .scaled = f->scaled,
                              .channel = f->u + top};
     f->passes++;
-    const ff_status s = ff_ndf_sum(&at, with_meat, &f->sums);
+    const ff_status s = ff_ndf_sum(&at, with_products, &f->sums);
     *objective = 0.5 * (f->sums.cost2 + ff_ndf_penalty2(f));
     return s;
 }
@@ -346,7 +346,7 @@ void ff_ndf_variances(ff_ndf_fit *f, double least)
     const double part = 1e-9; /* of all, that counts for every node */
     double *scores = f->work, *squares = f->trial, all_scores = 0, all_squares = 0;
     for (size_t k = 0; k < top; k++) {
-        all_scores += scores[k] = f->sums.meat[k * n + k];
+        all_scores += scores[k] = f->sums.score_products[k * n + k];
         all_squares += squares[k] = f->sums.gram[k * n + k];
     }
     for (int i = 0; i < 3; i++) {
@@ -377,7 +377,7 @@ static double trace_of(ff_ndf_fit *f, const double *raw)
 /* sum (r / (1 - h))^2 ~ sum r^2 + 2 sum r^2 h, with the leverage h = J H^-1 J^T: the second sum is a trace. */
 double ff_ndf_left_out(ff_ndf_fit *f)
 {
-    return f->sums.cost2 + 2 * trace_of(f, f->sums.meat);
+    return f->sums.cost2 + 2 * trace_of(f, f->sums.score_products);
 }
 
 double ff_ndf_effective(ff_ndf_fit *f)
@@ -392,7 +392,7 @@ ff_status ff_ndf_covariance(ff_ndf_fit *f, double *cov)
     const size_t P = f->P;
     double *M = malloc(P * P * sizeof *M);
     if (!M) return FF_ERR_MEMORY;
-    transform(f, f->sums.meat, M);
+    transform(f, f->sums.score_products, M);
     add_penalty(f, f->variance, M, NULL);
     memset(cov, 0, P * P * sizeof *cov);
     const size_t n = factor(f, f->H), *at = f->index;

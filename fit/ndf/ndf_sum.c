@@ -6,18 +6,19 @@
 
 enum { SLICES = 16, SLICE_BLOCKS = 32 }; /* at most; of about so many blocks at least */
 
-void ff_ndf_blocks_scalar(const ff_ndf_place *at, size_t first, size_t end, int with_meat, ff_ndf_channel_planes *channel,
+void ff_ndf_blocks_scalar(const ff_ndf_place *at, size_t first, size_t end, int with_products, ff_ndf_channel_planes *channel,
                           ff_ndf_sums *sums);
 #ifdef FF_HAVE_AVX2
-void ff_ndf_blocks_avx2(const ff_ndf_place *at, size_t first, size_t end, int with_meat, ff_ndf_channel_planes *channel,
+void ff_ndf_blocks_avx2(const ff_ndf_place *at, size_t first, size_t end, int with_products, ff_ndf_channel_planes *channel,
                         ff_ndf_sums *sums);
 #endif
 #ifdef FF_HAVE_AVX512
-void ff_ndf_blocks_avx512(const ff_ndf_place *at, size_t first, size_t end, int with_meat, ff_ndf_channel_planes *channel,
+void ff_ndf_blocks_avx512(const ff_ndf_place *at, size_t first, size_t end, int with_products, ff_ndf_channel_planes *channel,
                           ff_ndf_sums *sums);
 #endif
 
-/* cost2, gradient, gram, meat in one piece; each square with the cross products of the directions' stencils, [n_raw][n]. */
+/* cost2, gradient, gram, score_products in one piece; each square with the cross products of the directions' stencils, [n_raw][n].
+ */
 static size_t square_of(const ff_ndf_sums *s)
 {
     return (s->n + s->n_raw) * s->n;
@@ -33,8 +34,8 @@ static void point_into(ff_ndf_sums *s, double *memory)
     s->gradient = memory + 1;
     s->gram = s->gradient + s->n;
     s->gram_cross = s->gram + s->n * s->n;
-    s->meat = s->gram + square_of(s);
-    s->meat_cross = s->meat + s->n * s->n;
+    s->score_products = s->gram + square_of(s);
+    s->products_cross = s->score_products + s->n * s->n;
 }
 
 ff_status ff_ndf_sums_new(const ff_curve *curve, size_t n_channels, ff_ndf_sums *out)
@@ -57,7 +58,7 @@ void ff_ndf_sums_free(ff_ndf_sums *s)
 
 typedef struct pass {
     const ff_ndf_place *at;
-    int with_meat;
+    int with_products;
     size_t slices;
     ff_ndf_sums like;
     double *memory;                 /* [slices][doubles_of]   */
@@ -73,7 +74,7 @@ static void run_slice(void *context, size_t slice, int worker)
     point_into(&sums, memory);
     sums.cost2 = 0;
     FF_ISA_PICK(p->isa, ff_ndf_blocks)
-    (s->at, slice * p->n_blocks / s->slices, (slice + 1) * p->n_blocks / s->slices, s->with_meat,
+    (s->at, slice * p->n_blocks / s->slices, (slice + 1) * p->n_blocks / s->slices, s->with_products,
      s->channel + (size_t)worker * p->n_channels, &sums);
     memory[0] = sums.cost2;
 }
@@ -88,11 +89,11 @@ static void make_whole(const ff_ndf_sums *s, double *matrix, const double *cross
         for (size_t b = 0; b < a; b++) matrix[b * n + a] = matrix[a * n + b];
 }
 
-ff_status ff_ndf_sum(const ff_ndf_place *at, int with_meat, ff_ndf_sums *out)
+ff_status ff_ndf_sum(const ff_ndf_place *at, int with_products, ff_ndf_sums *out)
 {
     const struct ff_problem *p = at->p;
-    const size_t n = doubles_of(out), used = with_meat ? n : n - square_of(out), least = p->n_blocks / SLICE_BLOCKS + 1;
-    pass s = {.at = at, .with_meat = with_meat, .slices = least < SLICES ? least : SLICES, .like = *out};
+    const size_t n = doubles_of(out), used = with_products ? n : n - square_of(out), least = p->n_blocks / SLICE_BLOCKS + 1;
+    pass s = {.at = at, .with_products = with_products, .slices = least < SLICES ? least : SLICES, .like = *out};
     s.memory = calloc(s.slices * n, sizeof *s.memory);
     s.channel = malloc((size_t)ff_pool_threads(p->pool) * p->n_channels * sizeof *s.channel);
     ff_status status = s.memory && s.channel ? FF_OK : FF_ERR_MEMORY;
@@ -106,7 +107,7 @@ ff_status ff_ndf_sum(const ff_ndf_place *at, int with_meat, ff_ndf_sums *out)
             if (!isfinite(sum[k])) status = FF_ERR_INTERNAL;
         out->cost2 = sum[0];
         make_whole(out, out->gram, out->gram_cross);
-        make_whole(out, out->meat, out->meat_cross);
+        make_whole(out, out->score_products, out->products_cross);
     }
     free(s.memory);
     free(s.channel);

@@ -1,7 +1,7 @@
-/* The influence H^-1 s of a score on the parameters of an arrow. */
+/* The influence H^-1 s of a score on the parameters of an arrowhead. */
 #include "internal_influence.h"
 
-void ff_arrow_apply(const ff_arrow *a, const double *score, double *influence)
+void ff_arrowhead_apply(const ff_arrowhead *a, const double *score, double *influence)
 {
     const size_t S = a->S, K = a->K;
     double left[FF_MAX_SHARED];

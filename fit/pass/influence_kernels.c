@@ -27,7 +27,7 @@ static void add_product(const double *restrict a, const double *restrict b, doub
 
 /* Adds channel c to the shape's scores [S] and keeps its own [K]; squares [P][8] of the scores of single values. Columns of one
  * parameter are added up. */
-static void channel_scores(const ff_arrow *a, size_t c, block_scratch *s, double (*restrict shape)[FF_BLOCK],
+static void channel_scores(const ff_arrowhead *a, size_t c, block_scratch *s, double (*restrict shape)[FF_BLOCK],
                            double (*restrict own)[FF_BLOCK], double *squares)
 {
     memset(s->local, 0, (a->S + a->K) * sizeof *s->local);
@@ -58,7 +58,7 @@ static void sum_runs(size_t P, size_t length, double (*restrict score)[FF_BLOCK]
 }
 
 /* The influences of the block's samples, and their products. */
-static void influences(const ff_arrow *a, double (*restrict score)[FF_BLOCK], block_scratch *s, const ff_influence_sums *sums)
+static void influences(const ff_arrowhead *a, double (*restrict score)[FF_BLOCK], block_scratch *s, const ff_influence_sums *sums)
 {
     const size_t S = a->S, K = a->K;
     double(*left)[FF_BLOCK] = s->column; /* of the shape's scores by what the channels take up */
@@ -87,9 +87,9 @@ static void influences(const ff_arrow *a, double (*restrict score)[FF_BLOCK], bl
     }
 }
 
-void FF_ISA_NAME(ff_influence_chunk)(const ff_pass *pass, const ff_arrow *arrow, size_t first, size_t n_blocks,
+void FF_ISA_NAME(ff_influence_chunk)(const ff_pass *pass, const ff_arrowhead *arrowhead, size_t first, size_t n_blocks,
                                      const ff_influence_sums *sums);
-void FF_ISA_NAME(ff_influence_chunk)(const ff_pass *pass, const ff_arrow *arrow, size_t first, size_t n_blocks,
+void FF_ISA_NAME(ff_influence_chunk)(const ff_pass *pass, const ff_arrowhead *arrowhead, size_t first, size_t n_blocks,
                                      const ff_influence_sums *sums)
 {
     const struct ff_problem *p = pass->p;
@@ -101,19 +101,19 @@ void FF_ISA_NAME(ff_influence_chunk)(const ff_pass *pass, const ff_arrow *arrow,
         for (int k = 0; k < FF_G_COUNT; k++) g.plane[k] = p->geometry[k] < 0 ? NULL : ff_problem_plane(p, block, p->geometry[k]);
         cosines(&g, s.x);
         prepared->kernels->block_shape(prepared, &g, FF_BLOCK, &s.model);
-        if (arrow) memset(score, 0, arrow->S * sizeof *score);
+        if (arrowhead) memset(score, 0, arrowhead->S * sizeof *score);
         for (size_t c = 0; c < p->n_channels; c++) {
             prepared->kernels->block_value(prepared, &g, FF_BLOCK, c, &s.model, s.f);
             statistics(s.f, ff_problem_plane(p, block, p->value + (int)c), s.x, ff_problem_plane(p, block, p->sample_weight),
                        sums->stat);
-            if (!arrow) continue;
+            if (!arrowhead) continue;
             weighted_residuals(pass, block, c, s.x, s.f, s.r, s.j, robust);
             prepared->kernels->block_columns(prepared, FF_BLOCK, c, s.j, &s.model, s.column);
-            channel_scores(arrow, c, &s, score, score + arrow->S + c * arrow->K, sums->own);
+            channel_scores(arrowhead, c, &s, score, score + arrowhead->S + c * arrowhead->K, sums->own);
         }
-        if (!arrow) continue;
-        influences(arrow, score, &s, sums);
+        if (!arrowhead) continue;
+        influences(arrowhead, score, &s, sums);
         const size_t length = ff_run_length(p);
-        sum_runs(arrow->P, length, score, sums->runs + block * (FF_BLOCK / length) * arrow->P);
+        sum_runs(arrowhead->P, length, score, sums->runs + block * (FF_BLOCK / length) * arrowhead->P);
     }
 }

@@ -65,7 +65,7 @@ static inline void weighted_residuals(const ff_pass *pass, size_t block, size_t 
     const struct ff_problem *p = pass->p;
     const ff_loss_planes l = {ff_problem_plane(p, block, p->weight + p->weight_stride * (int)c),
                               ff_problem_plane(p, block, p->target + (int)c), x};
-    ff_loss_residuals(p->loss, p->surrogate, &l, f, r, j);
+    ff_loss_residuals(p->loss, p->linearised, &l, f, r, j);
     const size_t at = block * FF_BLOCK, of_channel = c * p->n_blocks * FF_BLOCK;
     const float *root = p->multiplier ? p->multiplier + at : NULL, *unit = p->unit ? p->unit + of_channel + at : NULL;
     if (p->side >= 0) one_sided(ff_problem_plane(p, block, p->side + (int)c), r, j);

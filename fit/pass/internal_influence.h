@@ -1,4 +1,4 @@
-/* The pass over influences: errors/arrowhead.c has the formulas of an arrow. */
+/* The pass over influences: errors/arrowhead.c has the formulas of an arrowhead. */
 #ifndef FF_INTERNAL_INFLUENCE_H
 #define FF_INTERNAL_INFLUENCE_H
 #include "internal_pass.h"
@@ -10,18 +10,19 @@ typedef struct ff_clusters {
     int settled; /* 0: the errors reach further than the longest runs of which there are enough     */
 } ff_clusters;
 
-/* What a pass needs of an information that is kept as an arrow, scaled so that the diagonal of H is 1. P = S + C K parameters. */
-typedef struct ff_arrow {
+/* What a pass needs of an information that is kept as an arrowhead, scaled so that the diagonal of H is 1. P = S + C K parameters.
+ */
+typedef struct ff_arrowhead {
     size_t S, K, C, P;                       /* parameters that all channels share, the shape; of a channel; channels; all */
     const double *scale;                     /* [P] 1 / the root of H's diagonal                                        */
     double *inverse;                         /* [S][S] T^-1; 0 where a parameter is not in use                          */
     double *own;                             /* [C][K][K] D_c^-1                                                        */
     double *follow;                          /* [C][K][S] K_c                                                           */
     size_t n_columns, place[FF_MAX_COLUMNS]; /* of a channel's columns: the parameter of the shape, or S + that of the channel */
-} ff_arrow;
+} ff_arrowhead;
 
 /* Influence H^-1 s of the score s [P], both scaled. */
-void ff_arrow_apply(const ff_arrow *a, const double *score, double *influence);
+void ff_arrowhead_apply(const ff_arrowhead *a, const double *score, double *influence);
 
 /* Lane sums [8] of a chunk: statistics, then products of the scaled influences by their packed triangle: of the shape, and for
  * each channel [K][S] with the shape's and a triangle of its own. */
@@ -35,12 +36,12 @@ typedef struct ff_influence_sums {
     double *score;   /* scratch [S + C K][FF_BLOCK]    */
 } ff_influence_sums;
 
-static inline size_t ff_influence_channel(const ff_arrow *a)
+static inline size_t ff_influence_channel(const ff_arrowhead *a)
 {
     return a->K * a->S + a->K * (a->K + 1) / 2;
 }
 
-/* arrow NULL: the statistics alone. */
-typedef void (*ff_influence_chunk_fn)(const ff_pass *pass, const ff_arrow *arrow, size_t first_block, size_t n_blocks,
+/* arrowhead NULL: the statistics alone. */
+typedef void (*ff_influence_chunk_fn)(const ff_pass *pass, const ff_arrowhead *arrowhead, size_t first_block, size_t n_blocks,
                                       const ff_influence_sums *sums);
 #endif

@@ -28,7 +28,7 @@ struct ff_problem {
     int side;          /* plane side + c, -1 = absent: +1 where the datum is only known to be at or above the target, -1 at or
                           below, else 0 */
     ff_loss loss;
-    int surrogate;           /* 1: a linear stand-in for the loss, for the search of a start                     */
+    int linearised;          /* 1: a linear surrogate for the loss, for the search of a start                     */
     double tan2_lo, tan2_hi; /* range of tan^2 theta over the samples' directions                       */
     ff_selection selection;
     char (*channel_name)[FF_CHANNEL_NAME];
@@ -44,9 +44,9 @@ struct ff_problem {
     const float *unit;
     ff_pool *pool;
     ff_isa isa;
-    /* What starts are searched on, and what they are then refined on before all samples are: see ff_problem_thin. The last is
+    /* What starts are searched on, and what they are then refined on before all samples are: see ff_problem_subsample. The last is
      * NULL where there are too few samples to make it worth while. */
-    struct ff_problem *thin, *thin_linear, *middle;
+    struct ff_problem *subsample, *subsample_linear, *middle;
 };
 
 static inline double *ff_problem_plane(const struct ff_problem *p, size_t block, int plane)
@@ -106,11 +106,12 @@ static inline size_t ff_run_length(const struct ff_problem *p)
  * ff_normal_fold). */
 typedef struct ff_normal {
     size_t m1, P, n_channels;
-    double cost2; /* sum of rho(r^2): twice the objective                                    */
-    double *gram; /* [n_channels][m1 (m1+1) / 2], lower triangle by rows: J^T J, J^T r, r^T r */
-    double *meat; /* [P (P+1) / 2]: sum over samples of score score^T; only of a final pass. Of an arrow [P]: its diagonal */
-    int diagonal; /* 1: meat is [P], its diagonal alone: of an arrow, whose score is scaled */
-    double *own;  /* [P]: sum over samples and channels of the squared score of one value     */
+    double cost2;           /* sum of rho(r^2): twice the objective                                    */
+    double *gram;           /* [n_channels][m1 (m1+1) / 2], lower triangle by rows: J^T J, J^T r, r^T r */
+    double *score_products; /* [P (P+1) / 2]: sum over samples of score score^T; only of a final pass. Of an arrowhead [P]: its
+                               diagonal */
+    int diagonal;           /* 1: score_products is [P], its diagonal alone: of an arrowhead, whose score is scaled */
+    double *own;            /* [P]: sum over samples and channels of the squared score of one value     */
     size_t n_runs;
     double *runs; /* [n_runs][P]: sums of the score over runs of consecutive samples; NULL unless of a final pass */
     double stat[FF_STAT_COUNT];
@@ -125,16 +126,16 @@ void ff_normal_free(ff_normal *n);
  * FF_ERR_MEMORY; FF_ERR_INTERNAL when a sum is not finite. */
 ff_status ff_pass_run(const ff_pass *pass, int parallel, ff_normal *out);
 
-/* The kernel of one chunk of blocks: adds to the lane sums [8] each. acc: cost2 lanes, gram lanes, stat lanes, meat lanes; see
- * pass.c. */
+/* The kernel of one chunk of blocks: adds to the lane sums [8] each. acc: cost2 lanes, gram lanes, stat lanes, lanes of score
+ * products; see pass.c. */
 typedef struct ff_chunk_sums {
-    double *cost2; /* [8]                                   */
-    double *gram;  /* [n_channels][m1 (m1+1)/2][8]          */
-    double *stat;  /* [FF_STAT_COUNT][8]                    */
-    double *meat;  /* [P (P+1)/2][8]                        */
-    double *own;   /* [P][8]                                */
-    double *score; /* scratch [P][FF_BLOCK], with errors     */
-    double *runs;  /* [n_runs][P] of the whole problem, with errors */
+    double *cost2;          /* [8]                                   */
+    double *gram;           /* [n_channels][m1 (m1+1)/2][8]          */
+    double *stat;           /* [FF_STAT_COUNT][8]                    */
+    double *score_products; /* [P (P+1)/2][8]                        */
+    double *own;            /* [P][8]                                */
+    double *score;          /* scratch [P][FF_BLOCK], with errors     */
+    double *runs;           /* [n_runs][P] of the whole problem, with errors */
 } ff_chunk_sums;
 typedef void (*ff_pass_chunk_fn)(const ff_pass *pass, size_t first_block, size_t n_blocks, const ff_chunk_sums *sums);
 ff_pass_chunk_fn ff_pass_chunk_get(ff_isa isa);

@@ -21,9 +21,9 @@ ff_status ff_normal_new(size_t n_shape, size_t n_channel, size_t n_channels, int
 {
     ff_normal n = {.m1 = n_shape + n_channel + 1, .P = n_shape + n_channels * n_channel, .n_channels = n_channels};
     n.gram = calloc(n_channels * (n.m1 * (n.m1 + 1) / 2), sizeof *n.gram);
-    n.meat = calloc(diagonal ? n.P + 1 : n.P * (n.P + 1) / 2 + 1, sizeof *n.meat);
+    n.score_products = calloc(diagonal ? n.P + 1 : n.P * (n.P + 1) / 2 + 1, sizeof *n.score_products);
     n.own = calloc(n.P + 1, sizeof *n.own);
-    if (!n.gram || !n.meat || !n.own) {
+    if (!n.gram || !n.score_products || !n.own) {
         ff_normal_free(&n);
         return FF_ERR_MEMORY;
     }
@@ -34,17 +34,17 @@ ff_status ff_normal_new(size_t n_shape, size_t n_channel, size_t n_channels, int
 void ff_normal_free(ff_normal *n)
 {
     free(n->gram);
-    free(n->meat);
+    free(n->score_products);
     free(n->own);
     free(n->runs);
     *n = (ff_normal){0};
 }
 
-/* All sums of a chunk, lanes reduced: cost2, gram, stat, meat, own, in this order. */
+/* All sums of a chunk, lanes reduced: cost2, gram, stat, score_products, own, in this order. */
 typedef struct run {
     const ff_pass *pass;
     ff_pass_chunk_fn kernel;
-    size_t share, n_gram, n_meat, n_own, n_sums, n_score;
+    size_t share, n_gram, n_products, n_own, n_sums, n_score;
     double *lanes;  /* [threads][n_sums * 8 + n_score] */
     double *result; /* [chunks][n_sums]                */
     double *runs;
@@ -59,8 +59,8 @@ static void run_chunk(void *context, size_t chunk, int worker)
     sums.cost2 = lanes;
     sums.gram = sums.cost2 + 8;
     sums.stat = sums.gram + r->n_gram * 8;
-    sums.meat = sums.stat + FF_STAT_COUNT * 8;
-    sums.own = sums.meat + r->n_meat * 8;
+    sums.score_products = sums.stat + FF_STAT_COUNT * 8;
+    sums.own = sums.score_products + r->n_products * 8;
     sums.score = sums.own + r->n_own * 8;
     sums.runs = r->runs;
     memset(lanes, 0, r->n_sums * 8 * sizeof *lanes);
@@ -86,9 +86,9 @@ ff_status ff_pass_run(const ff_pass *pass, int parallel, ff_normal *out)
     run r = {.pass = pass, .kernel = ff_pass_chunk_get(p->isa), .share = share};
     r.n_gram = out->n_channels * tri;
     const int errors = pass->final && pass->errors;
-    r.n_meat = errors ? out->P * (out->P + 1) / 2 : 0;
+    r.n_products = errors ? out->P * (out->P + 1) / 2 : 0;
     r.n_own = errors ? out->P : 0;
-    r.n_sums = 1 + r.n_gram + FF_STAT_COUNT + r.n_meat + r.n_own;
+    r.n_sums = 1 + r.n_gram + FF_STAT_COUNT + r.n_products + r.n_own;
     r.n_score = errors ? out->P * FF_BLOCK : 0;
     if (errors && !out->runs) {
         out->n_runs = p->n_blocks * (FF_BLOCK / ff_run_length(p));
@@ -112,7 +112,7 @@ ff_status ff_pass_run(const ff_pass *pass, int parallel, ff_normal *out)
     /* merge in the order of the chunks, whoever summed them */
     double cost2 = 0;
     memset(out->gram, 0, r.n_gram * sizeof(double));
-    memset(out->meat, 0, r.n_meat * sizeof(double));
+    memset(out->score_products, 0, r.n_products * sizeof(double));
     memset(out->own, 0, r.n_own * sizeof(double));
     memset(out->stat, 0, sizeof out->stat);
     for (size_t c = 0; c < chunks; c++) {
@@ -121,7 +121,7 @@ ff_status ff_pass_run(const ff_pass *pass, int parallel, ff_normal *out)
         for (size_t k = 0; k < r.n_gram; k++) out->gram[k] += *s++;
         for (size_t k = 0; k < FF_STAT_COUNT; k++, s++)
             out->stat[k] = k == FF_STAT_MAX ? fmax(out->stat[k], *s) : out->stat[k] + *s;
-        for (size_t k = 0; k < r.n_meat; k++) out->meat[k] += *s++;
+        for (size_t k = 0; k < r.n_products; k++) out->score_products[k] += *s++;
         for (size_t k = 0; k < r.n_own; k++) out->own[k] += *s++;
     }
     free(r.lanes);

@@ -149,7 +149,7 @@ void FF_ISA_NAME(ff_pass_chunk)(const ff_pass *pass, size_t first, size_t n_bloc
     const ff_prepared *prepared = &pass->prepared;
     const size_t P = prepared->wanted.n_shape + p->n_channels * prepared->wanted.n_channel;
     const int errors = pass->final && pass->errors;
-    const int needs_x = pass->final || (!p->surrogate && FF_ISA_NAME(ff_losses)[p->loss]->reads_cosine);
+    const int needs_x = pass->final || (!p->linearised && FF_ISA_NAME(ff_losses)[p->loss]->reads_cosine);
     block_scratch s;
     for (size_t block = first; block < first + n_blocks; block++) {
         ff_geometry g;
@@ -159,7 +159,7 @@ void FF_ISA_NAME(ff_pass_chunk)(const ff_pass *pass, size_t first, size_t n_bloc
         if (errors) memset(sums->score, 0, P * FF_BLOCK * sizeof(double));
         for (size_t c = 0; c < p->n_channels; c++) channel_block(pass, block, c, &g, needs_x ? s.x : NULL, &s, sums);
         if (!errors || !P) continue;
-        gram(P, (double(*)[FF_BLOCK])sums->score, sums->meat);
+        gram(P, (double(*)[FF_BLOCK])sums->score, sums->score_products);
         const size_t length = ff_run_length(p);
         sum_runs(P, length, sums->score, sums->runs + block * (FF_BLOCK / length) * P);
     }

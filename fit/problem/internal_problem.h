@@ -1,4 +1,4 @@
-/* What a fit is about: the samples and their smaller stand-ins, which parameters are free in which coordinates, what is known of
+/* What a fit is about: the samples and their subsamples, which parameters are free in which coordinates, what is known of
  * them besides the data, and the two things that every stage takes: the plan and the point. */
 #ifndef FF_INTERNAL_PROBLEM_H
 #define FF_INTERNAL_PROBLEM_H
@@ -10,8 +10,8 @@
 /* A smaller problem that stands for p: the samples with the largest weighted values, all of them, and every k-th of the rest with k
  * times the weight; some `wanted` in all. size [n]: the magnitudes |w g(y)|. linear: with the loss replaced by its linearisation
  * about the data. Shares the pool; goes with p. */
-ff_status ff_problem_thin(const struct ff_problem *p, const float *size, size_t wanted, int linear, struct ff_problem **out);
-void ff_problem_thin_free(struct ff_problem *p);
+ff_status ff_problem_subsample(const struct ff_problem *p, const float *size, size_t wanted, int linear, struct ff_problem **out);
+void ff_problem_subsample_free(struct ff_problem *p);
 
 /* Memory for blocks, aligned, in large pages where the system has them; NULL when there is none. Released with free. */
 double *ff_block_memory(size_t bytes);
@@ -29,7 +29,7 @@ typedef struct ff_penalties ff_penalties;
  * constraints by name) resolved once. Nothing below reads the options again. A plan may be copied, to be used on other samples
  * (ff_plan_on) or with fewer free parameters; a copy lives no longer than the plan that it is of. */
 typedef struct ff_plan {
-    ff_layout l;                /* what is free, in which coordinates; its model is `model`, or that of a stand-in */
+    ff_layout l;                /* what is free, in which coordinates; its model is `model`, or that of a surrogate */
     const struct ff_problem *p; /* the samples                                                                     */
     ff_shape shape;             /* never AUTO                                                                      */
     ff_robust robust;

@@ -98,7 +98,7 @@ ff_status ff_plan_new(const struct ff_problem *p, const ff_model *m, const ff_fi
     }
     out->penalties = out->own_penalties;
     out->errors |= out->penalties != NULL; /* the weight of a prior needs the errors of the data */
-    out->l.arrow = ff_layout_is_arrow(&out->l, o->dense_channels);
+    out->l.arrowhead = ff_layout_is_arrowhead(&out->l, o->dense_channels);
     return FF_OK;
 }
 
@@ -134,7 +134,7 @@ ff_status ff_plan_pass(const ff_plan *plan, const double *shape, const double *c
     const struct ff_problem *p = plan->p;
     const ff_layout *l = &plan->l;
     pass->p = p;
-    pass->robust = p->surrogate ? FF_ROBUST_NONE : plan->robust;
+    pass->robust = p->linearised ? FF_ROBUST_NONE : plan->robust;
     pass->robust_scale = plan->robust_scale;
     pass->final = 0;
     pass->errors = plan->errors;

@@ -8,7 +8,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { FF_THIN = 12000, FF_MIDDLE_FROM = 200000 }; /* samples that a start is searched on; problems that have a middle */
+enum { FF_SUBSAMPLE = 12000, FF_MIDDLE_FROM = 200000 }; /* samples that a start is searched on; problems that have a middle */
 enum { FF_SLAB = 2048 }; /* samples of a table looked at in one go; its directions fit in the second-level cache */
 
 /* ---- selection ------------------------------------------------------------------------------- */
@@ -437,10 +437,10 @@ static ff_status build_all(build *b, const ff_model *models, size_t n_models, ff
     if (sel->saturated || !looks_saturated(b)) sel->at_top = 0;
     p->index = b->index; /* the problem's from here on */
     b->index = NULL;
-    ff_status st = ff_problem_thin(p, b->size, FF_THIN, 0, &p->thin);
-    p->thin_linear = p->thin; /* a linear loss is its own stand-in */
-    if (!st && ff_loss_is_curved(p->loss)) st = ff_problem_thin(p, b->size, FF_THIN, 1, &p->thin_linear);
-    if (!st && p->n > FF_MIDDLE_FROM) st = ff_problem_thin(p, b->size, p->n / 8, 0, &p->middle);
+    ff_status st = ff_problem_subsample(p, b->size, FF_SUBSAMPLE, 0, &p->subsample);
+    p->subsample_linear = p->subsample; /* a linear loss is its own surrogate */
+    if (!st && ff_loss_is_curved(p->loss)) st = ff_problem_subsample(p, b->size, FF_SUBSAMPLE, 1, &p->subsample_linear);
+    if (!st && p->n > FF_MIDDLE_FROM) st = ff_problem_subsample(p, b->size, p->n / 8, 0, &p->middle);
     return st ? ff_error_set(err, st, NULL, 0, -1, "out of memory") : FF_OK;
 }
 
@@ -494,9 +494,9 @@ ff_status ff_problem_make(const ff_table *t, const ff_model *models, size_t n_mo
 void ff_problem_free(ff_problem *p)
 {
     if (!p) return;
-    if (p->thin_linear != p->thin) ff_problem_thin_free(p->thin_linear);
-    ff_problem_thin_free(p->thin);
-    ff_problem_thin_free(p->middle);
+    if (p->subsample_linear != p->subsample) ff_problem_subsample_free(p->subsample_linear);
+    ff_problem_subsample_free(p->subsample);
+    ff_problem_subsample_free(p->middle);
     ff_pool_free(p->pool);
     free(p->data);
     free(p->channel_name);

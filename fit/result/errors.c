@@ -20,13 +20,13 @@ static void standard_errors(const ff_plan *plan, const ff_information *info, ff_
         ff_fit_value *v = ff_result_value(l, r, k);
         if (!info->determined[k]) continue;
         v->std_error = sqrt(fmax(info->variance[k], 0)); /* rounding may leave -1e-30 where the residuals vanish */
-        if (!l->arrow || k < l->n_shared) v->column = (int)r->n_columns++;
+        if (!l->arrowhead || k < l->n_shared) v->column = (int)r->n_columns++;
     }
 }
 
 static void fill_correlations(const ff_layout *l, const ff_information *info, ff_fit_result *r)
 {
-    const size_t n = l->arrow ? l->n_shared : l->P;
+    const size_t n = l->arrowhead ? l->n_shared : l->P;
     for (size_t a = 0; a < n; a++)
         for (size_t b = 0; b < n; b++) {
             const ff_fit_value *x = ff_result_value(l, r, a), *y = ff_result_value(l, r, b);
@@ -60,7 +60,7 @@ static ff_status make_room(const ff_layout *l, ff_fit_result *r)
     const size_t N = l->m->n_channel;
     r->correlation = calloc(r->n_columns * r->n_columns + 1, sizeof *r->correlation);
     if (!r->correlation) return FF_ERR_MEMORY;
-    if (!l->arrow) return FF_OK;
+    if (!l->arrowhead) return FF_OK;
     r->channel_correlation = malloc((r->n_channels * N * (r->n_columns + N) + 1) * sizeof *r->channel_correlation);
     return r->channel_correlation ? FF_OK : FF_ERR_MEMORY;
 }
@@ -73,7 +73,7 @@ ff_status ff_result_errors(const ff_plan *plan, const ff_point *at, ff_fit_resul
     ff_status st = make_room(l, r);
     if (st) return st;
     fill_correlations(l, info, r);
-    for (size_t c = 0; c < l->n_channels && l->arrow; c++) correlations_of_channel(l, info, c, r);
+    for (size_t c = 0; c < l->n_channels && l->arrowhead; c++) correlations_of_channel(l, info, c, r);
     r->effective_samples = info->effective;
     r->correlated_over = info->clusters.run;
     r->correlation_settled = info->clusters.settled;

@@ -174,7 +174,7 @@ static ff_status warn_channels_correlated(const ff_layout *l, ff_fit_result *r)
 
 static ff_status warn_of_parameters(const ff_layout *l, ff_fit_result *r)
 {
-    const int many = l->arrow && l->n_channels > FF_CHANNELS_NAMED;
+    const int many = l->arrowhead && l->n_channels > FF_CHANNELS_NAMED;
     ff_status s = FF_OK;
     for (size_t k = 0; k < l->P && !s; k++) {
         s = warn_at_bound(l, k, r);

@@ -64,7 +64,7 @@ static void divide_by_scales(const ff_layout *l, double *channel)
         }
 }
 
-/* A pass over a thin problem that leaves the gram of the channel columns. plain: without the robust loss, whose weights mean
+/* A pass over a subsample that leaves the gram of the channel columns. plain: without the robust loss, whose weights mean
  * nothing far from the data. */
 static ff_status channel_pass(const ff_plan *plan, const double *shape, const double *channel, int plain, ff_normal *normal)
 {
@@ -77,16 +77,16 @@ static ff_status channel_pass(const ff_plan *plan, const double *shape, const do
     return s;
 }
 
-/* Gauss-Newton steps from trial on the thin problem, each halved until it helps. The best point goes to channel. */
+/* Gauss-Newton steps from trial on the subsample, each halved until it helps. The best point goes to channel. */
 static ff_status improve_channels(const ff_plan *plan, const double *shape, int steps, double *trial, double *channel,
                                   double *cost2, ff_normal *normal)
 {
     const ff_layout *l = &plan->l;
-    const ff_plan thin = ff_plan_on(plan, plan->p->thin);
+    const ff_plan subsample = ff_plan_on(plan, plan->p->subsample);
     const size_t size = l->n_channels * l->m->n_channel;
     *cost2 = INFINITY;
     for (int step = 0; step <= steps; step++) {
-        const ff_status s = channel_pass(&thin, shape, trial, 0, normal);
+        const ff_status s = channel_pass(&subsample, shape, trial, 0, normal);
         if (s && (s != FF_ERR_INTERNAL || *cost2 == INFINITY)) return s;
         if (!s && normal->cost2 < *cost2) { /* go on from here */
             const int enough = normal->cost2 > *cost2 * (1 - 1e-4);
@@ -106,8 +106,8 @@ ff_status ff_start_channels(const ff_plan *plan, const double *shape, double *ch
     const struct ff_problem *p = plan->p;
     enum { STEPS = 4, CURVED_STEPS = 12 };
     const size_t size = l->n_channels * l->m->n_channel;
-    const int exact = l->linear && !l->scaled && !p->thin_linear->surrogate && plan->robust == FF_ROBUST_NONE;
-    const ff_plan channels = ff_plan_of_channels(plan), linear = ff_plan_on(&channels, p->thin_linear);
+    const int exact = l->linear && !l->scaled && !p->subsample_linear->linearised && plan->robust == FF_ROBUST_NONE;
+    const ff_plan channels = ff_plan_of_channels(plan), linear = ff_plan_on(&channels, p->subsample_linear);
     ff_normal normal = {0};
     ff_status s = ff_layout_normal(&channels.l, &normal);
     double *trial = malloc((size + 1) * sizeof *trial);

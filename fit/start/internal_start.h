@@ -14,30 +14,31 @@ typedef struct ff_candidate {
  * Returns it; INFINITY and out = at without memory. */
 double ff_tied_least_squares(const ff_layout *l, const ff_normal *normal, const double *at, double *out);
 
-/* A model that is linear in its channel parameters and has the lobes of l's: its start leads to that of l's (ff_standin_start). For
- * a layout that is linear itself that is the layout. FF_ERR_INTERNAL cannot happen for models that parsed. */
-typedef struct ff_standin {
+/* A model that is linear in its channel parameters and has the lobes of l's: its start leads to that of l's (ff_surrogate_start).
+ * For a layout that is linear itself that is the layout. FF_ERR_INTERNAL cannot happen for models that parsed. */
+typedef struct ff_surrogate {
     ff_model model;
     ff_plan plan;
     ff_limits *limits; /* of its model, NULL = none */
-} ff_standin;
-ff_status ff_standin_make(const ff_plan *plan, ff_standin *out);
-void ff_standin_free(ff_standin *s);
+} ff_surrogate;
+ff_status ff_surrogate_make(const ff_plan *plan, ff_surrogate *out);
+void ff_surrogate_free(ff_surrogate *s);
 
-/* From an optimum of the stand-in: shape, channel of l's model. There are ff_standin_variants ways where it does not say enough. */
-uint32_t ff_standin_variants(const ff_layout *l);
-void ff_standin_start(const ff_layout *l, const ff_standin *s, uint32_t variant, const double *from_shape,
-                      const double *from_channel, double *shape, double *channel);
+/* From an optimum of the surrogate: shape, channel of l's model. There are ff_surrogate_variants ways where it does not say enough.
+ */
+uint32_t ff_surrogate_variants(const ff_layout *l);
+void ff_surrogate_start(const ff_layout *l, const ff_surrogate *s, uint32_t variant, const double *from_shape,
+                        const double *from_channel, double *shape, double *channel);
 
 /* Data far from grazing incidence determine F0 of a conductor, and leave a valley of (eta, k) that ends at k = 0 on either side,
  * where the slope by k vanishes. Puts channel c of a lobe at the end with the higher or the lower eta; 0 when it has no such term.
  */
-int ff_standin_end_of_valley(const ff_layout *l, uint32_t lobe, size_t c, int high, double *channel);
+int ff_surrogate_end_of_valley(const ff_layout *l, uint32_t lobe, size_t c, int high, double *channel);
 
 /* Shape parameters that the search goes through point by point. */
 uint32_t ff_start_searched(const ff_layout *l);
 
-/* The best starting points of a linear layout on the thin problem of the plan, best first, at most max; channel parameters by
+/* The best starting points of a linear layout on the subsample of the plan, best first, at most max; channel parameters by
  * ff_start_channels. */
 ff_status ff_start_search(const ff_plan *plan, ff_candidate *out, size_t max, size_t *n_out);
 
@@ -51,12 +52,12 @@ ff_status ff_start_moves(const ff_plan *plan, const double *from, uint32_t lobe,
 enum { FF_SEQUENCES = 4 };
 ff_status ff_start_sequence(const ff_plan *plan, uint32_t first, ff_candidate *out, size_t *n_out);
 
-/* The free channel parameters that minimise the thin problem of the plan for a shape: exact where the residual is linear in them,
- * else by Gauss-Newton steps, from the linear stand-in of the loss or, in a layout that is not linear, from channel as it comes.
+/* The free channel parameters that minimise the subsample of the plan for a shape: exact where the residual is linear in them,
+ * else by Gauss-Newton steps, from the linear surrogate of the loss or, in a layout that is not linear, from channel as it comes.
  * channel [n_channels][n_channel] in and out. On the calling thread. */
 ff_status ff_start_channels(const ff_plan *plan, const double *shape, double *channel, double *cost2);
 
-/* The stage before the minimisation: the point given or searched for on the thin problem, and most of the way to the optimum, which
+/* The stage before the minimisation: the point given or searched for on the subsample, and most of the way to the optimum, which
  * is gone on fewer samples. FF_ERR_CANCELLED, FF_ERR_MEMORY. */
 ff_status ff_start(const ff_plan *plan, ff_point *at, ff_error *err);
 #endif

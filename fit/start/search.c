@@ -14,7 +14,7 @@ enum { FF_STEPS = 40, FF_FIRST_STEPS = 10 };
 enum {
     FF_CANDIDATES_OF_ONE = 4, /* of the grid over one parameter                                         */
     FF_CANDIDATES = 10,       /* over several, where minima are more; of those that are minimised to the end */
-    FF_OPTIMA = 3,            /* optima of the stand-in that lead on to the model                            */
+    FF_OPTIMA = 3,            /* optima of the surrogate that lead on to the model                            */
     FF_MOVED = 2,             /* optima whose lobes are moved                                                */
     FF_ROUNDS = 4,            /* times that they are at most                                                 */
     FF_MOST = FF_MOVED * FF_MAX_LOBES * FF_MOVES,
@@ -24,7 +24,7 @@ enum {
 
 /* ---- points and their minima ----------------------------------------------------------------- */
 
-/* A point that is minimised on the thin problem, of the stand-in or of the model. */
+/* A point that is minimised on the subsample, of the surrogate or of the model. */
 typedef struct trial {
     ff_point at;
     ff_status status;
@@ -33,23 +33,23 @@ typedef struct trial {
 /* Several at once, each on its own thread. */
 typedef struct polish {
     const ff_plan *plan;
-    const ff_standin *standin;
-    const trial *from; /* optima of the stand-in that lead to `to`, points of the model */
+    const ff_surrogate *surrogate;
+    const trial *from; /* optima of the surrogate that lead to `to`, points of the model */
     trial *to;
 } polish;
 
 static ff_status minimise(const ff_plan *plan, double tolerance, int steps, ff_point *at)
 {
-    const ff_plan thin = ff_plan_on(plan, plan->p->thin);
+    const ff_plan subsample = ff_plan_on(plan, plan->p->subsample);
     const ff_effort effort = {.tolerance = tolerance, .max_iterations = steps};
-    return ff_solve(&thin, &effort, at, NULL);
+    return ff_solve(&subsample, &effort, at, NULL);
 }
 
-/* A candidate of the stand-in: its channel parameters and a few steps. */
+/* A candidate of the surrogate: its channel parameters and a few steps. */
 static void polish_first(void *context, size_t i, int worker)
 {
     const polish *p = context;
-    const ff_plan *plan = &p->standin->plan;
+    const ff_plan *plan = &p->surrogate->plan;
     trial *t = &p->to[i];
     (void)worker;
     ff_layout_channel_defaults(&plan->l, t->at.channel);
@@ -61,10 +61,10 @@ static void polish_to_end(void *context, size_t i, int worker)
 {
     const polish *p = context;
     (void)worker;
-    p->to[i].status = minimise(&p->standin->plan, FF_ROUGH, FF_STEPS, &p->to[i].at);
+    p->to[i].status = minimise(&p->surrogate->plan, FF_ROUGH, FF_STEPS, &p->to[i].at);
 }
 
-/* From an optimum of the stand-in to one of the model, by the best of the ways between them. */
+/* From an optimum of the surrogate to one of the model, by the best of the ways between them. */
 static void polish_optimum(void *context, size_t i, int worker)
 {
     const polish *p = context;
@@ -75,8 +75,8 @@ static void polish_optimum(void *context, size_t i, int worker)
     (void)worker;
     t->at.cost2 = INFINITY;
     t->status = channel ? FF_OK : FF_ERR_MEMORY;
-    for (uint32_t v = 0; v < ff_standin_variants(l) && !t->status; v++) {
-        ff_standin_start(l, p->standin, v, p->from[i].at.shape, p->from[i].at.channel, t->at.shape, channel);
+    for (uint32_t v = 0; v < ff_surrogate_variants(l) && !t->status; v++) {
+        ff_surrogate_start(l, p->surrogate, v, p->from[i].at.shape, p->from[i].at.channel, t->at.shape, channel);
         t->status = ff_start_channels(p->plan, t->at.shape, channel, &cost2);
         if (t->status || !(cost2 < t->at.cost2)) continue;
         t->at.cost2 = cost2;
@@ -150,7 +150,7 @@ static size_t distinct_places(const ff_layout *l, trial *points, size_t n, size_
 
 /* ---- the search ------------------------------------------------------------------------------ */
 
-/* Points of the stand-in: the first n of them are optima, best first. */
+/* Points of the surrogate: the first n of them are optima, best first. */
 typedef struct search {
     polish work;
     size_t n;
@@ -166,7 +166,7 @@ static ff_status add_candidates(search *s, const ff_candidate *candidate, size_t
     ff_pool_run(w->plan->p->pool, n, polish_first, w);
     ff_status st = sort_points(w->to, &n);
     if (st) return st;
-    n = distinct_places(&w->standin->plan.l, w->to, n, s->n, FF_CANDIDATES);
+    n = distinct_places(&w->surrogate->plan.l, w->to, n, s->n, FF_CANDIDATES);
     ff_pool_run(w->plan->p->pool, n, polish_to_end, w);
     s->n += n;
     st = sort_points(s->points, &s->n);
@@ -177,7 +177,7 @@ static ff_status add_candidates(search *s, const ff_candidate *candidate, size_t
 /* Candidates of the grid over all lobes and, where there are several, of one lobe after the other. */
 static ff_status first_candidates(search *s)
 {
-    const ff_plan *plan = &s->work.standin->plan;
+    const ff_plan *plan = &s->work.surrogate->plan;
     const ff_layout *l = &plan->l;
     ff_candidate candidate[FF_POINTS];
     size_t n = 0;
@@ -194,7 +194,7 @@ static ff_status first_candidates(search *s)
  * been everywhere already. */
 static ff_status move_lobes(search *s)
 {
-    const ff_plan *plan = &s->work.standin->plan;
+    const ff_plan *plan = &s->work.surrogate->plan;
     const ff_layout *l = &plan->l;
     const int moves = l->m->n_lobes > 1 || (l->m->n_lobes == 1 && l->mode != FF_ISOTROPIC_MODE);
     ff_status st = FF_OK;
@@ -223,14 +223,14 @@ static ff_status try_valleys(const ff_plan *plan, trial *best, trial *spare)
     for (uint32_t lobe = 0; lobe < l->m->n_lobes; lobe++)
         for (size_t end = 0; end < 2 * l->n_channels && !st; end++) {
             ff_point_set(plan, best->at.shape, best->at.channel, &spare->at);
-            if (!ff_standin_end_of_valley(l, lobe, end / 2, end % 2, spare->at.channel)) continue;
+            if (!ff_surrogate_end_of_valley(l, lobe, end / 2, end % 2, spare->at.channel)) continue;
             st = minimise(plan, FF_ROUGH, FF_STEPS, &spare->at);
             if (!st && spare->at.cost2 < best->at.cost2) exchange(best, spare);
         }
     return st;
 }
 
-/* The best optimum of the model; `optima` has room for those that the stand-in's lead to and for one more. */
+/* The best optimum of the model; `optima` has room for those that the surrogate's lead to and for one more. */
 static ff_status best_of_model(search *s, trial *optima, const trial **best)
 {
     *best = s->points;
@@ -244,7 +244,7 @@ static ff_status best_of_model(search *s, trial *optima, const trial **best)
     return st ? st : try_valleys(s->work.plan, optima, optima + FF_OPTIMA);
 }
 
-/* Room for trials of the model and of its stand-in. */
+/* Room for trials of the model and of its surrogate. */
 static ff_status make_trials(const ff_plan *plan, trial *t, size_t n)
 {
     ff_status st = FF_OK;
@@ -263,11 +263,11 @@ static ff_status look_for_start(const ff_plan *plan, ff_point *at)
     search s = {.n = 0};
     trial optima[FF_OPTIMA + 1] = {{.status = FF_OK}};
     const trial *best = NULL;
-    ff_standin standin = {.limits = NULL};
-    ff_status st = ff_standin_make(plan, &standin);
+    ff_surrogate surrogate = {.limits = NULL};
+    ff_status st = ff_surrogate_make(plan, &surrogate);
     if (st) return st;
-    s.work = (polish){.plan = plan, .standin = &standin};
-    st = make_trials(&standin.plan, s.points, FF_POINTS);
+    s.work = (polish){.plan = plan, .surrogate = &surrogate};
+    st = make_trials(&surrogate.plan, s.points, FF_POINTS);
     if (!st) st = make_trials(plan, optima, FF_OPTIMA + 1);
     if (!st) st = first_candidates(&s);
     if (!st) st = move_lobes(&s);
@@ -275,14 +275,14 @@ static ff_status look_for_start(const ff_plan *plan, ff_point *at)
     if (!st) ff_point_set(plan, best->at.shape, best->at.channel, at);
     free_trials(s.points, FF_POINTS);
     free_trials(optima, FF_OPTIMA + 1);
-    ff_standin_free(&standin);
+    ff_surrogate_free(&surrogate);
     return st;
 }
 
-/* Most of the way is gone on fewer samples: from a given start on the thin problem, then on the middle one. */
+/* Most of the way is gone on fewer samples: from a given start on the subsample, then on the middle one. */
 static ff_status approach(const ff_plan *plan, ff_point *at, ff_error *err)
 {
-    const struct ff_problem *const levels[2] = {plan->start_shape ? plan->p->thin : NULL, plan->p->middle};
+    const struct ff_problem *const levels[2] = {plan->start_shape ? plan->p->subsample : NULL, plan->p->middle};
     ff_status st = FF_OK;
     for (int k = 0; k < 2 && !st; k++) {
         if (!levels[k]) continue;

@@ -1,5 +1,5 @@
-/* Walter's rational stand-in for beckmann's Lambda, shared by beckmann-walter and phong-walter. Walter et al. 2007, in the form of
- * Heitz 2014, section 3.2:
+/* Walter's rational approximation of beckmann's Lambda, shared by beckmann-walter and phong-walter. Walter et al. 2007, in the form
+ * of Heitz 2014, section 3.2:
  *
  *   Lambda(a) = (1 - 1.259 a + 0.396 a^2) / (3.535 a + 2.181 a^2) below a = 1.6, else 0
  *

@@ -195,7 +195,7 @@ const ff_masking FF_ISA_NAME(ff_masking_v_cavity) = {
 
 const ff_masking FF_ISA_NAME(ff_masking_kelemen) = {
     .term = {.name = "kelemen",
-             .title = "iz oz / (wi.h)^2: a smooth stand-in for the V-cavity",
+             .title = "iz oz / (wi.h)^2: a smooth substitute for the V-cavity",
              .source = "Kelemen and Szirmay-Kalos 2001, eq. 2-3",
              .note = "never above the G of the V-cavity and passive with it (the largest albedo found with F = 1 is 0.9996); "
                      "undefined with a mean slope",

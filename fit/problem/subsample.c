@@ -43,14 +43,14 @@ static size_t stride_for(size_t rest, size_t wanted)
     return s;
 }
 
-/* The samples of a thin problem and what each stands for. */
-typedef struct thinning {
+/* The samples of a subsample and what each stands for. */
+typedef struct subsampling {
     const struct ff_problem *from;
     struct ff_problem *to;
     uint32_t *index;     /* [to->n]                                          */
     double rest_weight;  /* root weight of those with rest[k] = 1            */
     unsigned char *rest; /* [to->n]                                          */
-} thinning;
+} subsampling;
 
 static int is_weight_plane(const struct ff_problem *p, size_t plane)
 {
@@ -58,9 +58,9 @@ static int is_weight_plane(const struct ff_problem *p, size_t plane)
     return (k >= p->weight && k < p->weight + n_weights) || k == p->sample_weight;
 }
 
-static void thin_plane(void *context, size_t plane, int worker)
+static void subsample_plane(void *context, size_t plane, int worker)
 {
-    const thinning *t = context;
+    const subsampling *t = context;
     const double factor = is_weight_plane(t->from, plane) ? t->rest_weight : 1;
     (void)worker;
     for (size_t k = 0; k < t->to->n; k++) {
@@ -98,10 +98,10 @@ static void linearise(struct ff_problem *p)
     p->weight = old.target;
     p->weight_stride = 1;
     p->target = old.value;
-    p->surrogate = 1;
+    p->linearised = 1;
 }
 
-ff_status ff_problem_thin(const struct ff_problem *p, const float *size, size_t wanted, int linear, struct ff_problem **out)
+ff_status ff_problem_subsample(const struct ff_problem *p, const float *size, size_t wanted, int linear, struct ff_problem **out)
 {
     struct ff_problem *t = malloc(sizeof *t);
     size_t histogram[FF_BINS] = {0};
@@ -111,7 +111,7 @@ ff_status ff_problem_thin(const struct ff_problem *p, const float *size, size_t 
     t->index = NULL;
     t->lowest = NULL;
     t->multiplier = t->unit = NULL;
-    t->thin = t->thin_linear = t->middle = NULL;
+    t->subsample = t->subsample_linear = t->middle = NULL;
     for (size_t i = 0; i < p->n; i++) histogram[bin_of(size[i])]++;
     const size_t bin = p->n > wanted ? threshold_bin(histogram, wanted / 3) : 0;
     size_t large = 0;
@@ -121,7 +121,7 @@ ff_status ff_problem_thin(const struct ff_problem *p, const float *size, size_t 
     t->n = large + kept;
     t->n_blocks = (t->n + FF_BLOCK - 1) / FF_BLOCK;
     t->data = ff_block_memory(ff_problem_doubles(t) * sizeof *t->data);
-    thinning work = {p, t, malloc(t->n * sizeof(uint32_t)), kept ? sqrt((double)rest / (double)kept) : 1, malloc(t->n)};
+    subsampling work = {p, t, malloc(t->n * sizeof(uint32_t)), kept ? sqrt((double)rest / (double)kept) : 1, malloc(t->n)};
     const int failed = !t->data || !work.index || !work.rest;
     if (!failed) {
         memset(t->data, 0, ff_problem_doubles(t) * sizeof *t->data);
@@ -131,7 +131,7 @@ ff_status ff_problem_thin(const struct ff_problem *p, const float *size, size_t 
             work.index[k] = (uint32_t)i;
             work.rest[k++] = (unsigned char)is_rest;
         }
-        ff_pool_run(p->pool, p->n_planes, thin_plane, &work);
+        ff_pool_run(p->pool, p->n_planes, subsample_plane, &work);
         if (linear) linearise(t);
     }
     free(work.rest);
@@ -146,7 +146,7 @@ ff_status ff_problem_thin(const struct ff_problem *p, const float *size, size_t 
     return FF_OK;
 }
 
-void ff_problem_thin_free(struct ff_problem *p)
+void ff_problem_subsample_free(struct ff_problem *p)
 {
     if (!p) return;
     free(p->data);

@@ -59,20 +59,20 @@ static int find_channel(const ff_model *m, const char *name)
     return at.kind == FF_PARAM_CHANNEL ? (int)at.index : -1;
 }
 
-/* Shape parameters that are tied are so in the stand-in; channel parameters, which may be others there, are not: ff_standin_start
- * brings them together. */
-static void tie_shape(const ff_layout *l, ff_layout *standin)
+/* Shape parameters that are tied are so in the surrogate; channel parameters, which may be others there, are not:
+ * ff_surrogate_start brings them together. */
+static void tie_shape(const ff_layout *l, ff_layout *surrogate)
 {
     ff_ties ties = {.n = 0};
     for (uint32_t k = 0; k < FF_MAX_SHAPE; k++) ties.shape[k] = k;
     for (uint32_t k = 0; k < FF_MAX_CHANNEL_PARAMS; k++) ties.channel[k] = k;
     for (uint32_t k = 0; k < l->free.n_shape; k++) {
         if (l->shape_follows[k] < 0) continue;
-        const int i = find_like(standin->m, l->m->shape[l->free.shape[k]].name),
-                  to = find_like(standin->m, l->m->shape[l->free.shape[l->shape_follows[k]]].name);
+        const int i = find_like(surrogate->m, l->m->shape[l->free.shape[k]].name),
+                  to = find_like(surrogate->m, l->m->shape[l->free.shape[l->shape_follows[k]]].name);
         if (i >= 0 && to >= 0) ties.shape[i] = (uint32_t)to;
     }
-    ff_layout_tie(standin, &ties);
+    ff_layout_tie(surrogate, &ties);
 }
 
 static ff_model_param *scale_of(ff_model *m, uint32_t lobe)
@@ -80,19 +80,19 @@ static ff_model_param *scale_of(ff_model *m, uint32_t lobe)
     return &m->channel[m->lobe[lobe].channel0 + m->lobe[lobe].n_channel - 1];
 }
 
-/* Where the scale of a lobe is free, so is that of its stand-in: F0 and the scale together are linear, and the data may be of any
+/* Where the scale of a lobe is free, so is that of its surrogate: F0 and the scale together are linear, and the data may be of any
  * magnitude. Lobes that share a Fresnel term share its scale. */
-static void free_scales(const ff_model *m, ff_model *standin)
+static void free_scales(const ff_model *m, ff_model *surrogate)
 {
     for (uint32_t k = 0; k < m->n_lobes; k++) {
         const ff_lobe *own = &m->lobe[m->lobe[k].fresnel == FF_FRESNEL_SHARED ? 0 : k];
         if (!(m->channel[own->channel0 + own->n_channel - 1].flags & FF_PARAM_HELD))
-            scale_of(standin, k)->flags &= ~(uint32_t)FF_PARAM_HELD;
+            scale_of(surrogate, k)->flags &= ~(uint32_t)FF_PARAM_HELD;
     }
 }
 
-/* What channels differ in, for the parameters that the stand-in has too. */
-static ff_status take_limits(const ff_layout *l, ff_standin *out)
+/* What channels differ in, for the parameters that the surrogate has too. */
+static ff_status take_limits(const ff_layout *l, ff_surrogate *out)
 {
     const ff_model *m = l->m;
     if (!l->limits) return FF_OK;
@@ -106,13 +106,13 @@ static ff_status take_limits(const ff_layout *l, ff_standin *out)
     return FF_OK;
 }
 
-void ff_standin_free(ff_standin *s)
+void ff_surrogate_free(ff_surrogate *s)
 {
     ff_limits_free(s->limits);
     s->limits = NULL;
 }
 
-ff_status ff_standin_make(const ff_plan *plan, ff_standin *out)
+ff_status ff_surrogate_make(const ff_plan *plan, ff_surrogate *out)
 {
     const ff_layout *l = &plan->l;
     const ff_model *m = l->m;
@@ -155,7 +155,7 @@ ff_status ff_standin_make(const ff_plan *plan, ff_standin *out)
     }
     if (ff_layout_init(&out->model, l->n_channels, shape, mean_slope, &out->plan.l, NULL)) return FF_ERR_INTERNAL;
     tie_shape(l, &out->plan.l);
-    out->plan.l.arrow = l->arrow && ff_layout_is_arrow(&out->plan.l, 0);
+    out->plan.l.arrowhead = l->arrowhead && ff_layout_is_arrowhead(&out->plan.l, 0);
     return take_limits(l, out);
 }
 
@@ -167,7 +167,7 @@ static double clamp(const ff_param *info, double v)
 /* Where a scale is free, nothing says how much of a lobe is Fresnel's and how much the scale's: F0 to be tried. */
 static const double f0_tried[] = {0.2, 0.03, 0.5, 0.9};
 
-uint32_t ff_standin_variants(const ff_layout *l)
+uint32_t ff_surrogate_variants(const ff_layout *l)
 {
     for (uint32_t k = 0; k < l->free.n_channel && !l->linear; k++) {
         const ff_model_param *p = &l->m->channel[l->free.channel[k]];
@@ -179,7 +179,7 @@ uint32_t ff_standin_variants(const ff_layout *l)
     return 1;
 }
 
-/* F0 of a lobe of the stand-in times its scale. */
+/* F0 of a lobe of the surrogate times its scale. */
 static double normal_reflectance(const ff_model *m, uint32_t lobe, const double *channel)
 {
     const double *own = channel + m->lobe[lobe].channel0, ks = own[m->lobe[lobe].n_channel - 1];
@@ -187,7 +187,7 @@ static double normal_reflectance(const ff_model *m, uint32_t lobe, const double 
 }
 
 /* That of lobe k and of the lobes that share its Fresnel term: it will be shared out by the weights. */
-static double joint_reflectance(const ff_layout *l, const ff_standin *s, uint32_t k, const double *from)
+static double joint_reflectance(const ff_layout *l, const ff_surrogate *s, uint32_t k, const double *from)
 {
     double sum = normal_reflectance(&s->model, k, from);
     for (uint32_t other = 1; k == 0 && other < l->m->n_lobes; other++)
@@ -196,7 +196,7 @@ static double joint_reflectance(const ff_layout *l, const ff_standin *s, uint32_
 }
 
 /* Channel parameters of the Fresnel term of lobe k for one channel; a free scale takes what F0 leaves. */
-static void start_fresnel(const ff_layout *l, const ff_standin *s, uint32_t k, uint32_t variant, const double *from,
+static void start_fresnel(const ff_layout *l, const ff_surrogate *s, uint32_t k, uint32_t variant, const double *from,
                           double *channel)
 {
     const ff_lobe *lobe = &l->m->lobe[k], *stand = &s->model.lobe[k];
@@ -221,7 +221,7 @@ static void start_fresnel(const ff_layout *l, const ff_standin *s, uint32_t k, u
 }
 
 /* Those of the bases: by name, else Lambert's kd for the first of them. */
-static void start_bases(const ff_layout *l, const ff_standin *s, const double *from, double *channel)
+static void start_bases(const ff_layout *l, const ff_surrogate *s, const double *from, double *channel)
 {
     for (uint32_t b = 0; b < l->m->n_bases; b++) {
         const ff_base *base = &l->m->base[b];
@@ -235,8 +235,8 @@ static void start_bases(const ff_layout *l, const ff_standin *s, const double *f
     }
 }
 
-void ff_standin_start(const ff_layout *l, const ff_standin *s, uint32_t variant, const double *from_shape,
-                      const double *from_channel, double *shape, double *channel)
+void ff_surrogate_start(const ff_layout *l, const ff_surrogate *s, uint32_t variant, const double *from_shape,
+                        const double *from_channel, double *shape, double *channel)
 {
     const ff_model *m = l->m;
     ff_layout_defaults(l, shape, channel);
@@ -267,7 +267,7 @@ void ff_standin_start(const ff_layout *l, const ff_standin *s, uint32_t variant,
     ff_layout_project(l, shape, channel);
 }
 
-int ff_standin_end_of_valley(const ff_layout *l, uint32_t lobe, size_t c, int high, double *channel)
+int ff_surrogate_end_of_valley(const ff_layout *l, uint32_t lobe, size_t c, int high, double *channel)
 {
     const ff_model *m = l->m;
     const ff_lobe *at = &m->lobe[lobe];
