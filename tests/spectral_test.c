@@ -348,7 +348,7 @@ static double minimised(const experiment *e, ff_plan *plan, int arrow, int itera
     ff_point at = {.outcome = FF_CONVERGED};
     ff_error err = {0};
     if (ff_point_new(plan, &at)) exit(1);
-    plan->l.arrow = arrow;
+    plan->l.arrowhead = arrow;
     plan->max_iterations = iterations;
     ff_point_set(plan, x->shape, x->channel, &at);
     const ff_status st = ff_minimise(plan, &at, &err);
