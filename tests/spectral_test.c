@@ -2,6 +2,7 @@
  * and what is reported says so in a bounded number of words. */
 #include "fit_samples.h"
 #include "fit/errors/internal_errors.h"
+#include "fit/minimise/internal_minimise.h"
 
 /* One set of data and how it is fitted. */
 typedef struct experiment {
@@ -328,7 +329,138 @@ static void clusters_of_samples(void)
     }
 }
 
-/* Starts from which an undamped step of the channels goes astray, and shapes that start on a bound and must leave it. */
+/* The values of a result, shape [n_shape] first, then those of the channels [n_channels][n_channel]. */
+typedef struct place {
+    double shape[FF_MAX_SHAPE], channel[FIT_CHANNELS * FF_MAX_CHANNEL_PARAMS];
+} place;
+
+static place place_of(const ff_fit_result *r)
+{
+    place x = {{0}, {0}};
+    for (uint32_t k = 0; k < r->model.n_shape; k++) x.shape[k] = r->shape_value[k].value;
+    for (size_t k = 0; k < r->n_channels * r->model.n_channel; k++) x.channel[k] = r->channel_value[k].value;
+    return x;
+}
+
+/* From x on all samples, either way, with so many iterations: where that ends. Returns the objective there. */
+static double minimised(const experiment *e, ff_plan *plan, int arrow, int iterations, place *x)
+{
+    ff_point at = {.outcome = FF_CONVERGED};
+    ff_error err = {0};
+    if (ff_point_new(plan, &at)) exit(1);
+    plan->l.arrowhead = arrow;
+    plan->max_iterations = iterations;
+    ff_point_set(plan, x->shape, x->channel, &at);
+    const ff_status st = ff_minimise(plan, &at, &err);
+    FF_CHECK(!st && (iterations == 0 || at.outcome == FF_CONVERGED), "%s: %s, %s", e->what, err.message,
+             ff_outcome_name((int)at.outcome));
+    memcpy(x->shape, at.shape, plan->l.m->n_shape * sizeof *at.shape);
+    memcpy(x->channel, at.channel, e->n_channels * plan->l.m->n_channel * sizeof *at.channel);
+    const double objective = 0.5 * at.cost2;
+    ff_point_free(&at);
+    return objective;
+}
+
+/* The objective where value k of a result is moved by `step`, relative to that of the result. */
+static double aside(const experiment *e, ff_plan *plan, const ff_fit_result *r, size_t k, double step)
+{
+    const size_t S = r->model.n_shape;
+    place x = place_of(r);
+    *(k < S ? &x.shape[k] : &x.channel[k - S]) += step;
+    return minimised(e, plan, 0, 0, &x) / r->residual.objective;
+}
+
+/* From its bound a step of 1e-7 of the box inwards must not lower the objective to first order. Where it is lower, a second step
+ * tells that from the second order: where eta is 1 a lobe goes with (eta - 1)^2, and descents by first derivatives do not leave. */
+static void check_on_bound(const experiment *e, ff_plan *plan, const ff_fit_result *r, size_t k, const char *name, double step)
+{
+    const double near = aside(e, plan, r, k, step), far = aside(e, plan, r, k, 2 * step), first = 0.5 * (4 * near - far - 3);
+    FF_CHECK(near >= 1 - 1e-9 || first >= -1e-9, "%s: %s pulls inside: by %g the objective falls by %.3g of itself", e->what, name,
+             step, -first);
+    if (near < 1 - 1e-9) printf("%-44s %s on its bound has no slope, and the objective falls inside\n", e->what, name);
+}
+
+/* Where a descent may end: from there neither way goes anywhere, beside it, a parameter moved by its standard error, the objective
+ * is not lower, and from a bound it has no slope inwards. */
+static void check_minimum(const experiment *e, const ff_table *t, const ff_model *m, const ff_fit_result *r)
+{
+    const size_t S = m->n_shape, N = S + e->n_channels * m->n_channel;
+    const place from = place_of(r);
+    ff_problem *p = NULL;
+    ff_layout l;
+    ff_error err = {0};
+    const ff_fit_options o = options_of(e, 1000);
+    ff_status st = ff_problem_make(t, m, 1, &o, &p, &err);
+    if (!st) st = ff_layout_init(m, e->n_channels, o.shape, 0, &l, &err);
+    if (!FF_CHECK(st == FF_OK, "%s: %s", e->what, err.message)) return;
+    ff_plan plan = ff_plan_with(&l, p, &o);
+    place to[2] = {from, from};
+    for (int arrow = 0; arrow < 2; arrow++)
+        FF_CHECK_CLOSE(minimised(e, &plan, arrow, o.max_iterations, &to[arrow]), r->residual.objective, 1e-9, 0);
+    for (size_t k = 0; k < N; k++) {
+        const ff_fit_value *v = k < S ? &r->shape_value[k] : &r->channel_value[k - S];
+        const ff_model_param *q = k < S ? &m->shape[k] : &m->channel[(k - S) % m->n_channel];
+        const double off = 1e-7 * (q->info->hi - q->info->lo);
+        for (int arrow = 0; arrow < 2; arrow++) {
+            const double end = k < S ? to[arrow].shape[k] : to[arrow].channel[k - S];
+            FF_CHECK(v->at_bound ? end == v->value : !(fabs(end - v->value) > 1e-3 * v->std_error),
+                     "%s: %s goes on from %.12g to %.12g", e->what, q->name, v->value, end);
+        }
+        if (v->at_bound) check_on_bound(e, &plan, r, k, q->name, v->at_bound < 0 ? off : -off);
+        for (int side = -1; side <= 1 && !v->at_bound && v->std_error > 0; side += 2) {
+            const double step = fmin(fmax(side * v->std_error, q->info->lo - v->value), q->info->hi - v->value),
+                         there = aside(e, &plan, r, k, step);
+            FF_CHECK(there >= 1 - 1e-9, "%s: %s and %g: the objective falls by %.3g of itself", e->what, q->name, step, 1 - there);
+        }
+    }
+    ff_problem_free(p);
+}
+
+/* From a start that is hard, either way: to the minimum that the dense fit finds from the surface's own parameters, or to another
+ * one. astray [arrow, dense]: counts these. */
+static void start_hard(const experiment *e, int astray[2])
+{
+    const fit_surface s = surface_of(e);
+    ff_table t = data_of(e, &s);
+    ff_fit_result best = {.n_channels = 0}, r;
+    ff_error err = {0};
+    double shape[FF_MAX_SHAPE], channel[FIT_CHANNELS * FF_MAX_CHANNEL_PARAMS];
+    ff_fit_options o = options_of(e, 1000);
+    o.start_shape = s.shape;
+    o.start_channel = s.channel;
+    ff_status st = fit_table(&t, &s.model, &o, &best, NULL, &err);
+    FF_CHECK(st == FF_OK, "%s: %s", e->what, err.message);
+    ff_model_defaults(&s.model, e->n_channels, shape, channel);
+    char words[128], *save = NULL;
+    snprintf(words, sizeof words, "%s", e->start);
+    for (char *word = strtok_r(words, " ", &save); word && !st; word = strtok_r(NULL, " ", &save))
+        st = ff_model_set(&s.model, e->n_channels, word, shape, channel, &err);
+    for (int way = 0; way < 2 && !st; way++) {
+        o = options_of(e, way == 0 ? 0 : 1000);
+        o.start_shape = shape;
+        o.start_channel = channel;
+        const ff_status end = fit_table(&t, &s.model, &o, &r, NULL, &err);
+        if (!FF_CHECK(end == FF_OK, "%s: %s", e->what, err.message)) continue;
+        FF_CHECK((r.channel_correlation != NULL) == (way == 0), "%s: which path was taken", e->what);
+        if (fabs(r.residual.objective - best.residual.objective) <= 1e-6 * best.residual.objective) {
+            check_same(e->what, e->robust, &r, &best);
+        } else {
+            printf("%-44s %s: objective %.8g, %.8g at the surface\n", e->what, way ? "dense" : "arrow", r.residual.objective,
+                   best.residual.objective);
+            FF_CHECK(r.outcome == FF_CONVERGED, "%s: %s", e->what, ff_outcome_name((int)r.outcome));
+            check_minimum(e, &t, &s.model, &r);
+            astray[way]++;
+        }
+        ff_fit_result_clear(&r);
+    }
+    if (best.n_channels) ff_fit_result_clear(&best);
+    ff_table_clear(&t);
+}
+
+/* Starts from which an undamped step of the channels goes astray, and shapes that start on a bound and must leave it. A start that
+ * is given is where a descent begins; it may lead to another minimum, most often a lobe narrower than what the samples are apart,
+ * with alpha on its bound, or to eta = 1, where it has no slope; and rounding and noise decide. With seeds 0 to 30 75 of 2170 did,
+ * 2.4 of 70, no more scattered than Poisson says (0 to 6): 10 or more come once in 4600 seeds. */
 static void starts_that_are_hard(void)
 {
     static const struct {
@@ -340,16 +472,24 @@ static void starts_that_are_hard(void)
                  {"student-t+lambert", "alpha=0.3 gamma=2.5", "alpha=0.2 gamma=100"},
                  {"student-t+lambert", "alpha=0.3 gamma=2.5", "alpha=0.5 gamma=1.51"},
                  {"ggx+lambert", "alpha=0.3", "alpha=1 f0=0 kd=1"}};
-    for (size_t i = 0; i < sizeof cases / sizeof *cases; i++)
+    int all = 0;
+    for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
+        int astray[2] = {0};
+        char what[120];
+        snprintf(what, sizeof what, "%s from %s", cases[i].model, cases[i].start);
         for (int loss = 0; loss < FF_LOSS_COUNT; loss++) {
-            char what[120];
-            snprintf(what, sizeof what, "%s from %s", cases[i].model, cases[i].start);
             experiment e = experiment_make(what, cases[i].model, cases[i].set, 9);
             e.shape = FF_SHAPE_ISOTROPIC;
             e.start = cases[i].start;
             e.loss = (ff_loss)loss;
-            compare(&e);
+            start_hard(&e, astray);
         }
+        FF_CHECK(astray[0] < FF_LOSS_COUNT && astray[1] < FF_LOSS_COUNT, "%s: astray with every loss: arrow %d, dense %d", what,
+                 astray[0], astray[1]);
+        all += astray[0] + astray[1];
+    }
+    printf("%d of 70 end in another minimum\n", all);
+    FF_CHECK(all <= 9, "%d of 70 end in another minimum", all);
 }
 
 static void exact_data(void)
