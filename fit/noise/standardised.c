@@ -8,6 +8,7 @@ enum { ROUNDS = 6, STEPS = 25, FEWEST_PAIRS = 20 };
 #define SETTLED       0.05 /* change of the logarithm of a standard deviation, at the root of its mean square */
 #define TOLERANCE     1e-6
 #define MOST_LEVERAGE 0.99
+#define ROUNDING      1e-7   /* of the largest value: where a fit to exact data may end */
 #define LEAST_VALUE   1e-100 /* a square of less is none */
 
 ff_status ff_standardised_new(const struct ff_problem *p, ff_standardised *out)
@@ -201,7 +202,7 @@ static int is_rounding(const ff_scatter *s, double largest)
     double mean = 0, n = 0;
     for (size_t k = 0; k < s->n * s->C; k++)
         if (s->weight[k] > 0) mean += s->square[k], n++;
-    return !(n > 0 && sqrt(mean / n) > 1e-9 * largest);
+    return !(n > 0 && sqrt(mean / n) > ROUNDING * largest);
 }
 
 /* In units of the largest value: what is small in a variance does not depend on the data's units. */
@@ -283,7 +284,16 @@ ff_status ff_noise_estimate(const ff_plan *plan, const ff_point *at, ff_point *w
     ff_noise *noise = ff_noise_make(p->n_channels);
     double *memory = malloc((5 * all + 2 * p->n) * sizeof *memory);
     float *before = malloc(p->n_channels * p->n_blocks * FF_BLOCK * sizeof *before);
+    double data = 0;
     int nothing = 0;
+    for (size_t c = 0; c < whole->n_channels; c++) data = fmax(data, whole->channel_mean[c]);
+    if (!(data > 0)) { /* what scatters about zeros is the fit */
+        ff_noise_free(noise);
+        free(memory);
+        free(before);
+        *out = NULL;
+        return FF_OK;
+    }
     ff_status st = noise && memory && before ? ff_standardised_new(p, &s) : FF_ERR_MEMORY;
     *out = NULL;
     search.penalties = NULL;

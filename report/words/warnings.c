@@ -139,7 +139,7 @@ static void few_carriers(sentence *s)
         " rest%s on fewer than three values (N): where one of these is wrong, so are they; by the residuals alone (HC3) the "
         "standard error of ",
         s->w->n_parameters == 1 ? "s" : "");
-    put_parameter(s, 0);
+    if (s->w->n_parameters > 0) put_parameter(s, 0);
     put(s, " is %.2g", s->w->value[1]);
 }
 
