@@ -60,6 +60,7 @@ static void put_cut_off(ff_json *j, const ff_problem *p, const ff_fit_result *f,
     ff_json_object(j, "cut_off", FF_JSON_BLOCK);
     ff_json_number(j, "max_theta_deg", ff_report_degrees(c->max_theta));
     ff_json_integer(j, "used", (int64_t)c->used);
+    ff_json_number(j, "limit_in_errors", c->limit);
     ff_json_array(j, "parameters", FF_JSON_BLOCK);
     for (size_t k = 0; k < c->n_columns; ++k) {
         char name[FF_REPORT_NAME];

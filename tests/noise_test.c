@@ -137,6 +137,31 @@ static void nothing_but_rounding(void)
     }
 }
 
+/* Levels for another number of channels than are fitted are refused, and not read beyond their end. */
+static void levels_of_other_channels(void)
+{
+    const fit_surface s = fit_surface_make("lambert", 3, "kd=0.4");
+    const ff_noise_level level[3] = {{1e-4, 0, 0}, {1e-4, 0, 0}, {1e-4, 0, 0}};
+    ff_table t = measured(&s, "goniometer:15", 1e-4, 0, 0, 3);
+    for (size_t levels = 1; levels <= 3; levels++) {
+        ff_fit_options o = with_noise();
+        ff_problem *p = NULL;
+        ff_noise *n = NULL;
+        ff_fit_result r;
+        ff_error err = {0};
+        FF_CHECK(ff_noise_new(level, levels, 0, 0, &n, &err) == FF_OK, "%s", err.message);
+        o.noise = n;
+        ff_status st = ff_problem_make(&t, &s.model, 1, &o, &p, &err);
+        if (!st) st = ff_problem_fit_into(p, &s.model, &o, &r, &err);
+        FF_CHECK(st == (levels == 2 ? FF_ERR_RANGE : FF_OK), "%zu levels: %s", levels, ff_status_str(st));
+        if (levels == 2) FF_CHECK(strstr(err.message, "one for each of the 3 channels"), "'%s'", err.message);
+        if (!st) ff_fit_result_clear(&r);
+        ff_problem_free(p);
+        ff_noise_free(n);
+    }
+    ff_table_clear(&t);
+}
+
 /* ---- errors ---------------------------------------------------------------------------------- */
 
 enum { REPEATS = 200 };
@@ -253,5 +278,5 @@ static void cut_off_of_the_true_model(void)
 }
 
 FF_TEST_MAIN(FF_TEST(by_its_numbers), FF_TEST(what_is_no_noise), FF_TEST(found_from_residuals), FF_TEST(nothing_but_rounding),
-             FF_TEST(truth_is_inside), FF_TEST(equal_values_carry_equally), FF_TEST(many_channels_as_few),
-             FF_TEST(cut_off_of_the_true_model))
+             FF_TEST(levels_of_other_channels), FF_TEST(truth_is_inside), FF_TEST(equal_values_carry_equally),
+             FF_TEST(many_channels_as_few), FF_TEST(cut_off_of_the_true_model))

@@ -6,8 +6,8 @@
 #include <string.h>
 
 #define MOST_LEVERAGE 0.9999
-#define LEAST_ALONG                                                                                                                \
-    0.25 /* of the variance of independent values: what correlations are known to so little that they cannot remove more */
+/* Of the variance of independent values: correlations are not known so well that they could take more away. */
+#define LEAST_ALONG 0.25
 
 enum { NUMBERS = 5, VARIANCE = 0, HC2 = 1, HC3 = 2, LAGGED = 3, SUMS = 4, ROOM = FF_NOISE_LAGS + FF_BLOCK };
 

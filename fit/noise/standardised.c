@@ -68,7 +68,6 @@ typedef struct leverages {
     size_t n, m;                     /* samples; coordinates of a channel                  */
     double *inverse;                 /* [C][m][m]                                          */
     double *value, *square, *weight; /* [C][n]                               */
-    const struct ff_problem *p;
 } leverages;
 
 static void take_block(void *context, const ff_visited *v)
@@ -108,8 +107,7 @@ static ff_status residuals(const ff_plan *plan, ff_point *at, double *value, dou
 {
     const ff_layout *l = &plan->l;
     ff_information *info = NULL;
-    leverages w = {
-        .l = l, .n = plan->p->n, .m = l->n_shared + l->n_own, .value = value, .square = square, .weight = weight, .p = plan->p};
+    leverages w = {.l = l, .n = plan->p->n, .m = l->n_shared + l->n_own, .value = value, .square = square, .weight = weight};
     w.inverse = malloc((l->n_channels * w.m * w.m + 1) * sizeof *w.inverse);
     ff_status st = w.inverse ? ff_point_pass(plan, at) : FF_ERR_MEMORY;
     if (!st) st = ff_information_new(plan, &at->normal, at->at_bound, &info);

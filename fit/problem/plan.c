@@ -58,6 +58,11 @@ static ff_status check_model(const ff_plan *plan, ff_error *err)
 static ff_status check_numbers(const ff_plan *plan, ff_error *err)
 {
     const struct ff_problem *p = plan->p;
+    const size_t levels = plan->noise ? ff_noise_level_count(plan->noise) : 1;
+    if (levels != 1 && levels != p->n_channels)
+        return ff_error_set(err, FF_ERR_RANGE, NULL, 0, -1,
+                            "a noise model has one level, or one for each of the %zu channels that are fitted; found %zu",
+                            p->n_channels, levels);
     if (p->n * p->n_channels < plan->l.P) {
         const size_t left_out = p->selection.samples - p->selection.used;
         char others[64] = "";

@@ -9,10 +9,10 @@
 #include <string.h>
 
 enum {
-    FF_SUBSAMPLE = 12000,
-    FF_SPARSE = 3000,
-    FF_MIDDLE_FROM = 200000
-};                       /* samples that a start is searched on; problems that have a middle */
+    FF_SUBSAMPLE = 12000,   /* samples that a start is searched on              */
+    FF_SPARSE = 3000,       /* that the noise of the data is estimated on       */
+    FF_MIDDLE_FROM = 200000 /* problems that have a middle have more than these */
+};
 enum { FF_SLAB = 2048 }; /* samples of a table looked at in one go; its directions fit in the second-level cache */
 
 /* ---- selection ------------------------------------------------------------------------------- */
@@ -447,7 +447,7 @@ static ff_status build_all(build *b, const ff_model *models, size_t n_models, ff
     b->index = NULL;
     ff_status st = ff_problem_subsample(p, b->size, FF_SUBSAMPLE, 0, &p->subsample);
     p->sparse = p->subsample;
-    if (!st && p->n > FF_SPARSE) st = ff_problem_subsample(p, b->size, FF_SPARSE, 0, &p->sparse);
+    if (!st && p->n > FF_SPARSE && b->o->errors == FF_ERRORS_NOISE) st = ff_problem_subsample(p, b->size, FF_SPARSE, 0, &p->sparse);
     p->subsample_linear = p->subsample; /* a linear loss is its own surrogate */
     if (!st && ff_loss_is_curved(p->loss)) st = ff_problem_subsample(p, b->size, FF_SUBSAMPLE, 1, &p->subsample_linear);
     if (!st && p->n > FF_MIDDLE_FROM) st = ff_problem_subsample(p, b->size, p->n / 8, 0, &p->middle);

@@ -21,26 +21,17 @@ static void fill_priors(const ff_plan *plan, ff_fit_result *r)
     r->prior_penalty = ff_penalties_penalty(plan->penalties);
 }
 
+/* A number of which nothing else is known. */
+static ff_fit_value value_alone(double value)
+{
+    return (ff_fit_value){
+        .value = value, .std_error = NAN, .low = NAN, .high = NAN, .held = 1, .column = -1, .carriers = NAN, .residual_error = NAN};
+}
+
 static void fill_values(const ff_layout *l, const ff_point *at, ff_fit_result *r)
 {
-    for (uint32_t k = 0; k < l->m->n_shape; k++)
-        r->shape_value[k] = (ff_fit_value){.value = at->shape[k],
-                                           .std_error = NAN,
-                                           .low = NAN,
-                                           .high = NAN,
-                                           .held = 1,
-                                           .column = -1,
-                                           .carriers = NAN,
-                                           .residual_error = NAN};
-    for (size_t k = 0; k < l->n_channels * l->m->n_channel; k++)
-        r->channel_value[k] = (ff_fit_value){.value = at->channel[k],
-                                             .std_error = NAN,
-                                             .low = NAN,
-                                             .high = NAN,
-                                             .held = 1,
-                                             .column = -1,
-                                             .carriers = NAN,
-                                             .residual_error = NAN};
+    for (uint32_t k = 0; k < l->m->n_shape; k++) r->shape_value[k] = value_alone(at->shape[k]);
+    for (size_t k = 0; k < l->n_channels * l->m->n_channel; k++) r->channel_value[k] = value_alone(at->channel[k]);
     for (size_t k = 0; k < l->P; k++) {
         ff_fit_value *v = ff_result_value(l, r, k);
         v->held = ff_layout_is_fixed(l, k);

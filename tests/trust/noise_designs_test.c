@@ -1,15 +1,15 @@
-/* noise_designs_test [REPEATS [WORD]]: do 95 % intervals hold the truth on designs that people have? Coarse grids, in-plane scans,
- * few incidences, scattered pairs, anisotropic samples; noise in proportion, of the detector, of both, and of other kinds than the
- * model of the noise knows. Only those whose line has WORD. A table: share of REPEATS simulated measurements whose interval holds
- * the truth, and behind it the median half-width over 1.96 standard deviations of the estimates. Independent noise of the model's
- * form must lie in 92.5 to 97.5 % with a half-width of 0.7 to 1.3; other noise in 91 to 98 %; of fewer repeats than a thousand the
- * bands are as many standard deviations wider. The seeds are 1 .. REPEATS. */
+/* noise_designs_test [REPEATS [WORD [residuals]]]: do 95 % intervals hold the truth on designs that people have? Coarse grids,
+ * in-plane scans, few incidences, scattered pairs, anisotropic samples; noise in proportion, of the detector, of both, and of other
+ * kinds than the model of the noise knows. Only those whose line has WORD. A table: share of REPEATS simulated measurements whose
+ * interval holds the truth, and behind it the median half-width over 1.96 standard deviations of the estimates. Independent noise
+ * of the model's form must lie in 92.5 to 97.5 % with a half-width of 0.7 to 1.3; other noise in 91 to 98 %; of fewer repeats than
+ * a thousand the bands are as many standard deviations wider. The seeds are 1 .. REPEATS. */
 #include "fit_samples.h"
 #include "base/internal_pool.h"
 #include "base/internal_statistics.h"
 #include "simulate/simulate_struct.h"
 
-enum { MAX_PARAMETERS = 16, MAX_REPEATS = 100000, MAX_SAMPLES = 20000 };
+enum { MAX_PARAMETERS = 16, MAX_REPEATS = 100000, MAX_SAMPLES = 20000, MANY = 1000 };
 
 typedef enum kind { MULTIPLICATIVE, ADDITIVE, MIXED, BY_INCIDENCE, BY_COSINE, STUDENT_5, ALONG_SCAN } kind;
 static const char *const kind_name[] = {"relative", "additive", "mixed", "by incidence", "by cosine", "t of 5", "AR .7"};
@@ -32,6 +32,7 @@ static const design designs[] = {{"goniometer:10", "goniometer:10", GGX, FF_SHAP
                                  {"goniometer:10", "goniometer:10", GGX, FF_SHAPE_ISOTROPIC, ADDITIVE, 0, 0.02},
                                  {"goniometer:10", "goniometer:10", GGX, FF_SHAPE_ISOTROPIC, MIXED, 0.03, 0.01},
                                  {"goniometer:5", "goniometer:5", GGX, FF_SHAPE_ISOTROPIC, MULTIPLICATIVE, 0.02, 0},
+                                 {"ten in plane", NULL, GGX, FF_SHAPE_ISOTROPIC, MULTIPLICATIVE, 0.05, 0},
                                  {"plane, 4", NULL, STUDENT_T, FF_SHAPE_ISOTROPIC, MULTIPLICATIVE, 0.05, 0},
                                  {"plane, 4", NULL, GGX, FF_SHAPE_ISOTROPIC, ADDITIVE, 0, 0.02},
                                  {"plane, 7", NULL, GGX, FF_SHAPE_ISOTROPIC, MULTIPLICATIVE, 0.05, 0},
@@ -68,6 +69,7 @@ static void directions(const char *name, pairs *p)
     p->n = 0;
     for (int k = 0; k < 4 && strcmp(name, "plane, 4") == 0; k++)
         for (int scan = -75; scan <= 75; scan += 5) add(p, four[k], 0, abs(scan), scan >= 0 ? 180 : 0);
+    for (int scan = 20; scan <= 65 && strcmp(name, "ten in plane") == 0; scan += 5) add(p, 45, 0, scan, 180);
     for (int i = 10; i <= 70 && strcmp(name, "plane, 7") == 0; i += 10)
         for (int scan = -78; scan <= 78; scan += 3) add(p, i, 0, abs(scan), scan >= 0 ? 180 : 0);
     for (int i = 10; i <= 70 && strcmp(name, "572 at 4") == 0; i += 20)
@@ -164,6 +166,7 @@ static void disturb(const design *d, ff_table *t, uint64_t *state)
 
 typedef struct trial {
     const design *d;
+    ff_error_source errors; /* those by residuals are shown and not judged */
     const fit_surface *s;
     double *value, *half; /* [repeats][MAX_PARAMETERS]; half-width NaN: no interval */
     char *inside;
@@ -180,9 +183,9 @@ static void one_repeat(void *context, size_t repeat, int worker)
     ff_fit_options_init(&o);
     o.threads = 1;
     o.shape = t->d->shape;
-    o.errors = FF_ERRORS_NOISE;
+    o.errors = t->errors;
     ff_problem *p = NULL;
-    ff_fit_result fit;
+    ff_fit_result fit = {.n_channels = 0};
     ff_status st = ff_problem_make(&table, &t->s->model, 1, &o, &p, NULL);
     if (!st) st = ff_problem_fit_into(p, &t->s->model, &o, &fit, NULL);
     for (size_t k = 0; k < MAX_PARAMETERS; k++) t->half[repeat * MAX_PARAMETERS + k] = NAN;
@@ -228,15 +231,17 @@ static void judge(const trial *t, const char *line, const char *name, size_t k, 
                  more = 3 * (scatter - sqrt(0.95 * 0.05 / 1000)) > 0 ? 3 * (scatter - sqrt(0.95 * 0.05 / 1000)) : 0;
     const int known = t->d->noise <= MIXED;
     printf("  %s %.1f (%.2f)", name, 100 * share, wide);
+    if (t->errors == FF_ERRORS_RESIDUALS) return;
     FF_CHECK(share >= (known ? 0.925 : 0.91) - more && share <= (known ? 0.975 : 0.98) + more, "%s: %s inside in %.1f %%", line,
              name, 100 * share);
     if (known) FF_CHECK(wide > 0.7 - more && wide < 1.3 + more, "%s: the half-width of %s is %.2f of what it is", line, name, wide);
 }
 
-static void try_design(const design *d, const char *line, size_t repeats, ff_pool *pool)
+static void try_design(const design *d, ff_error_source errors, const char *line, size_t repeats, ff_pool *pool)
 {
     const fit_surface s = fit_surface_make(d->expression, 1, d->words);
     trial t = {.d = d,
+               .errors = errors,
                .s = &s,
                .value = calloc(repeats * MAX_PARAMETERS, sizeof(double)),
                .half = calloc(repeats * MAX_PARAMETERS, sizeof(double)),
@@ -261,6 +266,7 @@ static void try_design(const design *d, const char *line, size_t repeats, ff_poo
 int main(int argc, char **argv)
 {
     const int repeats = argc > 1 ? atoi(argv[1]) : 40;
+    const ff_error_source errors = argc > 3 && strcmp(argv[3], "residuals") == 0 ? FF_ERRORS_RESIDUALS : FF_ERRORS_NOISE;
     ff_pool *pool = ff_pool_new(2);
     if (repeats < 10 || repeats > MAX_REPEATS || !pool) return 2;
     printf(
@@ -271,7 +277,8 @@ int main(int argc, char **argv)
         char line[160];
         snprintf(line, sizeof line, "%-14s %-28s %s", d->name, d->expression, kind_name[d->noise]);
         if (argc > 2 && !strstr(line, argv[2])) continue;
-        try_design(d, line, (size_t)repeats, pool);
+        if (repeats < MANY && strcmp(d->name, "ten in plane") == 0) continue;
+        try_design(d, errors, line, (size_t)repeats, pool);
     }
     ff_pool_free(pool);
     printf("%ld checks, %ld failures\n", ff_test_count.checks, ff_test_count.failures);
