@@ -19,6 +19,7 @@ typedef struct experiment {
     int misfit;         /* 1: residuals of neighbours must go together                                     */
     ff_shape shape;     /* CORRELATED unless given                                                         */
     double start_off;   /* relative distance of a start given by the caller, 0 = searched for              */
+    int start_at_truth; /* the start is the parameters of the data                                         */
     const char *start;  /* assignments to that start, to all channels alike                                */
     int max_iterations; /* 0 = the default                                                                 */
 } experiment;
@@ -122,7 +123,8 @@ static void check_same(const char *what, ff_robust robust, const ff_fit_result *
     int bounds = 0;
     FF_CHECK(a->outcome == d->outcome, "%s: %s, dense %s", what, ff_outcome_name((int)a->outcome),
              ff_outcome_name((int)d->outcome));
-    FF_CHECK_CLOSE(a->residual.objective, d->residual.objective, 1e-9, 1e-25);
+    const int slow = robust == FF_ROBUST_TUKEY || robust == FF_ROBUST_CAUCHY;
+    FF_CHECK_CLOSE(a->residual.objective, d->residual.objective, slow ? 1e-8 : 1e-9, 1e-25);
     FF_CHECK_CLOSE(a->residual.rmse, d->residual.rmse, 1e-5, 1e-12);
     FF_CHECK_CLOSE(a->residual.log_rmse, d->residual.log_rmse, 1e-5, 1e-12);
     FF_CHECK_CLOSE(a->residual.max_abs, d->residual.max_abs, 1e-4, 1e-9);
@@ -139,18 +141,17 @@ static void check_same(const char *what, ff_robust robust, const ff_fit_result *
                  y->std_error);
         bounds += x->at_bound != 0;
         FF_CHECK(x->interval == y->interval, "%s: %s has interval %d, dense %d", what, name, (int)x->interval, (int)y->interval);
-        const double wide = fmax(y->high - y->low, 1e-9),
-                     loose = y->interval == FF_INTERVAL_ONE_SIDED && d->correlated_over == 1 ? 0.2 : 1e-3;
+        const double wide = fmax(y->high - y->low, 1e-9);
         if (y->interval)
-            FF_CHECK(fabs(x->low - y->low) < loose * wide && fabs(x->high - y->high) < loose * wide,
+            FF_CHECK(fabs(x->low - y->low) < 1e-3 * wide && fabs(x->high - y->high) < 1e-3 * wide,
                      "%s: %s in %g .. %g, dense %g .. %g", what, name, x->low, x->high, y->low, y->high);
         if (x->at_bound)
             FF_CHECK(x->value == y->value, "%s: %s is %.17g on its bound, dense %.17g", what, name, x->value, y->value);
         if (isnan(x->std_error) || isnan(y->std_error)) continue;
-        /* Either solver stops when a Gauss-Newton step would gain too small a part of the objective. With Tukey's loss the steps
-         * shrink by a constant factor only, and what is left is a multiple of the last one; where the model misses by more than
-         * the sigmas say, the objective is large against the errors. A stricter stop brings both below 1e-4. */
-        const double most_off = d->correlated_over > 1 ? 5e-3 : robust == FF_ROBUST_TUKEY ? 3e-3 : 1e-3;
+        /* Either solver stops when a Gauss-Newton step would gain too small a part of the objective. With the losses whose influence
+         * falls again the steps shrink by a constant factor only, and what is left is a multiple of the last one; where the model
+         * misses by more than the sigmas say, the objective is large against the errors. A stricter stop brings both below 1e-4. */
+        const double most_off = d->correlated_over > 1 ? 5e-3 : slow ? 3e-3 : 1e-3;
         const double off = fabs(x->value - y->value) / fmax(y->std_error, 1e-9), error = fabs(x->std_error / y->std_error - 1);
         worst = fmax(worst, off);
         if (y->std_error > 1e-9) worst_error = fmax(worst_error, error);
@@ -187,6 +188,7 @@ static void compare(const experiment *e)
     }
     double shape[FF_MAX_SHAPE], channel[FIT_CHANNELS * FF_MAX_CHANNEL_PARAMS];
     ff_model_defaults(&s.model, e->n_channels, NULL, channel);
+    if (e->start_at_truth) memcpy(channel, s.channel, e->n_channels * s.model.n_channel * sizeof *channel);
     for (uint32_t k = 0; k < s.model.n_shape; k++)
         shape[k] = fmin(s.shape[k] * (1 + e->start_off * (k % 2 ? -0.5 : 1)), s.model.shape[k].info->hi);
     char words[128], *save = NULL;
@@ -195,7 +197,7 @@ static void compare(const experiment *e)
         st = ff_model_set(&s.model, e->n_channels, word, shape, channel, &err);
     for (; made < 2 && !st; made += !st) {
         ff_fit_options o = options_of(e, made == 0 ? 0 : 1000);
-        if (e->start_off > 0 || e->start) {
+        if (e->start_off > 0 || e->start || e->start_at_truth) {
             o.start_shape = shape;
             o.start_channel = channel;
         }
@@ -248,6 +250,9 @@ static void every_loss(void)
             e.robust = (ff_robust)robust;
             e.robust_scale = 0.05;
             if (robust) e.outliers = 1;
+            /* a loss that lets go of outliers has a minimum for each choice of them: both are to be in the same one */
+            e.start_at_truth = robust == FF_ROBUST_TUKEY;
+            if (robust == FF_ROBUST_TUKEY) e.max_iterations = 1000;
             compare(&e);
         }
 }
@@ -522,6 +527,7 @@ static void exact_data(void)
 static void outcome_limit(void)
 {
     experiment e = experiment_make("one iteration", "ggx+lambert", ellipse, 9);
+    e.how.n = 30000; /* the start is refined on a part of them, whose optimum is another one */
     const fit_surface s = surface_of(&e);
     ff_table t = data_of(&e, &s);
     double shape[FF_MAX_SHAPE];

@@ -121,32 +121,45 @@ static void place_columns(const ff_layout *l, ff_arrowhead *a)
     for (size_t k = 0; k < a->n_columns; k++) a->place[k] = ff_layout_coordinate(l, 0, k);
 }
 
+/* The sums [all_sums] at the point for an arrowhead, which is told where its columns are; NULL: the statistics alone. */
+static ff_status sum_influences(const ff_plan *plan, ff_point *at, ff_arrowhead *a, double *sums)
+{
+    ff_pass pass;
+    ff_status st = a ? make_room_for_scores(plan, &at->normal) : FF_OK;
+    if (!st) st = ff_plan_pass(plan, at->shape, at->channel, &pass);
+    if (st) return st;
+    if (a) place_columns(&plan->l, a);
+    at->passes++;
+    st = influence_pass(&pass, a, at->normal.runs, sums);
+    ff_pass_free(&pass);
+    return st;
+}
+
+/* What the point and the information, NULL: none, keep of the sums. */
+static ff_status take_sums(const ff_plan *plan, ff_point *at, ff_information *info, const double *sums)
+{
+    ff_normal *n = &at->normal;
+    memcpy(n->stat, sums, sizeof n->stat);
+    if (!info) return FF_OK;
+    const ff_arrowhead *a = &info->arrowhead;
+    const double *own = sums + FF_STAT_COUNT + products(a);
+    memcpy(n->own, own, a->P * sizeof *own);
+    memcpy(n->score_products, own + a->P, a->S * sizeof *own); /* a parameter of a channel has one value a sample */
+    memcpy(n->score_products + a->S, own + a->S, (a->P - a->S) * sizeof *own);
+    return ff_information_finish(info, plan, n, plan->p->n, sums + FF_STAT_COUNT);
+}
+
 /* Of an arrowhead: at->normal holds the sums of the plain pass there, or is empty, and is made then. */
 static ff_status influences(const ff_plan *plan, ff_point *at)
 {
     ff_normal *n = &at->normal;
     ff_status st = n->gram ? FF_OK : plain_pass(plan, at);
     if (!st && plan->errors) st = ff_information_new(plan, n, at->at_bound, &at->information);
-    if (!st && plan->errors) st = make_room_for_scores(plan, n);
     if (st) return st;
     ff_arrowhead *a = plan->errors ? &at->information->arrowhead : NULL;
     double *sums = malloc(all_sums(a) * sizeof *sums);
-    ff_pass pass;
-    st = sums ? ff_plan_pass(plan, at->shape, at->channel, &pass) : FF_ERR_MEMORY;
-    if (!st) {
-        if (a) place_columns(&plan->l, a);
-        at->passes++;
-        st = influence_pass(&pass, a, n->runs, sums);
-        ff_pass_free(&pass);
-    }
-    if (!st) memcpy(n->stat, sums, sizeof n->stat);
-    if (!st && a) {
-        const double *own = sums + FF_STAT_COUNT + products(a);
-        memcpy(n->own, own, a->P * sizeof *own);
-        memcpy(n->score_products, own + a->P, a->S * sizeof *own); /* a parameter of a channel has one value a sample */
-        memcpy(n->score_products + a->S, own + a->S, (a->P - a->S) * sizeof *own);
-        st = ff_information_finish(at->information, plan, n, plan->p->n, sums + FF_STAT_COUNT);
-    }
+    st = sums ? sum_influences(plan, at, a, sums) : FF_ERR_MEMORY;
+    if (!st) st = take_sums(plan, at, at->information, sums);
     at->has_final = !st;
     free(sums);
     return st;
@@ -169,10 +182,27 @@ ff_status ff_errors(const ff_plan *plan, ff_point *at)
     return st || !at->noise ? st : ff_noise_errors(plan, at, at->noise, at->information, &at->noise->carriers);
 }
 
-ff_status ff_errors_of_all(const ff_plan *plan, const ff_point *at, ff_information **out)
+/* The products of influences that ff_errors has summed are of the parameters that are not on a bound; of all they are others. */
+static ff_status arrowhead_of_all(const ff_plan *plan, ff_point *at, ff_information **out)
 {
     ff_information *info = NULL;
-    ff_status st = ff_information_of_all(plan, at, &info);
+    ff_status st = ff_information_new(plan, &at->normal, NULL, &info);
+    double *sums = st ? NULL : malloc(all_sums(&info->arrowhead) * sizeof *sums);
+    if (!st) st = sums ? sum_influences(plan, at, &info->arrowhead, sums) : FF_ERR_MEMORY;
+    if (!st) st = take_sums(plan, at, info, sums);
+    free(sums);
+    if (st)
+        free(info);
+    else
+        *out = info;
+    return st;
+}
+
+ff_status ff_errors_of_all(const ff_plan *plan, ff_point *at, ff_information **out)
+{
+    ff_information *info = NULL;
+    ff_status st = plan->l.arrowhead ? arrowhead_of_all(plan, at, &info) : ff_information_new(plan, &at->normal, NULL, &info);
+    if (!st && !plan->l.arrowhead) st = ff_information_finish(info, plan, &at->normal, plan->p->n, NULL);
     if (!st && at->noise) st = ff_noise_errors(plan, at, at->noise, info, NULL);
     if (st)
         free(info);

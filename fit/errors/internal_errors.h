@@ -7,13 +7,14 @@
  * FF_ERR_MEMORY, FF_ERR_CANCELLED; FF_ERR_INTERNAL where a sum is not finite. */
 ff_status ff_errors(const ff_plan *plan, ff_point *at);
 
-/* Covariance of all parameters, those on a bound too, as ff_errors has it of those that are not. FF_ERR_MEMORY. */
-ff_status ff_errors_of_all(const ff_plan *plan, const ff_point *at, ff_information **out);
+/* Covariance of all parameters, those on a bound too, as ff_errors has it of those that are not; of an arrowhead by another pass.
+ * FF_ERR_MEMORY, FF_ERR_CANCELLED. */
+ff_status ff_errors_of_all(const ff_plan *plan, ff_point *at, ff_information **out);
 
 /* ---- intervals -------------------------------------------------------------------------------- */
 
 /* 95 % intervals of all parameters: by their standard errors, which r has, or one-sided on a bound. FF_ERR_MEMORY. */
-ff_status ff_intervals_fill(const ff_plan *plan, const ff_point *at, ff_fit_result *r);
+ff_status ff_intervals_fill(const ff_plan *plan, ff_point *at, ff_fit_result *r);
 /* Interval of v->value +- half_width, symmetric in the coordinate. */
 void ff_interval_around(const ff_param *info, double half_width, ff_interval kind, ff_fit_value *v);
 /* From the bound of v inside to where slope d + d^2 / (2 inverse) has risen by allowed; no curvature: to the other bound. */

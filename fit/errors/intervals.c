@@ -31,33 +31,56 @@ void ff_interval_from_bound(const ff_param *info, double slope, double inverse, 
     v->high = fmax(v->value, end);
 }
 
+/* The gradient [P] of the objective by the parameters, penalties and all. ones [P]: room to work in. */
+static ff_status fill_gradient(const ff_plan *plan, const ff_point *at, double *gradient, double *ones)
+{
+    ff_gram g;
+    ff_status st = ff_gram_new(&plan->l, &g);
+    if (st) return st;
+    ff_gram_fill(&plan->l, &at->normal, NULL, &g);
+    for (size_t k = 0; k < plan->l.P; k++) ones[k] = 1;
+    st = ff_penalties_add(plan, 1, at->shape, at->channel, ones, &g);
+    ff_gram_gradient(&g, gradient);
+    ff_gram_free(&g);
+    return st;
+}
+
+/* How steeply the objective rises with parameter k, those that are not on a bound following. What a minimisation leaves of their
+ * own gradients is small against them and not against that of a parameter with little effect. work [2 P]. */
+static ff_status slope_of(const ff_layout *l, const ff_point *at, const ff_information *info, const double *gradient, size_t k,
+                          double *work, double *slope)
+{
+    double *step = work + l->P;
+    for (size_t i = 0; i < l->P; i++) work[i] = at->at_bound[i] && i != k ? 0 : gradient[i];
+    const ff_status st = ff_information_solve(info, work, step);
+    *slope = st ? NAN : step[k] / info->inverse[k];
+    return st;
+}
+
 /* Parameters on a bound: the objective rises from there by its slope and, all others following, its curvature. */
-static ff_status fill_one_sided(const ff_plan *plan, const ff_point *at, ff_fit_result *r)
+static ff_status fill_one_sided(const ff_plan *plan, ff_point *at, ff_fit_result *r)
 {
     const ff_layout *l = &plan->l;
     ff_information *info = NULL;
-    ff_gram g;
-    double *slope = malloc((l->P + 1) * sizeof *slope);
-    ff_status st = slope ? ff_errors_of_all(plan, at, &info) : FF_ERR_MEMORY;
-    if (!st) st = ff_gram_new(l, &g);
-    if (!st) {
-        ff_gram_fill(l, &at->normal, NULL, &g);
-        ff_gram_gradient(&g, slope);
-        ff_gram_free(&g);
-    }
+    double *gradient = malloc((3 * l->P + 1) * sizeof *gradient), *work = gradient + l->P;
+    ff_status st = gradient ? ff_errors_of_all(plan, at, &info) : FF_ERR_MEMORY;
+    if (!st) st = fill_gradient(plan, at, gradient, work);
     for (size_t k = 0; k < l->P && !st; k++) {
         if (!at->at_bound[k] || ff_layout_is_fixed(l, k)) continue;
         const double t = ff_student_quantile(0.9, info->dof[k]), inverse = info->inverse[k];
         const int known = info->determined[k] && inverse > 0;
-        ff_interval_from_bound(ff_layout_param(l, k, NULL)->info, slope[k], known ? inverse : 0,
-                               0.5 * t * t * (known ? info->variance[k] / inverse : INFINITY), ff_result_value(l, r, k));
+        double slope = gradient[k];
+        if (known) st = slope_of(l, at, info, gradient, k, work, &slope);
+        if (!st)
+            ff_interval_from_bound(ff_layout_param(l, k, NULL)->info, slope, known ? inverse : 0,
+                                   0.5 * t * t * (known ? info->variance[k] / inverse : INFINITY), ff_result_value(l, r, k));
     }
     free(info);
-    free(slope);
+    free(gradient);
     return st;
 }
 
-ff_status ff_intervals_fill(const ff_plan *plan, const ff_point *at, ff_fit_result *r)
+ff_status ff_intervals_fill(const ff_plan *plan, ff_point *at, ff_fit_result *r)
 {
     const ff_layout *l = &plan->l;
     int any = 0;

@@ -209,22 +209,6 @@ ff_status ff_information_finish(ff_information *info, const ff_plan *plan, const
     return st ? st : covariance(info, plan, n, n_samples, of_samples);
 }
 
-ff_status ff_information_of_all(const ff_plan *plan, const ff_point *at, ff_information **out)
-{
-    const struct ff_problem *p = plan->p;
-    ff_information *info = NULL;
-    ff_status st = ff_information_new(plan, &at->normal, NULL, &info);
-    if (!st) st = ff_clusters_choose(plan, &at->normal, p->n, &info->clusters);
-    if (!st && at->normal.diagonal && !is_sigma(plan) && info->clusters.run < ff_run_length(p))
-        info->clusters.run = ff_run_length(p); /* the products of single samples were made without those on a bound */
-    if (!st) st = covariance(info, plan, &at->normal, p->n, NULL);
-    if (st)
-        free(info);
-    else
-        *out = info;
-    return st;
-}
-
 double ff_information_inverse(const ff_information *info, size_t i, size_t j)
 {
     return info->storage->inverse_at(info, i, j) * info->scale[i] * info->scale[j];

@@ -41,9 +41,6 @@ ff_status ff_information_new(const ff_plan *plan, const ff_normal *n, const int 
 ff_status ff_information_finish(ff_information *info, const ff_plan *plan, const ff_normal *n, size_t n_samples,
                                 const double *of_samples);
 
-/* Both, of all parameters, those on a bound too, from the sums at a point. FF_ERR_MEMORY. */
-ff_status ff_information_of_all(const ff_plan *plan, const ff_point *at, ff_information **out);
-
 /* Of parameters i and j; NaN where it is not formed: between channels of an arrowhead. */
 double ff_information_covariance(const ff_information *info, size_t i, size_t j);
 

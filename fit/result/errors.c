@@ -68,7 +68,7 @@ static ff_status make_room(const ff_layout *l, ff_fit_result *r)
     return r->channel_correlation ? FF_OK : FF_ERR_MEMORY;
 }
 
-ff_status ff_result_errors(const ff_plan *plan, const ff_point *at, ff_fit_result *r)
+ff_status ff_result_errors(const ff_plan *plan, ff_point *at, ff_fit_result *r)
 {
     const ff_layout *l = &plan->l;
     const ff_information *info = at->information;

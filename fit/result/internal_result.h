@@ -7,7 +7,7 @@
 enum { FF_CHANNELS_NAMED = 8 };
 
 /* Standard errors, correlations, intervals, condition, from the information of the point. FF_ERR_MEMORY. */
-ff_status ff_result_errors(const ff_plan *plan, const ff_point *at, ff_fit_result *r);
+ff_status ff_result_errors(const ff_plan *plan, ff_point *at, ff_fit_result *r);
 
 /* The warnings of a result that has everything else. FF_ERR_MEMORY. */
 ff_status ff_result_warnings(const ff_plan *plan, ff_fit_result *r);
@@ -16,5 +16,5 @@ ff_status ff_result_warnings(const ff_plan *plan, ff_fit_result *r);
 ff_status ff_result_new(const ff_plan *plan, ff_fit_result *out);
 
 /* The last stage: everything that is said of an optimum whose sums the point has. errors: 1: its errors too. FF_ERR_MEMORY. */
-ff_status ff_result_fill(const ff_plan *plan, const ff_point *at, int errors, ff_fit_result *r);
+ff_status ff_result_fill(const ff_plan *plan, ff_point *at, int errors, ff_fit_result *r);
 #endif

@@ -115,7 +115,7 @@ static void fill_outcome(const ff_plan *plan, const ff_point *at, ff_fit_result 
     fill_criteria(plan->p, n_free, r);
 }
 
-ff_status ff_result_fill(const ff_plan *plan, const ff_point *at, int errors, ff_fit_result *r)
+ff_status ff_result_fill(const ff_plan *plan, ff_point *at, int errors, ff_fit_result *r)
 {
     fill_outcome(plan, at, r);
     fill_values(&plan->l, at, r);
