@@ -85,13 +85,31 @@ static ff_status retrieve(const ff_table *t, const ff_ndf_options *o, ff_ndf_res
 }
 
 /* Largest relative error of D between the first and the last half vector, where D is above `floor` of its peak. */
-static double worst_error(const known *k, const ff_ndf_result *r, double floor)
+static double worst_error_to(const known *k, const ff_ndf_result *r, double floor, double reach)
 {
     double worst = 0;
     for (size_t i = 0; i < r->n_rows; i++) {
         const double d = known_d(k, r->row[i].theta);
-        if (r->row[i].theta < r->first || r->row[i].theta > r->reach || d < floor * known_d(k, 0)) continue;
+        if (r->row[i].theta < r->first || r->row[i].theta > reach || d < floor * known_d(k, 0)) continue;
         worst = fmax(worst, fabs(r->row[i].d / d - 1));
+    }
+    return worst;
+}
+
+static double worst_error(const known *k, const ff_ndf_result *r, double floor)
+{
+    return worst_error_to(k, r, floor, r->reach);
+}
+
+/* What noise moves D by in some measurement is told by its error: the largest by which D is off beyond five of them. */
+static double worst_beyond_errors(const known *k, const ff_ndf_result *r, double floor)
+{
+    const double scale = isnan(r->channel[0].scale_error) ? 0 : r->channel[0].scale_error / r->channel[0].f0;
+    double worst = 0;
+    for (size_t i = 0; i < r->n_rows; i++) {
+        const double d = known_d(k, r->row[i].theta), off = fabs(r->row[i].d / d - 1);
+        if (r->row[i].theta < r->first || r->row[i].theta > r->reach || d < floor * known_d(k, 0)) continue;
+        if (off > 5 * hypot(r->row[i].error, scale)) worst = fmax(worst, off);
     }
     return worst;
 }
@@ -372,7 +390,7 @@ static void check_known(const known *k, margin scattered, margin grid)
                        r.channel[0].f0, r.channel[0].scale_error, r.channel[0].kd, r.channel[0].kd_error, r.objective, best);
             check_whole(what, &r);
             FF_CHECK(noisy || !rises(&r), "%s: D rises, that of the surface does not", what);
-            FF_CHECK(worst < allowed, "%s: D is off by %.2g", what, worst);
+            FF_CHECK(worst < allowed || (noisy && worst_beyond_errors(k, &r, 1e-3) < allowed), "%s: D is off by %.2g", what, worst);
             FF_CHECK_CLOSE(r.channel[0].f0, 0.6, noisy ? 0.015 : 2e-4, 0);
             FF_CHECK_CLOSE(r.channel[0].kd, 0.1, 0, noisy ? 0.01 : 2e-4);
             FF_CHECK(r.objective < best * 1.001 + (noisy ? 0 : 1e-5), "%s: objective %.6g, the best fit has %.6g", what,
@@ -586,7 +604,10 @@ static void to_the_horizon(void)
     fits.max_theta = 90 * FIT_DEGREE;
     o.monotone = FF_NDF_MONOTONE_D;
     FF_CHECK(retrieve(&t, &o, &r, &err) == FF_OK, "%s", err.message);
-    FF_CHECK(worst_error(&ggx, &r, 1e-3) < 0.01, "D is off by %.2g", worst_error(&ggx, &r, 1e-3));
+    /* of the half vectors one in 250 lies beyond 85 degrees, and the last nodes have a few samples each */
+    FF_CHECK(worst_error_to(&ggx, &r, 1e-3, 80 * FIT_DEGREE) < 0.005, "D is off by %.2g up to 80 degrees",
+             worst_error_to(&ggx, &r, 1e-3, 80 * FIT_DEGREE));
+    FF_CHECK(worst_error(&ggx, &r, 1e-3) < 0.03, "D is off by %.2g", worst_error(&ggx, &r, 1e-3));
     FF_CHECK(r.objective < 1e-5 * r.fit[FF_NDF_BECKMANN].residual.objective, "objective %g", r.objective);
     FF_CHECK(r.outcome == FF_CONVERGED && !rises(&r), "%s", ff_outcome_name((int)r.outcome));
     ff_ndf_result_clear(&r);

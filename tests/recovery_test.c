@@ -556,6 +556,39 @@ static void given_start(void)
     ff_table_clear(&t);
 }
 
+/* On a bound of eta or k the reflectance does not change to first order: a start there is no optimum. Before all parameters
+ * together and before the shape alone. */
+static void start_without_effect(void)
+{
+    static const struct {
+        const char *model, *truth, *start;
+    } cases[] = {{"ggx/smith-separable/dielectric+lambert", "alpha=0.3 eta=1.5 kd=0.02", "alpha=0.3 eta=1 kd=0.02"},
+                 {"ggx/smith-separable/conductor+lambert", "alpha=0.3 eta=1.5 k=2 kd=0.02", "alpha=0.3 eta=1.5 k=0 kd=0.02"}};
+    for (size_t i = 0; i < 2; i++)
+        for (int dense = 0; dense < 2; dense++) {
+            const fit_surface s = fit_surface_make(cases[i].model, 3, cases[i].truth),
+                              from = fit_surface_make(cases[i].model, 3, cases[i].start);
+            const fit_sampling how = {.n = 5000, .max_theta = 80, .glossy = 0.3, .noise = 0.05, .seed = 31};
+            ff_table t = fit_measure(&s, &how);
+            ff_fit_options o = fit_options();
+            ff_fit_result searched = {0}, given = {0};
+            ff_error err = {0};
+            o.shape = FF_SHAPE_ISOTROPIC;
+            o.dense_channels = dense ? 1000 : 0;
+            FF_CHECK(fit_table(&t, &s.model, &o, &searched, NULL, &err) == FF_OK, "%s", err.message);
+            o.start_shape = from.shape;
+            o.start_channel = from.channel;
+            FF_CHECK(fit_table(&t, &s.model, &o, &given, NULL, &err) == FF_OK, "%s", err.message);
+            FF_CHECK(given.outcome == FF_CONVERGED, "%s", ff_outcome_name((int)given.outcome));
+            FF_CHECK(given.residual.objective < searched.residual.objective * (1 + 1e-8),
+                     "%s, %s: objective %.10g from the bound, %.10g", cases[i].model, dense ? "dense" : "arrowhead",
+                     given.residual.objective, searched.residual.objective);
+            ff_fit_result_clear(&searched);
+            ff_fit_result_clear(&given);
+            ff_table_clear(&t);
+        }
+}
+
 /* Data of a simpler distribution, which a richer one becomes at the end of a parameter: a narrow Beckmann lobe is sgd at p = 0, far
  * from the wide and peaked one at p = 4 that fits the same samples second best. */
 static void at_the_end_of_a_parameter(void)
@@ -586,4 +619,5 @@ FF_TEST_MAIN(FF_TEST(at_the_end_of_a_parameter), FF_TEST(correlated_rgb), FF_TES
              FF_TEST(merl_grid), FF_TEST(mean_and_single_channels), FF_TEST(parameters_on_their_bounds),
              FF_TEST(metals_without_diffuse), FF_TEST(lambert_alone), FF_TEST(two_lobes), FF_TEST(two_lobes_of_one_kind),
              FF_TEST(shapes_of_the_tail), FF_TEST(curved_terms), FF_TEST(freed_and_fixed), FF_TEST(held_axes),
-             FF_TEST(same_for_every_run_and_number_of_threads), FF_TEST(every_instruction_set), FF_TEST(given_start))
+             FF_TEST(same_for_every_run_and_number_of_threads), FF_TEST(every_instruction_set), FF_TEST(given_start),
+             FF_TEST(start_without_effect))

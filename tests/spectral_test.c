@@ -148,9 +148,10 @@ static void check_same(const char *what, ff_robust robust, const ff_fit_result *
         if (x->at_bound)
             FF_CHECK(x->value == y->value, "%s: %s is %.17g on its bound, dense %.17g", what, name, x->value, y->value);
         if (isnan(x->std_error) || isnan(y->std_error)) continue;
-        /* Either solver stops when a Gauss-Newton step would gain too small a part of the objective. With the losses whose influence
-         * falls again the steps shrink by a constant factor only, and what is left is a multiple of the last one; where the model
-         * misses by more than the sigmas say, the objective is large against the errors. A stricter stop brings both below 1e-4. */
+        /* Either solver stops when a Gauss-Newton step would gain too small a part of the objective. With the losses whose
+         * influence falls again the steps shrink by a constant factor only, and what is left is a multiple of the last one; where
+         * the model misses by more than the sigmas say, the objective is large against the errors. A stricter stop brings both
+         * below 1e-4. */
         const double most_off = d->correlated_over > 1 ? 5e-3 : slow ? 3e-3 : 1e-3;
         const double off = fabs(x->value - y->value) / fmax(y->std_error, 1e-9), error = fabs(x->std_error / y->std_error - 1);
         worst = fmax(worst, off);

