@@ -9,9 +9,9 @@
 ff_status ff_bytes_open(const char *path, ff_bytes *b, ff_error *err)
 {
     ff_bytes opened = {.path = path, .err = err};
-    const ff_status s = ff_input_open(path, &opened.fd, &opened.size, err);
-    if (s == FF_OK) *b = opened;
-    return s;
+    const ff_status status = ff_input_open(path, &opened.fd, &opened.size, err);
+    if (status == FF_OK) *b = opened;
+    return status;
 }
 
 void ff_bytes_close(ff_bytes *b)
@@ -29,8 +29,8 @@ static ff_status ended(const ff_bytes *b, int64_t found, const char *what)
 ff_status ff_bytes_read(ff_bytes *b, void *out, size_t n, const char *what)
 {
     size_t got = 0;
-    const ff_status s = ff_input_read(b->fd, b->path, b->offset, out, n, &got, b->err);
-    if (s != FF_OK) return s;
+    const ff_status status = ff_input_read(b->fd, b->path, b->offset, out, n, &got, b->err);
+    if (status != FF_OK) return status;
     b->offset += (int64_t)got;
     return got == n ? FF_OK : ended(b, b->offset, what);
 }
@@ -45,8 +45,8 @@ ff_status ff_bytes_end(ff_bytes *b, const char *after)
 {
     unsigned char more;
     size_t got = 0;
-    const ff_status s = ff_input_read(b->fd, b->path, b->offset, &more, 1, &got, b->err);
-    if (s != FF_OK || got == 0) return s;
+    const ff_status status = ff_input_read(b->fd, b->path, b->offset, &more, 1, &got, b->err);
+    if (status != FF_OK || got == 0) return status;
     char found[32] = "more";
     if (b->size > b->offset) snprintf(found, sizeof found, "%lld", (long long)(b->size - b->offset));
     return ff_error_set(b->err, FF_ERR_FORMAT, b->path, 0, b->offset, "found %s bytes after %s, expected the end of the file",
@@ -67,18 +67,18 @@ ff_status ff_bytes_rest(ff_bytes *b, size_t most, unsigned char **data, size_t *
         }
         bytes = larger;
         size_t got = 0;
-        const ff_status s = ff_input_read(b->fd, b->path, b->offset, bytes + used, capacity - used, &got, b->err);
+        const ff_status status = ff_input_read(b->fd, b->path, b->offset, bytes + used, capacity - used, &got, b->err);
         used += got;
         b->offset += (int64_t)got;
-        if (s == FF_OK && used <= most && used == capacity) {
+        if (status == FF_OK && used <= most && used == capacity) {
             capacity = 2 * capacity;
             continue;
         }
-        if (s == FF_OK && used <= most) break;
+        if (status == FF_OK && used <= most) break;
         free(bytes);
-        return s ? s
-                 : ff_error_set(b->err, FF_ERR_FORMAT, b->path, 0, b->offset, "found a file of more than %zu bytes, expected fewer",
-                                most);
+        return status ? status
+                      : ff_error_set(b->err, FF_ERR_FORMAT, b->path, 0, b->offset,
+                                     "found a file of more than %zu bytes, expected fewer", most);
     }
     *data = bytes;
     *n = used;

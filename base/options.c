@@ -38,8 +38,8 @@ static ff_status check_size(const char *type, size_t size, size_t first, const c
 ff_status ff_options_take(const char *type, const void *from, size_t first, void *out, size_t known, ff_error *err)
 {
     const size_t size = size_of(from);
-    const ff_status s = check_size(type, size, first, "expected what its _init function sets", err);
-    if (s) return s;
+    const ff_status status = check_size(type, size, first, "expected what its _init function sets", err);
+    if (status) return status;
     for (size_t i = known; i < size; i++)
         if (((const unsigned char *)from)[i])
             return ff_error_set(err, FF_ERR_RANGE, NULL, 0, -1,

@@ -8,9 +8,9 @@
 ff_status ff_tokens_open(const char *path, ff_tokens *t, ff_error *err)
 {
     ff_tokens opened = {.err = err};
-    const ff_status s = ff_lines_open(path, &opened.lines, err);
-    if (s == FF_OK) *t = opened;
-    return s;
+    const ff_status status = ff_lines_open(path, &opened.lines, err);
+    if (status == FF_OK) *t = opened;
+    return status;
 }
 
 void ff_tokens_close(ff_tokens *t)
@@ -39,9 +39,9 @@ ff_status ff_tokens_line(ff_tokens *t, char **text)
 {
     size_t length;
     for (;;) {
-        const ff_status s = ff_lines_next(&t->lines, text, &length, t->err);
+        const ff_status status = ff_lines_next(&t->lines, text, &length, t->err);
         t->at = NULL;
-        if (s != FF_OK || !*text) return s;
+        if (status != FF_OK || !*text) return status;
         t->at = *text = skip_blanks(*text);
         if (**text && **text != '#') return FF_OK;
     }
@@ -58,9 +58,9 @@ static ff_status seek_word(ff_tokens *t)
 
 ff_status ff_tokens_word(ff_tokens *t, char **word)
 {
-    const ff_status s = seek_word(t);
+    const ff_status status = seek_word(t);
     *word = NULL;
-    if (s != FF_OK || !t->at) return s;
+    if (status != FF_OK || !t->at) return status;
     char *end = *word = t->at;
     while (!ends(*end)) end++;
     t->at = *end ? end + 1 : end;
@@ -70,9 +70,9 @@ ff_status ff_tokens_word(ff_tokens *t, char **word)
 
 ff_status ff_tokens_at_end(ff_tokens *t, int *end)
 {
-    const ff_status s = seek_word(t);
+    const ff_status status = seek_word(t);
     *end = t->at == NULL;
-    return s;
+    return status;
 }
 
 static size_t word_length(const char *p)
@@ -96,8 +96,8 @@ static const char *number_at(const char *p, double *value, const char *path, lon
 ff_status ff_tokens_numbers(ff_tokens *t, double *out, size_t n, const char *what)
 {
     for (size_t k = 0; k < n; k++) {
-        const ff_status s = seek_word(t);
-        if (s != FF_OK) return s;
+        const ff_status status = seek_word(t);
+        if (status != FF_OK) return status;
         if (!t->at)
             return ff_error_set(t->err, FF_ERR_READ, t->lines.path, t->lines.line, -1,
                                 "found the end of the file after %zu numbers, expected %zu of %s", k, n, what);

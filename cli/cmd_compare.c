@@ -14,7 +14,7 @@ typedef struct term_list {
 
 static void list_all(ff_term_kind kind, term_list *list)
 {
-    for (size_t i = 0; i < ff_term_count(kind); ++i) {
+    for (size_t i = 0; i < ff_term_count(kind); i++) {
         if (ff_term_at(kind, i)->claims & FF_FURNACE_ONLY || list->n == TERMS) continue;
         list->term[list->n++] = (int)i;
     }
@@ -26,13 +26,13 @@ static void read_list(const cli_args *args, cli_flag_id flag, ff_term_kind kind,
 {
     const char *word = cli_value(args, flag, otherwise);
     list->n = 0;
-    for (;; ++word) {
+    for (;; word++) {
         char name[CLI_NAME];
         const size_t n = strcspn(word, ",");
         snprintf(name, sizeof name, "%.*s", (int)n, word);
         const int term = ff_term_find(kind, name);
         int seen = 0;
-        for (size_t i = 0; i < list->n; ++i) seen |= list->term[i] == term;
+        for (size_t i = 0; i < list->n; i++) seen |= list->term[i] == term;
         if (!strcmp(name, "all")) {
             list->n = 0;
             list_all(kind, list);
@@ -67,10 +67,10 @@ static int says_all(const cli_args *args)
 static int compose_all(const cli_args *args, const cli_tables *tables, const term_list *ndf, const term_list *masking,
                        const term_list *fresnel, const term_list *diffuse, combinations *all)
 {
-    for (size_t d = 0; d < ndf->n; ++d)
-        for (size_t g = 0; g < masking->n; ++g)
-            for (size_t f = 0; f < fresnel->n; ++f)
-                for (size_t b = 0; b < diffuse->n; ++b) {
+    for (size_t d = 0; d < ndf->n; d++)
+        for (size_t g = 0; g < masking->n; g++)
+            for (size_t f = 0; f < fresnel->n; f++)
+                for (size_t b = 0; b < diffuse->n; b++) {
                     ff_error err = {0};
                     ff_model *m = &all->model[all->n];
                     ff_status status =
@@ -83,7 +83,7 @@ static int compose_all(const cli_args *args, const cli_tables *tables, const ter
                     if (status != FF_OK) return cli_failed(status, &err);
                     const int held = cli_hold_and_free(args, m, 1);
                     if (held != EXIT_DONE) return held;
-                    ++all->n;
+                    all->n++;
                 }
     if (all->n == 0) return cli_usage(args, "no combination of these terms has a meaning: %s", all->example);
     if (all->left_out && !says_all(args))
@@ -97,14 +97,14 @@ static int compose_all(const cli_args *args, const cli_tables *tables, const ter
 static ff_status fit_all(cli_fitting *f, const ff_model *model, size_t n_models, ff_fit_result *fit, size_t *n_fits, ff_error *err)
 {
     size_t models = n_models;
-    for (size_t p = 0; p < f->n_problems; ++p) {
-        for (size_t m = 0; m < n_models; ++m) {
+    for (size_t p = 0; p < f->n_problems; p++) {
+        for (size_t m = 0; m < n_models; m++) {
             char expression[FF_MODEL_NAME], label[FF_MODEL_NAME + 64];
             ff_model_expression(&model[m], expression, sizeof expression);
             snprintf(label, sizeof label, "%zu of %zu: %s", p * n_models + m + 1, f->n_problems * n_models, expression);
             const ff_status status = cli_fitting_run(f, p, &model[m], label, &fit[*n_fits], err);
             if (status == FF_OK) {
-                ++*n_fits;
+                (*n_fits)++;
             } else if (status == FF_ERR_UNSUPPORTED) {
                 if (p == 0) cli_message("left out %s: %s", expression, err->message);
             } else {
@@ -137,7 +137,7 @@ static void say_warnings(const void *report, FILE *out)
     const ff_report_fits *r = report;
     const size_t n = r->n_fits / r->n_problems;
     size_t *rank = malloc(n * sizeof *rank);
-    for (size_t p = 0; p < r->n_problems && rank; ++p) {
+    for (size_t p = 0; p < r->n_problems && rank; p++) {
         ff_report_rank(r, p, rank);
         ff_report_fit_warnings(r, rank[0], out);
     }
@@ -151,11 +151,11 @@ static int say_outcomes(const ff_report_fits *r)
     size_t *rank = malloc(n * sizeof *rank);
     int status = EXIT_DONE;
     if (!rank) return cli_failed(FF_ERR_MEMORY, NULL);
-    for (size_t p = 0; p < r->n_problems; ++p) {
+    for (size_t p = 0; p < r->n_problems; p++) {
         ff_report_rank(r, p, rank);
         if (r->fit[rank[0]].outcome != FF_CONVERGED) status = EXIT_ANSWER_IS_NO;
     }
-    for (size_t i = 0; i < r->n_fits; ++i) cli_fitting_say_outcome(&r->fit[i]);
+    for (size_t i = 0; i < r->n_fits; i++) cli_fitting_say_outcome(&r->fit[i]);
     free(rank);
     return status;
 }
@@ -168,9 +168,9 @@ static ff_status share_scale(cli_fitting *f, const ff_model *model, size_t n_mod
     const ff_model *by = model;
     if (f->options.robust == FF_ROBUST_NONE || f->options.robust_scale > 0) return FF_OK;
     for (size_t k = sizeof flexible / sizeof *flexible; k-- > 0;)
-        for (size_t m = 0; m < n_models; ++m)
+        for (size_t m = 0; m < n_models; m++)
             if (model[m].lobe[0].ndf == ff_term_find(FF_NDF, flexible[k])) by = &model[m];
-    for (size_t p = 0; p < f->n_problems; ++p) {
+    for (size_t p = 0; p < f->n_problems; p++) {
         const ff_status status = cli_fitting_scale(f, p, by, err);
         if (status != FF_OK) return status;
     }
@@ -183,7 +183,7 @@ static int look_closer(const ff_report_fits *r, cli_trust *trust, cli_fitting *f
     const size_t models = r->n_fits / r->n_problems;
     size_t *rank = malloc((models + r->n_problems) * sizeof *rank), *best = rank + models;
     if (!rank) return cli_failed(FF_ERR_MEMORY, NULL);
-    for (size_t p = 0; p < r->n_problems; ++p) {
+    for (size_t p = 0; p < r->n_problems; p++) {
         ff_report_rank(r, p, rank);
         best[p] = rank[0];
     }
@@ -217,7 +217,7 @@ static int compare(const cli_args *args, cli_fitting *f, const ff_model *model, 
         status = cli_failed(failed, &err);
     }
     cli_trust_free(&trust);
-    for (size_t i = 0; i < n; ++i) ff_fit_result_clear(&fit[i]);
+    for (size_t i = 0; i < n; i++) ff_fit_result_clear(&fit[i]);
     free(fit);
     return status;
 }

@@ -45,7 +45,7 @@ static double shown(const ff_conversion_value *v, double x)
 static int is_called(const ff_conversion_value *v, const char *word, size_t length)
 {
     const char *names[] = {v->name, v->alias, shown_name(v)};
-    for (int i = 0; i < 3; ++i)
+    for (int i = 0; i < 3; i++)
         if (names[i] && strlen(names[i]) == length && !strncmp(names[i], word, length)) return 1;
     return 0;
 }
@@ -54,7 +54,7 @@ static int read_value(const cli_args *args, const ff_conversion *c, const char *
 {
     const size_t length = strcspn(word, "=");
     if (word[length] != '=') return cli_usage(args, "'%s': expected NAME=VALUE", word);
-    for (uint32_t k = 0; k < c->n_in; ++k) {
+    for (uint32_t k = 0; k < c->n_in; k++) {
         if (!is_called(&c->in[k], word, length)) continue;
         if (!cli_number_read(word + length + 1, &in[k])) return cli_usage(args, "'%s': expected a number after '='", word);
         if (is_angle(&c->in[k])) in[k] *= pi / 180;
@@ -67,8 +67,8 @@ static int read_value(const cli_args *args, const ff_conversion *c, const char *
 static int read_values(const cli_args *args, const ff_conversion *c, double *in)
 {
     int given[FF_CONVERSION_VALUES] = {0}, status = EXIT_DONE;
-    for (size_t i = 0; i < args->n_words && status == EXIT_DONE; ++i) status = read_value(args, c, args->word[i], in, given);
-    for (uint32_t k = 0; k < c->n_in && status == EXIT_DONE; ++k)
+    for (size_t i = 0; i < args->n_words && status == EXIT_DONE; i++) status = read_value(args, c, args->word[i], in, given);
+    for (uint32_t k = 0; k < c->n_in && status == EXIT_DONE; k++)
         if (given[k] != 1)
             status = cli_usage(args, "%s is %s; expected %s=VALUE once", shown_name(&c->in[k]),
                                given[k] ? "given twice" : "missing", shown_name(&c->in[k]));
@@ -82,7 +82,7 @@ static int list_choices(const char *from, const char *to, char *out, size_t size
 {
     int found = 0;
     *out = '\0';
-    for (size_t i = 0; i < ff_conversion_count(); ++i) {
+    for (size_t i = 0; i < ff_conversion_count(); i++) {
         const ff_conversion *c = ff_conversion_at(i);
         if (strcmp(c->from, from) || (to && strcmp(c->to, to))) continue;
         const char *word = to ? c->by : c->to;
@@ -135,7 +135,7 @@ static int find_answers(const cli_args *args, answers *all)
 
 static void say_what_it_means(const answers *all)
 {
-    for (size_t i = 0; i < all->n; ++i) {
+    for (size_t i = 0; i < all->n; i++) {
         const answer *a = &all->at[i];
         cli_message("%s%s%s (%s)", a->c->by, *a->c->by ? ": " : "", a->c->formula, a->c->source);
         cli_message("  assumes: %s", a->c->assumes);
@@ -147,8 +147,8 @@ static void say_what_it_means(const answers *all)
 static ff_status write_text(const void *context, FILE *out)
 {
     const answers *all = context;
-    for (size_t i = 0; i < all->n; ++i)
-        for (uint32_t k = 0; k < all->at[i].c->n_out; ++k) {
+    for (size_t i = 0; i < all->n; i++)
+        for (uint32_t k = 0; k < all->at[i].c->n_out; k++) {
             const ff_conversion *c = all->at[i].c;
             char number[FF_REPORT_NUMBER];
             fprintf(out, "%s %s%s%s\n", shown_name(&c->out[k]), ff_report_number(shown(&c->out[k], all->at[i].out[k]), number),
@@ -160,7 +160,7 @@ static ff_status write_text(const void *context, FILE *out)
 static void put_values(ff_json *j, const char *key, const ff_conversion_value *v, const double *x, uint32_t n)
 {
     ff_json_object(j, key, FF_JSON_LINE);
-    for (uint32_t k = 0; k < n; ++k) ff_json_number(j, shown_name(&v[k]), shown(&v[k], x[k]));
+    for (uint32_t k = 0; k < n; k++) ff_json_number(j, shown_name(&v[k]), shown(&v[k], x[k]));
     ff_json_close(j);
 }
 
@@ -183,7 +183,7 @@ static ff_status write_json(const void *context, FILE *out)
     ff_json_object(&j, NULL, FF_JSON_BLOCK);
     ff_report_head_json(&j, all->args->command->schema, &all->args->head);
     ff_json_array(&j, "conversions", FF_JSON_BLOCK);
-    for (size_t i = 0; i < all->n; ++i) {
+    for (size_t i = 0; i < all->n; i++) {
         const answer *a = &all->at[i];
         ff_json_object(&j, NULL, FF_JSON_BLOCK);
         put_conversion(&j, a->c);
@@ -203,10 +203,10 @@ static ff_status write_json(const void *context, FILE *out)
 static ff_status write_list(const void *context, FILE *out)
 {
     (void)context;
-    for (size_t i = 0; i < ff_conversion_count(); ++i) {
+    for (size_t i = 0; i < ff_conversion_count(); i++) {
         const ff_conversion *c = ff_conversion_at(i);
         fprintf(out, "--from %s --to %s%s%s", c->from, c->to, *c->by ? " --by " : "", c->by);
-        for (uint32_t k = 0; k < c->n_in; ++k) fprintf(out, " %s=...", shown_name(&c->in[k]));
+        for (uint32_t k = 0; k < c->n_in; k++) fprintf(out, " %s=...", shown_name(&c->in[k]));
         fprintf(out, "\n    %s (%s)\n    assumes: %s\n    valid: %s\n", c->formula, c->source, c->assumes, c->limits);
     }
     return FF_OK;
@@ -220,7 +220,7 @@ static ff_status write_list_json(const void *context, FILE *out)
     ff_json_object(&j, NULL, FF_JSON_BLOCK);
     ff_report_head_json(&j, args->command->listed, &args->head);
     ff_json_array(&j, "conversions", FF_JSON_BLOCK);
-    for (size_t i = 0; i < ff_conversion_count(); ++i) {
+    for (size_t i = 0; i < ff_conversion_count(); i++) {
         ff_json_object(&j, NULL, FF_JSON_BLOCK);
         put_conversion(&j, ff_conversion_at(i));
         ff_json_close(&j);

@@ -35,7 +35,7 @@ static size_t cell_cut(const char **text, const char **next)
     const char *p = *text + strspn(*text, " \t");
     size_t n = strcspn(p, ",");
     *next = p[n] == ',' ? p + n + 1 : NULL;
-    while (n > 0 && (p[n - 1] == ' ' || p[n - 1] == '\t')) --n;
+    while (n > 0 && (p[n - 1] == ' ' || p[n - 1] == '\t')) n--;
     *text = p;
     return n;
 }
@@ -43,11 +43,11 @@ static size_t cell_cut(const char **text, const char **next)
 static ff_status read_header(evaluation *e, const char *line, ff_error *err)
 {
     char quoted[FF_QUOTE];
-    for (int k = 0; k < 4; ++k) e->column[k] = -1;
+    for (int k = 0; k < 4; k++) e->column[k] = -1;
     e->n_columns = 0;
     for (const char *cell = line, *next; cell; cell = next) {
         const size_t n = cell_cut(&cell, &next);
-        for (int k = 0; k < 4; ++k) {
+        for (int k = 0; k < 4; k++) {
             if (strlen(angle_name[k]) != n || strncmp(angle_name[k], cell, n)) continue;
             if (e->column[k] >= 0)
                 return ff_error_set(err, FF_ERR_FORMAT, e->path, e->lines.line, -1, "the column %s stands there twice",
@@ -57,7 +57,7 @@ static ff_status read_header(evaluation *e, const char *line, ff_error *err)
         if (++e->n_columns > COLUMNS)
             return ff_error_set(err, FF_ERR_FORMAT, e->path, e->lines.line, -1, "more than %d columns", COLUMNS);
     }
-    for (int k = 0; k < 4; ++k)
+    for (int k = 0; k < 4; k++)
         if (e->column[k] < 0)
             return ff_error_set(err, FF_ERR_FORMAT, e->path, e->lines.line, -1,
                                 "found the header %s, expected the columns theta_i,phi_i,theta_o,phi_o (%s is missing)",
@@ -69,9 +69,9 @@ static ff_status read_row(evaluation *e, const char *line, ff_error *err)
 {
     char quoted[FF_QUOTE];
     size_t c = 0;
-    for (const char *cell = line, *next; cell; cell = next, ++c) {
+    for (const char *cell = line, *next; cell; cell = next, c++) {
         const size_t n = cell_cut(&cell, &next);
-        for (int k = 0; k < 4; ++k) {
+        for (int k = 0; k < 4; k++) {
             double x;
             if (e->column[k] != (int)c) continue;
             const char *end = ff_number_read(cell, &x);
@@ -111,8 +111,8 @@ static ff_status evaluate_terms(const evaluation *e, const ff_dirs *w)
 {
     const cli_scene *s = &e->scene;
     ff_status status = FF_OK;
-    for (uint32_t l = 0; l < s->model.n_lobes; ++l)
-        for (size_t c = 0; c < s->n_channels && status == FF_OK; ++c) {
+    for (uint32_t l = 0; l < s->model.n_lobes; l++)
+        for (size_t c = 0; c < s->n_channels && status == FF_OK; c++) {
             const ff_terms t = {term_plane(e, l, 0), term_plane(e, l, 1), term_plane(e, l, 2), term_plane(e, l, 3),
                                 term_plane(e, l, TERMS + c)};
             status = ff_model_terms(&s->model, e->isa, s->n_channels, s->shape, s->channel, l, c, w, e->n, &t);
@@ -123,10 +123,10 @@ static ff_status evaluate_terms(const evaluation *e, const ff_dirs *w)
 static void put_row(evaluation *e, size_t i)
 {
     const size_t n_channels = e->scene.n_channels;
-    for (int k = 0; k < 4; ++k) cli_rows_number(&e->rows, e->table.angle[k][i]);
-    for (size_t c = 0; c < n_channels; ++c) cli_rows_number(&e->rows, e->f[c * BLOCK + i]);
-    for (uint32_t l = 0; e->terms && l < e->scene.model.n_lobes; ++l)
-        for (size_t t = 0; t < TERMS + n_channels; ++t) cli_rows_number(&e->rows, term_plane(e, l, t)[i]);
+    for (int k = 0; k < 4; k++) cli_rows_number(&e->rows, e->table.angle[k][i]);
+    for (size_t c = 0; c < n_channels; c++) cli_rows_number(&e->rows, e->f[c * BLOCK + i]);
+    for (uint32_t l = 0; e->terms && l < e->scene.model.n_lobes; l++)
+        for (size_t t = 0; t < TERMS + n_channels; t++) cli_rows_number(&e->rows, term_plane(e, l, t)[i]);
     cli_rows_end_row(&e->rows);
 }
 
@@ -139,7 +139,7 @@ static ff_status flush(evaluation *e, ff_error *err)
     ff_status status = ff_model_eval(&s->model, e->isa, s->n_channels, s->shape, s->channel, &w, e->n, e->f, NULL, BLOCK);
     if (status == FF_OK && e->terms) status = evaluate_terms(e, &w);
     if (status != FF_OK) return ff_error_set(err, status, NULL, 0, -1, "the model cannot be evaluated");
-    for (size_t i = 0; i < e->n; ++i) put_row(e, i);
+    for (size_t i = 0; i < e->n; i++) put_row(e, i);
     e->n = 0;
     return FF_OK;
 }
@@ -148,19 +148,19 @@ static void put_header(evaluation *e)
 {
     char name[64], suffix[24];
     const size_t n = e->scene.n_channels;
-    for (int k = 0; k < 4; ++k) cli_rows_column(&e->rows, angle_name[k]);
-    for (size_t c = 0; c < n; ++c) {
+    for (int k = 0; k < 4; k++) cli_rows_column(&e->rows, angle_name[k]);
+    for (size_t c = 0; c < n; c++) {
         snprintf(name, sizeof name, "f%s", cli_channel_suffix(n, c, suffix));
         cli_rows_column(&e->rows, name);
     }
-    for (uint32_t l = 0; e->terms && l < e->scene.model.n_lobes; ++l) {
+    for (uint32_t l = 0; e->terms && l < e->scene.model.n_lobes; l++) {
         char lobe[24] = "";
         if (l > 0) snprintf(lobe, sizeof lobe, "lobe%u.", l + 1);
-        for (int t = 0; t < TERMS; ++t) {
+        for (int t = 0; t < TERMS; t++) {
             snprintf(name, sizeof name, "%s%s", lobe, term_name[t]);
             cli_rows_column(&e->rows, name);
         }
-        for (size_t c = 0; c < n; ++c) {
+        for (size_t c = 0; c < n; c++) {
             snprintf(name, sizeof name, "%sfresnel%s", lobe, cli_channel_suffix(n, c, suffix));
             cli_rows_column(&e->rows, name);
         }

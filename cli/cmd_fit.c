@@ -28,7 +28,7 @@ static ff_status write_table(const void *report, ff_table_form form, FILE *out)
 static void say_warnings(const void *report, FILE *out)
 {
     const ff_report_fits *r = report;
-    for (size_t i = 0; i < r->n_fits; ++i) ff_report_fit_warnings(r, i, out);
+    for (size_t i = 0; i < r->n_fits; i++) ff_report_fit_warnings(r, i, out);
 }
 
 /* What the flags want to know of finished fits, and the report. adaptive: how their loss was chosen, NULL when it was given. */
@@ -43,7 +43,7 @@ static int finish(const cli_args *args, cli_fitting *f, ff_fit_result *fit, size
         cli_trust_report(&trust, &report);
         report.adaptive = adaptive;
         status = cli_report(args, &(cli_form){write_json, write_text, write_table, say_warnings}, &report);
-        for (size_t i = 0; i < n; ++i) {
+        for (size_t i = 0; i < n; i++) {
             const int outcome = cli_fitting_say_outcome(&fit[i]);
             if (status == EXIT_DONE) status = outcome;
         }
@@ -65,7 +65,7 @@ static int fit_all(const cli_args *args, cli_fitting *f, const ff_model *model, 
         n += failed == FF_OK;
     }
     const int status = failed == FF_OK ? finish(args, f, fit, n, NULL) : cli_failed(failed, &err);
-    for (size_t i = 0; i < n; ++i) ff_fit_result_clear(&fit[i]);
+    for (size_t i = 0; i < n; i++) ff_fit_result_clear(&fit[i]);
     free(fit);
     return status;
 }

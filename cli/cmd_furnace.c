@@ -22,7 +22,7 @@ static int read_mu(const cli_args *args, furnace *u)
 {
     const char *text = cli_value(args, FLAG_MU, "1,0.9,0.8,0.7,0.6,0.5,0.4,0.3,0.2,0.1");
     u->n = cli_list_read(text, VIEWS, u->mu);
-    for (size_t i = 0; i < u->n; ++i)
+    for (size_t i = 0; i < u->n; i++)
         if (!(u->mu[i] > FF_COS_MIN)) return cli_usage(args, "--mu %s: a cosine of %g is at the horizon", text, u->mu[i]);
     return EXIT_DONE;
 }
@@ -31,7 +31,7 @@ static void put_header(furnace *u)
 {
     const size_t n = u->weak ? u->scene.model.n_lobes : u->scene.n_channels;
     cli_rows_column(&u->rows, "mu");
-    for (size_t k = 0; k < n; ++k) {
+    for (size_t k = 0; k < n; k++) {
         char name[64], suffix[24];
         if (u->weak && k > 0) {
             snprintf(name, sizeof name, "lobe%zu.weak_furnace", k + 1);
@@ -48,7 +48,7 @@ static ff_status put_weak(furnace *u, const double wo[3], ff_error *err)
 {
     const ff_model *m = &u->scene.model;
     ff_status status = FF_OK;
-    for (uint32_t l = 0; l < m->n_lobes && status == FF_OK; ++l) {
+    for (uint32_t l = 0; l < m->n_lobes && status == FF_OK; l++) {
         ff_integral value;
         status = ff_albedo_weak_furnace(m, u->isa, u->scene.shape, l, wo, &value, err);
         if (status != FF_OK) break;
@@ -64,7 +64,7 @@ static ff_status put_albedo(furnace *u, const double wo[3], ff_error *err)
     ff_integral *value = malloc(s->n_channels * sizeof *value);
     if (!value) return ff_error_set(err, FF_ERR_MEMORY, NULL, 0, -1, "no memory for %zu channels", s->n_channels);
     const ff_status status = ff_albedo_directional(&s->model, u->isa, s->n_channels, s->shape, s->channel, wo, value, err);
-    for (size_t c = 0; c < s->n_channels && status == FF_OK; ++c) cli_rows_number(&u->rows, value[c].value);
+    for (size_t c = 0; c < s->n_channels && status == FF_OK; c++) cli_rows_number(&u->rows, value[c].value);
     free(value);
     return status;
 }
@@ -73,7 +73,7 @@ static ff_status put_rows(furnace *u, ff_error *err)
 {
     const volatile int *cancel = cli_catch_signals();
     ff_status status = FF_OK;
-    for (size_t i = 0; i < u->n && status == FF_OK; ++i) {
+    for (size_t i = 0; i < u->n && status == FF_OK; i++) {
         const double s = sqrt((1 - u->mu[i]) * (1 + u->mu[i])), wo[3] = {s * cos(u->phi), s * sin(u->phi), u->mu[i]};
         if (*cancel) return ff_error_set(err, FF_ERR_CANCELLED, NULL, 0, -1, "cancelled");
         cli_rows_number(&u->rows, u->mu[i]);

@@ -64,8 +64,8 @@ static void put_comment(const ndf_report *n, char *out, size_t size)
                                    "%.4g to %.4g degrees\nfor `tabulated` with",
                                    n->f->path, ff_term_at(FF_MASKING, (size_t)n->options->masking)->name,
                                    ff_loss_name((int)n->f->options.loss), r->smooth, degrees(r->first), degrees(r->reach));
-    for (int kd = 0; kd < 2; ++kd)
-        for (size_t c = 0; c < r->n_channels && used < size; ++c) {
+    for (int kd = 0; kd < 2; kd++)
+        for (size_t c = 0; c < r->n_channels && used < size; c++) {
             const ff_ndf_channel *v = &r->channel[c];
             used += (size_t)snprintf(out + used, size - used, "%s%.5g",
                                      c           ? ":"
@@ -86,7 +86,7 @@ static int write_profile(const ndf_report *n, const char *path)
     ff_error err = {0};
     if (!theta) return cli_failed(FF_ERR_MEMORY, NULL);
     double *d = theta + rows;
-    for (size_t i = 0; i < rows; ++i) {
+    for (size_t i = 0; i < rows; i++) {
         theta[i] = n->r->row[i].theta;
         d[i] = n->r->row[i].d;
     }
@@ -134,7 +134,7 @@ static void json_data(ff_json *j, const ndf_report *n)
     ff_json_integer(j, "samples", (int64_t)s.samples);
     ff_json_integer(j, "used", (int64_t)s.used);
     ff_json_array(j, "channels", FF_JSON_LINE);
-    for (size_t c = 0; c < s.n_channels; ++c) ff_json_string(j, NULL, ff_problem_channel_name(n->f->problem[0], c));
+    for (size_t c = 0; c < s.n_channels; c++) ff_json_string(j, NULL, ff_problem_channel_name(n->f->problem[0], c));
     ff_json_close(j);
     ff_json_string(j, "weighting", ff_weighting_name((int)s.weighting));
     ff_json_number(j, "first_deg", degrees(n->r->first));
@@ -176,7 +176,7 @@ static void json_measures(ff_json *j, const ff_ndf_measures *m)
 static void json_channels(ff_json *j, const ff_ndf_result *r, const char *key, size_t offset)
 {
     ff_json_array(j, key, FF_JSON_LINE);
-    for (size_t c = 0; c < r->n_channels; ++c) {
+    for (size_t c = 0; c < r->n_channels; c++) {
         double v;
         memcpy(&v, (const char *)&r->channel[c] + offset, sizeof v);
         ff_json_number(j, NULL, v);
@@ -198,7 +198,7 @@ static void json_parameters(ff_json *j, const ff_ndf_result *r)
 static void json_fits(ff_json *j, const ff_ndf_result *r)
 {
     ff_json_array(j, "fits", FF_JSON_BLOCK);
-    for (int i = 0; i < FF_NDF_FITS; ++i) {
+    for (int i = 0; i < FF_NDF_FITS; i++) {
         char expression[FF_MODEL_NAME];
         const ff_fit_result *fit = &r->fit[i];
         ff_model_expression(&fit->model, expression, sizeof expression);
@@ -219,10 +219,10 @@ static void json_rows(ff_json *j, const ff_ndf_result *r)
 {
     static const char *const columns[] = {"theta_deg", "d", "relative_std_error"};
     ff_json_array(j, "columns", FF_JSON_LINE);
-    for (int i = 0; i < 3; ++i) ff_json_string(j, NULL, columns[i]);
+    for (int i = 0; i < 3; i++) ff_json_string(j, NULL, columns[i]);
     ff_json_close(j);
     ff_json_array(j, "rows", FF_JSON_BLOCK);
-    for (size_t i = 0; i < r->n_rows; ++i) {
+    for (size_t i = 0; i < r->n_rows; i++) {
         ff_json_array(j, NULL, FF_JSON_LINE);
         ff_json_number(j, NULL, degrees(r->row[i].theta));
         ff_json_number(j, NULL, r->row[i].d);

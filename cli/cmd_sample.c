@@ -21,7 +21,7 @@ typedef struct drawing {
 
 static void put_columns(drawing *d, const char *name)
 {
-    for (size_t c = 0; c < d->scene.n_channels; ++c) {
+    for (size_t c = 0; c < d->scene.n_channels; c++) {
         char column[64], suffix[24];
         snprintf(column, sizeof column, "%s%s", name, cli_channel_suffix(d->scene.n_channels, c, suffix));
         cli_rows_column(&d->rows, column);
@@ -44,15 +44,15 @@ static void put_row(drawing *d, size_t i)
     cli_rows_number(&d->rows, atan2(hypot(x, y), d->wi[2][i]) / degree);
     cli_rows_number(&d->rows, phi < 0 ? phi + 360 : phi);
     cli_rows_number(&d->rows, d->pdf[i]);
-    for (size_t c = 0; c < d->scene.n_channels; ++c) cli_rows_number(&d->rows, d->f[c * BLOCK + i]);
-    for (size_t c = 0; c < d->scene.n_channels; ++c) cli_rows_number(&d->rows, d->weight[c * BLOCK + i]);
+    for (size_t c = 0; c < d->scene.n_channels; c++) cli_rows_number(&d->rows, d->f[c * BLOCK + i]);
+    for (size_t c = 0; c < d->scene.n_channels; c++) cli_rows_number(&d->rows, d->weight[c * BLOCK + i]);
     cli_rows_end_row(&d->rows);
 }
 
 static void set_view(drawing *d)
 {
     const double t = d->theta * degree, p = d->phi * degree;
-    for (size_t i = 0; i < BLOCK; ++i) {
+    for (size_t i = 0; i < BLOCK; i++) {
         d->wo[0][i] = sin(t) * cos(p);
         d->wo[1][i] = sin(t) * sin(p);
         d->wo[2][i] = cos(t);
@@ -65,10 +65,10 @@ static ff_status put_rows(drawing *d, ff_error *err)
     for (uint64_t first = 0; first < d->n; first += BLOCK) {
         const size_t n = d->n - first < BLOCK ? (size_t)(d->n - first) : BLOCK;
         if (*cancel) return ff_error_set(err, FF_ERR_CANCELLED, NULL, 0, -1, "cancelled");
-        for (uint32_t k = 0; k < 3; ++k)
-            for (size_t i = 0; i < n; ++i) d->u[k][i] = ff_random_uniform(d->seed, k, first + i);
+        for (uint32_t k = 0; k < 3; k++)
+            for (size_t i = 0; i < n; i++) d->u[k][i] = ff_random_uniform(d->seed, k, first + i);
         ff_sampler_sample(d->sampler, n, d->wo[0], d->u[0], NULL, d->wi[0], d->pdf, d->f, d->weight, BLOCK);
-        for (size_t i = 0; i < n; ++i) put_row(d, i);
+        for (size_t i = 0; i < n; i++) put_row(d, i);
     }
     return FF_OK;
 }

@@ -7,7 +7,7 @@
 /* Text within single quotes of a shell, `escaped` characters with a backslash. */
 static void put_quoted(FILE *out, const char *text, const char *escaped, const char *quote)
 {
-    for (; *text; ++text) {
+    for (; *text; text++) {
         if (*text == '\'')
             fputs(quote, out);
         else
@@ -17,13 +17,13 @@ static void put_quoted(FILE *out, const char *text, const char *escaped, const c
 
 static void put_words(FILE *out, cli_words *words)
 {
-    for (size_t i = 0; words(i); ++i) fprintf(out, "%s%s", i ? " " : "", words(i));
+    for (size_t i = 0; words(i); i++) fprintf(out, "%s%s", i ? " " : "", words(i));
 }
 
 /* The commands, and "help", which is none. */
 static void put_commands(FILE *out)
 {
-    for (size_t i = 0; i < cli_command_count(); ++i) fprintf(out, "%s ", cli_command_at(i)->name);
+    for (size_t i = 0; i < cli_command_count(); i++) fprintf(out, "%s ", cli_command_at(i)->name);
     fputs("help", out);
 }
 
@@ -77,7 +77,7 @@ static const char bash_tail[] =
     "    case $previous in\n"
     "    -?*) _facetfit_value \"$command\" \"$previous\" \"$current\" && return ;;\n"
     "    esac\n"
-    "    for ((i = 2; i < COMP_CWORD; ++i)); do\n"
+    "    for ((i = 2; i < COMP_CWORD; i++)); do\n"
     "        case ${COMP_WORDS[i]} in\n"
     "        -?*)\n"
     "            if [ \"${COMP_WORDS[i+1]}\" = '=' ]; then\n"
@@ -116,9 +116,9 @@ static void bash_value(FILE *out, cli_kind kind, cli_words *words)
 static void bash_flags(FILE *out)
 {
     fputs("_facetfit_flags() { # command\n    case $1 in\n", out);
-    for (size_t c = 0; c < cli_command_count(); ++c) {
+    for (size_t c = 0; c < cli_command_count(); c++) {
         fprintf(out, "    %s) echo", cli_command_at(c)->name);
-        for (int i = 0; i < FLAG_COUNT; ++i) {
+        for (int i = 0; i < FLAG_COUNT; i++) {
             const cli_flag *f = cli_flag_at((cli_flag_id)i);
             if (!cli_flag_has(f, cli_command_at(c))) continue;
             fprintf(out, " --%s", f->name);
@@ -133,13 +133,13 @@ static void bash_flags(FILE *out)
 static void bash_values(FILE *out)
 {
     fputs("_facetfit_value() { # command flag|place current: false where there is none\n    case $1:$2 in\n", out);
-    for (size_t c = 0; c < cli_command_count(); ++c) {
+    for (size_t c = 0; c < cli_command_count(); c++) {
         const cli_command *command = cli_command_at(c);
-        for (size_t k = 0; k < CLI_PLACES && command->place[k].name; ++k) {
+        for (size_t k = 0; k < CLI_PLACES && command->place[k].name; k++) {
             fprintf(out, "    %s:%zu) ", command->name, k);
             bash_value(out, command->place[k].kind, command->place[k].words);
         }
-        for (int i = 0; i < FLAG_COUNT; ++i) {
+        for (int i = 0; i < FLAG_COUNT; i++) {
             const cli_flag f = cli_flag_of((cli_flag_id)i, command);
             if (!cli_flag_has(&f, command) || f.kind == KIND_SWITCH) continue;
             fprintf(out, "    %s:--%s", command->name, f.name);
@@ -201,7 +201,7 @@ static void zsh_command(FILE *out, const cli_command *command)
 {
     char letter[4] = "";
     fprintf(out, "    %s)\n        _arguments", command->name);
-    for (int i = 0; i < FLAG_COUNT; ++i) {
+    for (int i = 0; i < FLAG_COUNT; i++) {
         cli_flag f = cli_flag_of((cli_flag_id)i, command);
         if (!cli_flag_has(&f, command)) continue;
         zsh_spec(out, &f, "--", f.name);
@@ -210,7 +210,7 @@ static void zsh_command(FILE *out, const cli_command *command)
         f.name = letter;
         if (f.letter && f.kind == KIND_SWITCH) zsh_spec(out, &f, "-", letter);
     }
-    for (size_t k = 0; k < CLI_PLACES && command->place[k].name; ++k) {
+    for (size_t k = 0; k < CLI_PLACES && command->place[k].name; k++) {
         fprintf(out, " \\\n            '%s", command->repeats ? "*" : "");
         zsh_value(out, command->place[k].name, command->place[k].kind, command->place[k].words,
                   command->place[k].optional && !command->repeats ? ":" : "");
@@ -223,7 +223,7 @@ static void zsh(FILE *out)
     fputs("#compdef facetfit\n# zsh completion of facetfit, written by 'facetfit completion zsh'\n\n_facetfit() {\n"
           "    local -a commands\n    commands=(\n",
           out);
-    for (size_t i = 0; i < cli_command_count(); ++i) {
+    for (size_t i = 0; i < cli_command_count(); i++) {
         fprintf(out, "        '%s:", cli_command_at(i)->name);
         put_quoted(out, cli_command_at(i)->summary, ":\\", "'\\''");
         fputs("'\n", out);
@@ -232,7 +232,7 @@ static void zsh(FILE *out)
           "    if (( CURRENT == 2 )); then\n        _describe command commands\n        return\n    fi\n"
           "    shift words\n    (( CURRENT-- ))\n    case $words[1] in\n",
           out);
-    for (size_t i = 0; i < cli_command_count(); ++i) zsh_command(out, cli_command_at(i));
+    for (size_t i = 0; i < cli_command_count(); i++) zsh_command(out, cli_command_at(i));
     fputs("    help)\n        (( CURRENT == 2 )) && _describe command commands\n        ;;\n    esac\n}\n\n_facetfit \"$@\"\n",
           out);
 }
@@ -267,7 +267,7 @@ static void fish_command(FILE *out, const cli_command *command)
     fprintf(out, "\ncomplete -c facetfit -n __fish_use_subcommand -a %s -d '", command->name);
     put_quoted(out, command->summary, "\\", "\\'");
     fputs("'\n", out);
-    for (size_t k = 0; k < CLI_PLACES && command->place[k].name; ++k) {
+    for (size_t k = 0; k < CLI_PLACES && command->place[k].name; k++) {
         const cli_place *p = &command->place[k];
         if (!cli_kind_is_file(p->kind) && !p->words) continue;
         fprintf(out, "complete -c facetfit -n '__fish_seen_subcommand_from %s'", command->name);
@@ -280,7 +280,7 @@ static void fish_command(FILE *out, const cli_command *command)
         }
         fputc('\n', out);
     }
-    for (int i = 0; i < FLAG_COUNT; ++i) {
+    for (int i = 0; i < FLAG_COUNT; i++) {
         const cli_flag f = cli_flag_of((cli_flag_id)i, command);
         if (!cli_flag_has(&f, command)) continue;
         fish_flag(out, command, &f, "");
@@ -291,7 +291,7 @@ static void fish_command(FILE *out, const cli_command *command)
 static void fish(FILE *out)
 {
     fputs("# fish completion of facetfit, written by 'facetfit completion fish'\ncomplete -c facetfit -f\n", out);
-    for (size_t i = 0; i < cli_command_count(); ++i) fish_command(out, cli_command_at(i));
+    for (size_t i = 0; i < cli_command_count(); i++) fish_command(out, cli_command_at(i));
     fputs("\ncomplete -c facetfit -n __fish_use_subcommand -a help -d 'the flags of a command'\n"
           "complete -c facetfit -n '__fish_seen_subcommand_from help' -a '",
           out);

@@ -57,7 +57,7 @@ static int add_bound(const cli_args *args, const char *word, void *context)
     b.lo = x[0];
     b.hi = x[1];
     if (!keep_names(c, &a, &b.name, &b.channel)) return cli_failed(FF_ERR_MEMORY, NULL);
-    for (size_t i = 0; i < c->c.n_bounds; ++i)
+    for (size_t i = 0; i < c->c.n_bounds; i++)
         if (!strcmp(c->bound[i].name, b.name) && same_word(c->bound[i].channel, b.channel)) return said_twice(args, FLAG_BOUND, &a);
     c->bound[c->c.n_bounds++] = b;
     return EXIT_DONE;
@@ -85,7 +85,7 @@ static int add_prior(const cli_args *args, const char *word, void *context)
     if (!read || !read_prior(a.rest, &p.mean, &p.sd)) return cli_usage(args, "--prior %s: expected %s", word, expected);
     if (!(p.sd > 0)) return cli_usage(args, "--prior %s: the standard deviation must be above 0", word);
     if (!keep_names(c, &a, &p.name, &p.channel)) return cli_failed(FF_ERR_MEMORY, NULL);
-    for (size_t i = 0; i < c->c.n_priors; ++i)
+    for (size_t i = 0; i < c->c.n_priors; i++)
         if (!strcmp(c->prior[i].name, p.name) && same_word(c->prior[i].channel, p.channel)) return said_twice(args, FLAG_PRIOR, &a);
     c->prior[c->c.n_priors++] = p;
     return EXIT_DONE;
@@ -119,7 +119,7 @@ static int add_fixed(const cli_args *args, const char *word, void *context)
     free(x);
     if (f.n == 0) return EXIT_DONE;
     if (!f.value || !keep_names(c, &a, &f.name, &f.channel)) return cli_failed(FF_ERR_MEMORY, NULL);
-    for (size_t i = 0; i < c->c.n_fixed; ++i)
+    for (size_t i = 0; i < c->c.n_fixed; i++)
         if (!strcmp(c->fixed[i].name, f.name) && same_word(c->fixed[i].channel, f.channel)) return said_twice(args, FLAG_FIX, &a);
     c->fixed[c->c.n_fixed++] = f;
     return EXIT_DONE;
@@ -145,7 +145,7 @@ static int count_word(const cli_args *args, const char *word, void *context)
 {
     (void)args;
     (void)word;
-    ++*(size_t *)context;
+    (*(size_t *)context)++;
     return EXIT_DONE;
 }
 
@@ -160,7 +160,7 @@ static int has_name(const ff_model *model, const char *name)
 /* A usage error, with the nearest name of all models, for one that none of them has. */
 static int check_name(const cli_args *args, const ff_model *model, size_t n, cli_flag_id flag, const char *name)
 {
-    for (size_t i = 0; i < n; ++i)
+    for (size_t i = 0; i < n; i++)
         if (has_name(&model[i], name)) return EXIT_DONE;
     const char *nearest = cli_param_nearest(model, n, name);
     return cli_usage(args, "--%s: %s a parameter '%s'%s%s%s", cli_flag_name(flag),
@@ -246,12 +246,12 @@ int cli_names_known(const cli_args *args, const ff_model *model, size_t n)
 static int check_names(const cli_args *args, const ff_model *model, size_t n, const ff_constraints *c)
 {
     int status = EXIT_DONE;
-    for (size_t i = 0; i < c->n_bounds && status == EXIT_DONE; ++i)
+    for (size_t i = 0; i < c->n_bounds && status == EXIT_DONE; i++)
         status = check_name(args, model, n, FLAG_BOUND, c->bound[i].name);
-    for (size_t i = 0; i < c->n_priors && status == EXIT_DONE; ++i)
+    for (size_t i = 0; i < c->n_priors && status == EXIT_DONE; i++)
         status = check_name(args, model, n, FLAG_PRIOR, c->prior[i].name);
-    for (size_t i = 0; i < c->n_fixed && status == EXIT_DONE; ++i) status = check_name(args, model, n, FLAG_FIX, c->fixed[i].name);
-    for (size_t i = 0; i < c->n_ties && status == EXIT_DONE; ++i) {
+    for (size_t i = 0; i < c->n_fixed && status == EXIT_DONE; i++) status = check_name(args, model, n, FLAG_FIX, c->fixed[i].name);
+    for (size_t i = 0; i < c->n_ties && status == EXIT_DONE; i++) {
         status = check_name(args, model, n, FLAG_TIE, c->tie[i].name);
         if (status == EXIT_DONE && c->tie[i].to) status = check_name(args, model, n, FLAG_TIE, c->tie[i].to);
     }
@@ -262,7 +262,7 @@ static int check_names(const cli_args *args, const ff_model *model, size_t n, co
  */
 static int check_models(const ff_model *model, size_t n, int where_present, const ff_constraints *c)
 {
-    for (size_t i = 0; i < n; ++i) {
+    for (size_t i = 0; i < n; i++) {
         ff_error err = {0};
         const ff_status status = ff_constraints_check(c, &model[i], &err);
         if (status == FF_OK || (status == FF_ERR_UNSUPPORTED && where_present)) continue;
@@ -299,13 +299,13 @@ int cli_constraints_read(const cli_args *args, const ff_model *model, size_t n, 
 
 void cli_constraints_free(cli_constraints *constraints)
 {
-    for (size_t i = 0; i < constraints->n_names; ++i) free(constraints->names[i]);
+    for (size_t i = 0; i < constraints->n_names; i++) free(constraints->names[i]);
     free(constraints->names);
     free(constraints->bound);
     free(constraints->prior);
     free(constraints->tie);
     free(constraints->fixed);
-    for (size_t i = 0; i < constraints->n_values; ++i) free(constraints->values[i]);
+    for (size_t i = 0; i < constraints->n_values; i++) free(constraints->values[i]);
     free(constraints->values);
     *constraints = (cli_constraints){.n_names = 0};
 }

@@ -45,7 +45,7 @@ const char *cli_command_usage(const cli_command *command, char *out, size_t size
     size_t used = 0;
     *out = '\0';
     if (command->usage) snprintf(out, size, "%s", command->usage);
-    for (size_t k = 0; k < CLI_PLACES && command->place[k].name && !command->usage && used < size; ++k) {
+    for (size_t k = 0; k < CLI_PLACES && command->place[k].name && !command->usage && used < size; k++) {
         const cli_place *p = &command->place[k];
         used += (size_t)snprintf(out + used, size - used, "%s%s%s%s", k ? " " : "", p->optional ? "[" : "", p->name,
                                  p->optional ? "]" : "");
@@ -101,7 +101,7 @@ int cli_flag_has(const cli_flag *flag, const cli_command *command)
 cli_flag cli_flag_of(cli_flag_id id, const cli_command *command)
 {
     cli_flag f = flags[id];
-    for (size_t k = 0; k < CLI_OTHERS && f.other[k].commands; ++k) {
+    for (size_t k = 0; k < CLI_OTHERS && f.other[k].commands; k++) {
         const cli_flag_other *o = &f.other[k];
         if (!((o->commands >> command->id) & 1u)) continue;
         if (o->help) f.help = o->help;

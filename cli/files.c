@@ -77,7 +77,7 @@ static int take(const cli_args *args, size_t place, named_file *out);
 static void take_unnamed(const cli_args *args, named_file *out)
 {
     named_file other;
-    for (size_t place = 0; place < UNNAMED_OUTPUT; ++place)
+    for (size_t place = 0; place < UNNAMED_OUTPUT; place++)
         if (take(args, place, &other) && other.use == KIND_OUTPUT_FILE && !strcmp(other.path, "-")) return;
     *out = (named_file){.use = KIND_OUTPUT_FILE, .label = "standard output", .unnamed = 1, .path = "-"};
 }
@@ -138,9 +138,9 @@ int cli_files_check(const cli_args *args)
     named_file a, b;
     const int status = check_table(args);
     if (status != EXIT_DONE) return status;
-    for (size_t i = 0; i < PLACES; ++i) {
+    for (size_t i = 0; i < PLACES; i++) {
         if (!take(args, i, &a)) continue;
-        for (size_t j = 0; j < PLACES; ++j)
+        for (size_t j = 0; j < PLACES; j++)
             if (j != i && take(args, j, &b) && collide(&a, &b)) return refuse(args, &a, &b);
     }
     return EXIT_DONE;
@@ -150,7 +150,7 @@ ff_status cli_files_ask(const void *args, const char *path, ff_error *err)
 {
     named_file output;
     const identity input = identify(path, KIND_INPUT_FILE);
-    for (size_t place = 0; place < PLACES; ++place) {
+    for (size_t place = 0; place < PLACES; place++) {
         if (!take(args, place, &output) || output.use != KIND_OUTPUT_FILE || !same(&output.is, &input)) continue;
         return ff_error_set(err, FF_ERR_UNSUPPORTED, NULL, 0, -1, "it is what %s would write; give another file to %s",
                             output.label, output.label);

@@ -77,7 +77,7 @@ static ff_status make_problems(cli_fitting *f, const ff_model *models, size_t n_
     f->problem = calloc(wanted, sizeof *f->problem);
     if (!f->problem) return FF_ERR_MEMORY;
     if (each) o.channels = FF_CHANNELS_RGB;
-    for (; f->n_problems < wanted; ++f->n_problems) {
+    for (; f->n_problems < wanted; f->n_problems++) {
         if (each) o.only_channel = (int)f->n_problems;
         const ff_status status = ff_problem_make(&f->table, models, n_models, &o, &f->problem[f->n_problems], err);
         if (status != FF_OK) return status;
@@ -123,7 +123,7 @@ int cli_fitting_open(const cli_args *args, const ff_model *models, size_t n_mode
 
 void cli_fitting_close(cli_fitting *f)
 {
-    for (size_t i = 0; i < f->n_problems; ++i) ff_problem_free(f->problem[i]);
+    for (size_t i = 0; i < f->n_problems; i++) ff_problem_free(f->problem[i]);
     free(f->problem);
     ff_table_clear(&f->table);
     ff_noise_free(f->noise);

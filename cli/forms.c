@@ -13,7 +13,7 @@ int cli_number_read(const char *text, double *out)
 
 size_t cli_numbers_read(const char *text, char separator, size_t most, double *out)
 {
-    for (size_t n = 0; n < most; ++text) {
+    for (size_t n = 0; n < most; text++) {
         text = ff_number_read(text, &out[n++]);
         if (!text || !isfinite(out[n - 1])) return 0;
         if (!*text) return n;
@@ -66,7 +66,7 @@ int cli_assignment_read(const char *word, cli_assignment *out)
 static size_t first_word(const char *text)
 {
     size_t n = 0;
-    for (int inside = 0; text[n] && (inside || text[n] != ','); ++n) inside = text[n] == '{' ? 1 : text[n] == '}' ? 0 : inside;
+    for (int inside = 0; text[n] && (inside || text[n] != ','); n++) inside = text[n] == '{' ? 1 : text[n] == '}' ? 0 : inside;
     return n;
 }
 
@@ -88,7 +88,7 @@ int cli_each_word(const cli_args *args, cli_flag_id flag, int (*apply)(const cli
                   void *context)
 {
     int status = EXIT_DONE;
-    for (size_t i = 0; i < args->n_given && status == EXIT_DONE; ++i)
+    for (size_t i = 0; i < args->n_given && status == EXIT_DONE; i++)
         if (args->flag[i] == (int)flag) status = each_word_of(args, args->value[i], apply, context);
     return status;
 }

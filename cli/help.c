@@ -8,7 +8,7 @@ enum { COLUMN = 28, MEANING = COLUMN + 11 };
 static void put_meanings(const cli_flag *f, FILE *out)
 {
     const char *word;
-    for (size_t i = 0; (word = f->words(i)) != NULL; ++i) {
+    for (size_t i = 0; (word = f->words(i)) != NULL; i++) {
         fprintf(out, "%*s%-*s", COLUMN, "", MEANING - COLUMN, word);
         cli_wrap(out, f->meaning(i), MEANING, MEANING);
     }
@@ -33,7 +33,7 @@ static void put_flag(const cli_flag *f, FILE *out)
 static void put_group(const cli_command *command, int group, FILE *out)
 {
     int any = 0;
-    for (int i = 0; i < FLAG_COUNT; ++i) {
+    for (int i = 0; i < FLAG_COUNT; i++) {
         const cli_flag f = cli_flag_of((cli_flag_id)i, command);
         if (!cli_flag_has(&f, command) || (int)f.group != group) continue;
         if (!any++) fprintf(out, "\n%s:\n", cli_group_name(group));
@@ -49,16 +49,16 @@ void cli_help_command(const cli_command *command, FILE *out)
     snprintf(sentence, sizeof sentence, "%s.", command->summary + 1);
     cli_wrap(out, sentence, 1, 0);
     fputs("\nExamples:\n", out);
-    for (size_t k = 0; k < CLI_EXAMPLES && command->example[k]; ++k) fprintf(out, "  %s\n", command->example[k]);
+    for (size_t k = 0; k < CLI_EXAMPLES && command->example[k]; k++) fprintf(out, "  %s\n", command->example[k]);
     fputc('\n', out);
     cli_wrap(out, command->more, 0, 0);
-    for (int group = 0; group < GROUP_COUNT; ++group) put_group(command, group, out);
+    for (int group = 0; group < GROUP_COUNT; group++) put_group(command, group, out);
 }
 
 void cli_help(FILE *out)
 {
     fputs("facetfit finds microfacet BRDF parameters in measured reflectance.\n\nfacetfit COMMAND ...\n\n", out);
-    for (size_t i = 0; i < cli_command_count(); ++i) {
+    for (size_t i = 0; i < cli_command_count(); i++) {
         fprintf(out, "  %-11s", cli_command_at(i)->name);
         cli_wrap(out, cli_command_at(i)->summary, 13, 13);
     }

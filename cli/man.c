@@ -11,7 +11,7 @@ static size_t put_char(FILE *out, char c)
         char c;
         const char *escape;
     } special[] = {{'\\', "\\e"}, {'-', "\\-"}, {'\'', "\\(aq"}, {'`', "\\(ga"}, {'^', "\\(ha"}, {'~', "\\(ti"}};
-    for (size_t i = 0; i < sizeof special / sizeof *special; ++i)
+    for (size_t i = 0; i < sizeof special / sizeof *special; i++)
         if (c == special[i].c) {
             fputs(special[i].escape, out);
             return strlen(special[i].escape);
@@ -25,7 +25,7 @@ static size_t put_word(FILE *out, const char *word, size_t length, int first)
 {
     size_t n = 0;
     if (first && *word == '.') n += (size_t)fprintf(out, "\\&");
-    for (size_t i = 0; i < length; ++i) n += put_char(out, word[i]);
+    for (size_t i = 0; i < length; i++) n += put_char(out, word[i]);
     return n;
 }
 
@@ -69,7 +69,7 @@ static void head(const char *command, const char *summary, const char *version, 
 {
     char upper[32];
     size_t n = 0;
-    for (; command[n] && n + 1 < sizeof upper; ++n) upper[n] = command[n] == '-' ? '-' : (char)(command[n] - 'a' + 'A');
+    for (; command[n] && n + 1 < sizeof upper; n++) upper[n] = command[n] == '-' ? '-' : (char)(command[n] - 'a' + 'A');
     upper[n] = '\0';
     fprintf(out, ".TH %s 1 \"\" \"facetfit %s\" \"facetfit manual\"\n", upper, version);
     section(out, "NAME");
@@ -88,7 +88,7 @@ static void exit_status(FILE *out)
                                              {"5", "internal"},
                                              {"130", "ended by Ctrl-C"}};
     section(out, "EXIT STATUS");
-    for (size_t i = 0; i < sizeof meaning / sizeof *meaning; ++i) fprintf(out, ".TP\n.B %s\n%s\n", meaning[i][0], meaning[i][1]);
+    for (size_t i = 0; i < sizeof meaning / sizeof *meaning; i++) fprintf(out, ".TP\n.B %s\n%s\n", meaning[i][0], meaning[i][1]);
 }
 
 static void see_also(const cli_command *but, FILE *out)
@@ -96,8 +96,8 @@ static void see_also(const cli_command *but, FILE *out)
     section(out, "SEE ALSO");
     if (but) fputs(".BR facetfit (1),\n", out);
     size_t last = cli_command_count() - 1;
-    if (cli_command_at(last) == but) --last;
-    for (size_t i = 0; i <= last; ++i)
+    if (cli_command_at(last) == but) last--;
+    for (size_t i = 0; i <= last; i++)
         if (cli_command_at(i) != but) fprintf(out, ".BR facetfit\\-%s (1)%s\n", cli_command_at(i)->name, i < last ? "," : "");
 }
 
@@ -113,7 +113,7 @@ void cli_man(const char *version, FILE *out)
              "facetfit finds microfacet BRDF parameters in measured reflectance: roughness, reflectance at normal incidence and a "
              "diffuse part, each with its standard error, for every distribution of normals under every masking.");
     section(out, "COMMANDS");
-    for (size_t i = 0; i < cli_command_count(); ++i) {
+    for (size_t i = 0; i < cli_command_count(); i++) {
         const cli_command *c = cli_command_at(i);
         fprintf(out, ".TP\n.BR facetfit\\-%s (1)\n", c->name);
         put_line(out, c->summary);
@@ -128,7 +128,7 @@ static void put_meanings(const cli_flag *f, FILE *out)
 {
     const char *word;
     fputs(".RS\n", out);
-    for (size_t i = 0; (word = f->words(i)) != NULL; ++i) {
+    for (size_t i = 0; (word = f->words(i)) != NULL; i++) {
         fputs(".TP\n", out);
         put_line(out, word);
         put_text(out, f->meaning(i));
@@ -162,7 +162,7 @@ static void put_option(const cli_flag *f, FILE *out)
 static void put_group(const cli_command *command, int group, FILE *out)
 {
     int any = 0;
-    for (int i = 0; i < FLAG_COUNT; ++i) {
+    for (int i = 0; i < FLAG_COUNT; i++) {
         const cli_flag f = cli_flag_of((cli_flag_id)i, command);
         if (!cli_flag_has(&f, command) || (int)f.group != group) continue;
         if (!any++) fprintf(out, ".SS %s\n", cli_group_name(group));
@@ -183,10 +183,10 @@ void cli_man_command(const cli_command *command, const char *version, FILE *out)
     put_text(out, command->more);
     section(out, "EXAMPLES");
     fputs(".nf\n", out);
-    for (size_t k = 0; k < CLI_EXAMPLES && command->example[k]; ++k) put_line(out, command->example[k]);
+    for (size_t k = 0; k < CLI_EXAMPLES && command->example[k]; k++) put_line(out, command->example[k]);
     fputs(".fi\n", out);
     section(out, "OPTIONS");
-    for (int group = 0; group < GROUP_COUNT; ++group) put_group(command, group, out);
+    for (int group = 0; group < GROUP_COUNT; group++) put_group(command, group, out);
     exit_status(out);
     see_also(command, out);
 }

@@ -69,5 +69,5 @@ int cli_failed(ff_status status, const ff_error *err)
 void cli_notes(const char *path, const ff_table *t)
 {
     char text[FF_WORDS_SENTENCE];
-    for (size_t k = 0; ff_words_note(t, k, text); ++k) cli_message("%s: %s", path, text);
+    for (size_t k = 0; ff_words_note(t, k, text); k++) cli_message("%s: %s", path, text);
 }

@@ -5,7 +5,7 @@
 /* A cell of a table: '|' would end it. */
 static void put_cell(FILE *out, const char *text)
 {
-    for (; *text; ++text) {
+    for (; *text; text++) {
         if (*text == '|') fputc('\\', out);
         fputc(*text, out);
     }
@@ -39,7 +39,7 @@ static void put_meanings(const cli_flag *f, FILE *out)
 {
     const char *word;
     fprintf(out, "\n`--%s`:\n\n", f->name);
-    for (size_t i = 0; (word = f->words(i)) != NULL; ++i) fprintf(out, "- `%s`: %s\n", word, f->meaning(i));
+    for (size_t i = 0; (word = f->words(i)) != NULL; i++) fprintf(out, "- `%s`: %s\n", word, f->meaning(i));
 }
 
 static void put_words(const cli_flag *f, FILE *out)
@@ -54,13 +54,13 @@ static void put_words(const cli_flag *f, FILE *out)
 static void put_group(const cli_command *command, int group, FILE *out)
 {
     int any = 0;
-    for (int i = 0; i < FLAG_COUNT; ++i) {
+    for (int i = 0; i < FLAG_COUNT; i++) {
         const cli_flag f = cli_flag_of((cli_flag_id)i, command);
         if (!cli_flag_has(&f, command) || (int)f.group != group) continue;
         if (!any++) fprintf(out, "\n| %s | value | | otherwise |\n|---|---|---|---|\n", cli_group_name(group));
         put_flag(&f, out);
     }
-    for (int i = 0; i < FLAG_COUNT && any; ++i) {
+    for (int i = 0; i < FLAG_COUNT && any; i++) {
         const cli_flag f = cli_flag_of((cli_flag_id)i, command);
         if (cli_flag_has(&f, command) && (int)f.group == group) put_words(&f, out);
     }
@@ -72,8 +72,8 @@ static void put_command(const cli_command *command, FILE *out)
     cli_command_usage(command, usage, sizeof usage);
     fprintf(out, "\n## %s\n\n`facetfit %s %s%s[flags]`: %s. %s\n\n", command->name, command->name, usage, *usage ? " " : "",
             command->summary, command->more);
-    for (size_t k = 0; k < CLI_EXAMPLES && command->example[k]; ++k) fprintf(out, "    %s\n", command->example[k]);
-    for (int group = 0; group < GROUP_COUNT; ++group) put_group(command, group, out);
+    for (size_t k = 0; k < CLI_EXAMPLES && command->example[k]; k++) fprintf(out, "    %s\n", command->example[k]);
+    for (int group = 0; group < GROUP_COUNT; group++) put_group(command, group, out);
 }
 
 static ff_status put_page(const void *none, FILE *out)
@@ -88,7 +88,7 @@ static ff_status put_page(const void *none, FILE *out)
         "`P[r]=V` names one channel, `P=LO:HI` is a range where a flag takes one, and `P={a,b,c}` a list of values where a command "
         "takes lists. Several are separated by commas.\n",
         out);
-    for (size_t i = 0; i < cli_command_count(); ++i) put_command(cli_command_at(i), out);
+    for (size_t i = 0; i < cli_command_count(); i++) put_command(cli_command_at(i), out);
     return FF_OK;
 }
 

@@ -11,8 +11,8 @@ static int find_long(const cli_command *command, const char *name, size_t length
 {
     int found = -1;
     const int negated = length > 3 && !strncmp(name, "no-", 3);
-    for (int pass = 0; pass < 2; ++pass) /* names of today before older ones */
-        for (int i = 0; i < FLAG_COUNT; ++i) {
+    for (int pass = 0; pass < 2; pass++) /* names of today before older ones */
+        for (int i = 0; i < FLAG_COUNT; i++) {
             const cli_flag *f = cli_flag_at((cli_flag_id)i);
             const char *own = pass ? f->older : f->name;
             const size_t n = own ? strlen(own) : 0;
@@ -28,7 +28,7 @@ static int find_long(const cli_command *command, const char *name, size_t length
 
 static int find_letter(char letter)
 {
-    for (int i = 0; i < FLAG_COUNT; ++i)
+    for (int i = 0; i < FLAG_COUNT; i++)
         if (letter && cli_flag_at((cli_flag_id)i)->letter == letter) return i;
     return -1;
 }
@@ -38,7 +38,7 @@ static int unknown_flag(const cli_args *args, const char *word)
     const char *names[2 * FLAG_COUNT];
     char bare[CLI_NAME];
     size_t n = 0;
-    for (int i = 0; i < FLAG_COUNT; ++i) {
+    for (int i = 0; i < FLAG_COUNT; i++) {
         const cli_flag *f = cli_flag_at((cli_flag_id)i);
         if (cli_flag_has(f, args->command)) names[n++] = f->name;
     }
@@ -51,7 +51,7 @@ static int unknown_flag(const cli_args *args, const char *word)
 static int misplaced_flag(const cli_args *args, const cli_flag *f)
 {
     char where[256] = "";
-    for (size_t i = 0; i < cli_command_count(); ++i)
+    for (size_t i = 0; i < cli_command_count(); i++)
         if (cli_flag_has(f, cli_command_at(i)))
             snprintf(where + strlen(where), sizeof where - strlen(where), "%s%s", *where ? ", " : "", cli_command_at(i)->name);
     return cli_usage(args, "--%s is not a flag of '%s'; it belongs to %s", f->name, args->command->name, where);
@@ -100,7 +100,7 @@ static int find_value(const cli_args *args, const cli_flag *f, int off, const ch
     }
     if (!next) return cli_usage(args, "--%s needs a value: %s", f->name, f->placeholder);
     *value = next;
-    ++*i;
+    (*i)++;
     return EXIT_DONE;
 }
 
@@ -134,21 +134,21 @@ static int parse_flag(cli_args *args, int argc, char **argv, int *i)
 static size_t least_words(const cli_command *command)
 {
     size_t n = 0;
-    while (n < CLI_PLACES && command->place[n].name && !command->place[n].optional) ++n;
+    while (n < CLI_PLACES && command->place[n].name && !command->place[n].optional) n++;
     return n;
 }
 
 static size_t most_words(const cli_command *command)
 {
     size_t n = command->repeats;
-    for (size_t k = 0; k < CLI_PLACES && command->place[k].name; ++k) ++n;
+    for (size_t k = 0; k < CLI_PLACES && command->place[k].name; k++) n++;
     return n;
 }
 
 /* Is every positional word what stands in its place? Files are looked at when they are opened. */
 static int check_places(const cli_args *args)
 {
-    for (size_t k = 0; k < args->n_words && k < CLI_PLACES; ++k) {
+    for (size_t k = 0; k < args->n_words && k < CLI_PLACES; k++) {
         const cli_place *p = &args->command->place[k];
         const char *word = args->word[k];
         int status = EXIT_DONE;
@@ -169,7 +169,7 @@ static int check_places(const cli_args *args)
 static const char *who_took_it(const cli_args *args, char *out, size_t size)
 {
     *out = '\0';
-    for (size_t i = 0; i < args->n_given; ++i) {
+    for (size_t i = 0; i < args->n_given; i++) {
         const cli_flag *f = cli_flag_at((cli_flag_id)args->flag[i]);
         if (f->without && strcmp(args->value[i], f->without))
             snprintf(out, size, "; '--%s %s' writes to %s, and --%s alone goes last", f->name, args->value[i], args->value[i],
@@ -200,7 +200,7 @@ int cli_args_parse(const cli_command *command, int argc, char **argv, cli_args *
     out->value = malloc(n * sizeof *out->value);
     out->flag = malloc(n * sizeof *out->flag);
     if (!out->word || !out->value || !out->flag) return cli_failed(FF_ERR_MEMORY, NULL);
-    for (int i = 1; i < argc && status == EXIT_DONE; ++i) {
+    for (int i = 1; i < argc && status == EXIT_DONE; i++) {
         const char *word = argv[i];
         if (!only_words && !strcmp(word, "--")) {
             only_words = 1;

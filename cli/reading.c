@@ -53,7 +53,7 @@ int cli_format_for_writing(const cli_args *args, cli_flag_id flag, const char *p
         *out = format;
         return EXIT_DONE;
     }
-    for (size_t i = 0; i < ff_format_count(); ++i) {
+    for (size_t i = 0; i < ff_format_count(); i++) {
         const ff_format *f = ff_format_at(i);
         if (f->write)
             snprintf(known + strlen(known), sizeof known - strlen(known), "%s%s (%s)", *known ? ", " : "", f->name, f->extensions);

@@ -21,13 +21,13 @@ int cli_isa(const cli_args *args, ff_isa *out)
 
 const char *cli_param_nearest(const ff_model *model, size_t n, const char *name)
 {
-    for (size_t i = 0; i < n; ++i) {
+    for (size_t i = 0; i < n; i++) {
         const char *names[1 + FF_MAX_SHAPE + FF_MAX_CHANNEL_PARAMS], *nearest;
         size_t count = 0;
         ff_model m = model[i];
         if (ff_model_vary(&m, "alpha", NULL) == FF_OK) names[count++] = "alpha";
-        for (uint32_t k = 0; k < m.n_shape; ++k) names[count++] = model[i].shape[k].name;
-        for (uint32_t k = 0; k < m.n_channel; ++k) names[count++] = model[i].channel[k].name;
+        for (uint32_t k = 0; k < m.n_shape; k++) names[count++] = model[i].shape[k].name;
+        for (uint32_t k = 0; k < m.n_channel; k++) names[count++] = model[i].channel[k].name;
         if ((nearest = cli_nearest(name, names, count))) return nearest;
     }
     return NULL;
@@ -69,7 +69,7 @@ static int count_channels(const cli_args *args, const char *word, void *context)
 {
     size_t n = 1, *most = context;
     (void)args;
-    for (const char *p = word; *p; ++p) n += *p == ':';
+    for (const char *p = word; *p; p++) n += *p == ':';
     if (n > *most) *most = n;
     return EXIT_DONE;
 }

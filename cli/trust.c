@@ -62,7 +62,7 @@ static ff_status make_places(cli_trust *t, cli_fitting *f, ff_error *err)
 {
     t->places = calloc(f->n_problems, sizeof *t->places);
     if (!t->places) return FF_ERR_MEMORY;
-    for (; t->n_places < f->n_problems; ++t->n_places) {
+    for (; t->n_places < f->n_problems; t->n_places++) {
         const ff_status status = ff_places_init(f->problem[t->n_places], &f->table, &t->places[t->n_places], err);
         if (status != FF_OK) return status;
     }
@@ -128,7 +128,7 @@ int cli_trust_fit(cli_trust *t, cli_fitting *f, ff_fit_result *fit, size_t n_fit
     ff_error err = {0};
     ff_status status = begin(t, f, n_fits, &err);
     say(f, t->bootstrap ? "bootstrap" : t->profile ? "profile" : "residuals");
-    for (size_t i = 0; i < n_fits && status == FF_OK; ++i) {
+    for (size_t i = 0; i < n_fits && status == FF_OK; i++) {
         status = look_at_fit(t, f, i, &fit[i], &t->each[i], &err);
         if (status == FF_OK && t->places) status = look_at_residuals(t, f, i, &fit[i], &t->each[i], &err);
     }
@@ -149,10 +149,10 @@ int cli_trust_compare(cli_trust *t, cli_fitting *f, const ff_fit_result *fit, si
     ff_versus *versus = calloc(models, sizeof *versus);
     if (!versus && status == FF_OK) status = FF_ERR_MEMORY;
     say(f, t->folds ? "cross-validation" : "residuals");
-    for (size_t p = 0; p < f->n_problems && status == FF_OK; ++p) {
+    for (size_t p = 0; p < f->n_problems && status == FF_OK; p++) {
         status = ff_trust_compare_into(f->problem[p], &t->places[p], &f->options, fit + p * models, models, best[p] - p * models,
                                        t->folds, versus, &err);
-        for (size_t m = 0; m < models && status == FF_OK; ++m) {
+        for (size_t m = 0; m < models && status == FF_OK; m++) {
             ff_report_trust *each = &t->each[p * models + m];
             each->versus = versus[m];
             each->has_versus = 1;
@@ -175,8 +175,8 @@ void cli_trust_report(const cli_trust *t, ff_report_fits *r)
 
 void cli_trust_free(cli_trust *t)
 {
-    for (size_t i = 0; i < t->n_fits && t->each; ++i) ff_cut_off_clear(&t->each[i].cut_off);
-    for (size_t i = 0; i < t->n_places; ++i) ff_places_clear(&t->places[i]);
+    for (size_t i = 0; i < t->n_fits && t->each; i++) ff_cut_off_clear(&t->each[i].cut_off);
+    for (size_t i = 0; i < t->n_places; i++) ff_places_clear(&t->places[i]);
     free(t->each);
     free(t->places);
     memset(t, 0, sizeof *t);

@@ -34,7 +34,7 @@ static int check_numbers(const cli_args *args, const cli_flag *f, const char *te
     const size_t n = f->kind == KIND_NUMBERS ? cli_list_read(text, CLI_VALUES, x) : (size_t)cli_number_read(text, x);
     char expected[160];
     int good = n > 0;
-    for (size_t i = 0; i < n; ++i) good &= inside(f, x[i]);
+    for (size_t i = 0; i < n; i++) good &= inside(f, x[i]);
     free(x);
     if (good) return EXIT_DONE;
     if (f->kind != KIND_NUMBERS && cli_is_list(text))
@@ -46,7 +46,7 @@ static int check_numbers(const cli_args *args, const cli_flag *f, const char *te
 static int read_integer(const char *text, uint64_t *out)
 {
     uint64_t n = 0;
-    for (const char *p = text; *p; ++p) {
+    for (const char *p = text; *p; p++) {
         const uint64_t digit = (uint64_t)(*p - '0');
         if (*p < '0' || *p > '9' || n > (UINT64_MAX - digit) / 10) return 0;
         n = 10 * n + digit;
@@ -72,9 +72,9 @@ enum { LISTED = 600 };
 static const char *elsewhere(const cli_flag *f, const char *word, size_t length, char *out, size_t size)
 {
     char where[96] = "";
-    for (size_t i = 0; i < cli_command_count(); ++i) {
+    for (size_t i = 0; i < cli_command_count(); i++) {
         const cli_command *command = cli_command_at(i);
-        for (int k = 0; k < FLAG_COUNT; ++k) {
+        for (int k = 0; k < FLAG_COUNT; k++) {
             const cli_flag other = cli_flag_of((cli_flag_id)k, command);
             if (strcmp(other.name, f->name) || !cli_flag_has(&other, command) || !other.words || other.kind == KIND_TEXT) continue;
             if (cli_words_find(other.words, word, length) >= 0)
@@ -98,7 +98,7 @@ static int unknown_word(const cli_args *args, const cli_flag *f, const char *val
 
 static int check_words(const cli_args *args, const cli_flag *f, const char *value)
 {
-    for (const char *word = value;; ++word) {
+    for (const char *word = value;; word++) {
         const size_t n = f->kind == KIND_WORD ? strlen(word) : strcspn(word, f->kind == KIND_WORDS ? "," : ":");
         if (cli_words_find(f->words, word, n) < 0) return unknown_word(args, f, value, word, n);
         word += n;
@@ -135,7 +135,7 @@ int cli_value_check(const cli_args *args, const cli_flag *flag, const char *valu
 int cli_given(const cli_args *args, cli_flag_id id)
 {
     int n = 0;
-    for (size_t i = 0; i < args->n_given; ++i) n += args->flag[i] == (int)id;
+    for (size_t i = 0; i < args->n_given; i++) n += args->flag[i] == (int)id;
     return n;
 }
 

@@ -131,7 +131,7 @@ const char *cli_words_model(size_t i)
 
 static const char *format(size_t i, int written)
 {
-    for (size_t k = 0; k < ff_format_count(); ++k) {
+    for (size_t k = 0; k < ff_format_count(); k++) {
         const ff_format *f = ff_format_at(k);
         if ((written ? f->write != NULL : f->read != NULL) && i-- == 0) return f->name;
     }
@@ -158,9 +158,9 @@ static const char *conversion(size_t c, int which)
 /* Each once. */
 static const char *of_conversions(size_t i, int which)
 {
-    for (size_t k = 0; k < ff_conversion_count(); ++k) {
+    for (size_t k = 0; k < ff_conversion_count(); k++) {
         int seen = *conversion(k, which) == '\0';
-        for (size_t j = 0; j < k && !seen; ++j) seen = !strcmp(conversion(j, which), conversion(k, which));
+        for (size_t j = 0; j < k && !seen; j++) seen = !strcmp(conversion(j, which), conversion(k, which));
         if (!seen && i-- == 0) return conversion(k, which);
     }
     return NULL;
@@ -199,13 +199,13 @@ OWN_WORDS(shell, "bash", "zsh", "fish")
 size_t cli_words_count(cli_words *words)
 {
     size_t n = 0;
-    while (words(n)) ++n;
+    while (words(n)) n++;
     return n;
 }
 
 int cli_words_find(cli_words *words, const char *word, size_t length)
 {
-    for (size_t i = 0; words(i); ++i)
+    for (size_t i = 0; words(i); i++)
         if (strlen(words(i)) == length && !strncmp(words(i), word, length)) return (int)i;
     return -1;
 }
@@ -214,7 +214,7 @@ const char *cli_words_list(cli_words *words, char *out, size_t size)
 {
     size_t used = 0;
     *out = '\0';
-    for (size_t i = 0; words(i) && used < size; ++i)
+    for (size_t i = 0; words(i) && used < size; i++)
         used += (size_t)snprintf(out + used, size - used, "%s%s", i ? ", " : "", words(i));
     return out;
 }
@@ -226,11 +226,11 @@ static size_t distance(const char *a, const char *b)
     const size_t na = strlen(a), nb = strlen(b);
     size_t row[LONGEST + 1];
     if (na > LONGEST || nb > LONGEST) return LONGEST;
-    for (size_t j = 0; j <= nb; ++j) row[j] = j;
-    for (size_t i = 1; i <= na; ++i) {
+    for (size_t j = 0; j <= nb; j++) row[j] = j;
+    for (size_t i = 1; i <= na; i++) {
         size_t diagonal = row[0];
         row[0] = i;
-        for (size_t j = 1; j <= nb; ++j) {
+        for (size_t j = 1; j <= nb; j++) {
             const size_t replace = diagonal + (a[i - 1] != b[j - 1]), insert = row[j] + 1, drop = row[j - 1] + 1;
             diagonal = row[j];
             row[j] = replace < insert ? replace : insert;
@@ -244,7 +244,7 @@ const char *cli_nearest(const char *word, const char *const *names, size_t n)
 {
     const char *nearest = NULL;
     size_t least = strlen(word) < 4 ? 2 : 3 + strlen(word) / 8; /* one slip in a short word, two in a long one */
-    for (size_t i = 0; i < n; ++i) {
+    for (size_t i = 0; i < n; i++) {
         const size_t d = distance(word, names[i]);
         if (d >= least) continue;
         least = d;
@@ -259,7 +259,7 @@ const char *cli_words_nearest(cli_words *words, const char *word, size_t length)
     const char *names[MANY];
     char bare[CLI_NAME];
     size_t n = 0;
-    for (; n < MANY && words(n); ++n) names[n] = words(n);
+    for (; n < MANY && words(n); n++) names[n] = words(n);
     snprintf(bare, sizeof bare, "%.*s", (int)length, word);
     return cli_nearest(bare, names, n);
 }

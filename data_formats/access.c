@@ -45,8 +45,8 @@ int ff_format_can_write(const ff_format *f)
 ff_status ff_table_read(const char *path, const char *format, ff_table **out, ff_error *err)
 {
     ff_table t;
-    const ff_status s = ff_table_read_into(path, format, &t, err);
-    return s ? s : ff_table_move(&t, out, err);
+    const ff_status status = ff_table_read_into(path, format, &t, err);
+    return status ? status : ff_table_move(&t, out, err);
 }
 
 ff_status ff_table_read_with(const char *path, const ff_read_options *o, ff_table **out, ff_error *err)
@@ -54,7 +54,8 @@ ff_status ff_table_read_with(const char *path, const ff_read_options *o, ff_tabl
     ff_read_options own;
     ff_table t;
     ff_read_options_init(&own);
-    ff_status s = o ? ff_options_take("ff_read_options", o, FF_END_OF(ff_read_options, ask_context), &own, sizeof own, err) : FF_OK;
-    if (!s) s = ff_table_read_with_into(path, &own, &t, err);
-    return s ? s : ff_table_move(&t, out, err);
+    ff_status status =
+        o ? ff_options_take("ff_read_options", o, FF_END_OF(ff_read_options, ask_context), &own, sizeof own, err) : FF_OK;
+    if (!status) status = ff_table_read_with_into(path, &own, &t, err);
+    return status ? status : ff_table_move(&t, out, err);
 }

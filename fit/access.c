@@ -11,9 +11,9 @@ ff_status ff_problem_new(const ff_table *t, const ff_model *const *models, size_
     ff_model *all = malloc((n_models + 1) * sizeof *all);
     if (!all) return ff_error_set(err, FF_ERR_MEMORY, NULL, 0, -1, "out of memory");
     for (size_t k = 0; k < n_models; k++) all[k] = *models[k];
-    const ff_status s = ff_problem_make(t, all, n_models, o, out, err);
+    const ff_status status = ff_problem_make(t, all, n_models, o, out, err);
     free(all);
-    return s;
+    return status;
 }
 
 ff_status ff_problem_fit(const ff_problem *p, const ff_model *m, const ff_fit_options *o, ff_fit_result **out, ff_error *err)
@@ -23,10 +23,10 @@ ff_status ff_problem_fit(const ff_problem *p, const ff_model *m, const ff_fit_op
     if (!o) return FF_ERR_RANGE;
     ff_fit_result *made = malloc(sizeof *made);
     if (!made) return ff_error_set(err, FF_ERR_MEMORY, NULL, 0, -1, "out of memory");
-    const ff_status s = ff_problem_fit_into(p, m, o, made, err);
-    if (s)
+    const ff_status status = ff_problem_fit_into(p, m, o, made, err);
+    if (status)
         free(made);
     else
         *out = made;
-    return s;
+    return status;
 }

@@ -55,19 +55,19 @@ static ff_status try_prior_means(const ff_penalties *e, const ff_plan *plan, ff_
     static const ff_effort effort = {.tolerance = 1e-7, .max_iterations = 40};
     const ff_plan subsample = ff_plan_on(plan, plan->p->subsample);
     ff_point stayed = {0}, moved = {0};
-    ff_status s = ff_point_new(plan, &stayed);
-    if (!s) s = ff_point_new(plan, &moved);
-    if (!s) {
+    ff_status status = ff_point_new(plan, &stayed);
+    if (!status) status = ff_point_new(plan, &moved);
+    if (!status) {
         ff_point_set(plan, at->shape, at->channel, &stayed);
         ff_point_set(plan, at->shape, at->channel, &moved);
-        s = go_to_means(e, plan, &moved);
+        status = go_to_means(e, plan, &moved);
     }
-    if (!s) s = ff_solve(&subsample, &effort, &stayed, NULL);
-    if (!s) s = ff_solve(&subsample, &effort, &moved, NULL);
-    if (!s && moved.cost2 < stayed.cost2 * (1 - 1e-6)) ff_point_set(plan, moved.shape, moved.channel, at);
+    if (!status) status = ff_solve(&subsample, &effort, &stayed, NULL);
+    if (!status) status = ff_solve(&subsample, &effort, &moved, NULL);
+    if (!status && moved.cost2 < stayed.cost2 * (1 - 1e-6)) ff_point_set(plan, moved.shape, moved.channel, at);
     ff_point_free(&stayed);
     ff_point_free(&moved);
-    return s;
+    return status;
 }
 
 /* ---- energy ---------------------------------------------------------------------------------- */
@@ -205,14 +205,14 @@ static ff_status violation(ff_energy *e, const ff_plan *plan, const ff_point *at
 {
     double *a = malloc((e->n * e->C + 1) * sizeof *a);
     if (!a) return FF_ERR_MEMORY;
-    const ff_status s = ff_penalties_albedos(plan, 1, at->shape, at->channel, NULL, e->n, (const double(*)[3])e->wo, a);
+    const ff_status status = ff_penalties_albedos(plan, 1, at->shape, at->channel, NULL, e->n, (const double(*)[3])e->wo, a);
     *worst = 0;
-    for (size_t i = 0; i < e->n * e->C && !s; i++) {
+    for (size_t i = 0; i < e->n * e->C && !status; i++) {
         *worst = fmax(*worst, a[i] - 1);
         if (update) e->shift[i] = fmax(0, e->shift[i] + a[i] - 1);
     }
     free(a);
-    return s;
+    return status;
 }
 
 /* Gradients of all albedos at the views, by parameters: rows [n C][n_shared + n_own], values [n C]. */
@@ -222,13 +222,13 @@ static ff_status gradients(const ff_energy *e, const ff_plan *plan, const ff_poi
     const size_t size = 1 + l->free.n_shape + l->free.n_channel;
     double *a = malloc((e->n * e->C * size + 1) * sizeof *a);
     if (!a) return FF_ERR_MEMORY;
-    const ff_status s = ff_penalties_albedos(plan, 1, at->shape, at->channel, &l->free, e->n, (const double(*)[3])e->wo, a);
-    for (size_t i = 0; i < e->n * e->C && !s; i++) {
+    const ff_status status = ff_penalties_albedos(plan, 1, at->shape, at->channel, &l->free, e->n, (const double(*)[3])e->wo, a);
+    for (size_t i = 0; i < e->n * e->C && !status; i++) {
         values[i] = a[i * size];
         ff_penalties_gradient(l, i % e->C, a + i * size + 1, NULL, rows + i * (l->n_shared + l->n_own));
     }
     free(a);
-    return s;
+    return status;
 }
 
 /* gradient H^-1 gradient of the row of a channel. */
@@ -239,11 +239,11 @@ static ff_status ease_of(const ff_plan *plan, const ff_information *info, size_t
     if (!gradient) return FF_ERR_MEMORY;
     double *moved = gradient + l->P;
     for (size_t i = 0; i < l->n_shared + l->n_own; i++) gradient[i < l->n_shared ? i : i + c * l->n_own] = row[i];
-    const ff_status s = ff_information_solve(info, gradient, moved);
+    const ff_status status = ff_information_solve(info, gradient, moved);
     *out = 0;
-    for (size_t k = 0; k < l->P && !s; k++) *out += gradient[k] * moved[k];
+    for (size_t k = 0; k < l->P && !status; k++) *out += gradient[k] * moved[k];
     free(gradient);
-    return s;
+    return status;
 }
 
 /* What it costs the data to lower the largest albedo at the views by 1, in cost2 and for small steps: 1 / (gradient H^-1 gradient).
@@ -252,14 +252,14 @@ static ff_status measure_scale(ff_energy *e, const ff_plan *plan, const ff_infor
 {
     const size_t m = plan->l.n_shared + plan->l.n_own, n = e->n * e->C;
     double *rows = malloc((n * (m + 1) + 1) * sizeof *rows), *values = rows + n * m, ease = 0;
-    ff_status s = rows ? gradients(e, plan, at, rows, values) : FF_ERR_MEMORY;
+    ff_status status = rows ? gradients(e, plan, at, rows, values) : FF_ERR_MEMORY;
     size_t worst = 0;
-    for (size_t i = 0; i < n && !s; i++)
+    for (size_t i = 0; i < n && !status; i++)
         if (values[i] > values[worst]) worst = i;
-    if (!s) s = ease_of(plan, info, worst % e->C, rows + worst * m, &ease);
-    if (!s) e->scale = ease > 0 && isfinite(1 / ease) ? 1 / ease : fmax(cost2, 1e-30);
+    if (!status) status = ease_of(plan, info, worst % e->C, rows + worst * m, &ease);
+    if (!status) e->scale = ease > 0 && isfinite(1 / ease) ? 1 / ease : fmax(cost2, 1e-30);
     free(rows);
-    return s;
+    return status;
 }
 
 /* Keeps the gradients of what binds. */
@@ -269,15 +269,15 @@ static ff_status keep_rows(ff_energy *e, const ff_plan *plan, const ff_point *at
     double *values = malloc((n + 1) * sizeof *values);
     e->row = malloc((n * m + 1) * sizeof *e->row);
     e->row_channel = malloc((n + 1) * sizeof *e->row_channel);
-    const ff_status s = values && e->row && e->row_channel ? gradients(e, plan, at, e->row, values) : FF_ERR_MEMORY;
+    const ff_status status = values && e->row && e->row_channel ? gradients(e, plan, at, e->row, values) : FF_ERR_MEMORY;
     e->n_rows = 0;
-    for (size_t i = 0; i < n && !s; i++) {
+    for (size_t i = 0; i < n && !status; i++) {
         if (!(values[i] - 1 + e->shift[i] > 0)) continue;
         e->row_channel[e->n_rows] = i % e->C;
         memmove(e->row + e->n_rows++ * m, e->row + i * m, m * sizeof *e->row);
     }
     free(values);
-    return s;
+    return status;
 }
 
 /* ---- the whole ------------------------------------------------------------------------------- */
@@ -304,13 +304,13 @@ static ff_status conserve_energy(ff_energy *e, const ff_plan *plan, const ff_inf
     size_t n = 0;
     double last = INFINITY;
     int rough = 0;
-    ff_status s = FF_OK;
-    for (int round = 0; round < ROUNDS && !s; round++) {
+    ff_status status = FF_OK;
+    for (int round = 0; round < ROUNDS && !status; round++) {
         double worst = 0;
         int added = 0;
-        s = find_peaks(plan, at, PEAKS, peaks, &n);
-        if (!s) s = violation(e, plan, at, 1, &worst);
-        if (s) break;
+        status = find_peaks(plan, at, PEAKS, peaks, &n);
+        if (!status) status = violation(e, plan, at, 1, &worst);
+        if (status) break;
         if (n) worst = fmax(worst, peaks[0].albedo - 1);
         e->left = worst;
         if (round == 0) e->alone_cost2 = cost2;
@@ -320,32 +320,32 @@ static ff_status conserve_energy(ff_energy *e, const ff_plan *plan, const ff_inf
             if (peaks[i].albedo > 1 + 0.2 * FF_ALBEDO_LEFT) added += add_view(e, &peaks[i]);
         if (e->weight == 0) {
             e->binds = 1;
-            s = measure_scale(e, plan, info, at, cost2);
+            status = measure_scale(e, plan, info, at, cost2);
             e->weight = 10 * e->scale;
         } else if (!added && worst > 0.5 * last)
             stiffen(e);
         if (!added) last = worst;
         rough = worst > 20 * FF_ALBEDO_LEFT;
-        if (!s) s = solve_again(plan, rough, at, err);
+        if (!status) status = solve_again(plan, rough, at, err);
     }
-    if (!s && e->binds) s = keep_rows(e, plan, at);
-    return s;
+    if (!status && e->binds) status = keep_rows(e, plan, at);
+    return status;
 }
 
 /* info: by the data alone, whose objective was cost2 / 2. */
 static ff_status solve_penalised(ff_penalties *e, const ff_plan *plan, const ff_information *info, double cost2, ff_point *at,
                                  ff_error *err)
 {
-    ff_status s = FF_OK;
+    ff_status status = FF_OK;
     if (e->n_priors) {
-        s = try_prior_means(e, plan, at);
-        if (!s) s = solve_again(plan, 0, at, err);
+        status = try_prior_means(e, plan, at);
+        if (!status) status = solve_again(plan, 0, at, err);
     }
-    if (!s && e->energy.wanted) s = conserve_energy(&e->energy, plan, info, cost2, at, err);
-    if (!s && e->energy.left > 2 * FF_ALBEDO_LEFT && at->outcome == FF_CONVERGED) at->outcome = FF_STALLED;
-    for (size_t i = 0; i < e->n_priors && !s; i++)
+    if (!status && e->energy.wanted) status = conserve_energy(&e->energy, plan, info, cost2, at, err);
+    if (!status && e->energy.left > 2 * FF_ALBEDO_LEFT && at->outcome == FF_CONVERGED) at->outcome = FF_STALLED;
+    for (size_t i = 0; i < e->n_priors && !status; i++)
         e->prior[i].value = ff_layout_value(&plan->l, e->prior[i].coordinate, at->shape, at->channel);
-    return s ? s : ff_errors(plan, at);
+    return status ? status : ff_errors(plan, at);
 }
 
 ff_status ff_penalised_solve(ff_plan *plan, ff_point *at, ff_error *err)
@@ -358,8 +358,10 @@ ff_status ff_penalised_solve(ff_plan *plan, ff_point *at, ff_error *err)
     weigh_priors(e, plan, at, cost2);
     ff_information *info = at->information; /* kept while the point moves on */
     at->information = NULL;
-    const ff_status s = solve_penalised(e, plan, info, cost2, at, err);
+    const ff_status status = solve_penalised(e, plan, info, cost2, at, err);
     free(info);
-    if (s == FF_ERR_CANCELLED) return ff_error_set(err, s, NULL, 0, -1, "cancelled");
-    return s ? ff_error_set(err, s, NULL, 0, -1, "the fit with what is known besides the data failed: %s", ff_status_str(s)) : s;
+    if (status == FF_ERR_CANCELLED) return ff_error_set(err, status, NULL, 0, -1, "cancelled");
+    return status ? ff_error_set(err, status, NULL, 0, -1, "the fit with what is known besides the data failed: %s",
+                                 ff_status_str(status))
+                  : status;
 }

@@ -124,9 +124,9 @@ static ff_status set_units(struct ff_problem *p, const double *model, const curv
     *change = p->unit ? sum / (double)(p->n * p->n_channels) : 1;
     free((float *)(uintptr_t)p->unit);
     p->unit = unit;
-    ff_status st = hand_down(p, p->subsample);
-    if (!st && p->subsample_linear != p->subsample) st = hand_down(p, p->subsample_linear);
-    return st ? st : hand_down(p, p->middle);
+    ff_status status = hand_down(p, p->subsample);
+    if (!status && p->subsample_linear != p->subsample) status = hand_down(p, p->subsample_linear);
+    return status ? status : hand_down(p, p->middle);
 }
 
 static void forget_units(struct ff_problem *p)
@@ -147,28 +147,28 @@ static ff_status values_at(const struct ff_problem *p, const ff_fit_options *o, 
     ff_plan plan;
     ff_point at;
     plain.robust = FF_ROBUST_NONE;
-    ff_status st = ff_plan_of_result(p, &plain, fit, &plan, err);
-    if (st) return st;
-    st = ff_point_of_result(&plan, fit, &at);
-    if (!st) {
-        st = ff_point_evaluate(&plan, &at, 1, model, residual, NULL);
+    ff_status status = ff_plan_of_result(p, &plain, fit, &plan, err);
+    if (status) return status;
+    status = ff_point_of_result(&plan, fit, &at);
+    if (!status) {
+        status = ff_point_evaluate(&plan, &at, 1, model, residual, NULL);
         ff_point_free(&at);
     }
     ff_plan_free(&plan);
-    return st ? ff_error_set(err, st, NULL, 0, -1, "out of memory") : FF_OK;
+    return status ? ff_error_set(err, status, NULL, 0, -1, "out of memory") : FF_OK;
 }
 
 /* One round: the scale about the fit, which the fit then follows. */
 static ff_status improve(struct ff_problem *p, const ff_fit_options *o, const ff_fit_result *fit, double *model, double *residual,
                          value *values, size_t most, double *change, ff_error *err)
 {
-    ff_status st = values_at(p, o, fit, model, residual, err);
-    if (st) return st;
+    ff_status status = values_at(p, o, fit, model, residual, err);
+    if (status) return status;
     const size_t n = gather_values(p, model, residual, most, values);
     if (n == 0) return ff_error_set(err, FF_ERR_DATA, NULL, 0, -1, "no value is left to estimate the scale of the residuals from");
     const curve c = curve_of(values, n);
-    st = set_units(p, model, &c, change);
-    return st ? ff_error_set(err, st, NULL, 0, -1, "out of memory") : FF_OK;
+    status = set_units(p, model, &c, change);
+    return status ? ff_error_set(err, status, NULL, 0, -1, "out of memory") : FF_OK;
 }
 
 /* A fit from where `from` ended. */
@@ -183,9 +183,9 @@ static ff_status refit(struct ff_problem *p, const ff_model *m, const ff_fit_opt
     for (size_t k = 0; k < size; k++) channel[k] = from->channel_value[k].value;
     again.start_shape = shape;
     again.start_channel = channel;
-    const ff_status st = ff_fit_run(p, m, &again, out, err);
+    const ff_status status = ff_fit_run(p, m, &again, out, err);
     free(channel);
-    return st;
+    return status;
 }
 
 ff_status ff_problem_estimate_scale(ff_problem *p, const ff_model *m, const ff_fit_options *o, ff_error *err)
@@ -202,24 +202,24 @@ ff_status ff_problem_estimate_scale(ff_problem *p, const ff_model *m, const ff_f
     robust.robust = FF_ROBUST_HUBER; /* convex: it has no minimum of its own to be caught in */
     robust.robust_scale = 0;
     forget_units(p);
-    ff_status st = ff_fit_run(p, m, &plain, &fit, err);
-    if (st) return st;
+    ff_status status = ff_fit_run(p, m, &plain, &fit, err);
+    if (status) return status;
     double *model = malloc(2 * all * sizeof *model), *residual = model ? model + all : NULL, change = 1;
     value *values = malloc((MOST_VALUES + 1) * sizeof *values);
-    if (!model || !values) st = ff_error_set(err, FF_ERR_MEMORY, NULL, 0, -1, "out of memory");
-    for (int round = 0; round < ROUNDS && !st && change > SCALE_SETTLED; round++) {
+    if (!model || !values) status = ff_error_set(err, FF_ERR_MEMORY, NULL, 0, -1, "out of memory");
+    for (int round = 0; round < ROUNDS && !status && change > SCALE_SETTLED; round++) {
         ff_fit_result next;
-        st = improve(p, o, &fit, model, residual, values, MOST_VALUES, &change, err);
-        if (!st) st = refit(p, m, &robust, &fit, &next, err);
-        if (st) break;
+        status = improve(p, o, &fit, model, residual, values, MOST_VALUES, &change, err);
+        if (!status) status = refit(p, m, &robust, &fit, &next, err);
+        if (status) break;
         ff_fit_result_clear(&fit);
         fit = next;
     }
     ff_fit_result_clear(&fit);
     free(model);
     free(values);
-    if (st) forget_units(p);
-    return st;
+    if (status) forget_units(p);
+    return status;
 }
 
 /* ---- a fit ----------------------------------------------------------------------------------- */
@@ -246,12 +246,12 @@ static void share(const struct ff_problem *p, scaled *s)
 ff_status ff_problem_fit_into(const ff_problem *p, const ff_model *m, const ff_fit_options *o, ff_fit_result *out, ff_error *err)
 {
     scaled s;
-    ff_status st = ff_fit_options_check(o, err);
-    if (st) return st;
+    ff_status status = ff_fit_options_check(o, err);
+    if (status) return status;
     if (o->robust == FF_ROBUST_NONE || o->robust_scale > 0 || p->unit) return ff_fit_run(p, m, o, out, err);
     share(p, &s);
-    st = ff_problem_estimate_scale(&s.all, m, o, err);
-    if (!st) st = ff_fit_run(&s.all, m, o, out, err);
+    status = ff_problem_estimate_scale(&s.all, m, o, err);
+    if (!status) status = ff_fit_run(&s.all, m, o, out, err);
     forget_units(&s.all);
-    return st;
+    return status;
 }

@@ -14,8 +14,8 @@ static ff_status new_like(const ff_model *m, ff_model **out, ff_error *err)
 ff_status ff_model_new(const char *expr, ff_model **out, ff_error *err)
 {
     ff_model m;
-    const ff_status s = ff_model_parse(expr, &m, err);
-    return s ? s : new_like(&m, out, err);
+    const ff_status status = ff_model_parse(expr, &m, err);
+    return status ? status : new_like(&m, out, err);
 }
 
 ff_status ff_model_copy(const ff_model *m, ff_model **out, ff_error *err)

@@ -23,35 +23,35 @@ static ff_status add_param(ff_model *m, const ff_param *info, uint32_t lobe, con
 
 static ff_status add_params(ff_model *m, const ff_term *term, uint32_t from, uint32_t lobe, const char *prefix, ff_error *err)
 {
-    ff_status s = FF_OK;
-    for (uint32_t i = from; i < term->n_params && !s; i++) s = add_param(m, &term->params[i], lobe, prefix, err);
-    return s;
+    ff_status status = FF_OK;
+    for (uint32_t i = from; i < term->n_params && !status; i++) status = add_param(m, &term->params[i], lobe, prefix, err);
+    return status;
 }
 
 static ff_status add_lobe(ff_model *m, uint32_t l, ff_error *err)
 {
     ff_lobe *lobe = &m->lobe[l];
     const ff_ndf *ndf = ff_ndf_at(lobe->ndf);
-    ff_status s = FF_OK;
+    ff_status status = FF_OK;
     char number[16];
     snprintf(number, sizeof number, "lobe%u", l + 1);
     const char *prefix = l > 0 ? number : NULL;
     lobe->shape0 = m->n_shape;
     lobe->channel0 = m->n_channel;
     if (lobe->isotropic && ff_ndf_is_stretched(ndf)) {
-        s = add_param(m, &alpha_param, l, prefix, err);
-        if (!s) s = add_params(m, &ndf->term, FF_STRETCH_COUNT, l, prefix, err);
+        status = add_param(m, &alpha_param, l, prefix, err);
+        if (!status) status = add_params(m, &ndf->term, FF_STRETCH_COUNT, l, prefix, err);
     } else
-        s = add_params(m, &ndf->term, 0, l, prefix, err);
-    if (!s) s = add_params(m, &ff_masking_at(lobe->masking)->term, 0, l, prefix, err);
-    if (!s && lobe->fresnel == FF_FRESNEL_SHARED) s = add_param(m, &weight_param, l, prefix, err);
-    if (!s && lobe->fresnel != FF_FRESNEL_SHARED) {
-        s = add_params(m, &ff_fresnel_at(lobe->fresnel)->term, 0, l, prefix, err);
-        if (!s) s = add_param(m, &scale_param, l, prefix, err);
+        status = add_params(m, &ndf->term, 0, l, prefix, err);
+    if (!status) status = add_params(m, &ff_masking_at(lobe->masking)->term, 0, l, prefix, err);
+    if (!status && lobe->fresnel == FF_FRESNEL_SHARED) status = add_param(m, &weight_param, l, prefix, err);
+    if (!status && lobe->fresnel != FF_FRESNEL_SHARED) {
+        status = add_params(m, &ff_fresnel_at(lobe->fresnel)->term, 0, l, prefix, err);
+        if (!status) status = add_param(m, &scale_param, l, prefix, err);
     }
     lobe->n_shape = m->n_shape - lobe->shape0;
     lobe->n_channel = m->n_channel - lobe->channel0;
-    return s;
+    return status;
 }
 
 static ff_status add_base(ff_model *m, uint32_t b, ff_error *err)
@@ -62,10 +62,10 @@ static ff_status add_base(ff_model *m, uint32_t b, ff_error *err)
     const ff_term *term = &ff_diffuse_at(base->diffuse)->term;
     int taken = 0; /* a name that the first base has: the second one's say whose they are */
     for (uint32_t i = 0; i < term->n_params; i++) taken |= ff_model_param_find(m, term->params[i].name).kind != FF_PARAM_NONE;
-    const ff_status s = add_params(m, term, 0, m->n_lobes + b, taken ? "base2" : NULL, err);
+    const ff_status status = add_params(m, term, 0, m->n_lobes + b, taken ? "base2" : NULL, err);
     base->n_shape = m->n_shape - base->shape0;
     base->n_channel = m->n_channel - base->channel0;
-    return s;
+    return status;
 }
 
 /* Names of the maskings that need no Lambda, for the message below. */
@@ -110,23 +110,23 @@ static ff_status check_base(const ff_model *m, const ff_diffuse *base, ff_error 
 
 ff_status ff_model_finish(ff_model *m, ff_error *err)
 {
-    ff_status s = FF_OK;
+    ff_status status = FF_OK;
     int isotropic = 0;
     m->n_shape = m->n_channel = 0;
-    for (uint32_t b = 0; b < m->n_bases && !s; b++) {
+    for (uint32_t b = 0; b < m->n_bases && !status; b++) {
         const ff_diffuse *base = ff_diffuse_at(m->base[b].diffuse);
         isotropic |= (base->couples & ~(uint32_t)FF_COUPLE_F0) != 0;
-        s = check_base(m, base, err);
+        status = check_base(m, base, err);
     }
-    for (uint32_t l = 0; l < m->n_lobes && !s; l++) {
+    for (uint32_t l = 0; l < m->n_lobes && !status; l++) {
         ff_lobe *lobe = &m->lobe[l];
         lobe->isotropic = lobe->isotropic || isotropic || (ff_ndf_at(lobe->ndf)->term.claims & FF_ISOTROPIC) ||
                           (ff_masking_at(lobe->masking)->term.claims & FF_ISOTROPIC);
-        s = check_lobe(lobe, err);
-        if (!s) s = add_lobe(m, l, err);
+        status = check_lobe(lobe, err);
+        if (!status) status = add_lobe(m, l, err);
     }
-    for (uint32_t b = 0; b < m->n_bases && !s; b++) s = add_base(m, b, err);
-    return s;
+    for (uint32_t b = 0; b < m->n_bases && !status; b++) status = add_base(m, b, err);
+    return status;
 }
 
 ff_status ff_model_compose(int ndf, int masking, int fresnel, int diffuse, ff_model *out, ff_error *err)
@@ -141,9 +141,9 @@ ff_status ff_model_compose(int ndf, int masking, int fresnel, int diffuse, ff_mo
     ff_model m = {.n_lobes = 1, .n_bases = diffuse >= 0};
     m.lobe[0] = (ff_lobe){.ndf = ndf, .masking = masking, .fresnel = fresnel};
     m.base[0].diffuse = diffuse;
-    const ff_status s = ff_model_finish(&m, err);
-    if (!s) *out = m;
-    return s;
+    const ff_status status = ff_model_finish(&m, err);
+    if (!status) *out = m;
+    return status;
 }
 
 void ff_model_lobe_alone(const ff_model *m, uint32_t l, size_t n_channels, const double *shape, const double *channel,

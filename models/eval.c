@@ -60,18 +60,18 @@ static ff_status prepare(evaluation *e, const ff_model *m, const ff_kernels *k, 
 {
     double lo, hi;
     range_of_tan2(m, w, n, &lo, &hi);
-    ff_status s = ff_prepare(m, k, FF_CHEAPEST_MODE, n_channels, shape, channel, NULL, lo, hi, &e->value);
-    if (s) return s;
+    ff_status status = ff_prepare(m, k, FF_CHEAPEST_MODE, n_channels, shape, channel, NULL, lo, hi, &e->value);
+    if (status) return status;
     e->planes = ff_prepared_planes(&e->value);
     if (!derivatives) return FF_OK;
     ff_wanted wanted;
     want_all(m, &wanted);
-    s = ff_prepare(m, k, FF_TILTED_MODE, n_channels, shape, channel, &wanted, lo, hi, &e->derivatives);
-    if (s)
+    status = ff_prepare(m, k, FF_TILTED_MODE, n_channels, shape, channel, &wanted, lo, hi, &e->derivatives);
+    if (status)
         ff_prepared_free(&e->value);
     else
         e->planes |= ff_prepared_planes(&e->derivatives);
-    return s;
+    return status;
 }
 
 static void eval_block(const evaluation *e, const ff_dirs *w, size_t n, double *f, double *df, size_t ld)
@@ -105,12 +105,12 @@ ff_status ff_model_eval(const ff_model *m, ff_isa isa, size_t n_channels, const 
                         const ff_dirs *w, size_t n, double *f, double *df, size_t ld)
 {
     const ff_kernels *k = ff_kernels_get(isa);
-    ff_status s = ff_model_check(m, n_channels, shape, channel, NULL);
-    if (s) return s;
+    ff_status status = ff_model_check(m, n_channels, shape, channel, NULL);
+    if (status) return status;
     if (!k) return FF_ERR_UNSUPPORTED;
     evaluation e;
-    s = prepare(&e, m, k, n_channels, shape, channel, w, n, df != NULL);
-    if (s) return s;
+    status = prepare(&e, m, k, n_channels, shape, channel, w, n, df != NULL);
+    if (status) return status;
     for (size_t i = 0; i < n; i += FF_BLOCK) {
         const ff_dirs block = dirs_at(w, i);
         eval_block(&e, &block, n - i < FF_BLOCK ? n - i : FF_BLOCK, f + i, df ? df + i : NULL, ld);
@@ -124,8 +124,8 @@ ff_status ff_model_terms(const ff_model *m, ff_isa isa, size_t n_channels, const
                          size_t c, const ff_dirs *w, size_t n, const ff_terms *out)
 {
     const ff_kernels *k = ff_kernels_get(isa);
-    ff_status s = ff_model_check(m, n_channels, shape, channel, NULL);
-    if (s) return s;
+    ff_status status = ff_model_check(m, n_channels, shape, channel, NULL);
+    if (status) return status;
     if (!k) return FF_ERR_UNSUPPORTED;
     if (l >= m->n_lobes || c >= n_channels) return FF_ERR_RANGE;
     ff_model lobes = *m; /* what the bases are coupled to is not asked for */
@@ -133,8 +133,8 @@ ff_status ff_model_terms(const ff_model *m, ff_isa isa, size_t n_channels, const
     ff_prepared p;
     double lo, hi;
     range_of_tan2(m, w, n, &lo, &hi);
-    s = ff_prepare(&lobes, k, FF_TILTED_MODE, n_channels, shape, channel, NULL, lo, hi, &p);
-    if (s) return s;
+    status = ff_prepare(&lobes, k, FF_TILTED_MODE, n_channels, shape, channel, NULL, lo, hi, &p);
+    if (status) return status;
     p.lobe[l].mode = FF_TILTED_MODE; /* the terms are asked for one at a time, by people: the general form serves all */
     const uint32_t need = ff_prepared_planes(&p);
     const ff_lobe *with_fresnel = &m->lobe[ff_model_group(m, l)];

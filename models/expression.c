@@ -76,17 +76,17 @@ static ff_status parse_term(char *term, ff_model *m, ff_error *err)
 static ff_status parse_preset(const ff_preset *preset, ff_model *out, ff_error *err)
 {
     ff_model m;
-    ff_status s = ff_model_parse(preset->expression, &m, err);
-    for (size_t i = 0; i < sizeof preset->hold / sizeof *preset->hold && preset->hold[i] && !s; i++) {
+    ff_status status = ff_model_parse(preset->expression, &m, err);
+    for (size_t i = 0; i < sizeof preset->hold / sizeof *preset->hold && preset->hold[i] && !status; i++) {
         char name[FF_PARAM_NAME];
         double value = 0;
         const char *equals = strchr(preset->hold[i], '=');
         snprintf(name, sizeof name, "%.*s", (int)(equals - preset->hold[i]), preset->hold[i]);
-        s = ff_model_number(equals + 1, equals + strlen(equals), &value, err);
-        if (!s) s = ff_model_hold(&m, name, value, err);
+        status = ff_model_number(equals + 1, equals + strlen(equals), &value, err);
+        if (!status) status = ff_model_hold(&m, name, value, err);
     }
-    if (!s) *out = m;
-    return s;
+    if (!status) *out = m;
+    return status;
 }
 
 ff_status ff_model_parse(const char *expr, ff_model *out, ff_error *err)
@@ -103,12 +103,12 @@ ff_status ff_model_parse(const char *expr, ff_model *out, ff_error *err)
     for (char *term = text, *next; term; term = next) {
         next = strchr(term, '+');
         if (next) *next++ = 0;
-        const ff_status s = parse_term(term, &m, err);
-        if (s) return s;
+        const ff_status status = parse_term(term, &m, err);
+        if (status) return status;
     }
-    const ff_status s = ff_model_finish(&m, err);
-    if (!s) *out = m;
-    return s;
+    const ff_status status = ff_model_finish(&m, err);
+    if (!status) *out = m;
+    return status;
 }
 
 void ff_model_expression(const ff_model *m, char *out, size_t size)

@@ -99,8 +99,8 @@ static ff_status hold(ff_model *m, const char *name, int held, double value, ff_
 {
     char x[FF_PARAM_NAME], y[FF_PARAM_NAME];
     if (!ff_model_alpha_axes(m, name, x, y)) return hold_one(m, name, held, value, err);
-    const ff_status s = hold_one(m, x, held, value, err);
-    return s ? s : hold_one(m, y, held, value, err);
+    const ff_status status = hold_one(m, x, held, value, err);
+    return status ? status : hold_one(m, y, held, value, err);
 }
 
 ff_status ff_model_hold(ff_model *m, const char *name, double value, ff_error *err)
@@ -138,10 +138,10 @@ ff_status ff_model_bound(ff_model *m, const char *name, double lo, double hi, ff
     char x[FF_PARAM_NAME], y[FF_PARAM_NAME];
     if (!ff_model_alpha_axes(m, name, x, y)) return bound_one(m, name, lo, hi, err);
     ff_model both = *m; /* both axes or, when one is refused, neither */
-    ff_status s = bound_one(&both, x, lo, hi, err);
-    if (!s) s = bound_one(&both, y, lo, hi, err);
-    if (!s) *m = both;
-    return s;
+    ff_status status = bound_one(&both, x, lo, hi, err);
+    if (!status) status = bound_one(&both, y, lo, hi, err);
+    if (!status) *m = both;
+    return status;
 }
 
 static ff_status set_one(const ff_model *m, size_t n_channels, const char *name, const double *values, size_t n_values,
@@ -186,16 +186,17 @@ ff_status ff_model_set(const ff_model *m, size_t n_channels, const char *assignm
         const char *colon = strchr(text, ':'), *end = colon ? colon : text + strlen(text);
         if (n_values == MAX_VALUES)
             return ff_error_set(err, FF_ERR_SYNTAX, NULL, 0, -1, "%s has more than %d values", name, MAX_VALUES);
-        const ff_status s = ff_model_number(text, end, &values[n_values++], err);
-        if (s) return s;
+        const ff_status status = ff_model_number(text, end, &values[n_values++], err);
+        if (status) return status;
         text = colon ? colon + 1 : NULL;
     }
     if (has(m, name) || !alpha_axis(name, 'x', axis, sizeof axis))
         return set_one(m, n_channels, name, values, n_values, shape, channel, err);
     /* both axes or, when one is refused, neither: they have the same box and the same number of values */
-    ff_status s = set_one(m, n_channels, axis, values, n_values, shape, channel, err);
-    if (!s && alpha_axis(name, 'y', axis, sizeof axis)) s = set_one(m, n_channels, axis, values, n_values, shape, channel, err);
-    return s;
+    ff_status status = set_one(m, n_channels, axis, values, n_values, shape, channel, err);
+    if (!status && alpha_axis(name, 'y', axis, sizeof axis))
+        status = set_one(m, n_channels, axis, values, n_values, shape, channel, err);
+    return status;
 }
 
 ff_status ff_model_check(const ff_model *m, size_t n_channels, const double *shape, const double *channel, ff_error *err)

@@ -199,8 +199,8 @@ ff_status ff_prepare(const ff_model *m, const ff_kernels *k, ff_stretch_mode mod
     if (wanted) p.wanted = *wanted;
     ff_model_weights(m, shape, p.weight, dw);
     prepare_bases(&p, shape);
-    const ff_status s = allocate(&p);
-    if (s) return s;
+    const ff_status status = allocate(&p);
+    if (status) return status;
     const int curves = (p.couples & (FF_COUPLE_ALBEDO | FF_COUPLE_LOSS)) != 0; /* they ask for all directions */
     prepare_lobes(&p, mode, shape, wanted ? jac : NULL, curves ? 0 : tan2_lo, curves ? INFINITY : tan2_hi, p.storage);
     if (wanted) prepare_columns(&p, jac, dw);

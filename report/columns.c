@@ -68,7 +68,7 @@ static char *escaped(const char *text, const char *(*escape)(char c))
     size_t size = 0;
     FILE *memory = open_memstream(&out, &size);
     if (!memory) return NULL;
-    for (; *text; ++text) {
+    for (; *text; text++) {
         const char *other = escape(*text);
         if (other)
             fputs(other, memory);
@@ -91,10 +91,10 @@ static char *text_written(const ff_cell *cell)
 static void text_row(const grid *g, char *const *row, const char *indent, FILE *out)
 {
     size_t last = 0, pending = 0;
-    for (size_t c = 0; c < g->columns; ++c)
+    for (size_t c = 0; c < g->columns; c++)
         if (row[c][0]) last = c + 1;
     fputs(indent, out);
-    for (size_t c = 0; c < last; ++c) { /* no spaces at the end of a line */
+    for (size_t c = 0; c < last; c++) { /* no spaces at the end of a line */
         const size_t fill = g->width[c] - ff_text_width(row[c]);
         fprintf(out, "%*s%s", (int)(pending + (g->align[c] == FF_RIGHT ? fill : 0)), "", row[c]);
         pending = 2 + (g->align[c] == FF_RIGHT ? 0 : fill);
@@ -104,14 +104,14 @@ static void text_row(const grid *g, char *const *row, const char *indent, FILE *
 
 static void text_print(const grid *g, const char *indent, FILE *out)
 {
-    for (size_t k = 0; k < g->rows * g->columns; ++k) {
+    for (size_t k = 0; k < g->rows * g->columns; k++) {
         const size_t w = ff_text_width(g->cell[k]);
         if (w > g->width[k % g->columns]) g->width[k % g->columns] = w;
     }
     size_t first = 1; /* a head of nothing is left out */
-    for (size_t c = 0; c < g->columns; ++c)
+    for (size_t c = 0; c < g->columns; c++)
         if (g->cell[c][0]) first = 0;
-    for (size_t i = first; i < g->rows; ++i) text_row(g, g->cell + i * g->columns, indent, out);
+    for (size_t i = first; i < g->rows; i++) text_row(g, g->cell + i * g->columns, indent, out);
 }
 
 /* ---- CSV and TSV ----------------------------------------------------------------------------- */
@@ -151,20 +151,20 @@ static char *tsv_written(const ff_cell *cell)
 static void print_separated(const grid *g, const char *before, const char *between, const char *after, size_t row, FILE *out)
 {
     fputs(before, out);
-    for (size_t c = 0; c < g->columns; ++c) fprintf(out, "%s%s", c ? between : "", g->cell[row * g->columns + c]);
+    for (size_t c = 0; c < g->columns; c++) fprintf(out, "%s%s", c ? between : "", g->cell[row * g->columns + c]);
     fputs(after, out);
 }
 
 static void csv_print(const grid *g, const char *indent, FILE *out)
 {
     (void)indent;
-    for (size_t i = 0; i < g->rows; ++i) print_separated(g, "", ",", "\n", i, out);
+    for (size_t i = 0; i < g->rows; i++) print_separated(g, "", ",", "\n", i, out);
 }
 
 static void tsv_print(const grid *g, const char *indent, FILE *out)
 {
     (void)indent;
-    for (size_t i = 0; i < g->rows; ++i) print_separated(g, "", "\t", "\n", i, out);
+    for (size_t i = 0; i < g->rows; i++) print_separated(g, "", "\t", "\n", i, out);
 }
 
 /* ---- Markdown -------------------------------------------------------------------------------- */
@@ -182,10 +182,10 @@ static char *markdown_written(const ff_cell *cell)
 static void markdown_print(const grid *g, const char *indent, FILE *out)
 {
     (void)indent;
-    for (size_t i = 0; i < g->rows; ++i) {
+    for (size_t i = 0; i < g->rows; i++) {
         print_separated(g, "| ", " | ", " |\n", i, out);
         if (i) continue;
-        for (size_t c = 0; c < g->columns; ++c) fputs(g->align[c] == FF_RIGHT ? "|---:" : "|---", out);
+        for (size_t c = 0; c < g->columns; c++) fputs(g->align[c] == FF_RIGHT ? "|---:" : "|---", out);
         fputs("|\n", out);
     }
 }
@@ -248,9 +248,9 @@ static void latex_print(const grid *g, const char *indent, FILE *out)
 {
     (void)indent;
     fputs("\\begin{tabular}{", out);
-    for (size_t c = 0; c < g->columns; ++c) fputc(g->align[c] == FF_RIGHT ? 'r' : 'l', out);
+    for (size_t c = 0; c < g->columns; c++) fputc(g->align[c] == FF_RIGHT ? 'r' : 'l', out);
     fputs("}\n\\hline\n", out);
-    for (size_t i = 0; i < g->rows; ++i) {
+    for (size_t i = 0; i < g->rows; i++) {
         print_separated(g, "", " & ", " \\\\\n", i, out);
         if (i == 0) fputs("\\hline\n", out);
     }
@@ -287,13 +287,13 @@ static void head_cell(const ff_column *c, int exact, ff_cell *out)
 {
     snprintf(out->text, sizeof out->text, "%s", exact && c->key ? c->key : c->head);
     if (!exact || c->key) return;
-    for (char *s = out->text; *s; ++s)
+    for (char *s = out->text; *s; s++)
         if (isspace((unsigned char)*s)) *s = '_';
 }
 
 static void grid_free(grid *g)
 {
-    for (size_t i = 0; g->cell && i < g->rows * g->columns; ++i) free(g->cell[i]);
+    for (size_t i = 0; g->cell && i < g->rows * g->columns; i++) free(g->cell[i]);
     free(g->cell);
     free(g->align);
     free(g->width);
@@ -303,10 +303,10 @@ static void grid_free(grid *g)
 static ff_status grid_fill(grid *g, const ff_column *column, size_t n, const void *of, const form *f)
 {
     size_t at = 0;
-    for (size_t c = 0; c < n; ++c) {
+    for (size_t c = 0; c < n; c++) {
         if (!is_wanted(&column[c], of, f->exact)) continue;
         g->align[at] = column[c].align;
-        for (size_t i = 0; i < g->rows; ++i) {
+        for (size_t i = 0; i < g->rows; i++) {
             ff_cell cell = {.is_number = 0};
             if (i == 0)
                 head_cell(&column[c], f->exact, &cell);
@@ -316,7 +316,7 @@ static ff_status grid_fill(grid *g, const ff_column *column, size_t n, const voi
             if (!written) return FF_ERR_MEMORY;
             g->cell[i * g->columns + at] = written;
         }
-        ++at;
+        at++;
     }
     return FF_OK;
 }
@@ -325,7 +325,7 @@ ff_status ff_columns_print(const ff_column *column, size_t n_columns, const void
                            const char *indent, FILE *out)
 {
     grid g = {.rows = rows + 1};
-    for (size_t c = 0; c < n_columns; ++c) g.columns += is_wanted(&column[c], of, forms[form].exact) != 0;
+    for (size_t c = 0; c < n_columns; c++) g.columns += is_wanted(&column[c], of, forms[form].exact) != 0;
     g.cell = calloc(g.rows * g.columns + 1, sizeof *g.cell);
     g.align = calloc(g.columns + 1, sizeof *g.align);
     g.width = calloc(g.columns + 1, sizeof *g.width);

@@ -78,7 +78,7 @@ static void rank_cell(ff_cell *out, ff_where w)
 {
     const ranking *t = w.of;
     size_t first = w.row;
-    while (first && problem_at(t, first - 1) == problem_at(t, w.row)) --first;
+    while (first && problem_at(t, first - 1) == problem_at(t, w.row)) first--;
     ff_cell_exact(out, (double)(w.row - first + 1));
 }
 
@@ -205,7 +205,7 @@ static void outcome_cell(ff_cell *out, ff_where w)
 static void shape_value_cell(ff_cell *out, ff_where w)
 {
     const ff_fit_result *f = fit_at(w.of, w.row);
-    for (uint32_t k = 0; k < f->model.n_shape; ++k)
+    for (uint32_t k = 0; k < f->model.n_shape; k++)
         if (!strcmp(f->model.shape[k].name, ((const ranking *)w.of)->shape[w.index])) ff_cell_exact(out, f->shape_value[k].value);
 }
 
@@ -215,7 +215,7 @@ static void channel_value_cell(ff_cell *out, ff_where w)
     const ranking *t = w.of;
     const ff_fit_result *f = fit_at(t, w.row);
     const size_t c = w.index / t->n_channel;
-    for (uint32_t k = 0; k < f->model.n_channel; ++k)
+    for (uint32_t k = 0; k < f->model.n_channel; k++)
         if (!strcmp(f->model.channel[k].name, t->channel[w.index % t->n_channel]))
             ff_cell_exact(out, f->channel_value[c * f->model.n_channel + k].value);
 }
@@ -227,11 +227,11 @@ static void on_bound_cell(ff_cell *out, ff_where w)
     const ff_fit_result *f = fit_at(t, w.row);
     char name[FF_REPORT_NAME];
     size_t at = 0;
-    for (uint32_t k = 0; k < f->model.n_shape && at < sizeof out->text; ++k)
+    for (uint32_t k = 0; k < f->model.n_shape && at < sizeof out->text; k++)
         if (f->shape_value[k].at_bound)
             at += (size_t)snprintf(out->text + at, sizeof out->text - at, "%s%s", at ? " " : "", f->model.shape[k].name);
-    for (uint32_t k = 0; k < f->model.n_channel; ++k)
-        for (size_t c = 0; c < f->n_channels && at < sizeof out->text; ++c)
+    for (uint32_t k = 0; k < f->model.n_channel; k++)
+        for (size_t c = 0; c < f->n_channels && at < sizeof out->text; c++)
             if (f->channel_value[c * f->model.n_channel + k].at_bound)
                 at += (size_t)snprintf(out->text + at, sizeof out->text - at, "%s%s", at ? " " : "",
                                        ff_report_channel_param(ff_report_problem_of(t->r, t->fit[w.row]), f, k, c, name));
@@ -290,8 +290,8 @@ static void add_problem(ranking *t, size_t p, size_t most)
     const size_t n = t->r->n_fits / t->r->n_problems, shown = most && most < n ? most : n;
     ff_report_rank(t->r, p, t->fit + t->n);
     t->aic[p] = INFINITY;
-    for (size_t i = 0; i < n; ++i) t->aic[p] = fmin(t->aic[p], t->r->fit[t->fit[t->n + i]].aic);
-    for (size_t i = 0; i < shown; ++i) t->best[t->n + i] = t->fit[t->n];
+    for (size_t i = 0; i < n; i++) t->aic[p] = fmin(t->aic[p], t->r->fit[t->fit[t->n + i]].aic);
+    for (size_t i = 0; i < shown; i++) t->best[t->n + i] = t->fit[t->n];
     t->n += shown;
 }
 
@@ -300,7 +300,7 @@ static void see_what_differs(ranking *t)
     const ff_report_fits *r = t->r;
     ff_cell first = {.is_number = 0}, other = {.is_number = 0};
     ff_report_base_names(&first, &r->fit[0].model);
-    for (size_t i = 1; i < r->n_fits; ++i) {
+    for (size_t i = 1; i < r->n_fits; i++) {
         t->fresnels |= r->fit[i].model.lobe[0].fresnel != r->fit[0].model.lobe[0].fresnel;
         ff_report_base_names(&other, &r->fit[i].model);
         t->bases |= strcmp(first.text, other.text) != 0;
@@ -318,7 +318,7 @@ static ff_status put_ranking(ranking *t, ff_table_form form, FILE *out)
 /* Adds a name that is not there yet. */
 static void add_name(const char **names, size_t *n, const char *name)
 {
-    for (size_t i = 0; i < *n; ++i)
+    for (size_t i = 0; i < *n; i++)
         if (!strcmp(names[i], name)) return;
     names[(*n)++] = name;
 }
@@ -326,19 +326,19 @@ static void add_name(const char **names, size_t *n, const char *name)
 static ff_status collect_names(ranking *t)
 {
     size_t shape = 1, channel = 1;
-    for (size_t i = 0; i < t->r->n_fits; ++i) {
+    for (size_t i = 0; i < t->r->n_fits; i++) {
         shape += t->r->fit[i].model.n_shape;
         channel += t->r->fit[i].model.n_channel;
     }
     t->shape = malloc(shape * sizeof *t->shape);
     t->channel = malloc(channel * sizeof *t->channel);
     if (!t->shape || !t->channel) return FF_ERR_MEMORY;
-    for (size_t i = 0; i < t->r->n_fits; ++i) {
+    for (size_t i = 0; i < t->r->n_fits; i++) {
         const ff_fit_result *f = &t->r->fit[i];
-        for (uint32_t k = 0; k < f->model.n_shape; ++k)
+        for (uint32_t k = 0; k < f->model.n_shape; k++)
             if (!ff_report_left_alone(&f->shape_value[k], f->model.shape[k].info))
                 add_name(t->shape, &t->n_shape, f->model.shape[k].name);
-        for (uint32_t k = 0; k < f->model.n_channel; ++k)
+        for (uint32_t k = 0; k < f->model.n_channel; k++)
             if (!ff_report_all_left_alone(f, k)) add_name(t->channel, &t->n_channel, f->model.channel[k].name);
     }
     return FF_OK;
@@ -354,9 +354,9 @@ static ff_status put_wide(ranking *t, ff_table_form form, FILE *out)
     ff_status status = column && label ? FF_OK : FF_ERR_MEMORY;
     if (status == FF_OK) {
         memcpy(column, ranking_columns, sizeof ranking_columns);
-        for (size_t k = 0; k < t->n_shape; ++k)
+        for (size_t k = 0; k < t->n_shape; k++)
             column[fixed + k] = (ff_column){.head = t->shape[k], .cell = shape_value_cell, .index = k};
-        for (size_t k = 0; k < t->n_channel * channels; ++k) {
+        for (size_t k = 0; k < t->n_channel * channels; k++) {
             const char *name = t->channel[k % t->n_channel];
             const char *of = channels > 1 ? ff_problem_channel_name(t->r->problem[0], k / t->n_channel) : NULL;
             snprintf(label[k], sizeof label[k], "%s", name);
@@ -379,7 +379,7 @@ ff_status ff_report_compare_table(const ff_report_fits *r, ff_table_form form, F
     ff_status status = ranking_new(r, &t);
     if (status != FF_OK) return status;
     t.together = 1;
-    for (size_t p = 0; p < r->n_problems; ++p) add_problem(&t, p, all ? 0 : r->rows);
+    for (size_t p = 0; p < r->n_problems; p++) add_problem(&t, p, all ? 0 : r->rows);
     if (all) status = collect_names(&t);
     if (status == FF_OK) status = all ? put_wide(&t, form, out) : put_ranking(&t, form, out);
     if (status == FF_OK && t.n < r->n_fits)
@@ -398,9 +398,9 @@ static ff_status best_of_maskings(const ff_report_fits *r, size_t p, size_t **ro
     *n = 0;
     if (!*row) return FF_ERR_MEMORY;
     ff_report_rank(r, p, *row);
-    for (size_t i = 0; i < all; ++i) {
+    for (size_t i = 0; i < all; i++) {
         int seen = 0;
-        for (size_t k = 0; k < *n; ++k) seen |= r->fit[(*row)[k]].model.lobe[0].masking == r->fit[(*row)[i]].model.lobe[0].masking;
+        for (size_t k = 0; k < *n; k++) seen |= r->fit[(*row)[k]].model.lobe[0].masking == r->fit[(*row)[i]].model.lobe[0].masking;
         if (!seen) (*row)[(*n)++] = (*row)[i];
     }
     return FF_OK;
@@ -452,20 +452,20 @@ static ff_status put_maskings(const ff_report_fits *r, size_t p, FILE *out)
 static int any_on_bound(const ff_fit_result *f)
 {
     int any = 0;
-    for (uint32_t k = 0; k < f->model.n_shape; ++k) any |= f->shape_value[k].at_bound;
-    for (size_t k = 0; k < f->n_channels * f->model.n_channel; ++k) any |= f->channel_value[k].at_bound;
+    for (uint32_t k = 0; k < f->model.n_shape; k++) any |= f->shape_value[k].at_bound;
+    for (size_t k = 0; k < f->n_channels * f->model.n_channel; k++) any |= f->channel_value[k].at_bound;
     return any;
 }
 
 static void put_legend(const ff_report_fits *r, FILE *out)
 {
     int any = 0, tied = 0;
-    for (size_t i = 0; i < r->n_fits; ++i) any |= any_on_bound(&r->fit[i]);
-    for (size_t p = 0; p < r->n_problems && r->trust; ++p) {
+    for (size_t i = 0; i < r->n_fits; i++) any |= any_on_bound(&r->fit[i]);
+    for (size_t p = 0; p < r->n_problems && r->trust; p++) {
         size_t best = p * (r->n_fits / r->n_problems);
-        for (size_t i = best; i < (p + 1) * (r->n_fits / r->n_problems); ++i)
+        for (size_t i = best; i < (p + 1) * (r->n_fits / r->n_problems); i++)
             if (r->fit[i].residual.objective < r->fit[best].residual.objective) best = i;
-        for (size_t i = p * (r->n_fits / r->n_problems); i < (p + 1) * (r->n_fits / r->n_problems); ++i)
+        for (size_t i = p * (r->n_fits / r->n_problems); i < (p + 1) * (r->n_fits / r->n_problems); i++)
             tied |= is_tied(r, &r->fit[i], &r->fit[best]);
     }
     if (any || tied) fputc('\n', out);
@@ -502,7 +502,7 @@ ff_status ff_report_compare_text(const ff_report_fits *r, FILE *out)
 {
     ff_status status = FF_OK;
     ff_report_selection_text(r, out);
-    for (size_t p = 0; p < r->n_problems && status == FF_OK; ++p) {
+    for (size_t p = 0; p < r->n_problems && status == FF_OK; p++) {
         size_t best = 0;
         fputc('\n', out);
         if (r->n_problems > 1) fprintf(out, "channel %s\n", ff_problem_channel_name(r->problem[p], 0));

@@ -41,25 +41,25 @@ static const ff_model_param *param_of(const parameters *t, size_t row)
 static void add_row(parameters *t, size_t i, int of_channel, uint32_t k, size_t c)
 {
     t->row[t->n] = (parameter){.fit = i, .c = c, .k = k, .of_channel = of_channel};
-    if (!ff_report_left_alone(value_of(t, t->n), param_of(t, t->n)->info)) ++t->n;
+    if (!ff_report_left_alone(value_of(t, t->n), param_of(t, t->n)->info)) t->n++;
 }
 
 static void add_shape(parameters *t, size_t i)
 {
-    for (uint32_t k = 0; k < t->r->fit[i].model.n_shape; ++k) add_row(t, i, 0, k, 0);
+    for (uint32_t k = 0; k < t->r->fit[i].model.n_shape; k++) add_row(t, i, 0, k, 0);
 }
 
 static void add_channels(parameters *t, size_t i)
 {
-    for (uint32_t k = 0; k < t->r->fit[i].model.n_channel; ++k)
-        for (size_t c = 0; c < t->r->fit[i].n_channels; ++c) add_row(t, i, 1, k, c);
+    for (uint32_t k = 0; k < t->r->fit[i].model.n_channel; k++)
+        for (size_t c = 0; c < t->r->fit[i].n_channels; c++) add_row(t, i, 1, k, c);
 }
 
 /* Room for the parameters of n fits from fit i on. */
 static ff_status parameters_new(const ff_report_fits *r, size_t i, size_t n, parameters *t)
 {
     size_t most = 1;
-    for (size_t k = i; k < i + n; ++k) most += r->fit[k].model.n_shape + r->fit[k].n_channels * r->fit[k].model.n_channel;
+    for (size_t k = i; k < i + n; k++) most += r->fit[k].model.n_shape + r->fit[k].n_channels * r->fit[k].model.n_channel;
     *t = (parameters){.r = r, .row = malloc(most * sizeof *t->row)};
     return t->row ? FF_OK : FF_ERR_MEMORY;
 }
@@ -172,7 +172,7 @@ static void limit_cell(ff_cell *out, ff_where w)
 static int has_carriers(const void *of)
 {
     const parameters *t = of;
-    for (size_t row = 0; row < t->n; ++row)
+    for (size_t row = 0; row < t->n; row++)
         if (!isnan(value_of(t, row)->carriers)) return 1;
     return 0;
 }
@@ -233,7 +233,7 @@ ff_status ff_report_fit_table(const ff_report_fits *r, ff_table_form form, FILE 
     ff_status status = parameters_new(r, 0, r->n_fits, &t);
     if (status != FF_OK) return status;
     t.together = 1;
-    for (size_t i = 0; i < r->n_fits; ++i) {
+    for (size_t i = 0; i < r->n_fits; i++) {
         add_shape(&t, i);
         add_channels(&t, i);
     }
@@ -280,7 +280,7 @@ static void channel_note_cell(ff_cell *out, ff_where w)
 {
     const channels *t = w.of;
     size_t at = 0;
-    for (uint32_t k = 0; k < t->f->model.n_channel; ++k) {
+    for (uint32_t k = 0; k < t->f->model.n_channel; k++) {
         char is_text[FF_CELL];
         const char *is = value_note(t->p, t->f, channel_value(t, w.row, k), is_text);
         if (!is[0] || ff_report_all_left_alone(t->f, k) || at >= sizeof out->text) continue;
@@ -296,7 +296,7 @@ static ff_status put_channels(const ff_problem *p, const ff_fit_result *f, FILE 
     size_t n = 0;
     if (!column) return FF_ERR_MEMORY;
     column[n++] = (ff_column){.head = "channel", .cell = channel_cell};
-    for (uint32_t k = 0; k < f->model.n_channel; ++k) {
+    for (uint32_t k = 0; k < f->model.n_channel; k++) {
         if (ff_report_all_left_alone(f, k)) continue;
         column[n++] = (ff_column){.head = f->model.channel[k].name, .align = FF_RIGHT, .cell = channel_value_cell, .index = k};
         column[n++] = (ff_column){.head = "std error", .align = FF_RIGHT, .cell = channel_error_cell, .index = k};
@@ -311,7 +311,7 @@ static ff_status put_channels(const ff_problem *p, const ff_fit_result *f, FILE 
 static int has_channel_table(const ff_fit_result *f)
 {
     size_t shown = 0;
-    for (uint32_t k = 0; k < f->model.n_channel; ++k) shown += !ff_report_all_left_alone(f, k);
+    for (uint32_t k = 0; k < f->model.n_channel; k++) shown += !ff_report_all_left_alone(f, k);
     return f->n_channels > FF_REPORT_CHANNELS && shown > 0;
 }
 
@@ -402,7 +402,7 @@ static const ff_column residual_columns[] = {{.head = "residual", .cell = residu
 static ff_status put_residual(const ff_fit_result *f, FILE *out)
 {
     residuals t = {.f = f};
-    for (int loss = 0; loss < FF_LOSS_COUNT; ++loss)
+    for (int loss = 0; loss < FF_LOSS_COUNT; loss++)
         if (ff_loss_at(loss)->rmse_unit) t.loss[t.n_losses++] = loss;
     return ff_columns_print(residual_columns, FF_COUNT(residual_columns), &t, residual_rows(&t), FF_TABLE_TEXT, "  ", out);
 }
@@ -500,7 +500,7 @@ ff_status ff_report_fit_text(const ff_report_fits *r, FILE *out)
     ff_status status = FF_OK;
     ff_report_selection_text(r, out);
     if (r->adaptive) status = put_candidates(r->adaptive, out);
-    for (size_t i = 0; i < r->n_fits && status == FF_OK; ++i) status = put_fit(r, i, out);
+    for (size_t i = 0; i < r->n_fits && status == FF_OK; i++) status = put_fit(r, i, out);
     if (r->difference) put_difference(r->difference, out);
     return status;
 }

@@ -12,7 +12,7 @@ const char *ff_report_key(const char *name, const char *channel, char out[FF_REP
 int ff_report_all_held(const ff_fit_result *f, uint32_t k)
 {
     int held = 1;
-    for (size_t c = 0; c < f->n_channels; ++c) held &= f->channel_value[c * f->model.n_channel + k].held;
+    for (size_t c = 0; c < f->n_channels; c++) held &= f->channel_value[c * f->model.n_channel + k].held;
     return held;
 }
 
@@ -31,9 +31,9 @@ static int better(const ff_fit_result *a, const ff_fit_result *b)
 void ff_report_rank(const ff_report_fits *r, size_t p, size_t *rank)
 {
     const size_t n = r->n_fits / r->n_problems;
-    for (size_t i = 0; i < n; ++i) {
+    for (size_t i = 0; i < n; i++) {
         size_t at = i;
-        for (; at > 0 && better(&r->fit[p * n + i], &r->fit[rank[at - 1]]); --at) rank[at] = rank[at - 1];
+        for (; at > 0 && better(&r->fit[p * n + i], &r->fit[rank[at - 1]]); at--) rank[at] = rank[at - 1];
         rank[at] = p * n + i;
     }
 }
@@ -62,13 +62,13 @@ static int is_shared(const ff_fit_result *f, uint32_t k)
 
 const char *ff_report_column_name(const ff_problem *p, const ff_fit_result *f, size_t column, char out[FF_REPORT_NAME])
 {
-    for (uint32_t k = 0; k < f->model.n_shape; ++k) {
+    for (uint32_t k = 0; k < f->model.n_shape; k++) {
         if (f->shape_value[k].tied || f->shape_value[k].column != (int)column) continue;
         snprintf(out, FF_REPORT_NAME, "%s", f->model.shape[k].name);
         return out;
     }
-    for (size_t c = 0; c < f->n_channels; ++c)
-        for (uint32_t k = 0; k < f->model.n_channel; ++k) {
+    for (size_t c = 0; c < f->n_channels; c++)
+        for (uint32_t k = 0; k < f->model.n_channel; k++) {
             const ff_fit_value *v = &f->channel_value[c * f->model.n_channel + k];
             if (v->tied || v->column != (int)column) continue;
             if (!is_shared(f, k)) return ff_report_channel_param(p, f, k, c, out);

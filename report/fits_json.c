@@ -26,9 +26,9 @@ static void put_selection(ff_json *j, const ff_report_fits *r)
     ff_json_integer(j, "saturated_values", (int64_t)s.saturated);
     ff_json_integer(j, "values_below_noise", (int64_t)s.below_noise);
     ff_json_array(j, "channels", FF_JSON_LINE);
-    for (size_t p = 0; p < r->n_problems; ++p) {
+    for (size_t p = 0; p < r->n_problems; p++) {
         ff_problem_selection(r->problem[p], &s);
-        for (size_t c = 0; c < s.n_channels; ++c) ff_json_string(j, NULL, ff_problem_channel_name(r->problem[p], c));
+        for (size_t c = 0; c < s.n_channels; c++) ff_json_string(j, NULL, ff_problem_channel_name(r->problem[p], c));
     }
     ff_json_close(j);
     ff_json_bool(j, "isotropic", s.isotropic);
@@ -92,9 +92,9 @@ static void put_fixed(ff_json *j, const ff_constraints *c)
 {
     char key[FF_REPORT_KEY];
     ff_json_object(j, "fixed", FF_JSON_LINE);
-    for (size_t i = 0; i < c->n_fixed; ++i) {
+    for (size_t i = 0; i < c->n_fixed; i++) {
         ff_json_array(j, ff_report_key(c->fixed[i].name, c->fixed[i].channel, key), FF_JSON_LINE);
-        for (size_t k = 0; k < c->fixed[i].n; ++k) ff_json_number(j, NULL, c->fixed[i].value[k]);
+        for (size_t k = 0; k < c->fixed[i].n; k++) ff_json_number(j, NULL, c->fixed[i].value[k]);
         ff_json_close(j);
     }
     ff_json_close(j);
@@ -110,15 +110,15 @@ static void put_constraints(ff_json *j, const ff_constraints *c)
     }
     ff_json_object(j, "constraints", FF_JSON_BLOCK);
     ff_json_object(j, "bounds", FF_JSON_LINE);
-    for (size_t i = 0; i < c->n_bounds; ++i)
+    for (size_t i = 0; i < c->n_bounds; i++)
         put_range(j, ff_report_key(c->bound[i].name, c->bound[i].channel, key), c->bound[i].lo, c->bound[i].hi);
     ff_json_close(j);
     ff_json_object(j, "priors", FF_JSON_LINE);
-    for (size_t i = 0; i < c->n_priors; ++i)
+    for (size_t i = 0; i < c->n_priors; i++)
         put_prior(j, ff_report_key(c->prior[i].name, c->prior[i].channel, key), c->prior[i].mean, c->prior[i].sd);
     ff_json_close(j);
     ff_json_array(j, "ties", FF_JSON_LINE);
-    for (size_t i = 0; i < c->n_ties; ++i) {
+    for (size_t i = 0; i < c->n_ties; i++) {
         ff_json_array(j, NULL, FF_JSON_LINE);
         ff_json_string(j, NULL, c->tie[i].name);
         ff_json_string(j, NULL, c->tie[i].to);
@@ -150,7 +150,7 @@ static void put_interval(ff_json *j, const char *key, const ff_fit_value *v)
 
 static void put_shape(ff_json *j, const ff_fit_result *f)
 {
-    for (uint32_t k = 0; k < f->model.n_shape; ++k) {
+    for (uint32_t k = 0; k < f->model.n_shape; k++) {
         const ff_fit_value *v = &f->shape_value[k];
         ff_json_object(j, f->model.shape[k].name, FF_JSON_LINE);
         ff_json_number(j, "value", v->value);
@@ -172,7 +172,7 @@ static ff_fit_value known_of_channels(const ff_fit_result *f, uint32_t k)
 {
     const size_t stride = f->model.n_channel;
     ff_fit_value known = f->channel_value[(f->n_channels - 1) * stride + k];
-    for (size_t c = 0; c < f->n_channels; ++c)
+    for (size_t c = 0; c < f->n_channels; c++)
         if (f->channel_value[c * stride + k].prior_sd != known.prior_sd) known.prior_sd = NAN;
     return known;
 }
@@ -180,30 +180,30 @@ static ff_fit_value known_of_channels(const ff_fit_result *f, uint32_t k)
 static void put_channels(ff_json *j, const ff_fit_result *f)
 {
     const size_t n = f->n_channels, stride = f->model.n_channel;
-    for (uint32_t k = 0; k < f->model.n_channel; ++k) {
+    for (uint32_t k = 0; k < f->model.n_channel; k++) {
         const ff_fit_value *v = f->channel_value + k;
         ff_json_object(j, f->model.channel[k].name, FF_JSON_LINE);
         ff_json_array(j, "value", FF_JSON_LINE);
-        for (size_t c = 0; c < n; ++c) ff_json_number(j, NULL, v[c * stride].value);
+        for (size_t c = 0; c < n; c++) ff_json_number(j, NULL, v[c * stride].value);
         ff_json_close(j);
         ff_json_array(j, "std_error", FF_JSON_LINE);
-        for (size_t c = 0; c < n; ++c) ff_json_number(j, NULL, v[c * stride].std_error);
+        for (size_t c = 0; c < n; c++) ff_json_number(j, NULL, v[c * stride].std_error);
         ff_json_close(j);
         ff_json_array(j, "interval", FF_JSON_LINE);
-        for (size_t c = 0; c < n; ++c) put_interval(j, NULL, &v[c * stride]);
+        for (size_t c = 0; c < n; c++) put_interval(j, NULL, &v[c * stride]);
         ff_json_close(j);
         ff_json_array(j, "interval_from", FF_JSON_LINE);
-        for (size_t c = 0; c < n; ++c)
+        for (size_t c = 0; c < n; c++)
             ff_json_string(j, NULL, v[c * stride].interval ? ff_interval_name((int)v[c * stride].interval) : NULL);
         ff_json_close(j);
         ff_json_array(j, "carriers", FF_JSON_LINE);
-        for (size_t c = 0; c < n; ++c) ff_json_number(j, NULL, v[c * stride].carriers);
+        for (size_t c = 0; c < n; c++) ff_json_number(j, NULL, v[c * stride].carriers);
         ff_json_close(j);
         ff_json_array(j, "residual_error", FF_JSON_LINE);
-        for (size_t c = 0; c < n; ++c) ff_json_number(j, NULL, v[c * stride].residual_error);
+        for (size_t c = 0; c < n; c++) ff_json_number(j, NULL, v[c * stride].residual_error);
         ff_json_close(j);
         ff_json_array(j, "at_bound", FF_JSON_LINE);
-        for (size_t c = 0; c < n; ++c) put_bound(j, NULL, v[c * stride].at_bound);
+        for (size_t c = 0; c < n; c++) put_bound(j, NULL, v[c * stride].at_bound);
         ff_json_close(j);
         ff_json_bool(j, "held", ff_report_all_held(f, k));
         const ff_fit_value known = known_of_channels(f, k);
@@ -218,20 +218,20 @@ static void put_channel_correlation(ff_json *j, const ff_fit_result *f)
 {
     const size_t N = f->model.n_channel, width = f->n_columns + N;
     int held[FF_MAX_CHANNEL_PARAMS];
-    for (uint32_t k = 0; k < N; ++k) held[k] = ff_report_all_held(f, k);
+    for (uint32_t k = 0; k < N; k++) held[k] = ff_report_all_held(f, k);
     ff_json_array(j, "channel_names", FF_JSON_LINE);
-    for (uint32_t k = 0; k < N; ++k)
+    for (uint32_t k = 0; k < N; k++)
         if (!held[k]) ff_json_string(j, NULL, f->model.channel[k].name);
     ff_json_close(j);
     ff_json_array(j, "channels", FF_JSON_BLOCK);
-    for (size_t c = 0; c < f->n_channels; ++c) {
+    for (size_t c = 0; c < f->n_channels; c++) {
         ff_json_array(j, NULL, FF_JSON_LINE);
-        for (uint32_t k = 0; k < N; ++k) {
+        for (uint32_t k = 0; k < N; k++) {
             const double *row = f->channel_correlation + (c * N + k) * width;
             if (held[k]) continue;
             ff_json_array(j, NULL, FF_JSON_LINE);
-            for (size_t i = 0; i < f->n_columns; ++i) ff_json_number(j, NULL, row[i]);
-            for (uint32_t i = 0; i < N; ++i)
+            for (size_t i = 0; i < f->n_columns; i++) ff_json_number(j, NULL, row[i]);
+            for (uint32_t i = 0; i < N; i++)
                 if (!held[i]) ff_json_number(j, NULL, row[f->n_columns + i]);
             ff_json_close(j);
         }
@@ -249,7 +249,7 @@ static void put_candidates(ff_json *j, const ff_adaptive *a)
     ff_json_integer(j, "measured", (int64_t)a->coverage.measured);
     ff_json_close(j);
     ff_json_array(j, "candidates", FF_JSON_BLOCK);
-    for (size_t k = 0; k < a->n; ++k) {
+    for (size_t k = 0; k < a->n; k++) {
         const ff_adaptive_candidate *c = &a->candidate[k];
         ff_json_object(j, NULL, FF_JSON_BLOCK);
         ff_json_string(j, "name", ff_loss_name((int)c->loss));
@@ -274,7 +274,7 @@ static void put_noise(ff_json *j, const ff_fit_result *f)
     }
     ff_json_object(j, "noise", FF_JSON_BLOCK);
     ff_json_array(j, "levels", FF_JSON_BLOCK);
-    for (size_t k = 0; k < ff_noise_level_count(n); ++k) {
+    for (size_t k = 0; k < ff_noise_level_count(n); k++) {
         const ff_noise_level l = ff_noise_level_at(n, k);
         ff_json_object(j, NULL, FF_JSON_LINE);
         ff_json_number(j, "constant", l.constant);
@@ -286,9 +286,9 @@ static void put_noise(ff_json *j, const ff_fit_result *f)
     ff_json_number(j, "cos_i", ff_noise_cos_i(n));
     ff_json_number(j, "cos_o", ff_noise_cos_o(n));
     size_t lags = 0;
-    while (lags < FF_NOISE_LAGS && ff_noise_along_scan(n, lags + 1) > 0) ++lags;
+    while (lags < FF_NOISE_LAGS && ff_noise_along_scan(n, lags + 1) > 0) lags++;
     ff_json_array(j, "along_scan", FF_JSON_LINE);
-    for (size_t lag = 1; lag <= lags; ++lag) ff_json_number(j, NULL, ff_noise_along_scan(n, lag));
+    for (size_t lag = 1; lag <= lags; lag++) ff_json_number(j, NULL, ff_noise_along_scan(n, lag));
     ff_json_close(j);
     ff_json_number(j, "between_channels", ff_noise_between_channels(n));
     ff_json_close(j);
@@ -303,15 +303,15 @@ static void put_correlation(ff_json *j, const ff_problem *p, const ff_fit_result
     }
     ff_json_object(j, "correlation", FF_JSON_BLOCK);
     ff_json_array(j, "names", FF_JSON_LINE);
-    for (size_t column = 0; column < f->n_columns; ++column) {
+    for (size_t column = 0; column < f->n_columns; column++) {
         char name[FF_REPORT_NAME];
         ff_json_string(j, NULL, ff_report_column_name(p, f, column, name));
     }
     ff_json_close(j);
     ff_json_array(j, "matrix", FF_JSON_BLOCK);
-    for (size_t a = 0; a < f->n_columns; ++a) {
+    for (size_t a = 0; a < f->n_columns; a++) {
         ff_json_array(j, NULL, FF_JSON_LINE);
-        for (size_t b = 0; b < f->n_columns; ++b) ff_json_number(j, NULL, f->correlation[a * f->n_columns + b]);
+        for (size_t b = 0; b < f->n_columns; b++) ff_json_number(j, NULL, f->correlation[a * f->n_columns + b]);
         ff_json_close(j);
     }
     ff_json_close(j);
@@ -336,11 +336,11 @@ static void put_ellipse(ff_json *j, const ff_fit_result *f)
 
 void ff_report_rmses_json(ff_json *j, const ff_residual *r)
 {
-    for (int loss = 0; loss < FF_LOSS_COUNT; ++loss) {
+    for (int loss = 0; loss < FF_LOSS_COUNT; loss++) {
         char key[64];
         if (!ff_loss_at(loss)->rmse_unit) continue;
         snprintf(key, sizeof key, "%s_rmse", ff_loss_name(loss));
-        for (char *c = key; *c; ++c)
+        for (char *c = key; *c; c++)
             if (*c == '-') *c = '_';
         ff_json_number(j, key, r->loss_rmse[loss]);
     }
@@ -361,7 +361,7 @@ static void put_bases(ff_json *j, const ff_model *m)
 {
     char names[FF_MODEL_NAME] = "";
     size_t used = 0;
-    for (uint32_t b = 0; b < m->n_bases && used < sizeof names; ++b)
+    for (uint32_t b = 0; b < m->n_bases && used < sizeof names; b++)
         used += (size_t)snprintf(names + used, sizeof names - used, "%s%s", b ? "+" : "",
                                  ff_term_at(FF_DIFFUSE, (size_t)m->base[b].diffuse)->name);
     ff_json_string(j, "diffuse", m->n_bases ? names : NULL);
@@ -382,7 +382,7 @@ static void put_fit(ff_json *j, const ff_report_fits *r, size_t i)
     put_bases(j, &f->model);
     ff_json_string(j, "shape", ff_shape_name((int)f->shape));
     ff_json_array(j, "channels", FF_JSON_LINE);
-    for (size_t c = 0; c < f->n_channels; ++c) ff_json_string(j, NULL, ff_problem_channel_name(p, c));
+    for (size_t c = 0; c < f->n_channels; c++) ff_json_string(j, NULL, ff_problem_channel_name(p, c));
     ff_json_close(j);
     ff_json_string(j, "outcome", ff_outcome_name((int)f->outcome));
     ff_json_integer(j, "iterations", f->iterations);
@@ -439,13 +439,13 @@ ff_status ff_report_fits_json(const ff_report_fits *r, FILE *out)
     if (r->places) put_groups(&j, r);
     if (r->difference) put_difference(&j, r->difference);
     ff_json_array(&j, "fits", FF_JSON_BLOCK);
-    for (size_t i = 0; i < r->n_fits; ++i) put_fit(&j, r, i);
+    for (size_t i = 0; i < r->n_fits; i++) put_fit(&j, r, i);
     ff_json_close(&j);
     /* One problem after another: fits of different channels are not compared. */
     ff_json_array(&j, "ranking", FF_JSON_LINE);
-    for (size_t p = 0; p < r->n_problems; ++p) {
+    for (size_t p = 0; p < r->n_problems; p++) {
         ff_report_rank(r, p, rank);
-        for (size_t i = 0; i < models; ++i) ff_json_integer(&j, NULL, (int64_t)rank[i]);
+        for (size_t i = 0; i < models; i++) ff_json_integer(&j, NULL, (int64_t)rank[i]);
     }
     ff_json_close(&j);
     ff_json_close(&j);

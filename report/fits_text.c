@@ -24,7 +24,7 @@ static void put_fixed(const ff_fixed *f, const char *separator, FILE *out)
     enum { SHOWN = 4 };
     char key[FF_REPORT_KEY], number[FF_TEXT_NUMBER];
     fprintf(out, "%s%s held at ", separator, ff_report_key(f->name, f->channel, key));
-    for (size_t k = 0; k < f->n && k < SHOWN; ++k) fprintf(out, "%s%s", k ? ":" : "", ff_text_number(f->value[k], 6, number));
+    for (size_t k = 0; k < f->n && k < SHOWN; k++) fprintf(out, "%s%s", k ? ":" : "", ff_text_number(f->value[k], 6, number));
     if (f->n > SHOWN) fprintf(out, ":... (%zu values)", f->n);
 }
 
@@ -34,16 +34,16 @@ static void put_constraints(const ff_constraints *c, FILE *out)
     char a[FF_TEXT_NUMBER], b[FF_TEXT_NUMBER], key[FF_REPORT_KEY];
     const char *separator = "given: ";
     if (!c) return;
-    for (size_t i = 0; i < c->n_bounds; ++i, separator = "; ")
+    for (size_t i = 0; i < c->n_bounds; i++, separator = "; ")
         fprintf(out, "%s%s in [%s, %s]", separator, ff_report_key(c->bound[i].name, c->bound[i].channel, key),
                 ff_text_number(c->bound[i].lo, 6, a), ff_text_number(c->bound[i].hi, 6, b));
-    for (size_t i = 0; i < c->n_priors; ++i, separator = "; ")
+    for (size_t i = 0; i < c->n_priors; i++, separator = "; ")
         fprintf(out, "%s%s = %s +- %s", separator, ff_report_key(c->prior[i].name, c->prior[i].channel, key),
                 ff_text_number(c->prior[i].mean, 6, a), ff_text_number(c->prior[i].sd, 6, b));
-    for (size_t i = 0; i < c->n_ties; ++i, separator = "; ")
+    for (size_t i = 0; i < c->n_ties; i++, separator = "; ")
         fprintf(out, "%s%s %s%s", separator, c->tie[i].name, c->tie[i].to ? "= " : "the same in all channels",
                 c->tie[i].to ? c->tie[i].to : "");
-    for (size_t i = 0; i < c->n_fixed; ++i, separator = "; ") put_fixed(&c->fixed[i], separator, out);
+    for (size_t i = 0; i < c->n_fixed; i++, separator = "; ") put_fixed(&c->fixed[i], separator, out);
     if (c->energy_conserving) fprintf(out, "%senergy is conserved", separator), separator = "; ";
     if (*separator == ';') fputc('\n', out);
 }
@@ -90,7 +90,7 @@ int ff_report_left_alone(const ff_fit_value *v, const ff_param *info)
 int ff_report_all_left_alone(const ff_fit_result *f, uint32_t k)
 {
     int all = 1;
-    for (size_t c = 0; c < f->n_channels; ++c)
+    for (size_t c = 0; c < f->n_channels; c++)
         all &= ff_report_left_alone(&f->channel_value[c * f->model.n_channel + k], f->model.channel[k].info);
     return all;
 }
@@ -98,7 +98,7 @@ int ff_report_all_left_alone(const ff_fit_result *f, uint32_t k)
 void ff_report_shape_cell(ff_cell *out, const ff_fit_result *f)
 {
     size_t at = 0;
-    for (uint32_t k = 0; k < f->model.n_shape; ++k) {
+    for (uint32_t k = 0; k < f->model.n_shape; k++) {
         const ff_fit_value *v = &f->shape_value[k];
         const char *name = f->model.shape[k].name;
         char number[FF_TEXT_NUMBER], label[FF_PARAM_NAME + 2];
@@ -119,7 +119,7 @@ static void channel_cell(const ff_fit_result *f, uint32_t k, char *out, size_t s
     double lowest = INFINITY, highest = -INFINITY;
     char number[FF_TEXT_NUMBER], other[FF_TEXT_NUMBER];
     out[0] = '\0';
-    for (size_t c = 0; c < f->n_channels && at < size; ++c) {
+    for (size_t c = 0; c < f->n_channels && at < size; c++) {
         const ff_fit_value *v = &f->channel_value[c * f->model.n_channel + k];
         lowest = fmin(lowest, v->value);
         highest = fmax(highest, v->value);
@@ -136,7 +136,7 @@ void ff_report_channel_cells(ff_cell *out, const ff_fit_result *f, int of_lobes,
 {
     size_t at = 0;
     ff_cell_text(out, "-");
-    for (uint32_t k = 0; k < f->model.n_channel && at < sizeof out->text; ++k) {
+    for (uint32_t k = 0; k < f->model.n_channel && at < sizeof out->text; k++) {
         const ff_model_param *p = &f->model.channel[k];
         char cell[FF_CELL];
         if ((p->lobe < f->model.n_lobes) != of_lobes || ff_report_all_held(f, k)) continue;
@@ -162,7 +162,7 @@ void ff_report_base_names(ff_cell *out, const ff_model *m)
 {
     size_t at = 0;
     ff_cell_text(out, "-");
-    for (uint32_t b = 0; b < m->n_bases && at < sizeof out->text; ++b)
+    for (uint32_t b = 0; b < m->n_bases && at < sizeof out->text; b++)
         at += (size_t)snprintf(out->text + at, sizeof out->text - at, "%s%s", b ? "+" : "",
                                ff_term_at(FF_DIFFUSE, (size_t)m->base[b].diffuse)->name);
 }

@@ -8,7 +8,7 @@ void ff_report_head_json(ff_json *j, ff_schema schema, const ff_report_head *hea
     ff_json_string(j, "schema", ff_schema_name(schema));
     ff_json_string(j, "version", head->version);
     ff_json_array(j, "command", FF_JSON_LINE);
-    for (size_t i = 0; i < head->n_command; ++i) ff_json_string(j, NULL, head->command[i]);
+    for (size_t i = 0; i < head->n_command; i++) ff_json_string(j, NULL, head->command[i]);
     ff_json_close(j);
 }
 

@@ -21,7 +21,7 @@ static size_t sorted_values(const ff_table *t, size_t c, double *value)
 {
     size_t n = 0;
     ff_table_values(t, c, 0, t->n, value);
-    for (size_t i = 0; i < t->n; ++i)
+    for (size_t i = 0; i < t->n; i++)
         if (t->valid[i] && isfinite(value[i])) value[n++] = value[i];
     qsort(value, n, sizeof *value, ff_ascending);
     return n;
@@ -44,7 +44,7 @@ static ff_status summarise(const ff_table *t, table_summary *s)
         summary_free(s);
         return FF_ERR_MEMORY;
     }
-    for (size_t c = 0; c < t->n_channels; ++c) {
+    for (size_t c = 0; c < t->n_channels; c++) {
         const size_t n = sorted_values(t, c, value);
         s->channel[c] = n ? (channel_summary){value[0], (value[(n - 1) / 2] + value[n / 2]) / 2, value[n - 1]}
                           : (channel_summary){NAN, NAN, NAN};
@@ -93,9 +93,9 @@ static void put_coverage(const ff_survey *s, FILE *out)
 {
     fprintf(out, "\nazimuths met, by theta_i (down) and theta_o (across): . few of |phi_o - phi_i|, : o O more, # all\n"
                  "         0     15    30    45    60    75    90\n");
-    for (int i = 0; i < FF_SURVEY_ROWS; ++i) {
+    for (int i = 0; i < FF_SURVEY_ROWS; i++) {
         fprintf(out, "  %2d-%2d  |", 10 * i, 10 * i + 10);
-        for (int o = 0; o < FF_SURVEY_COLUMNS; ++o) {
+        for (int o = 0; o < FF_SURVEY_COLUMNS; o++) {
             const char sign = azimuth_sign(s->azimuths[i][o]);
             fprintf(out, "%c%c", sign, sign);
         }
@@ -183,8 +183,8 @@ static void warn_of_reflectance(const ff_table *t, const ff_survey *s, FILE *out
 {
     double largest = 0, at = 0;
     char n[FF_TEXT_NUMBER], m[FF_TEXT_NUMBER];
-    for (size_t k = 0; k < s->n_reflectances; ++k)
-        for (size_t c = 0; c < t->n_channels; ++c)
+    for (size_t k = 0; k < s->n_reflectances; k++)
+        for (size_t c = 0; c < t->n_channels; c++)
             if (s->albedo[k * t->n_channels + c] > largest) {
                 largest = s->albedo[k * t->n_channels + c];
                 at = s->reflectance[k].theta_i;
@@ -205,7 +205,7 @@ static ff_status put_reflectances(const ff_table *t, const ff_survey *s, FILE *o
     size_t n = 2;
     if (s->n_reflectances == 0) return FF_OK;
     fprintf(out, "\nreflectance into the covered part of the hemisphere (%s)\n", s->method);
-    for (size_t k = 0; k < SHOWN && k < t->n_channels; ++k) {
+    for (size_t k = 0; k < SHOWN && k < t->n_channels; k++) {
         const size_t c = channel_shown(t, k);
         column[n++] = (ff_column){.head = t->channels[c].name, .align = FF_RIGHT, .cell = reflectance_cell, .index = c};
     }
@@ -256,7 +256,7 @@ static ff_status put_channels(const ff_table *t, const table_summary *s, ff_tabl
 static void put_notes(const ff_table *t, FILE *out)
 {
     char text[FF_WORDS_SENTENCE];
-    for (size_t k = 0; ff_words_note(t, k, text); ++k) fprintf(out, "note: %s\n", text);
+    for (size_t k = 0; ff_words_note(t, k, text); k++) fprintf(out, "note: %s\n", text);
 }
 
 ff_status ff_report_table_text(const char *path, const ff_table *t, FILE *out)
@@ -326,19 +326,19 @@ static void structure_json(ff_json *j, const ff_table *t)
 {
     ff_json_string(j, "parametrisation", t->grid ? t->grid->name : t->axes.kind ? axes_name(t->axes.kind) : "scattered");
     ff_json_array(j, "axes", FF_JSON_LINE);
-    for (int k = 0; k < 4 && t->axes.kind; ++k) ff_json_integer(j, NULL, (int64_t)t->axes.n[k]);
+    for (int k = 0; k < 4 && t->axes.kind; k++) ff_json_integer(j, NULL, (int64_t)t->axes.n[k]);
     ff_json_close(j);
 }
 
 static void survey_json(ff_json *j, const ff_table *t, const ff_survey *s)
 {
     ff_json_array(j, "near_mirror", FF_JSON_LINE);
-    for (int k = 0; k < 4; ++k) ff_json_integer(j, NULL, (int64_t)s->near_mirror[k]);
+    for (int k = 0; k < 4; k++) ff_json_integer(j, NULL, (int64_t)s->near_mirror[k]);
     ff_json_close(j);
     ff_json_array(j, "azimuths_met", FF_JSON_BLOCK);
-    for (int i = 0; i < FF_SURVEY_ROWS; ++i) {
+    for (int i = 0; i < FF_SURVEY_ROWS; i++) {
         ff_json_array(j, NULL, FF_JSON_LINE);
-        for (int o = 0; o < FF_SURVEY_COLUMNS; ++o) ff_json_integer(j, NULL, s->azimuths[i][o]);
+        for (int o = 0; o < FF_SURVEY_COLUMNS; o++) ff_json_integer(j, NULL, s->azimuths[i][o]);
         ff_json_close(j);
     }
     ff_json_close(j);
@@ -349,13 +349,13 @@ static void survey_json(ff_json *j, const ff_table *t, const ff_survey *s)
     ff_json_number(j, "reciprocity_if_cosine_missing", expm1(s->without_cosine));
     ff_json_integer(j, "cosine_hint", ff_survey_cosine(s));
     ff_json_array(j, "reflectance", FF_JSON_BLOCK);
-    for (size_t k = 0; k < s->n_reflectances; ++k) {
+    for (size_t k = 0; k < s->n_reflectances; k++) {
         ff_json_object(j, NULL, FF_JSON_LINE);
         ff_json_number(j, "theta_i_deg", s->reflectance[k].theta_i);
         ff_json_number(j, "phi_i_deg", s->reflectance[k].phi_i);
         ff_json_number(j, "covered", s->reflectance[k].covered);
         ff_json_array(j, "value", FF_JSON_LINE);
-        for (size_t c = 0; c < t->n_channels; ++c) ff_json_number(j, NULL, s->albedo[k * t->n_channels + c]);
+        for (size_t c = 0; c < t->n_channels; c++) ff_json_number(j, NULL, s->albedo[k * t->n_channels + c]);
         ff_json_close(j);
         ff_json_close(j);
     }
@@ -366,7 +366,7 @@ static void notes_json(ff_json *j, const ff_table *t)
 {
     char text[FF_WORDS_SENTENCE];
     ff_json_array(j, "notes", FF_JSON_BLOCK);
-    for (size_t k = 0; ff_words_note(t, k, text); ++k) ff_json_string(j, NULL, text);
+    for (size_t k = 0; ff_words_note(t, k, text); k++) ff_json_string(j, NULL, text);
     ff_json_close(j);
 }
 
@@ -393,7 +393,7 @@ ff_status ff_report_table_json(const ff_report_head *head, const char *path, con
     ff_json_bool(&j, "solid_angle_weights", ff_table_has_weights(t));
     ff_json_bool(&j, "sigma", t->sigma != NULL);
     ff_json_array(&j, "channels", FF_JSON_BLOCK);
-    for (size_t c = 0; c < t->n_channels; ++c) {
+    for (size_t c = 0; c < t->n_channels; c++) {
         ff_json_object(&j, NULL, FF_JSON_LINE);
         ff_json_string(&j, "name", t->channels[c].name);
         ff_json_number(&j, "wavelength_nm", t->channels[c].wavelength_nm);

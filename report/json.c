@@ -41,7 +41,7 @@ static void put_line_end(ff_json *j)
 {
     if (j->line[j->depth]) return;
     fputc('\n', j->file);
-    for (int i = 0; i < j->depth; ++i) fputs("  ", j->file);
+    for (int i = 0; i < j->depth; i++) fputs("  ", j->file);
 }
 
 /* What stands before a value: the comma of the one before it, the new line, the key. */

@@ -11,17 +11,17 @@ static size_t piece(const char *text, const char *end)
 {
     const char *p = text;
     int code = 0;
-    for (; p < end && (code || *p != ' '); ++p)
+    for (; p < end && (code || *p != ' '); p++)
         if (*p == '`') code = !code;
     if (p == end && code) /* a backquote that nothing closes */
-        for (p = text; p < end && *p != ' ';) ++p;
+        for (p = text; p < end && *p != ' ';) p++;
     return (size_t)(p - text);
 }
 
 static size_t columns(const char *text, size_t n)
 {
     size_t count = 0;
-    for (size_t i = 0; i < n; ++i) count += ((unsigned char)text[i] & 0xc0) != 0x80;
+    for (size_t i = 0; i < n; i++) count += ((unsigned char)text[i] & 0xc0) != 0x80;
     return count;
 }
 
@@ -36,7 +36,7 @@ static void put_line(const char *line, const char *end, FILE *out)
     const int forced = length >= 2 && end[-1] == ' ' && end[-2] == ' ';
     const size_t width = forced ? PAGE_WIDTH - 2 : PAGE_WIDTH;
     const int indent = line[0] == '-' && line[1] == ' ' ? 2 : 0;
-    while (end > line && end[-1] == ' ') --end;
+    while (end > line && end[-1] == ' ') end--;
     for (size_t column = 0; line < end;) {
         const size_t n = piece(line, end), wide = columns(line, n);
         if (column && column + 1 + wide > width) {
@@ -44,12 +44,12 @@ static void put_line(const char *line, const char *end, FILE *out)
             column = (size_t)indent;
         } else if (column) {
             fputc(' ', out);
-            ++column;
+            column++;
         }
         fwrite(line, 1, n, out);
         column += wide;
         line += n;
-        while (line < end && *line == ' ') ++line;
+        while (line < end && *line == ' ') line++;
     }
     if (forced) fputs("  ", out);
 }

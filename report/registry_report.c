@@ -64,7 +64,7 @@ enum { CLAIMS_TEXT = 128 };
 static const char *claims_text(uint32_t bits, char out[CLAIMS_TEXT])
 {
     size_t at = 0;
-    for (int i = 0; i < N_CLAIMS && at < CLAIMS_TEXT; ++i)
+    for (int i = 0; i < N_CLAIMS && at < CLAIMS_TEXT; i++)
         if (bits & claims[i].bit) at += (size_t)snprintf(out + at, CLAIMS_TEXT - at, "%s%s", at ? ", " : "", claims[i].name);
     return at ? out : "nothing";
 }
@@ -89,16 +89,16 @@ ff_status ff_report_models_text(FILE *out)
           "Parameters: name, [least, most], initial value, unit, meaning. Every lobe also has a scale ks (1, held unless freed).\n"
           "The Fresnel term `shared` of a second or third lobe is that of the first; such a lobe has a `weight` instead of ks.\n",
           out);
-    for (int kind = 0; kind < FF_TERM_KINDS; ++kind) {
+    for (int kind = 0; kind < FF_TERM_KINDS; kind++) {
         fprintf(out, "\n%s\n", ff_term_kind_name((ff_term_kind)kind));
-        for (size_t i = 0; i < ff_term_count((ff_term_kind)kind) && status == FF_OK; ++i)
+        for (size_t i = 0; i < ff_term_count((ff_term_kind)kind) && status == FF_OK; i++)
             status = put_term(ff_term_at((ff_term_kind)kind, i), out);
     }
     fputs("\npreset\n", out);
-    for (size_t i = 0; i < ff_preset_count(); ++i) {
+    for (size_t i = 0; i < ff_preset_count(); i++) {
         const ff_preset *p = ff_preset_at(i);
         fprintf(out, "  %s\n      %s\n      source: %s\n      stands for: %s", p->name, p->title, p->source, p->expression);
-        for (int k = 0; k < 3 && p->hold[k]; ++k) fprintf(out, "%s%s", k ? ", " : " with ", p->hold[k]);
+        for (int k = 0; k < 3 && p->hold[k]; k++) fprintf(out, "%s%s", k ? ", " : " with ", p->hold[k]);
         fputc('\n', out);
         if (p->note[0]) fprintf(out, "      note: %s\n", p->note);
     }
@@ -115,7 +115,7 @@ typedef struct term_at {
 static term_at term_of(size_t row)
 {
     int kind = 0;
-    for (; row >= ff_term_count((ff_term_kind)kind); ++kind) row -= ff_term_count((ff_term_kind)kind);
+    for (; row >= ff_term_count((ff_term_kind)kind); kind++) row -= ff_term_count((ff_term_kind)kind);
     return (term_at){(ff_term_kind)kind, ff_term_at((ff_term_kind)kind, row)};
 }
 
@@ -138,7 +138,7 @@ static void parameters_cell(ff_cell *out, ff_where w)
 {
     const ff_term *t = term_of(w.row).term;
     size_t at = 0;
-    for (uint32_t i = 0; i < t->n_params && at < sizeof out->text; ++i)
+    for (uint32_t i = 0; i < t->n_params && at < sizeof out->text; i++)
         at += (size_t)snprintf(out->text + at, sizeof out->text - at, "%s%s", at ? " " : "", t->params[i].name);
 }
 
@@ -163,7 +163,7 @@ static const ff_column model_columns[] = {{.head = "kind", .cell = kind_cell},
 ff_status ff_report_models_table(ff_table_form form, FILE *out)
 {
     size_t rows = 0;
-    for (int kind = 0; kind < FF_TERM_KINDS; ++kind) rows += ff_term_count((ff_term_kind)kind);
+    for (int kind = 0; kind < FF_TERM_KINDS; kind++) rows += ff_term_count((ff_term_kind)kind);
     return ff_columns_print(model_columns, FF_COUNT(model_columns), NULL, rows, form, "", out);
 }
 
@@ -172,7 +172,7 @@ ff_status ff_report_models_table(ff_table_form form, FILE *out)
 /* Text with the characters escaped that a table of Markdown would take as its own. */
 static void put_escaped(const char *text, FILE *out)
 {
-    for (; *text; ++text) {
+    for (; *text; text++) {
         if (*text == '|' || *text == '*' || *text == '<') fputc('\\', out);
         fputc(*text, out);
     }
@@ -194,7 +194,7 @@ static void markdown_term(const ff_term *t, FILE *out)
     }
     fputc('\n', out);
     if (t->n_params) fputs("\n| parameter | range | initial | unit | meaning |\n|---|---|---|---|---|\n", out);
-    for (uint32_t i = 0; i < t->n_params; ++i) {
+    for (uint32_t i = 0; i < t->n_params; i++) {
         const ff_param *p = &t->params[i];
         char lo[FF_TEXT_NUMBER], hi[FF_TEXT_NUMBER], init[FF_TEXT_NUMBER];
         fprintf(out, "| `%s` | %s to %s | %s | %s | ", p->name, ff_text_exact(p->lo, lo), ff_text_exact(p->hi, hi),
@@ -221,15 +221,15 @@ static ff_status models_page(const void *none, FILE *out)
         "*weak-furnace*: the weak white furnace integral is 1, of a distribution for the Smith forms; *needs-centred*: has no "
         "meaning with a mean slope; *furnace-only*: exists for that test, `all` leaves it out.\n",
         out);
-    for (int kind = 0; kind < FF_TERM_KINDS; ++kind) {
+    for (int kind = 0; kind < FF_TERM_KINDS; kind++) {
         fprintf(out, "\n## %s\n", heading[kind]);
-        for (size_t i = 0; i < ff_term_count((ff_term_kind)kind); ++i) markdown_term(ff_term_at((ff_term_kind)kind, i), out);
+        for (size_t i = 0; i < ff_term_count((ff_term_kind)kind); i++) markdown_term(ff_term_at((ff_term_kind)kind, i), out);
     }
     fputs("\n## Presets\n\n| name | stands for | what it is | source |\n|---|---|---|---|\n", out);
-    for (size_t i = 0; i < ff_preset_count(); ++i) {
+    for (size_t i = 0; i < ff_preset_count(); i++) {
         const ff_preset *p = ff_preset_at(i);
         fprintf(out, "| `%s` | `%s`", p->name, p->expression);
-        for (int k = 0; k < 3 && p->hold[k]; ++k) fprintf(out, "%s `%s`", k ? "," : " with", p->hold[k]);
+        for (int k = 0; k < 3 && p->hold[k]; k++) fprintf(out, "%s `%s`", k ? "," : " with", p->hold[k]);
         fputs(" | ", out);
         put_escaped(p->title, out);
         if (p->note[0]) {
@@ -251,7 +251,7 @@ ff_status ff_report_models_markdown(FILE *out)
 static void put_bits(ff_json *j, const char *key, uint32_t bits, int of_claims)
 {
     ff_json_array(j, key, FF_JSON_LINE);
-    for (int i = 0; i < (of_claims ? N_CLAIMS : N_FLAGS); ++i)
+    for (int i = 0; i < (of_claims ? N_CLAIMS : N_FLAGS); i++)
         if (bits & (of_claims ? claims[i].bit : flags[i].bit)) ff_json_string(j, NULL, of_claims ? claims[i].name : flags[i].name);
     ff_json_close(j);
 }
@@ -266,7 +266,7 @@ static void term_json(ff_json *j, ff_term_kind kind, const ff_term *term)
     ff_json_string(j, "note", term->note);
     put_bits(j, "claims", term->claims, 1);
     ff_json_array(j, "parameters", FF_JSON_BLOCK);
-    for (uint32_t i = 0; i < term->n_params; ++i) {
+    for (uint32_t i = 0; i < term->n_params; i++) {
         const ff_param *p = &term->params[i];
         ff_json_object(j, NULL, FF_JSON_LINE);
         ff_json_string(j, "name", p->name);
@@ -291,7 +291,7 @@ static void preset_json(ff_json *j, const ff_preset *p)
     ff_json_string(j, "note", p->note);
     ff_json_string(j, "model", p->expression);
     ff_json_array(j, "hold", FF_JSON_LINE);
-    for (int k = 0; k < 3 && p->hold[k]; ++k) ff_json_string(j, NULL, p->hold[k]);
+    for (int k = 0; k < 3 && p->hold[k]; k++) ff_json_string(j, NULL, p->hold[k]);
     ff_json_close(j);
     ff_json_close(j);
 }
@@ -303,12 +303,12 @@ ff_status ff_report_models_json(const ff_report_head *head, FILE *out)
     ff_json_object(&j, NULL, FF_JSON_BLOCK);
     ff_report_head_json(&j, FF_SCHEMA_MODELS, head);
     ff_json_array(&j, "terms", FF_JSON_BLOCK);
-    for (int kind = 0; kind < FF_TERM_KINDS; ++kind)
-        for (size_t i = 0; i < ff_term_count((ff_term_kind)kind); ++i)
+    for (int kind = 0; kind < FF_TERM_KINDS; kind++)
+        for (size_t i = 0; i < ff_term_count((ff_term_kind)kind); i++)
             term_json(&j, (ff_term_kind)kind, ff_term_at((ff_term_kind)kind, i));
     ff_json_close(&j);
     ff_json_array(&j, "presets", FF_JSON_BLOCK);
-    for (size_t i = 0; i < ff_preset_count(); ++i) preset_json(&j, ff_preset_at(i));
+    for (size_t i = 0; i < ff_preset_count(); i++) preset_json(&j, ff_preset_at(i));
     ff_json_close(&j);
     ff_json_close(&j);
     ff_json_end(&j);
@@ -346,7 +346,7 @@ static void options_cell(ff_cell *out, ff_where w)
     const unsigned bits = ff_format_at(w.row)->reads;
     size_t at = 0;
     ff_cell_text(out, "-");
-    for (int k = 0; k < N_READS && at < sizeof out->text; ++k)
+    for (int k = 0; k < N_READS && at < sizeof out->text; k++)
         if (bits & reads[k].bit)
             at += (size_t)snprintf(out->text + at, sizeof out->text - at, "%s%s", at ? " " : "", reads[k].name);
 }
@@ -385,7 +385,7 @@ ff_status ff_report_formats_json(const ff_report_head *head, FILE *out)
     ff_json_object(&j, NULL, FF_JSON_BLOCK);
     ff_report_head_json(&j, FF_SCHEMA_FORMATS, head);
     ff_json_array(&j, "formats", FF_JSON_BLOCK);
-    for (size_t i = 0; i < ff_format_count(); ++i) {
+    for (size_t i = 0; i < ff_format_count(); i++) {
         const ff_format *f = ff_format_at(i);
         ff_json_object(&j, NULL, FF_JSON_LINE);
         ff_json_string(&j, "name", f->name);
@@ -395,11 +395,11 @@ ff_status ff_report_formats_json(const ff_report_head *head, FILE *out)
         ff_json_bool(&j, "reads", f->read != NULL);
         ff_json_bool(&j, "writes", f->write != NULL);
         ff_json_array(&j, "options", FF_JSON_LINE);
-        for (int k = 0; k < N_READS; ++k)
+        for (int k = 0; k < N_READS; k++)
             if (f->reads & reads[k].bit) ff_json_string(&j, NULL, reads[k].name);
         ff_json_close(&j);
         ff_json_array(&j, "holds", FF_JSON_LINE);
-        for (int k = 0; k < N_HOLDS; ++k)
+        for (int k = 0; k < N_HOLDS; k++)
             if (f->holds & holds[k].bit) ff_json_string(&j, NULL, holds[k].name);
         ff_json_close(&j);
         ff_json_close(&j);

@@ -37,7 +37,7 @@ static double datum(const ff_table *t, const ff_table *residuals, size_t c, size
         ff_table_values(t, (size_t)named, i, 1, &value);
         return value;
     }
-    for (size_t k = 0; k < t->n_channels; ++k) {
+    for (size_t k = 0; k < t->n_channels; k++) {
         ff_table_values(t, k, i, 1, &value);
         sum += value / (double)t->n_channels;
     }
@@ -49,16 +49,16 @@ ff_status ff_report_residuals_csv(const ff_table *t, const ff_table *residuals, 
     double w[6], *const planes[6] = {w, w + 1, w + 2, w + 3, w + 4, w + 5};
     fprintf(out, "# %s\n# model - data, 1/sr; samples that were left out are not listed\n", title);
     fputs("theta_i,phi_i,theta_o,phi_o,theta_h,theta_d", out);
-    for (size_t c = 0; c < residuals->n_channels; ++c) {
+    for (size_t c = 0; c < residuals->n_channels; c++) {
         const char *name = residuals->channels[c].name;
         fprintf(out, ",f_%s,model_%s,residual_%s", name, name, name);
     }
     fputc('\n', out);
-    for (size_t i = 0; i < t->n; ++i) {
+    for (size_t i = 0; i < t->n; i++) {
         if (!residuals->valid[i]) continue;
         ff_table_directions(t, i, 1, planes);
         put_angles(w, out);
-        for (size_t c = 0; c < residuals->n_channels; ++c) {
+        for (size_t c = 0; c < residuals->n_channels; c++) {
             const double y = datum(t, residuals, c, i), r = residuals->value[c * residuals->n + i];
             put_number(out, ",", y);
             put_number(out, ",", y + r);

@@ -6,7 +6,7 @@
 static void put_information(ff_json *j, const ff_fit_result *f)
 {
     static const char *const keys[] = {"rank", "condition", "effective_samples", "correlated_over", "correlation_settled"};
-    for (size_t k = 0; k < sizeof keys / sizeof *keys && !f->correlation; ++k) ff_json_null(j, keys[k]);
+    for (size_t k = 0; k < sizeof keys / sizeof *keys && !f->correlation; k++) ff_json_null(j, keys[k]);
     if (!f->correlation) return;
     ff_json_integer(j, "rank", (int64_t)f->rank);
     ff_json_number(j, "condition", f->condition);
@@ -18,9 +18,9 @@ static void put_information(ff_json *j, const ff_fit_result *f)
 static void put_bands(ff_json *j, const ff_bands *bands)
 {
     ff_json_object(j, "residual_bands", FF_JSON_BLOCK);
-    for (int place = 0; place < FF_PLACE_COUNT; ++place) {
+    for (int place = 0; place < FF_PLACE_COUNT; place++) {
         ff_json_array(j, ff_place_name(place), FF_JSON_BLOCK);
-        for (size_t b = 0; b < FF_BANDS; ++b) {
+        for (size_t b = 0; b < FF_BANDS; b++) {
             const ff_band *band = &bands->band[place][b];
             ff_json_object(j, NULL, FF_JSON_LINE);
             ff_json_integer(j, "from", (int64_t)(b * FF_BAND_DEGREES));
@@ -62,7 +62,7 @@ static void put_cut_off(ff_json *j, const ff_problem *p, const ff_fit_result *f,
     ff_json_integer(j, "used", (int64_t)c->used);
     ff_json_number(j, "limit_in_errors", c->limit);
     ff_json_array(j, "parameters", FF_JSON_BLOCK);
-    for (size_t k = 0; k < c->n_columns; ++k) {
+    for (size_t k = 0; k < c->n_columns; k++) {
         char name[FF_REPORT_NAME];
         ff_json_object(j, NULL, FF_JSON_LINE);
         ff_json_string(j, "name", ff_report_column_name(p, f, k, name));
@@ -90,13 +90,13 @@ static void put_outliers(ff_json *j, const ff_problem *p, const ff_outliers *o)
     ff_json_number(j, "beyond_std_deviations", FF_OUTLIER);
     ff_json_integer(j, "samples", (int64_t)o->samples);
     ff_json_integer(j, "values", (int64_t)o->values);
-    for (int place = 0; place < FF_PLACE_COUNT; ++place) {
+    for (int place = 0; place < FF_PLACE_COUNT; place++) {
         ff_json_array(j, ff_place_name(place), FF_JSON_LINE);
-        for (size_t b = 0; b < FF_BANDS; ++b) ff_json_integer(j, NULL, (int64_t)o->in_band[place][b]);
+        for (size_t b = 0; b < FF_BANDS; b++) ff_json_integer(j, NULL, (int64_t)o->in_band[place][b]);
         ff_json_close(j);
     }
     ff_json_array(j, "worst", FF_JSON_BLOCK);
-    for (size_t k = 0; k < o->n_worst; ++k) {
+    for (size_t k = 0; k < o->n_worst; k++) {
         ff_json_object(j, NULL, FF_JSON_LINE);
         ff_json_integer(j, "sample", (int64_t)o->worst[k].sample);
         ff_json_string(j, "channel", ff_problem_channel_name(p, o->worst[k].channel));

@@ -49,7 +49,7 @@ static void put_noise(const ff_problem *p, const ff_fit_result *f, FILE *out)
     const char *by_i = growth(ff_noise_cos_i(n)), *by_o = growth(ff_noise_cos_o(n));
     const size_t levels = ff_noise_level_count(n);
     fputs("  noise: ", out);
-    for (size_t k = 0; k < levels && k < FF_REPORT_CHANNELS; ++k) {
+    for (size_t k = 0; k < levels && k < FF_REPORT_CHANNELS; k++) {
         const ff_noise_level l = ff_noise_level_at(n, k);
         if (k) fputs("; ", out);
         if (levels > 1) fprintf(out, "%s ", ff_problem_channel_name(p, k));
@@ -91,14 +91,14 @@ static void put_cut_off(const ff_report_fits *r, size_t i, FILE *out)
     char limit[FF_TEXT_NUMBER], usual[FF_TEXT_NUMBER], name[FF_REPORT_NAME], a[FF_TEXT_NUMBER], b[FF_TEXT_NUMBER];
     size_t moved = 0;
     ff_text_number(ff_report_degrees(c->max_theta), 4, limit);
-    for (size_t k = 0; k < c->n_columns; ++k) moved += fabs(c->move[k]) > c->limit;
+    for (size_t k = 0; k < c->n_columns; k++) moved += fabs(c->move[k]) > c->limit;
     if (moved == 0) {
         fprintf(out, "  up to %s degrees (%zu samples) no parameter moves by more than its errors\n", limit, c->used);
         return;
     }
     fprintf(out, "  warning: with samples up to %s instead of %s degrees (%zu) parameters move by more than their errors:\n", limit,
             ff_text_number(ff_report_degrees(r->options->max_theta), 4, usual), c->used);
-    for (size_t k = 0; k < c->n_columns; ++k)
+    for (size_t k = 0; k < c->n_columns; k++)
         if (fabs(c->move[k]) > c->limit)
             fprintf(out, "    %s is %s, %s%s of its errors\n", ff_report_column_name(p, f, k, name),
                     ff_text_number(c->value[k], 5, a), c->move[k] > 0 ? "+" : "", ff_text_number(c->move[k], 2, b));
@@ -122,7 +122,7 @@ void ff_report_trust_of_fit(const ff_report_fits *r, size_t i, FILE *out)
 static size_t fullest(const size_t *in_band)
 {
     size_t most = 0;
-    for (size_t b = 1; b < FF_BANDS; ++b)
+    for (size_t b = 1; b < FF_BANDS; b++)
         if (in_band[b] > in_band[most]) most = b;
     return most;
 }
@@ -158,14 +158,14 @@ void ff_report_outliers_text(const ff_report_fits *r, size_t i, FILE *out)
     fprintf(out, "  %zu sample%s with a residual beyond %g standard deviations", o->samples, o->samples == 1 ? "" : "s",
             FF_OUTLIER);
     const char *separator = "; most at ";
-    for (int k = 0; k < FF_PLACE_COUNT; ++k) {
+    for (int k = 0; k < FF_PLACE_COUNT; k++) {
         const size_t band = fullest(o->in_band[k]);
         fprintf(out, "%s%s %zu to %zu (%zu)", separator, ff_place_name(k), band * FF_BAND_DEGREES, (band + 1) * FF_BAND_DEGREES,
                 o->in_band[k][band]);
         separator = ", ";
     }
     fputs("; the worst:\n", out);
-    for (size_t k = 0; k < o->n_worst; ++k) {
+    for (size_t k = 0; k < o->n_worst; k++) {
         fputs("    ", out);
         put_sample(r, o->worst[k].sample, out);
         fprintf(out, ", channel %s: data %s the model by %s\n", ff_problem_channel_name(p, o->worst[k].channel),
@@ -227,7 +227,7 @@ static ff_status put_bands_of(const ff_report_fits *r, const size_t *row, size_t
     ff_column column[2 + FF_BANDS] = {{.head = angle, .cell = masking_cell}, {.head = "", .cell = ndf_cell}};
     size_t columns = 2;
     snprintf(angle, sizeof angle, "%s, degrees", ff_place_name(place));
-    for (size_t b = 0; b < FF_BANDS && n; ++b) {
+    for (size_t b = 0; b < FF_BANDS && n; b++) {
         if (!r->trust[row[0]].bands.band[place][b].n) continue;
         snprintf(label[b], sizeof label[b], "%zu-%zu", b * FF_BAND_DEGREES, (b + 1) * FF_BAND_DEGREES);
         column[columns++] = (ff_column){.head = label[b], .align = FF_RIGHT, .cell = band_cell, .index = b};
@@ -239,6 +239,6 @@ ff_status ff_report_bands_text(const ff_report_fits *r, const size_t *row, size_
 {
     ff_status status = FF_OK;
     fputs("\nmean of model - data by angle, per cent of the data there (times cos theta_i)\n", out);
-    for (int place = 0; place < FF_PLACE_COUNT && status == FF_OK; ++place) status = put_bands_of(r, row, n, place, out);
+    for (int place = 0; place < FF_PLACE_COUNT && status == FF_OK; place++) status = put_bands_of(r, row, n, place, out);
     return status;
 }

@@ -5,7 +5,7 @@
 void ff_report_warnings_text(const ff_words_subject *s, const ff_warnings *w, FILE *out)
 {
     char text[FF_WORDS_SENTENCE];
-    for (size_t k = 0; k < w->n; ++k) fprintf(out, "  warning: %s\n", ff_words_warning(s, &w->item[k], text));
+    for (size_t k = 0; k < w->n; k++) fprintf(out, "  warning: %s\n", ff_words_warning(s, &w->item[k], text));
 }
 
 /* "f0[r]" where it is of several channels' own. */
@@ -22,7 +22,7 @@ static void put_parameters(ff_json *j, const ff_words_subject *s, const ff_warni
     if (w->n_parameters == 1) put_parameter(j, "parameter", s, &w->parameter[0]);
     if (w->n_parameters < 2) return;
     ff_json_array(j, "parameters", FF_JSON_LINE);
-    for (size_t k = 0; k < w->n_parameters; ++k) put_parameter(j, NULL, s, &w->parameter[k]);
+    for (size_t k = 0; k < w->n_parameters; k++) put_parameter(j, NULL, s, &w->parameter[k]);
     ff_json_close(j);
 }
 
@@ -31,7 +31,7 @@ static void put_channels(ff_json *j, const ff_words_subject *s, const ff_warning
     if (w->n_channels == 1) ff_json_string(j, "channel", ff_problem_channel_name(s->problem, w->channel[0]));
     if (w->n_channels < 2) return;
     ff_json_array(j, "channels", FF_JSON_LINE);
-    for (size_t k = 0; k < w->n_channels; ++k) ff_json_string(j, NULL, ff_problem_channel_name(s->problem, w->channel[k]));
+    for (size_t k = 0; k < w->n_channels; k++) ff_json_string(j, NULL, ff_problem_channel_name(s->problem, w->channel[k]));
     ff_json_close(j);
 }
 
@@ -45,7 +45,7 @@ static void put_warning(ff_json *j, const ff_words_subject *s, const ff_warning 
     put_parameters(j, s, w);
     put_channels(j, s, w);
     ff_json_object(j, "values", FF_JSON_LINE);
-    for (size_t k = 0; k < FF_WARNING_VALUES && kind->value[k]; ++k) ff_json_number(j, kind->value[k], w->value[k]);
+    for (size_t k = 0; k < FF_WARNING_VALUES && kind->value[k]; k++) ff_json_number(j, kind->value[k], w->value[k]);
     ff_json_close(j);
     ff_json_string(j, "text", ff_words_warning(s, w, text));
     ff_json_close(j);
@@ -54,6 +54,6 @@ static void put_warning(ff_json *j, const ff_words_subject *s, const ff_warning 
 void ff_report_warnings_json(ff_json *j, const ff_words_subject *s, const ff_warnings *w)
 {
     ff_json_array(j, "warnings", FF_JSON_BLOCK);
-    for (size_t k = 0; k < w->n; ++k) put_warning(j, s, &w->item[k]);
+    for (size_t k = 0; k < w->n; k++) put_warning(j, s, &w->item[k]);
     ff_json_close(j);
 }

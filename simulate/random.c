@@ -7,7 +7,7 @@
 void ff_philox(const uint32_t counter[4], const uint32_t key[2], uint32_t out[4])
 {
     uint32_t c0 = counter[0], c1 = counter[1], c2 = counter[2], c3 = counter[3], k0 = key[0], k1 = key[1];
-    for (int round = 0; round < 10; ++round) {
+    for (int round = 0; round < 10; round++) {
         const uint64_t p0 = UINT64_C(0xD2511F53) * c0, p1 = UINT64_C(0xCD9E8D57) * c2;
         c0 = (uint32_t)(p1 >> 32) ^ c1 ^ k0;
         c1 = (uint32_t)p1;
@@ -36,7 +36,7 @@ double ff_random_uniform(uint64_t seed, uint32_t stream, uint64_t index)
 static double poly8(const double c[8], double x)
 {
     double sum = c[7];
-    for (int i = 6; i >= 0; --i) sum = sum * x + c[i];
+    for (int i = 6; i >= 0; i--) sum = sum * x + c[i];
     return sum;
 }
 
@@ -47,7 +47,7 @@ static double log_plain(double p)
     double m = frexp(p, &e);
     if (m < 0.70710678118654752440) {
         m *= 2;
-        --e;
+        e--;
     }
     const double t = (m - 1) / (m + 1), t2 = t * t;
     double sum = 0;

@@ -83,8 +83,8 @@ static size_t goniometer(double step, int isotropic, double *const angle[4])
     size_t n = 0;
     for (int ti = 0; ti <= 75; ti += 15)
         for (int pi = 0; pi < (isotropic || ti == 0 ? 45 : 180); pi += 45)
-            for (size_t to = 0; to < n_to; ++to)
-                for (size_t po = 0; po < (to == 0 ? 1 : n_po); ++po, ++n) {
+            for (size_t to = 0; to < n_to; to++)
+                for (size_t po = 0; po < (to == 0 ? 1 : n_po); po++, n++) {
                     if (!angle) continue;
                     angle[0][n] = ti;
                     angle[1][n] = pi;
@@ -126,13 +126,13 @@ enum { TRIES = 64 };
 
 static void scattered(const ff_sampling *s, uint64_t seed, double *const angle[4])
 {
-    for (size_t n = 0; n < s->n; ++n) {
+    for (size_t n = 0; n < s->n; n++) {
         double u[5], to, po;
-        for (uint64_t j = 0; j < 5; ++j) u[j] = ff_random_uniform(seed, stream_uniform, 5 * n + j);
+        for (uint64_t j = 0; j < 5; j++) u[j] = ff_random_uniform(seed, stream_uniform, 5 * n + j);
         const double ti = rounded(theta_uniform(u[0])), pi = rounded(360 * u[1]);
         to = theta_uniform(u[2]);
         po = 360 * u[3];
-        for (uint64_t j = 0; u[4] < s->specular && j < TRIES; ++j) {
+        for (uint64_t j = 0; u[4] < s->specular && j < TRIES; j++) {
             const uint64_t at = 2 * (TRIES * n + j);
             double mto, mpo;
             if (!mirror(ti, pi, ff_random_uniform(seed, stream_mirror, at), ff_random_uniform(seed, stream_mirror, at + 1), &mto,

@@ -17,7 +17,7 @@ void ff_simulate_options_init_size(ff_simulate_options *o, size_t size)
 static void name_channels(ff_table *t)
 {
     static const char *const rgb[] = {"r", "g", "b"};
-    for (size_t c = 0; c < t->n_channels; ++c) {
+    for (size_t c = 0; c < t->n_channels; c++) {
         if (t->n_channels == 3) {
             snprintf(t->channels[c].name, FF_CHANNEL_NAME, "%s", rgb[c]);
         } else if (t->n_channels == 1) {
@@ -41,12 +41,12 @@ static size_t store(const ff_simulate_options *o, ff_table *t, size_t c, size_t 
 {
     double *value = t->value + c * t->n + first, *sigma = t->sigma ? t->sigma + c * t->n + first : NULL;
     size_t raised = 0;
-    for (size_t i = 0; i < n; ++i) {
+    for (size_t i = 0; i < n; i++) {
         if (!t->valid[first + i]) continue;
         double y = noisy(o, f[i], first + i, c);
         if (o->nonnegative && y < 0) {
             y = 0;
-            ++raised;
+            raised++;
         }
         value[i] = y;
         if (sigma) sigma[i] = hypot(o->relative * f[i], o->floor);
@@ -56,7 +56,7 @@ static size_t store(const ff_simulate_options *o, ff_table *t, size_t c, size_t 
 
 static void mark_below_horizon(ff_table *t, size_t first, size_t n, const double *iz, const double *oz)
 {
-    for (size_t i = 0; i < n; ++i) {
+    for (size_t i = 0; i < n; i++) {
         if (iz[i] > FF_COS_MIN && oz[i] > FF_COS_MIN) continue;
         t->valid[first + i] = 0;
         t->n_invalid++;
@@ -66,8 +66,8 @@ static void mark_below_horizon(ff_table *t, size_t first, size_t n, const double
 /* A value of exactly 0 under multiplicative noise has no standard deviation, and a weight of 1/0 is no weight. */
 static void drop_without_sigma(ff_table *t)
 {
-    for (size_t c = 0; t->sigma && c < t->n_channels; ++c)
-        for (size_t i = 0; i < t->n; ++i) {
+    for (size_t c = 0; t->sigma && c < t->n_channels; c++)
+        for (size_t i = 0; i < t->n; i++) {
             if (!t->valid[i] || t->sigma[c * t->n + i] > 0) continue;
             t->valid[i] = 0;
             t->n_invalid++;
@@ -76,9 +76,9 @@ static void drop_without_sigma(ff_table *t)
 
 static void count_negative(ff_table *t)
 {
-    for (size_t i = 0; i < t->n; ++i) {
+    for (size_t i = 0; i < t->n; i++) {
         int negative = 0;
-        for (size_t c = 0; c < t->n_channels; ++c) negative |= t->valid[i] && t->value[c * t->n + i] < 0;
+        for (size_t c = 0; c < t->n_channels; c++) negative |= t->valid[i] && t->value[c * t->n + i] < 0;
         t->n_negative += (size_t)negative;
     }
 }
@@ -102,7 +102,7 @@ static ff_status fill(const ff_model *m, const double *shape, const double *chan
         mark_below_horizon(t, first, n, plane[2], plane[5]);
         status = ff_model_eval(m, o->isa, t->n_channels, shape, channel, &w, n, f, NULL, BLOCK);
         if (status != FF_OK) ff_error_set(err, status, NULL, 0, -1, "the model cannot be evaluated");
-        for (size_t c = 0; c < t->n_channels && status == FF_OK; ++c) raised += store(o, t, c, first, n, f + c * BLOCK);
+        for (size_t c = 0; c < t->n_channels && status == FF_OK; c++) raised += store(o, t, c, first, n, f + c * BLOCK);
     }
     free(f);
     drop_without_sigma(t);
@@ -155,7 +155,7 @@ ff_status ff_simulate(const ff_model *m, size_t n_channels, const double *shape,
     ff_simulate_options own;
     ff_table made;
     ff_simulate_options_init(&own);
-    ff_status s = ff_options_take("ff_simulate_options", o, FF_END_OF(ff_simulate_options, cancel), &own, sizeof own, err);
-    if (!s) s = ff_simulate_into(m, n_channels, shape, channel, &own, &made, err);
-    return s ? s : ff_table_move(&made, out, err);
+    ff_status status = ff_options_take("ff_simulate_options", o, FF_END_OF(ff_simulate_options, cancel), &own, sizeof own, err);
+    if (!status) status = ff_simulate_into(m, n_channels, shape, channel, &own, &made, err);
+    return status ? status : ff_table_move(&made, out, err);
 }

@@ -40,10 +40,10 @@ static made fit_of(const ff_table *t, const ff_model *m, const ff_fit_options *o
     made f = {NULL, NULL};
     ff_error err = {0};
     const ff_model *models[] = {m};
-    ff_status s = ff_problem_new(t, models, 1, o, &f.problem, &err);
-    if (!s) s = ff_problem_fit(f.problem, m, o, &f.fit, &err);
-    FF_CHECK(s == FF_OK, "%s", err.message);
-    if (s) exit(1);
+    ff_status status = ff_problem_new(t, models, 1, o, &f.problem, &err);
+    if (!status) status = ff_problem_fit(f.problem, m, o, &f.fit, &err);
+    FF_CHECK(status == FF_OK, "%s", err.message);
+    if (status) exit(1);
     return f;
 }
 

@@ -42,8 +42,8 @@ static void furnace(const lobe *l, tally *t, const char *what)
     static const double thetas[] = {0, 45, 70, 88}, phis[] = {37, 250};
     const double tolerance =
         ff_ndf_at(l->model.lobe[0].ndf)->needs_values ? 3e-6 : 1e-7; /* cubics of a table meet all along a ray */
-    for (size_t i = 0; i < sizeof thetas / sizeof thetas[0]; ++i)
-        for (size_t p = 0; p < sizeof phis / sizeof phis[0]; ++p) {
+    for (size_t i = 0; i < sizeof thetas / sizeof thetas[0]; i++)
+        for (size_t p = 0; p < sizeof phis / sizeof phis[0]; p++) {
             double wo[3];
             ff_integral out = {NAN, NAN};
             ff_error err = {0};
@@ -62,7 +62,7 @@ static void furnace(const lobe *l, tally *t, const char *what)
                 FF_CHECK(fabs(out.value - 1) <= tolerance, "%s: theta %g phi %g: %.10f (%.1e)", what, thetas[i], phis[p], out.value,
                          out.error);
             if (!(fabs(out.value - 1) <= t->worst)) t->worst = fabs(out.value - 1);
-            ++t->count;
+            t->count++;
         }
 }
 
@@ -82,8 +82,8 @@ static void furnace_stretched(const lobe *base, int centred, tally *t)
     static const double slopes[][2] = {{0, 0}, {0.2, -0.1}, {-0.3, 0.25}};
     static const char *const gammas[] = {"gamma=1.6 ", "gamma=3.7 ", "gamma=12 "};
     const int tails = ff_model_param_find(&base->model, "gamma").kind != FF_PARAM_NONE;
-    for (size_t a = 0; a < sizeof alphas / sizeof alphas[0]; ++a)
-        for (size_t r = 0; r < sizeof rs / sizeof rs[0]; ++r) {
+    for (size_t a = 0; a < sizeof alphas / sizeof alphas[0]; a++)
+        for (size_t r = 0; r < sizeof rs / sizeof rs[0]; r++) {
             const size_t s = centred ? 0 : (a + r) % 3;
             char settings[SETTINGS];
             snprintf(settings, sizeof settings, "%salpha_x=%g alpha_y=%g r_xy=%g slope_x=%g slope_y=%g", tails ? gammas[a % 3] : "",
@@ -97,7 +97,7 @@ static void furnace_anywhere(const lobe *base, int settings, uint64_t *state, ta
 {
     char what[MODEL_LABEL];
     ff_model_expression(&base->model, what, sizeof what);
-    for (int i = 0; i <= settings; ++i) {
+    for (int i = 0; i <= settings; i++) {
         lobe l = *base;
         if (i > 0) model_random_parameters(&l.model, 1, MODEL_TILTED, 0.9, state, l.shape, l.channel);
         furnace(&l, t, what);
@@ -110,8 +110,8 @@ static void weak_furnace_is_one(void)
 {
     tally claimed = {0, 0};
     int pairs = 0, refused = 0;
-    for (size_t d = 0; d < ff_term_count(FF_NDF); ++d)
-        for (size_t m = 0; m < ff_term_count(FF_MASKING); ++m) {
+    for (size_t d = 0; d < ff_term_count(FF_NDF); d++)
+        for (size_t m = 0; m < ff_term_count(FF_MASKING); m++) {
             const ff_term *masking = ff_term_at(FF_MASKING, m);
             lobe l = {.n_channels = 1};
             tally t = {0, 0};
@@ -121,7 +121,7 @@ static void weak_furnace_is_one(void)
             if (ff_albedo_weak_furnace(&l.model, FF_ISA_BEST, l.shape, 0, (const double[]){0, 0, 1}, &out, NULL) ==
                 FF_ERR_UNSUPPORTED) { /* no masking of one direction */
                 FF_CHECK(!ff_albedo_weak_furnace_claimed(&l.model, 0) && out.value == 4711, "%s is refused", masking->name);
-                ++refused;
+                refused++;
                 continue;
             }
             uint64_t state = ff_test_stream("weak furnace %s/%s", ff_term_at(FF_NDF, d)->name, masking->name);
@@ -129,7 +129,7 @@ static void weak_furnace_is_one(void)
             if (first && ff_model_param_find(&l.model, "alpha_x").kind != FF_PARAM_NONE)
                 furnace_stretched(&l, (masking->claims & FF_NEEDS_CENTRED) != 0, &t);
             furnace_anywhere(&l, first ? 3 : 0, &state, &t);
-            ++pairs;
+            pairs++;
             if (ff_albedo_weak_furnace_claimed(&l.model, 0)) {
                 claimed.count += t.count;
                 claimed.worst = fmax(claimed.worst, t.worst);
@@ -161,7 +161,7 @@ static void approximate_g1_shows_its_error(void)
     static const char *const forms[] = {"hammon", "schlick-smith"};
     double wo[3];
     view(70, 10, wo);
-    for (size_t i = 0; i < 2; ++i) {
+    for (size_t i = 0; i < 2; i++) {
         char expression[MODEL_LABEL];
         ff_integral out = {NAN, NAN};
         snprintf(expression, sizeof expression, "ggx/%s", forms[i]);
@@ -188,7 +188,7 @@ static void infinite_facets(void)
 static void closed_forms(void)
 {
     static const char *const smith[] = {"separable", "height-correlated", "direction-correlated", "height-direction-correlated"};
-    for (size_t i = 0; i < sizeof smith / sizeof smith[0]; ++i) {
+    for (size_t i = 0; i < sizeof smith / sizeof smith[0]; i++) {
         char expression[FF_MODEL_NAME];
         snprintf(expression, sizeof expression, "ggx/smith-%s/none", smith[i]);
         const lobe l = lobe_make(expression, 1, "alpha=1");
@@ -221,7 +221,7 @@ static void published_values(void)
         {"ggx/v-cavity/none", "alpha=1", 0.3, 0.79265},
         {"ggx/v-cavity/none", "alpha=1", 0.1, 0.93105},
     };
-    for (size_t i = 0; i < sizeof known / sizeof known[0]; ++i) {
+    for (size_t i = 0; i < sizeof known / sizeof known[0]; i++) {
         const lobe l = lobe_make(known[i].expression, 1, known[i].settings);
         const ff_integral a = albedo(&l, known[i].mu, 0), turned = albedo(&l, known[i].mu, 2.1);
         FF_CHECK(fabs(a.value - known[i].albedo) < 1e-4, "%s %s mu %g: %.8f", known[i].expression, known[i].settings, known[i].mu,
@@ -236,17 +236,17 @@ static double by_hemisphere(const lobe *l, const double wo[3])
 {
     enum { NZ = 1200, NP = 1200 };
     double sum = 0;
-    for (int i = 0; i < NZ; ++i) {
+    for (int i = 0; i < NZ; i++) {
         double x[NP], y[NP], z[NP], ox[NP], oy[NP], oz[NP], f[NP];
         const double c = (i + 0.5) / NZ, s = sqrt(1 - c * c);
-        for (int j = 0; j < NP; ++j) {
+        for (int j = 0; j < NP; j++) {
             const double phi = 2 * PI * (j + 0.5) / NP;
             x[j] = s * cos(phi), y[j] = s * sin(phi), z[j] = c;
             ox[j] = wo[0], oy[j] = wo[1], oz[j] = wo[2];
         }
         const ff_dirs w = {x, y, z, ox, oy, oz};
         FF_CHECK(ff_model_eval(&l->model, FF_ISA_BEST, 1, l->shape, l->channel, &w, NP, f, NULL, NP) == FF_OK, "eval");
-        for (int j = 0; j < NP; ++j) sum += f[j] * c * 2 * PI / NP / NZ;
+        for (int j = 0; j < NP; j++) sum += f[j] * c * 2 * PI / NP / NZ;
     }
     return sum;
 }
@@ -258,9 +258,9 @@ static void against_a_plain_sum(void)
         "alpha_x=0.6 alpha_y=0.3 slope_x=-0.5 slope_y=0.1", "alpha_x=0.5 alpha_y=0.5 slope_x=0.8 slope_y=0.4"};
     static const char *const expressions[] = {"ggx", "beckmann/smith-separable/schlick",
                                               "student-t/smith-height-direction-correlated/none"};
-    for (size_t e = 0; e < sizeof expressions / sizeof expressions[0]; ++e)
-        for (size_t i = 0; i < sizeof settings / sizeof settings[0]; ++i)
-            for (int v = 0; v < 2; ++v) {
+    for (size_t e = 0; e < sizeof expressions / sizeof expressions[0]; e++)
+        for (size_t i = 0; i < sizeof settings / sizeof settings[0]; i++)
+            for (int v = 0; v < 2; v++) {
                 double wo[3];
                 ff_integral out = {NAN, NAN};
                 ff_error err = {0};
@@ -282,7 +282,7 @@ static void sums_and_channels(void)
     view(50, 10, wo);
     FF_CHECK(ff_albedo_directional(&both.model, FF_ISA_BEST, 3, both.shape, both.channel, wo, sum, NULL) == FF_OK,
              "three channels");
-    for (int c = 0; c < 3; ++c) {
+    for (int c = 0; c < 3; c++) {
         static const char *const first[] = {"alpha=0.3 f0=0.9", "alpha=0.3 f0=0.5", "alpha=0.3 f0=0.1"};
         static const char *const second[] = {"alpha=0.1 f0=0.04", "alpha=0.1 f0=0.05", "alpha=0.1 f0=0.06"};
         const lobe a = lobe_make("ggx", 1, first[c]), b = lobe_make("beckmann/v-cavity", 1, second[c]);
@@ -310,7 +310,7 @@ static void narrow_lobes(void)
         {"vmf/v-cavity/schlick", "kappa=1e6"},         {"kelemen-ward/kelemen/schlick", "m=2e-4"},
         {"sgd/smith-separable/schlick", "alpha=1e-6"}, {"abc/v-cavity/schlick", "B=1e8 C=8"},
         {"gaussian/v-cavity/schlick", "sigma=1e-3"},   {"phong/v-cavity/schlick", "n=2e6"}};
-    for (size_t i = 0; i < sizeof lobes / sizeof lobes[0]; ++i) {
+    for (size_t i = 0; i < sizeof lobes / sizeof lobes[0]; i++) {
         const lobe l = lobe_make(lobes[i][0], 1, lobes[i][1]);
         for (double mu = 0.3; mu <= 1; mu += 0.35) {
             const ff_integral a = albedo(&l, mu, 0.3);
@@ -326,23 +326,23 @@ static void passive_models_reflect_at_most_one(void)
     static const double mus[] = {0.02, 0.3, 0.8};
     long claimed = 0;
     double most = 0;
-    for (size_t d = 0; d < ff_term_count(FF_NDF); ++d)
-        for (size_t m = 0; m < ff_term_count(FF_MASKING); ++m) {
+    for (size_t d = 0; d < ff_term_count(FF_NDF); d++)
+        for (size_t m = 0; m < ff_term_count(FF_MASKING); m++) {
             double beyond = 0;
             uint64_t state = ff_test_stream("passive %s/%s", ff_term_at(FF_NDF, d)->name, ff_term_at(FF_MASKING, m)->name);
             lobe l = {.n_channels = 1};
             if (!model_lobe(d, ff_term_at(FF_MASKING, m)->name, "none", &l.model)) continue;
-            for (int i = 0; i < 2; ++i) {
+            for (int i = 0; i < 2; i++) {
                 ff_model_defaults(&l.model, 1, l.shape, l.channel);
                 if (i > 0) model_random_parameters(&l.model, 1, MODEL_CENTRED, 0.6, &state, l.shape, l.channel);
                 l.channel[0] = 1; /* ks */
-                for (size_t k = 0; k < (i ? 1 : 3); ++k) {
+                for (size_t k = 0; k < (i ? 1 : 3); k++) {
                     const ff_integral a = albedo(&l, mus[k], 0.4);
                     if (ff_model_claims(&l.model, l.shape) & FF_PASSIVE) {
                         FF_CHECK(a.value > 0 && a.value <= 1 + 1e-9 + a.error, "%s/%s at mu %g: %.10f", ff_term_at(FF_NDF, d)->name,
                                  ff_term_at(FF_MASKING, m)->name, mus[k], a.value);
                         most = fmax(most, a.value);
-                        ++claimed;
+                        claimed++;
                     } else
                         beyond = fmax(beyond, a.value);
                 }
@@ -371,9 +371,9 @@ static void nothing_is_lost(void)
         {"kelemen-phong/kelemen/none+kelemen-matte", "n=2 kd=1"},
         {"vmf/v-cavity/conductor+kelemen-matte", "kappa=17 eta=0.769 k=6.08 kd=1"},
         {"ggx/smith-separable/none+beckmann/smith-separable/shared+kulla-conty", "alpha=0.5 lobe2.alpha=0.2 lobe2.weight=0.4"}};
-    for (size_t i = 0; i < sizeof surfaces / sizeof surfaces[0]; ++i) {
+    for (size_t i = 0; i < sizeof surfaces / sizeof surfaces[0]; i++) {
         const lobe l = lobe_make(surfaces[i][0], 1, surfaces[i][1]);
-        for (int k = 0; k < SOME_MU; ++k) FF_CHECK_CLOSE(albedo(&l, some_mu[k], 0.3).value, 1, 0, 2e-6);
+        for (int k = 0; k < SOME_MU; k++) FF_CHECK_CLOSE(albedo(&l, some_mu[k], 0.3).value, 1, 0, 2e-6);
     }
 }
 
@@ -384,11 +384,11 @@ static void mikkelsen_loses_the_mean(void)
                alone = lobe_make("vmf/v-cavity/dielectric", 1, "kappa=17 eta=1.329");
     enum { N = 32 };
     double mean = 0;
-    for (int i = 1; i <= N; ++i) { /* 2 integral a mu dmu = integral 4 a v^3 dv, mu = v^2, by Simpson's rule */
+    for (int i = 1; i <= N; i++) { /* 2 integral a mu dmu = integral 4 a v^3 dv, mu = v^2, by Simpson's rule */
         const double v = (double)i / N, weight = (i == N ? 1 : i % 2 ? 4 : 2) / (3.0 * N);
         mean += weight * 4 * v * v * v * albedo(&alone, v * v, 0).value;
     }
-    for (int k = 0; k < SOME_MU; ++k) {
+    for (int k = 0; k < SOME_MU; k++) {
         const double a = albedo(&alone, some_mu[k], 0).value;
         FF_CHECK_CLOSE(albedo(&both, some_mu[k], 0).value - a, 0.6 * (1 - a) * (1 - mean), 0, 1e-6);
     }
@@ -412,8 +412,8 @@ static void curves_follow_the_albedo(void)
                                            {"abc", "B=1e3 C=0.8"},     {"student-t", "alpha=0.1 gamma=1.6"}};
     double worst = 0;
     long count = 0;
-    for (size_t i = 0; i < sizeof lobes / sizeof lobes[0]; ++i)
-        for (size_t m = 0; m < ff_term_count(FF_MASKING); ++m) {
+    for (size_t i = 0; i < sizeof lobes / sizeof lobes[0]; i++)
+        for (size_t m = 0; m < ff_term_count(FF_MASKING); m++) {
             ff_model composed;
             char text[MODEL_LABEL];
             const char *masking = ff_term_at(FF_MASKING, m)->name;
@@ -423,13 +423,13 @@ static void curves_follow_the_albedo(void)
             snprintf(text, sizeof text, "%s/%s", lobes[i][0], masking);
             const lobe alone = lobe_make(text, 1, lobes[i][1]);
             ff_prepared p = prepare(&coupled, NULL);
-            for (int k = 0; k < SOME_MU; ++k) {
+            for (int k = 0; k < SOME_MU; k++) {
                 double a = NAN;
                 p.kernels->albedo_at(&p.albedo[0], 0, 1, &some_mu[k], &a);
                 const double exact = albedo(&alone, some_mu[k], 0).value, off = fabs(a - exact) / fmax(1, exact);
                 FF_CHECK(off < 1e-5, "%s %s at mu %g: %.9f, not %.9f", text, lobes[i][1], some_mu[k], a, exact);
                 worst = fmax(worst, off);
-                ++count;
+                count++;
             }
             ff_prepared_free(&p);
         }
@@ -448,19 +448,19 @@ static void curves_have_derivatives(void)
     memcpy(mu, some_mu, sizeof mu);
     const lobe first = lobe_make("ggx/smith-separable/none", 1, "alpha=0.4"),
                second = lobe_make("student-t/v-cavity/none", 1, "alpha=0.15 gamma=2.5");
-    for (int lobe_at = 0; lobe_at < 2; ++lobe_at) {
+    for (int lobe_at = 0; lobe_at < 2; lobe_at++) {
         p.kernels->albedo_at(&p.loss[lobe_at], 0, SOME_MU, mu, alone);
-        for (int i = 0; i < SOME_MU; ++i) FF_CHECK_CLOSE(alone[i], albedo(lobe_at ? &second : &first, mu[i], 0).value, 0, 2e-6);
+        for (int i = 0; i < SOME_MU; i++) FF_CHECK_CLOSE(alone[i], albedo(lobe_at ? &second : &first, mu[i], 0).value, 0, 2e-6);
     }
-    for (uint32_t k = 0; k < 6; ++k) {
+    for (uint32_t k = 0; k < 6; k++) {
         const double h = 1e-4;
         double d[3][SOME_MU], low[3][SOME_MU], high[3][SOME_MU], mean[3], mean_low[3], mean_high[3];
-        for (int side = 0; side < 3; ++side) {
+        for (int side = 0; side < 3; side++) {
             lobe moved = l;
             double *x = k < 4 ? &moved.shape[k] : &moved.channel[k - 4];
             *x += (side - 1) * h;
             ff_prepared q = prepare(&moved, &wanted);
-            for (int c = 0; c < 3; ++c) {
+            for (int c = 0; c < 3; c++) {
                 const ff_albedo_curve *curve = c ? &q.loss[c - 1] : &q.albedo[0];
                 const uint32_t function = side == 1 ? 1 + k : 0;
                 if (c && k >= 4) continue;
@@ -469,9 +469,9 @@ static void curves_have_derivatives(void)
             }
             ff_prepared_free(&q);
         }
-        for (int c = 0; c < (k < 4 ? 3 : 1); ++c) {
+        for (int c = 0; c < (k < 4 ? 3 : 1); c++) {
             FF_CHECK_CLOSE(mean[c], (mean_high[c] - mean_low[c]) / (2 * h), 0, 2e-7);
-            for (int i = 0; i < SOME_MU; ++i) FF_CHECK_CLOSE(d[c][i], (high[c][i] - low[c][i]) / (2 * h), 0, 2e-6);
+            for (int i = 0; i < SOME_MU; i++) FF_CHECK_CLOSE(d[c][i], (high[c][i] - low[c][i]) / (2 * h), 0, 2e-6);
         }
     }
     ff_prepared_free(&p);
@@ -482,14 +482,14 @@ static void curves_join(void)
 {
     static const char *const lobes[] = {"beckmann", "ggx", "beckmann/v-cavity", "ggx/v-cavity"};
     const double join[] = {pow(FF_ALBEDO_X_1, 3), pow(FF_ALBEDO_X_2, 3)};
-    for (size_t i = 0; i < sizeof lobes / sizeof lobes[0]; ++i)
-        for (int a = 0; a < 3; ++a) {
+    for (size_t i = 0; i < sizeof lobes / sizeof lobes[0]; i++)
+        for (int a = 0; a < 3; a++) {
             char text[MODEL_LABEL], settings[SETTINGS];
             snprintf(text, sizeof text, "%s+kelemen-matte", lobes[i]);
             snprintf(settings, sizeof settings, "alpha=%g", pow(10, -a));
             const lobe l = lobe_make(text, 1, settings);
             ff_prepared p = prepare(&l, NULL);
-            for (int k = 0; k < 2; ++k) {
+            for (int k = 0; k < 2; k++) {
                 const double h = 1e-5 * join[k], mu[4] = {join[k] - h, join[k] - 1e-15, join[k] + 1e-15, join[k] + h};
                 double v[4];
                 p.kernels->albedo_at(&p.albedo[0], 0, 4, mu, v);
@@ -504,10 +504,10 @@ static void curves_join(void)
 static void coupled_terms_make_lobes_isotropic(void)
 {
     int coupled = 0;
-    for (size_t i = 0; i < ff_term_count(FF_DIFFUSE); ++i) {
+    for (size_t i = 0; i < ff_term_count(FF_DIFFUSE); i++) {
         if (!(ff_diffuse_at((int)i)->couples & (FF_COUPLE_ALBEDO | FF_COUPLE_LOSS))) continue;
         FF_CHECK(ff_term_at(FF_DIFFUSE, i)->claims & FF_ISOTROPIC, "%s", ff_term_at(FF_DIFFUSE, i)->name);
-        ++coupled;
+        coupled++;
     }
     FF_CHECK(coupled >= 3, "%d coupled terms", coupled);
 }

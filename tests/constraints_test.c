@@ -14,9 +14,9 @@ static ff_fit_result fitted(const char *what, const ff_table *t, const ff_model 
 {
     ff_fit_result r = {0};
     ff_error err = {0};
-    const ff_status s = fit_table(t, m, o, &r, NULL, &err);
-    FF_CHECK(s == FF_OK, "%s: %s", what, err.message);
-    if (s) exit(1);
+    const ff_status status = fit_table(t, m, o, &r, NULL, &err);
+    FF_CHECK(status == FF_OK, "%s: %s", what, err.message);
+    if (status) exit(1);
     FF_CHECK(r.outcome == FF_CONVERGED, "%s: %s", what, ff_outcome_name((int)r.outcome));
     return r;
 }
@@ -991,9 +991,9 @@ static void refused(const char *model, const ff_constraints *c, ff_status expect
     ff_error err = {0};
     ff_model m;
     if (ff_model_parse(model, &m, NULL)) exit(1);
-    const ff_status s = ff_constraints_check(c, &m, &err);
-    FF_CHECK(s == expected && strstr(err.message, words), "%s: status %d, '%s', expected %d and '%s'", model, (int)s, err.message,
-             (int)expected, words);
+    const ff_status status = ff_constraints_check(c, &m, &err);
+    FF_CHECK(status == expected && strstr(err.message, words), "%s: status %d, '%s', expected %d and '%s'", model, (int)status,
+             err.message, (int)expected, words);
 }
 
 static void errors(void)

@@ -49,7 +49,7 @@ static void criteria_hold(void)
     double mean_b = 0, mean_g = 0;
     /* E|s_x| = integral of |s| P2(s) over one axis, s = tan(t) */
     const int steps = 200000;
-    for (int i = 0; i < steps; ++i) {
+    for (int i = 0; i < steps; i++) {
         const double t = (i + 0.5) * (PI / 2) / steps, s = tan(t), ds = (PI / 2) / steps / (cos(t) * cos(t));
         mean_b += 2 * s * exp(-s * s / (m * m)) / (m * sqrt(PI)) * ds;
         mean_g += 2 * s * g * g / (2 * pow(g * g + s * s, 1.5)) * ds;
@@ -63,7 +63,7 @@ static void round_trips(void)
     static const char *const pairs[][3] = {
         {"beckmann", "phong", NULL},  {"beckmann", "ggx", "mean-slope"},       {"beckmann", "ggx", "peak"},
         {"roughness", "alpha", NULL}, {"kelemen-ward", "kelemen-phong", NULL}, {"beckmann", "rms-slope", NULL}};
-    for (size_t p = 0; p < sizeof pairs / sizeof pairs[0]; ++p)
+    for (size_t p = 0; p < sizeof pairs / sizeof pairs[0]; p++)
         for (double x = 1e-3; x < 0.999; x *= 1.7) {
             const double there = convert1(pairs[p][0], pairs[p][1], pairs[p][2], x);
             FF_CHECK_CLOSE(convert1(pairs[p][1], pairs[p][0], pairs[p][2], there), x, 1e-14, 0);
@@ -72,12 +72,12 @@ static void round_trips(void)
 
 static void every_entry_has_its_inverse_and_its_words(void)
 {
-    for (size_t i = 0; i < ff_conversion_count(); ++i) {
+    for (size_t i = 0; i < ff_conversion_count(); i++) {
         const ff_conversion *c = ff_conversion_at(i);
         FF_CHECK(ff_conversion_find(c->to, c->from, c->by, 0) >= 0, "%s -> %s", c->to, c->from);
         FF_CHECK(*c->formula && *c->source && *c->assumes && *c->limits, "%s -> %s says too little", c->from, c->to);
         FF_CHECK(c->n_in > 0 && c->n_out > 0 && c->apply, "%s -> %s", c->from, c->to);
-        for (size_t j = i + 1; j < ff_conversion_count(); ++j) {
+        for (size_t j = i + 1; j < ff_conversion_count(); j++) {
             const ff_conversion *d = ff_conversion_at(j);
             FF_CHECK(strcmp(c->from, d->from) || strcmp(c->to, d->to) || strcmp(c->by, d->by), "%s -> %s twice", c->from, c->to);
         }
@@ -161,9 +161,9 @@ static void ellipse(void)
 {
     static const double alphas[] = {1e-4, 0.05, 0.2, 0.2 + 1e-15, 0.45, 0.9, 0.9 + 1.2e-16, 1.5, 4};
     static const double rs[] = {0, 1e-300, 1e-17, -1e-17, 0.4, -0.4, 0.9, -0.9, 0.999999999, 1 - 1e-15, -1 + 1e-15};
-    for (size_t i = 0; i < sizeof alphas / sizeof alphas[0]; ++i)
-        for (size_t j = 0; j < sizeof alphas / sizeof alphas[0]; ++j)
-            for (size_t k = 0; k < sizeof rs / sizeof rs[0]; ++k) check_ellipse(alphas[i], alphas[j], rs[k]);
+    for (size_t i = 0; i < sizeof alphas / sizeof alphas[0]; i++)
+        for (size_t j = 0; j < sizeof alphas / sizeof alphas[0]; j++)
+            for (size_t k = 0; k < sizeof rs / sizeof rs[0]; k++) check_ellipse(alphas[i], alphas[j], rs[k]);
     check_ellipse(1e-200, 3e-200, 0.5);
     check_ellipse(1e200, 3e200, 0.5);
 
@@ -230,7 +230,7 @@ static void metallic_indices(void)
 {
     static const double tints[] = {0, 1e-9, 0.1, 0.5, 0.9, 1 - 1e-9, 1};
     for (double f0 = 1e-4; f0 < 1 - 1e-9; f0 = f0 < 0.5 ? 1.9 * f0 : (3 * f0 + 1) / 4 + 1e-10)
-        for (size_t i = 0; i < sizeof tints / sizeof tints[0]; ++i) check_index(f0, tints[i]);
+        for (size_t i = 0; i < sizeof tints / sizeof tints[0]; i++) check_index(f0, tints[i]);
 
     double out[2];
     ff_error err = {0};

@@ -92,11 +92,11 @@ static void cover(const char *what, const fit_surface *s, fit_sampling how, cons
         ff_table t = fit_measure(s, &how);
         ff_fit_result r;
         ff_error err = {0};
-        const ff_status st = fit_table(&t, &s->model, o, &r, NULL, &err);
-        FF_CHECK(st == FF_OK && r.outcome == FF_CONVERGED, "%s, repeat %d: %s", what, i,
-                 st ? err.message : ff_outcome_name((int)r.outcome));
+        const ff_status status = fit_table(&t, &s->model, o, &r, NULL, &err);
+        FF_CHECK(status == FF_OK && r.outcome == FF_CONVERGED, "%s, repeat %d: %s", what, i,
+                 status ? err.message : ff_outcome_name((int)r.outcome));
         ff_table_clear(&t);
-        if (st) continue;
+        if (status) continue;
         add_fit(s, &r, &c);
         ff_fit_result_clear(&last);
         last = r;

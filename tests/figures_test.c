@@ -32,7 +32,7 @@ static const figure *figure_read(const char *name, size_t columns)
         }
         FF_CHECK(f.n < ROWS, "%s: too many rows", name);
         if (f.n == ROWS) break;
-        for (size_t k = 0; k < columns; ++k) {
+        for (size_t k = 0; k < columns; k++) {
             char *end;
             f.row[f.n][k] = strtod(text, &end);
             FF_CHECK(end != text && (k + 1 < columns ? *end == ',' : *end == '\n'), "%s: row %zu", name, f.n + 1);
@@ -85,7 +85,7 @@ static void kelemen_figure_3(void)
     const figure *f = figure_read("kelemen_figure_3.csv", 7);
     double apart[2] = {0, 0};
     FF_CHECK(f->n == 36, "%zu rows", f->n);
-    for (size_t i = 0; i < f->n; ++i) {
+    for (size_t i = 0; i < f->n; i++) {
         const double *r = f->row[i], theta = r[2];
         const fit_surface ward = surface("kelemen-ward/kelemen/none", "m", r[1]),
                           phong = surface("kelemen-phong/kelemen/none", "n", r[0]),
@@ -110,7 +110,7 @@ static void kelemen_figure_3(void)
 static void kelemen_equal_peaks(void)
 {
     static const double ms[] = {0.8, 0.4, 0.1}, up[3] = {0, 0, 1};
-    for (size_t i = 0; i < 3; ++i) {
+    for (size_t i = 0; i < 3; i++) {
         const double n = 2 / (ms[i] * ms[i]) - 1;
         const fit_surface ward = surface("kelemen-ward/kelemen/none", "m", ms[i]),
                           phong = surface("kelemen-phong/kelemen/none", "n", n);
@@ -127,7 +127,7 @@ static void kelemen_off_specular_peak(void)
 {
     static const double thetas[] = {22.5, 45, 67.5}, up[3] = {0, 0, 1};
     const fit_surface ward = surface("kelemen-ward/kelemen/none", "m", 0.1);
-    for (size_t i = 0; i < 3; ++i) {
+    for (size_t i = 0; i < 3; i++) {
         double wi[3], wo[3], best = 0, where = 0;
         direction(thetas[i], 0, wi);
         direction(thetas[i], PI, wo);
@@ -146,7 +146,7 @@ static void kelemen_off_specular_peak(void)
 static void kelemen_figure_5(void)
 {
     const figure *f = figure_read("kelemen_figure_3.csv", 7);
-    for (size_t i = 0; i < f->n; ++i) {
+    for (size_t i = 0; i < f->n; i++) {
         const double *r = f->row[i];
         const fit_surface both = fit_surface_make(r[1] > 0.5 ? "kelemen-ward/kelemen/none+kelemen-matte"
                                                              : "kelemen-phong/kelemen/none+kelemen-matte",
@@ -172,7 +172,7 @@ static void mikkelsen_figure_6(void)
     const figure *f = figure_read("mikkelsen_figure_6.csv", 6);
     double far[2][3] = {{0}}; /* methanol, aluminium; kappa = 17, 1024, 30000: up to 80 degrees */
     FF_CHECK(f->n == 36, "%zu rows", f->n);
-    for (size_t i = 0; i < f->n; ++i) {
+    for (size_t i = 0; i < f->n; i++) {
         const double *r = f->row[i];
         const fit_surface broad = mikkelsen(r[0], r[1], 17), subsample = mikkelsen(r[0], r[1], 1024),
                           thinner = mikkelsen(r[0], r[1], 30000);
@@ -184,7 +184,7 @@ static void mikkelsen_figure_6(void)
         of[1] = fmax(of[1], fabs(r[5] - r[3]));
         of[2] = fmax(of[2], fabs(1 - albedo(&thinner, r[2]) - r[3]));
     }
-    for (int i = 0; i < 2; ++i) {
+    for (int i = 0; i < 2; i++) {
         FF_CHECK(far[i][1] < 0.06 * far[i][0] && far[i][2] < 0.06 * far[i][1], "%g, %g, %g", far[i][0], far[i][1], far[i][2]);
         printf("  %s: off the transmittance by up to %.4f (kappa = 17), %.4f (1024), %.5f (30000)\n", i ? "aluminium" : "methanol",
                far[i][0], far[i][1], far[i][2]);
@@ -237,7 +237,7 @@ static void hammon_g2(void)
     enum { DIRECTIONS = 9 };
     double dark = 0, product = 0, where[3] = {0};
     FF_CHECK(f->n == 8 * DIRECTIONS * DIRECTIONS, "%zu rows", f->n);
-    for (size_t i = 0; i < f->n; ++i) {
+    for (size_t i = 0; i < f->n; i++) {
         const double *r = f->row[i], brighter = r[3] / r[4];
         FF_CHECK_CLOSE(g2("smith-height-correlated", r[0], r[1], r[2]), r[3], 0, 1e-7);
         FF_CHECK_CLOSE(g2("smith-separable", r[0], r[1], r[2]), r[4], 0, 1e-7);
@@ -274,7 +274,7 @@ static void walter_g1(void)
     const fit_surface exact = surface("beckmann", "alpha", 1), rational = surface("beckmann-walter", "alpha", 1);
     double off = 0;
     FF_CHECK(f->n == 24, "%zu rows", f->n);
-    for (size_t i = 0; i < f->n; ++i) {
+    for (size_t i = 0; i < f->n; i++) {
         const double *r = f->row[i], theta = atan(1 / r[0]) / FIT_DEGREE;
         FF_CHECK_CLOSE(g1(&exact, theta), r[1], 0, 1e-7);
         FF_CHECK_CLOSE(g1(&rational, theta), r[2], 0, 1e-7);
@@ -292,10 +292,10 @@ static void phong_g1(void)
     } known[] = {{1, 0.125}, {5, 0.046}, {20, 0.014}, {100, 0.0037}};
     const figure *f = figure_read("phong_g1.csv", 4);
     FF_CHECK(f->n == 72, "%zu rows", f->n);
-    for (size_t k = 0; k < sizeof known / sizeof known[0]; ++k) {
+    for (size_t k = 0; k < sizeof known / sizeof known[0]; k++) {
         const fit_surface exact = surface("phong", "n", known[k].n), rational = surface("phong-walter", "n", known[k].n);
         double off = 0;
-        for (size_t i = 0; i < f->n; ++i) {
+        for (size_t i = 0; i < f->n; i++) {
             const double *r = f->row[i];
             if (r[0] != known[k].n) continue;
             FF_CHECK_CLOSE(g1(&exact, r[1]), r[2], 0, 1e-7);

@@ -25,12 +25,12 @@ static void check_refused(const char *what, const ff_table *t, const ff_model *m
     ff_error err = {0};
     memset(&r, 0x5a, sizeof r);
     memset(&untouched, 0x5a, sizeof untouched);
-    const ff_status st = fit_table(t, m, o, &r, NULL, &err);
-    FF_CHECK(st == expected && err.code == expected, "%s: status %s, error %s, expected %s", what, ff_status_str(st),
+    const ff_status status = fit_table(t, m, o, &r, NULL, &err);
+    FF_CHECK(status == expected && err.code == expected, "%s: status %s, error %s, expected %s", what, ff_status_str(status),
              ff_status_str(err.code), ff_status_str(expected));
     FF_CHECK(strstr(err.message, word) != NULL, "%s: '%s' does not say '%s'", what, err.message, word);
     FF_CHECK(memcmp(&r, &untouched, sizeof r) == 0, "%s: the result was written", what);
-    if (!st) ff_fit_result_clear(&r);
+    if (!status) ff_fit_result_clear(&r);
     const ff_status quiet = fit_table(t, m, o, &r, NULL, NULL);
     FF_CHECK(quiet == expected, "%s: another status without an error object", what);
     if (!quiet) ff_fit_result_clear(&r);
@@ -82,10 +82,10 @@ static void fewer_values_than_parameters(void)
         ff_table few = table_of(&s, n, 0.02);
         ff_fit_result r;
         ff_error err = {0};
-        const ff_status st = fit_table(&few, &s.model, &o, &r, NULL, &err);
-        FF_CHECK(st == FF_OK, "%zu samples: %s", n, err.message);
-        if (!st) check_sane("few samples", &r);
-        if (!st && n == 3)
+        const ff_status status = fit_table(&few, &s.model, &o, &r, NULL, &err);
+        FF_CHECK(status == FF_OK, "%zu samples: %s", n, err.message);
+        if (!status) check_sane("few samples", &r);
+        if (!status && n == 3)
             for (size_t k = 0; k < fit_parameter_count(&r); k++) {
                 char name[64];
                 double truth;
@@ -94,7 +94,7 @@ static void fewer_values_than_parameters(void)
                     FF_CHECK(isnan(v->std_error) || v->std_error > 1e-3 * v->value, "9 values, 9 parameters: %s = %g +- %g", name,
                              v->value, v->std_error);
             }
-        if (!st) ff_fit_result_clear(&r);
+        if (!status) ff_fit_result_clear(&r);
         ff_table_clear(&few);
     }
 }
@@ -106,11 +106,11 @@ static void one_sample(void)
     const ff_fit_options o = fit_options();
     ff_fit_result r;
     ff_error err = {0};
-    const ff_status st = fit_table(&t, &s.model, &o, &r, NULL, &err);
-    FF_CHECK(st == FF_OK, "%s", err.message);
-    for (size_t c = 0; c < 3 && !st; c++) FF_CHECK_CLOSE(r.channel_value[c].value, s.channel[c], 1e-12, 0);
-    if (!st) check_sane("one sample", &r);
-    if (!st) ff_fit_result_clear(&r);
+    const ff_status status = fit_table(&t, &s.model, &o, &r, NULL, &err);
+    FF_CHECK(status == FF_OK, "%s", err.message);
+    for (size_t c = 0; c < 3 && !status; c++) FF_CHECK_CLOSE(r.channel_value[c].value, s.channel[c], 1e-12, 0);
+    if (!status) check_sane("one sample", &r);
+    if (!status) ff_fit_result_clear(&r);
     ff_table_clear(&t);
 }
 
@@ -149,9 +149,9 @@ static void zero_channels(void)
             ff_fit_result r;
             ff_error err = {0};
             with.loss = (ff_loss)loss;
-            const ff_status st = fit_table(&t, &s.model, &with, &r, NULL, &err);
-            FF_CHECK(st == FF_OK, "%s: %s", ff_loss_name(loss), err.message);
-            if (st) continue;
+            const ff_status status = fit_table(&t, &s.model, &with, &r, NULL, &err);
+            FF_CHECK(status == FF_OK, "%s: %s", ff_loss_name(loss), err.message);
+            if (status) continue;
             FF_CHECK(r.outcome == FF_CONVERGED || all, "%s: %s", ff_loss_name(loss), ff_outcome_name((int)r.outcome));
             check_sane(ff_loss_name(loss), &r);
             for (size_t c = all ? 0 : 1; c < (all ? 3 : 2); c++)
@@ -177,13 +177,13 @@ static void selection_is(const char *what, const ff_table *t, const ff_fit_optio
     ff_fit_result r;
     ff_selection sel = {0};
     ff_error err = {0};
-    const ff_status st = fit_table(t, &s.model, o, &r, &sel, &err);
-    FF_CHECK(st == FF_OK, "%s: %s", what, err.message);
+    const ff_status status = fit_table(t, &s.model, o, &r, &sel, &err);
+    FF_CHECK(status == FF_OK, "%s: %s", what, err.message);
     FF_CHECK(sel.samples == t->n && sel.used == used && sel.invalid == invalid && sel.below_horizon == below &&
                  sel.grazing == grazing && sel.negative == negative,
              "%s: of %zu used %zu, invalid %zu, below %zu, grazing %zu, negative %zu", what, sel.samples, sel.used, sel.invalid,
              sel.below_horizon, sel.grazing, sel.negative);
-    if (st) return;
+    if (status) return;
     check_sane(what, &r);
     for (size_t k = 0; k < 3; k++) FF_CHECK_CLOSE(r.shape_value[k].value, s.shape[k], 1e-2, 0);
     ff_fit_result_clear(&r);
@@ -254,9 +254,9 @@ static void the_same_sample_again_and_again(void)
     }
     ff_fit_result r;
     ff_error err = {0};
-    const ff_status st = fit_table(&t, &s.model, &o, &r, NULL, &err);
-    FF_CHECK(st == FF_OK, "%s", err.message);
-    if (!st) {
+    const ff_status status = fit_table(&t, &s.model, &o, &r, NULL, &err);
+    FF_CHECK(status == FF_OK, "%s", err.message);
+    if (!status) {
         check_sane("one direction", &r);
         FF_CHECK(r.n_columns < r.n_free, "9 parameters from 3 numbers: %zu of %zu have a standard error", r.n_columns, r.n_free);
         FF_CHECK(has_warning(&r, FF_WARNING_NOT_DETERMINED, NULL), "%zu warnings, none of an undetermined parameter", r.warnings.n);
@@ -314,9 +314,9 @@ static void every_size_of_a_last_block(void)
             ff_residual e;
             ff_error err = {0};
             t.valid[t.n - 1] = 1;
-            const ff_status st = fit_table(&t, &s.model, &o, &r, NULL, &err);
-            FF_CHECK(st == FF_OK, "%zu samples: %s", t.n, err.message);
-            if (!st) {
+            const ff_status status = fit_table(&t, &s.model, &o, &r, NULL, &err);
+            FF_CHECK(status == FF_OK, "%zu samples: %s", t.n, err.message);
+            if (!status) {
                 residuals_of(&t, &r, &e);
                 check_sane("sizes", &r);
                 FF_CHECK_CLOSE(r.residual.objective, e.objective, 1e-9, 0);
@@ -345,9 +345,9 @@ static ff_fit_result fitted_to_scaled(const char *expression, const fit_surface 
     for (size_t i = 0; i < 3 * t.n; i++) t.value[i] *= factor;
     o.loss = loss;
     o.shape = FF_SHAPE_ISOTROPIC; /* an ellipse fitted to what no surface does would crawl along its valley for long */
-    const ff_status st = fit_table(&t, &m, &o, &r, NULL, &err);
-    FF_CHECK(st == FF_OK, "%s, %s, values x %g: %s", expression, ff_loss_name((int)loss), factor, err.message);
-    if (st) exit(1);
+    const ff_status status = fit_table(&t, &m, &o, &r, NULL, &err);
+    FF_CHECK(status == FF_OK, "%s, %s, values x %g: %s", expression, ff_loss_name((int)loss), factor, err.message);
+    if (status) exit(1);
     check_sane(expression, &r);
     ff_table_clear(&t);
     return r;
@@ -474,8 +474,8 @@ static void wrong_options_of_the_fit(void)
         if (k == 2) bad.robust = FF_ROBUST_HUBER, bad.robust_scale = -1;
         if (k == 3) bad.robust = (ff_robust)99;
         if (k == 4) bad.shape = (ff_shape)99;
-        const ff_status st = ff_problem_fit_into(p, &s.model, &bad, &r, &err);
-        FF_CHECK(st == FF_ERR_RANGE, "wrong option %d of the fit: %s", k, ff_status_str(st));
+        const ff_status status = ff_problem_fit_into(p, &s.model, &bad, &r, &err);
+        FF_CHECK(status == FF_ERR_RANGE, "wrong option %d of the fit: %s", k, ff_status_str(status));
         ff_fit_result_clear(&r);
     }
     ff_problem_free(p);
@@ -520,9 +520,9 @@ static void model_that_the_problem_was_not_made_for(void)
         FF_CHECK(ff_problem_make(&t, &made_for.model, 1, &o, &p, &err) == FF_OK, "%s: %s", cases[k].made_for, err.message);
         o.shape = cases[k].shape;
         if (p) {
-            const ff_status st = ff_problem_fit_into(p, &asked.model, &o, &r, &err);
-            FF_CHECK(st == FF_ERR_UNSUPPORTED && strstr(err.message, "ff_problem_new"), "%s fitted to a problem made for %s: %s",
-                     cases[k].asked, cases[k].made_for, ff_status_str(st));
+            const ff_status status = ff_problem_fit_into(p, &asked.model, &o, &r, &err);
+            FF_CHECK(status == FF_ERR_UNSUPPORTED && strstr(err.message, "ff_problem_new"),
+                     "%s fitted to a problem made for %s: %s", cases[k].asked, cases[k].made_for, ff_status_str(status));
         }
         ff_fit_result_clear(&r);
         ff_problem_free(p);
@@ -542,9 +542,9 @@ static void limit_of_iterations(void)
     ff_error err = {0};
     for (size_t k = 0; k < sizeof limits / sizeof *limits; k++) {
         o.max_iterations = limits[k];
-        const ff_status st = fit_table(&t, &s.model, &o, &r, NULL, &err);
-        FF_CHECK(st == FF_OK, "%s", err.message);
-        if (st) continue;
+        const ff_status status = fit_table(&t, &s.model, &o, &r, NULL, &err);
+        FF_CHECK(status == FF_OK, "%s", err.message);
+        if (status) continue;
         const ff_warning *said = find_warning(&r, FF_WARNING_ITERATION_LIMIT, NULL);
         FF_CHECK(r.outcome == FF_LIMIT && r.iterations == limits[k] && said && said->value[0] == limits[k], "limit %d: %s after %d",
                  limits[k], ff_outcome_name((int)r.outcome), r.iterations);
@@ -562,9 +562,9 @@ static void no_standard_errors(void)
     ff_fit_result r;
     ff_error err = {0};
     o.std_errors = 0;
-    const ff_status st = fit_table(&t, &s.model, &o, &r, NULL, &err);
-    FF_CHECK(st == FF_OK, "%s", err.message);
-    if (!st) {
+    const ff_status status = fit_table(&t, &s.model, &o, &r, NULL, &err);
+    FF_CHECK(status == FF_OK, "%s", err.message);
+    if (!status) {
         check_sane("no standard errors", &r);
         FF_CHECK(r.correlation == NULL && r.n_columns == 0 && isnan(r.shape_value[0].std_error),
                  "standard errors that nobody asked for");
@@ -599,9 +599,9 @@ static void progress_is_called(void)
     ff_error err = {0};
     o.progress = watch;
     o.progress_context = &w;
-    const ff_status st = fit_table(&t, &s.model, &o, &r, NULL, &err);
-    FF_CHECK(st == FF_OK, "%s", err.message);
-    if (!st) {
+    const ff_status status = fit_table(&t, &s.model, &o, &r, NULL, &err);
+    FF_CHECK(status == FF_OK, "%s", err.message);
+    if (!status) {
         FF_CHECK(w.calls > r.iterations, "%d calls in %d iterations", w.calls, r.iterations);
         FF_CHECK_CLOSE(w.last, r.residual.objective, 1e-6, 0);
         ff_fit_result_clear(&r);
@@ -622,9 +622,9 @@ static void cancelled_by_the_callback(void)
         o.cancel = &w.cancel;
         ff_fit_result r = {0};
         ff_error err = {0};
-        const ff_status st = fit_table(&t, &s.model, &o, &r, NULL, &err);
-        FF_CHECK(st == FF_ERR_CANCELLED && err.code == FF_ERR_CANCELLED && w.calls == at, "cancelled at call %d: %s after %d calls",
-                 at, ff_status_str(st), w.calls);
+        const ff_status status = fit_table(&t, &s.model, &o, &r, NULL, &err);
+        FF_CHECK(status == FF_ERR_CANCELLED && err.code == FF_ERR_CANCELLED && w.calls == at,
+                 "cancelled at call %d: %s after %d calls", at, ff_status_str(status), w.calls);
         FF_CHECK(r.shape_value == NULL, "the result was written");
     }
     ff_table_clear(&t);
@@ -667,20 +667,20 @@ static void cancelled_by_another_thread(void)
         ff_fit_result r;
         ff_error err = {0};
         ff_problem *p = NULL;
-        ff_status st = ff_problem_make(&t, &s.model, 1, &o, &p, &err);
-        FF_CHECK(st == FF_OK, "%s", err.message);
+        ff_status status = ff_problem_make(&t, &s.model, 1, &o, &p, &err);
+        FF_CHECK(status == FF_OK, "%s", err.message);
         o.cancel = &cancel;
-        if (st || pthread_create(&thread, NULL, set_later, &cancel)) break;
-        for (int fits = 0; fits < 1000 && (st = ff_problem_fit_into(p, &s.model, &o, &r, &err)) == FF_OK;
+        if (status || pthread_create(&thread, NULL, set_later, &cancel)) break;
+        for (int fits = 0; fits < 1000 && (status = ff_problem_fit_into(p, &s.model, &o, &r, &err)) == FF_OK;
              fits++) /* until the store is seen */
             ff_fit_result_clear(&r);
         pthread_join(thread, NULL);
-        FF_CHECK(st == FF_ERR_CANCELLED, "%s: %s", ff_status_str(st), err.message);
+        FF_CHECK(status == FF_ERR_CANCELLED, "%s: %s", ff_status_str(status), err.message);
         /* the problem is as good as before */
         o.cancel = NULL;
-        st = ff_problem_fit_into(p, &s.model, &o, &r, &err);
-        FF_CHECK(st == FF_OK && r.outcome == FF_CONVERGED, "after a cancelled fit: %s", ff_status_str(st));
-        if (!st) ff_fit_result_clear(&r);
+        status = ff_problem_fit_into(p, &s.model, &o, &r, &err);
+        FF_CHECK(status == FF_OK && r.outcome == FF_CONVERGED, "after a cancelled fit: %s", ff_status_str(status));
+        if (!status) ff_fit_result_clear(&r);
         ff_problem_free(p);
     }
     ff_table_clear(&t);
@@ -701,9 +701,9 @@ static void many_models_on_one_problem(void)
     ff_problem *p = NULL;
     ff_error err = {0};
     for (size_t k = 0; k < N; k++) models[k] = fit_surface_make(names[k], 3, "").model;
-    ff_status st = ff_problem_make(&t, models, N, &o, &p, &err);
-    FF_CHECK(st == FF_OK, "%s", err.message);
-    for (size_t k = 0; k < N && !st; k++) {
+    ff_status status = ff_problem_make(&t, models, N, &o, &p, &err);
+    FF_CHECK(status == FF_OK, "%s", err.message);
+    for (size_t k = 0; k < N && !status; k++) {
         ff_fit_result a = {0}, b = {0};
         const ff_status together = ff_problem_fit_into(p, &models[k], &o, &a, &err),
                         alone = fit_table(&t, &models[k], &o, &b, NULL, &err);

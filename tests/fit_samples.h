@@ -81,12 +81,12 @@ static inline fit_surface fit_surface_make(const char *expression, size_t n_chan
     memset(&err, 0, sizeof err);
     s.n_channels = n_channels;
     snprintf(words, sizeof words, "%s", assignments);
-    ff_status st = n_channels <= FIT_CHANNELS ? ff_model_parse(expression, &s.model, &err) : FF_ERR_RANGE;
-    if (!st) ff_model_set_table(&s.model, fit_profile());
-    if (!st) ff_model_defaults(&s.model, n_channels, s.shape, s.channel);
-    for (char *word = strtok_r(words, " ", &save); word && !st; word = strtok_r(NULL, " ", &save))
-        st = ff_model_set(&s.model, n_channels, word, s.shape, s.channel, &err);
-    if (st) {
+    ff_status status = n_channels <= FIT_CHANNELS ? ff_model_parse(expression, &s.model, &err) : FF_ERR_RANGE;
+    if (!status) ff_model_set_table(&s.model, fit_profile());
+    if (!status) ff_model_defaults(&s.model, n_channels, s.shape, s.channel);
+    for (char *word = strtok_r(words, " ", &save); word && !status; word = strtok_r(NULL, " ", &save))
+        status = ff_model_set(&s.model, n_channels, word, s.shape, s.channel, &err);
+    if (status) {
         printf("the test itself is wrong: %s, %s: %s\n", expression, assignments, err.message);
         exit(1);
     }
@@ -180,8 +180,8 @@ static inline ff_status fit_table(const ff_table *t, const ff_model *m, const ff
                                   ff_selection *selection, ff_error *err)
 {
     ff_problem *p = NULL;
-    const ff_status st = ff_problem_make(t, m, 1, o, &p, err);
-    if (st) return st;
+    const ff_status status = ff_problem_make(t, m, 1, o, &p, err);
+    if (status) return status;
     if (selection) ff_problem_selection(p, selection);
     const ff_status end = ff_problem_fit_into(p, m, o, r, err);
     ff_problem_free(p);

@@ -147,8 +147,8 @@ typedef void (*fault)(const model_pairs *w, double *df);
 static void evaluate(const fit_surface *s, const model_pairs *w, double *f, double *df)
 {
     const ff_dirs dirs = model_dirs(w);
-    const ff_status st = ff_model_eval(&s->model, FF_ISA_BEST, s->n_channels, s->shape, s->channel, &dirs, w->n, f, df, w->n);
-    FF_CHECK(st == FF_OK, "%s", ff_status_str(st));
+    const ff_status status = ff_model_eval(&s->model, FF_ISA_BEST, s->n_channels, s->shape, s->channel, &dirs, w->n, f, df, w->n);
+    FF_CHECK(status == FF_OK, "%s", ff_status_str(status));
 }
 
 /* Adds to parameter k (shape, then per channel: that of every channel). */
@@ -616,12 +616,12 @@ static void pass_at(objective *b, const double *x, int final)
 {
     const fit_surface s = surface_at(b, x);
     ff_pass pass;
-    ff_status st = pass_of(&b->l, b->p, &b->o, s.shape, s.channel, &pass);
-    if (st) exit(1);
+    ff_status status = pass_of(&b->l, b->p, &b->o, s.shape, s.channel, &pass);
+    if (status) exit(1);
     pass.final = final;
-    st = ff_pass_run(&pass, 0, &b->normal);
+    status = ff_pass_run(&pass, 0, &b->normal);
     ff_pass_free(&pass);
-    FF_CHECK(st == FF_OK, "%s: %s", b->label, ff_status_str(st));
+    FF_CHECK(status == FF_OK, "%s: %s", b->label, ff_status_str(status));
 }
 
 /* Weighted residuals [n_channels][n] before the robust loss, from ff_model_eval and the definitions alone. */

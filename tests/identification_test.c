@@ -28,14 +28,14 @@ static void compare(const ff_table *t, const int *masking, size_t n, const char 
     o.shape = shape;
     o.std_errors = 0;
     for (size_t i = 0; i < n; i++) {
-        const ff_status st = ff_model_compose(ff_term_find(FF_NDF, ndf), masking[i], ff_term_find(FF_FRESNEL, "schlick"),
-                                              ff_term_find(FF_DIFFUSE, "lambert"), &model[i], &err);
-        FF_CHECK(st == FF_OK, "%s", err.message);
+        const ff_status status = ff_model_compose(ff_term_find(FF_NDF, ndf), masking[i], ff_term_find(FF_FRESNEL, "schlick"),
+                                                  ff_term_find(FF_DIFFUSE, "lambert"), &model[i], &err);
+        FF_CHECK(status == FF_OK, "%s", err.message);
         objective[i] = INFINITY;
     }
-    const ff_status st = ff_problem_make(t, model, n, &o, &p, &err);
-    FF_CHECK(st == FF_OK, "%s", err.message);
-    if (st) return;
+    const ff_status status = ff_problem_make(t, model, n, &o, &p, &err);
+    FF_CHECK(status == FF_OK, "%s", err.message);
+    if (status) return;
     for (size_t i = 0; i < n; i++) {
         ff_fit_result r;
         const ff_status fitted = ff_problem_fit_into(p, &model[i], &o, &r, &err);

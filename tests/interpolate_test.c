@@ -144,9 +144,9 @@ static void samples_give_themselves(const char *label, const ff_table *t, size_t
 {
     ff_interpolant *p = NULL;
     ff_error err = {0};
-    const ff_status s = ff_interpolant_new(t, 0, &p, &err);
-    FF_CHECK(s == FF_OK, "%s: %s", label, err.message);
-    if (s) return;
+    const ff_status status = ff_interpolant_new(t, 0, &p, &err);
+    FF_CHECK(status == FF_OK, "%s: %s", label, err.message);
+    if (status) return;
     for (size_t i = 0; i < t->n; i += step) {
         double w[6], *const planes[6] = {w, w + 1, w + 2, w + 3, w + 4, w + 5}, value[3], y;
         unsigned char found;

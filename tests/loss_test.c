@@ -67,16 +67,16 @@ static double objective(const ff_table *t, const ff_fit_options *o, double f, do
     ff_pass pass;
     ff_error err = {0};
     double kd = pi * f, gram[1] = {0}, by_kd[1] = {NAN};
-    ff_status st = ff_problem_make(t, &s.model, 1, o, &p, &err);
-    if (!st) st = ff_layout_init(&s.model, 1, FF_SHAPE_ISOTROPIC, 0, &layout, &err);
-    if (!st) st = ff_layout_normal(&layout, &normal);
-    if (!st) st = pass_of(&layout, p, o, s.shape, &kd, &pass);
-    if (!st) {
-        st = ff_pass_run(&pass, 0, &normal);
+    ff_status status = ff_problem_make(t, &s.model, 1, o, &p, &err);
+    if (!status) status = ff_layout_init(&s.model, 1, FF_SHAPE_ISOTROPIC, 0, &layout, &err);
+    if (!status) status = ff_layout_normal(&layout, &normal);
+    if (!status) status = pass_of(&layout, p, o, s.shape, &kd, &pass);
+    if (!status) {
+        status = ff_pass_run(&pass, 0, &normal);
         ff_pass_free(&pass);
         assemble(&layout, &normal, NULL, gram, by_kd);
     }
-    FF_CHECK(st == FF_OK, "%s", err.message);
+    FF_CHECK(status == FF_OK, "%s", err.message);
     const double value = normal.cost2 / 2;
     ff_normal_free(&normal);
     ff_problem_free(p);

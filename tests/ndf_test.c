@@ -76,12 +76,12 @@ static ff_status retrieve(const ff_table *t, const ff_ndf_options *o, ff_ndf_res
 {
     ff_model models[FF_NDF_MODELS];
     ff_problem *p;
-    ff_status s = ff_ndf_models(o->masking, models, err);
-    if (!s) s = ff_problem_make(t, models, FF_NDF_MODELS, o->fit, &p, err);
-    if (s) return s;
-    s = ff_ndf_retrieve_into(p, o, r, err);
+    ff_status status = ff_ndf_models(o->masking, models, err);
+    if (!status) status = ff_problem_make(t, models, FF_NDF_MODELS, o->fit, &p, err);
+    if (status) return status;
+    status = ff_ndf_retrieve_into(p, o, r, err);
     ff_problem_free(p);
-    return s;
+    return status;
 }
 
 /* Largest relative error of D between the first and the last half vector, where D is above `floor` of its peak. */
@@ -377,11 +377,11 @@ static void check_known(const known *k, margin scattered, margin grid)
             ff_ndf_result r;
             ff_table t = known_measure(k, &how, on_grid ? 67 : 1);
             snprintf(what, sizeof what, "%s, %s, %s", k->name, on_grid ? "grid" : "scattered", noisy ? "2 % noise" : "exact");
-            const ff_status s = retrieve(&t, &o, &r, &err);
-            FF_CHECK(s == FF_OK, "%s: %s", what, err.message);
+            const ff_status status = retrieve(&t, &o, &r, &err);
+            FF_CHECK(status == FF_OK, "%s: %s", what, err.message);
             if (noisy) check_level(what, &t);
             ff_table_clear(&t);
-            if (s) continue;
+            if (status) continue;
             const double worst = worst_error(k, &r, 1e-3), allowed = noisy ? m.noisy : m.exact;
             double best = INFINITY;
             for (int i = 0; i <= FF_NDF_STUDENT_T; i++) best = fmin(best, r.fit[i].residual.objective);
@@ -672,9 +672,9 @@ static void check_refused(const char *what, ff_table *t, const ff_ndf_options *o
 {
     ff_ndf_result r;
     ff_error err = {0};
-    const ff_status s = retrieve(t, o, &r, &err);
-    FF_CHECK(s == expected && strstr(err.message, words), "%s: status %d, '%s'", what, (int)s, err.message);
-    if (s == FF_OK) ff_ndf_result_clear(&r);
+    const ff_status status = retrieve(t, o, &r, &err);
+    FF_CHECK(status == expected && strstr(err.message, words), "%s: status %d, '%s'", what, (int)status, err.message);
+    if (status == FF_OK) ff_ndf_result_clear(&r);
     ff_table_clear(t);
 }
 

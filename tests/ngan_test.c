@@ -99,9 +99,9 @@ static double recover_from(const material *s, const ff_table *t)
         FF_CHECK(0, "%s: %s", preset, err.message);
         return 1;
     }
-    const ff_status st = fit_table(t, &model, &o, &r, NULL, &err);
-    FF_CHECK(st == FF_OK, "%s: %s", s->name, err.message);
-    if (st) return 1;
+    const ff_status status = fit_table(t, &model, &o, &r, NULL, &err);
+    FF_CHECK(status == FF_OK, "%s: %s", s->name, err.message);
+    if (status) return 1;
     FF_CHECK(r.outcome == FF_CONVERGED, "%s: %s", s->name, ff_outcome_name((int)r.outcome));
     worst = compare(s->name, "m", found(&r, "alpha_x", 0)->value, s->m, s->m);
     for (size_t c = 0; c < CHANNELS; c++) {
@@ -207,12 +207,12 @@ static void made_file_comes_back(void)
     snprintf(command, sizeof command, "'%s' '%s/made/make_merl.py' '%s' %.17g %.17g %.17g %.17g %.17g %.17g %.17g %.17g",
              FF_PYTHON3, FF_TEST_SOURCE_DIR, path, s->F0, s->m, s->rho_d[0], s->rho_d[1], s->rho_d[2], s->rho_s[0], s->rho_s[1],
              s->rho_s[2]);
-    const int status = system(command);
-    if (status == 77 << 8) FF_SKIP("%s has no numpy", FF_PYTHON3);
-    FF_CHECK(status == 0, "%s: %d", command, status);
-    const ff_status st = ff_table_read_into(path, NULL, &t, &err);
-    FF_CHECK(st == FF_OK && strcmp(t.format, "merl") == 0 && t.n == 90 * 90 * 180, "%s", err.message);
-    if (st) return;
+    const int exited = system(command);
+    if (exited == 77 << 8) FF_SKIP("%s has no numpy", FF_PYTHON3);
+    FF_CHECK(exited == 0, "%s: %d", command, exited);
+    const ff_status status = ff_table_read_into(path, NULL, &t, &err);
+    FF_CHECK(status == FF_OK && strcmp(t.format, "merl") == 0 && t.n == 90 * 90 * 180, "%s", err.message);
+    if (status) return;
     recover_from(s, &t);
     ff_table_clear(&t);
 }
@@ -249,11 +249,11 @@ static void with_ks_held_at_one(void)
     const material *s = &examples[0];
     const ff_fit_options o = isotropic();
     ff_table t = measure(s);
-    ff_status st = ff_model_parse("beckmann/v-cavity/schlick+lambert", &model, &err);
-    if (!st) st = fit_table(&t, &model, &o, &r, NULL, &err);
+    ff_status status = ff_model_parse("beckmann/v-cavity/schlick+lambert", &model, &err);
+    if (!status) status = fit_table(&t, &model, &o, &r, NULL, &err);
     ff_table_clear(&t);
-    FF_CHECK(st == FF_OK, "%s", err.message);
-    if (st) return;
+    FF_CHECK(status == FF_OK, "%s", err.message);
+    if (status) return;
     const double m = found(&r, "alpha_x", 0)->value, f0 = found(&r, "f0", 0)->value;
     printf("  %s with ks = 1: alpha %.4f (m %.4f), f0 of red %.3f (4 rho_s F0 = %.3f)\n", s->name, m, s->m, f0,
            4 * s->rho_s[0] * s->F0);

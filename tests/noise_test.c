@@ -42,9 +42,9 @@ static void what_is_no_noise(void)
     for (size_t k = 0; k < sizeof wrong / sizeof *wrong; k++) {
         ff_noise *n = NULL;
         ff_error err = {0};
-        const ff_status st = ff_noise_parse(wrong[k].text, &n, &err);
-        FF_CHECK(st == wrong[k].status && strstr(err.message, wrong[k].words) && !n, "'%s': %s, '%s'", wrong[k].text,
-                 ff_status_str(st), err.message);
+        const ff_status status = ff_noise_parse(wrong[k].text, &n, &err);
+        FF_CHECK(status == wrong[k].status && strstr(err.message, wrong[k].words) && !n, "'%s': %s, '%s'", wrong[k].text,
+                 ff_status_str(status), err.message);
     }
 }
 
@@ -58,9 +58,9 @@ static ff_table measured(const fit_surface *s, const char *grid, double a, doubl
     ff_error err = {0};
     uint64_t state = ff_test_seeded(seed);
     ff_simulate_options_init(&o);
-    ff_status st = ff_sampling_parse(grid, &o.sampling, &err);
-    if (!st) st = ff_simulate_into(&s->model, s->n_channels, s->shape, s->channel, &o, &t, &err);
-    if (st) {
+    ff_status status = ff_sampling_parse(grid, &o.sampling, &err);
+    if (!status) status = ff_simulate_into(&s->model, s->n_channels, s->shape, s->channel, &o, &t, &err);
+    if (status) {
         printf("the test itself is wrong: %s\n", err.message);
         exit(1);
     }
@@ -87,9 +87,9 @@ static ff_fit_result fit_of(const ff_table *t, const ff_model *m, const ff_fit_o
     ff_problem *p = NULL;
     ff_fit_result r = {.n_channels = 0};
     ff_error err = {0};
-    ff_status st = ff_problem_make(t, m, 1, o, &p, &err);
-    if (!st) st = ff_problem_fit_into(p, m, o, &r, &err);
-    FF_CHECK(st == FF_OK, "%s", err.message);
+    ff_status status = ff_problem_make(t, m, 1, o, &p, &err);
+    if (!status) status = ff_problem_fit_into(p, m, o, &r, &err);
+    FF_CHECK(status == FF_OK, "%s", err.message);
     ff_problem_free(p);
     return r;
 }
@@ -151,11 +151,11 @@ static void levels_of_other_channels(void)
         ff_error err = {0};
         FF_CHECK(ff_noise_new(level, levels, 0, 0, &n, &err) == FF_OK, "%s", err.message);
         o.noise = n;
-        ff_status st = ff_problem_make(&t, &s.model, 1, &o, &p, &err);
-        if (!st) st = ff_problem_fit_into(p, &s.model, &o, &r, &err);
-        FF_CHECK(st == (levels == 2 ? FF_ERR_RANGE : FF_OK), "%zu levels: %s", levels, ff_status_str(st));
+        ff_status status = ff_problem_make(&t, &s.model, 1, &o, &p, &err);
+        if (!status) status = ff_problem_fit_into(p, &s.model, &o, &r, &err);
+        FF_CHECK(status == (levels == 2 ? FF_ERR_RANGE : FF_OK), "%zu levels: %s", levels, ff_status_str(status));
         if (levels == 2) FF_CHECK(strstr(err.message, "one for each of the 3 channels"), "'%s'", err.message);
-        if (!st) ff_fit_result_clear(&r);
+        if (!status) ff_fit_result_clear(&r);
         ff_problem_free(p);
         ff_noise_free(n);
     }
@@ -261,10 +261,10 @@ static void cut_off_of_the_true_model(void)
         ff_fit_result r;
         ff_cut_off *c = NULL;
         ff_error err = {0};
-        ff_status st = ff_problem_make(&t, &s.model, 1, &o, &p, &err);
-        if (!st) st = ff_problem_fit_into(p, &s.model, &o, &r, &err);
-        if (!st) st = ff_trust_cut_off(p, &o, &r, 70 * FIT_DEGREE, &c, &err);
-        FF_CHECK(st == FF_OK, "%s", err.message);
+        ff_status status = ff_problem_make(&t, &s.model, 1, &o, &p, &err);
+        if (!status) status = ff_problem_fit_into(p, &s.model, &o, &r, &err);
+        if (!status) status = ff_trust_cut_off(p, &o, &r, 70 * FIT_DEGREE, &c, &err);
+        FF_CHECK(status == FF_OK, "%s", err.message);
         int any = 0;
         for (size_t k = 0; c && k < c->n_columns; k++) any |= fabs(c->move[k]) > c->limit;
         moved += any;

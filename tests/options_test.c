@@ -156,12 +156,12 @@ static int make_scene(scene *s)
     ff_simulate_options_init(&o);
     o.sampling = (ff_sampling){FF_SAMPLING_SCATTERED, 5, 2000, 0.3};
     o.relative = 0.01;
-    ff_status st = ff_model_new("ggx+lambert", &s->model, &err);
-    if (!st) ff_model_defaults(s->model, 1, s->shape, s->channel);
-    if (!st) st = ff_model_set(s->model, 1, "alpha=0.3", s->shape, s->channel, &err);
-    if (!st) st = ff_simulate(s->model, 1, s->shape, s->channel, &o, &s->table, &err);
-    FF_CHECK(st == FF_OK, "%s", err.message);
-    return st == FF_OK;
+    ff_status status = ff_model_new("ggx+lambert", &s->model, &err);
+    if (!status) ff_model_defaults(s->model, 1, s->shape, s->channel);
+    if (!status) status = ff_model_set(s->model, 1, "alpha=0.3", s->shape, s->channel, &err);
+    if (!status) status = ff_simulate(s->model, 1, s->shape, s->channel, &o, &s->table, &err);
+    FF_CHECK(status == FF_OK, "%s", err.message);
+    return status == FF_OK;
 }
 
 static void free_scene(scene *s)

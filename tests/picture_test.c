@@ -42,8 +42,8 @@ static double difference(const ff_picture *p, const fit_surface *s)
 {
     double d = NAN;
     ff_error err = {0};
-    const ff_status st = ff_picture_difference(p, &s->model, s->shape, s->channel, &d, &err);
-    FF_CHECK(st == FF_OK, "%s", err.message);
+    const ff_status status = ff_picture_difference(p, &s->model, s->shape, s->channel, &d, &err);
+    FF_CHECK(status == FF_OK, "%s", err.message);
     return d;
 }
 
@@ -132,8 +132,8 @@ static void tone(void)
 static void shade(const fit_surface *s, const rays *r, double *f)
 {
     const ff_dirs w = {r->w[0], r->w[1], r->w[2], r->w[3], r->w[4], r->w[5]};
-    const ff_status st = ff_model_eval(&s->model, FF_ISA_BEST, s->n_channels, s->shape, s->channel, &w, r->n, f, NULL, r->n);
-    FF_CHECK(st == FF_OK, "the model cannot be evaluated");
+    const ff_status status = ff_model_eval(&s->model, FF_ISA_BEST, s->n_channels, s->shape, s->channel, &w, r->n, f, NULL, r->n);
+    FF_CHECK(status == FF_OK, "the model cannot be evaluated");
 }
 
 /* A mirrored light and a mirrored surface make the mirrored picture; a light turned by 90 degrees turns that of an isotropic one.

@@ -45,8 +45,8 @@ static void points_of_d(double (*p)(double), double alpha, int n, double end)
 static void made(ff_profile_kind kind, int n)
 {
     ff_error err = {0};
-    const ff_status s = ff_profile_make(kind, (size_t)n, xs, ys, &table, NULL, &err);
-    FF_CHECK(s == FF_OK, "%s", err.message);
+    const ff_status status = ff_profile_make(kind, (size_t)n, xs, ys, &table, NULL, &err);
+    FF_CHECK(status == FF_OK, "%s", err.message);
 }
 
 /* ---- the distribution ------------------------------------------------------------------------ */
@@ -296,8 +296,8 @@ static void refused(const char *what, ff_profile_kind kind, size_t n, size_t ind
     size_t bad = 12345;
     ff_error err = {0};
     memset(&untouched, 0x5A, sizeof untouched);
-    const ff_status s = ff_profile_make(kind, n, xs, ys, &untouched, &bad, &err);
-    FF_CHECK(s == FF_ERR_DATA && err.code == s, "%s: %s", what, ff_status_str(s));
+    const ff_status status = ff_profile_make(kind, n, xs, ys, &untouched, &bad, &err);
+    FF_CHECK(status == FF_ERR_DATA && err.code == status, "%s: %s", what, ff_status_str(status));
     FF_CHECK(bad == index, "%s: about point %zu, expected %zu", what, bad, index);
     FF_CHECK(strstr(err.message, "found") && strstr(err.message, "expected"), "%s: '%s'", what, err.message);
     for (size_t i = 0; i < sizeof untouched; i++)
@@ -400,8 +400,8 @@ static void files_that_are_refused(void)
     for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
         ff_error err = {0};
         write_text(cases[i].text);
-        const ff_status s = ff_profile_read_into(PATH, &t, &err);
-        FF_CHECK(s == cases[i].status && err.code == s, "case %zu: %s: %s", i, ff_status_str(s), err.message);
+        const ff_status status = ff_profile_read_into(PATH, &t, &err);
+        FF_CHECK(status == cases[i].status && err.code == status, "case %zu: %s: %s", i, ff_status_str(status), err.message);
         FF_CHECK(err.line == cases[i].line && strcmp(err.path, PATH) == 0, "case %zu: %s:%ld, expected line %ld: %s", i, err.path,
                  err.line, cases[i].line, err.message);
         FF_CHECK(strstr(err.message, "found") && strstr(err.message, "expected"), "case %zu: '%s'", i, err.message);

@@ -69,11 +69,11 @@ static size_t all_models(ff_model *out, size_t *n_maskings)
             const ff_term *masking = ff_term_at(FF_MASKING, m);
             /* those that go with every distribution of normals; and not every distribution: a file takes seconds already */
             if ((masking->claims & (FF_FURNACE_ONLY | FF_ISOTROPIC)) || d >= DISTRIBUTIONS) continue;
-            const ff_status st = ff_model_compose((int)d, (int)m, ff_term_find(FF_FRESNEL, "schlick"),
-                                                  ff_term_find(FF_DIFFUSE, "lambert"), &out[n], NULL);
-            n += st == FF_OK;
-            FF_CHECK(st == FF_OK, "distribution %zu, masking %zu: %s", d, m, ff_status_str(st));
-            if (d == 0) ++*n_maskings;
+            const ff_status status = ff_model_compose((int)d, (int)m, ff_term_find(FF_FRESNEL, "schlick"),
+                                                      ff_term_find(FF_DIFFUSE, "lambert"), &out[n], NULL);
+            n += status == FF_OK;
+            FF_CHECK(status == FF_OK, "distribution %zu, masking %zu: %s", d, m, ff_status_str(status));
+            if (d == 0) (*n_maskings)++;
         }
     return n;
 }
@@ -100,9 +100,9 @@ static void fit_file(const material *file, const ff_table *t)
     ff_problem *p = NULL;
     ff_selection sel;
     ff_error err = {0};
-    ff_status st = ff_problem_make(t, models, n, &o, &p, &err);
-    FF_CHECK(st == FF_OK, "%s: %s", file->name, err.message);
-    if (st) return;
+    ff_status status = ff_problem_make(t, models, n, &o, &p, &err);
+    FF_CHECK(status == FF_OK, "%s: %s", file->name, err.message);
+    if (status) return;
     ff_problem_selection(p, &sel);
     FF_CHECK(sel.used > 0 && sel.used + sel.invalid + sel.below_horizon + sel.grazing == sel.samples,
              "%s: the counts do not add up", file->name);
@@ -111,10 +111,10 @@ static void fit_file(const material *file, const ff_table *t)
         ff_fit_result r;
         ff_model_expression(&models[i], expression, sizeof expression);
         snprintf(what, sizeof what, "%s, %s", file->name, expression);
-        st = ff_problem_fit_into(p, &models[i], &o, &r, &err);
-        FF_CHECK(st == FF_OK, "%s: %s", what, err.message);
+        status = ff_problem_fit_into(p, &models[i], &o, &r, &err);
+        FF_CHECK(status == FF_OK, "%s: %s", what, err.message);
         objective[i] = INFINITY;
-        if (st) continue;
+        if (status) continue;
         objective[i] = r.residual.objective;
         check_fit(what, &r);
         if (strcmp(expression, "ggx/smith-height-correlated/schlick+lambert") == 0) {
@@ -133,9 +133,9 @@ static void read_and_fit(const material *file)
 {
     ff_table t;
     ff_error err = {0};
-    const ff_status st = ff_table_read_into(file->path, NULL, &t, &err);
-    FF_CHECK(st == FF_OK, "%s: %s", file->path, err.message);
-    if (st) return;
+    const ff_status status = ff_table_read_into(file->path, NULL, &t, &err);
+    FF_CHECK(status == FF_OK, "%s: %s", file->path, err.message);
+    if (status) return;
     fit_file(file, &t);
     ff_table_clear(&t);
 }
@@ -154,18 +154,18 @@ static void no_start_does_better(const material *file, const ff_table *t, const 
         ff_error err = {0};
         o.loss = (ff_loss)loss;
         o.std_errors = 0;
-        ff_status st = ff_problem_make(t, &from.model, 1, &o, &p, &err);
-        if (!st) st = ff_problem_fit_into(p, &from.model, &o, &r, &err);
-        FF_CHECK(st == FF_OK, "%s, %s, %s: %s", file->name, expression, ff_loss_name(loss), err.message);
+        ff_status status = ff_problem_make(t, &from.model, 1, &o, &p, &err);
+        if (!status) status = ff_problem_fit_into(p, &from.model, &o, &r, &err);
+        FF_CHECK(status == FF_OK, "%s, %s, %s: %s", file->name, expression, ff_loss_name(loss), err.message);
         double searched = 0, best = INFINITY, best_from = 0, best_alpha = 0, searched_alpha = 0;
-        if (!st) {
+        if (!status) {
             searched = r.residual.objective;
             searched_alpha = r.shape_value[0].value;
             ff_fit_result_clear(&r);
         }
         o.start_shape = from.shape;
         o.start_channel = from.channel;
-        for (size_t k = 0; k < sizeof alpha / sizeof *alpha && !st; k++) {
+        for (size_t k = 0; k < sizeof alpha / sizeof *alpha && !status; k++) {
             from.shape[0] = from.shape[1] = alpha[k];
             if (ff_problem_fit_into(p, &from.model, &o, &r, &err)) continue;
             if (r.residual.objective < best) {
@@ -175,7 +175,7 @@ static void no_start_does_better(const material *file, const ff_table *t, const 
             }
             ff_fit_result_clear(&r);
         }
-        FF_CHECK(st || searched <= best * (1 + 1e-6),
+        FF_CHECK(status || searched <= best * (1 + 1e-6),
                  "%s, %s, %s: the search leads to alpha %g, objective %.6g; a start at alpha = %g leads to alpha %g, objective "
                  "%.6g (%.3f of it)",
                  file->name, expression, ff_loss_name(loss), searched_alpha, searched, best_from, best_alpha, best,
@@ -197,9 +197,9 @@ static void read_and_restart(const material *file)
     static const char *const models[] = {"ggx+lambert", "beckmann/v-cavity+lambert"};
     ff_table t;
     ff_error err = {0};
-    const ff_status st = ff_table_read_into(file->path, NULL, &t, &err);
-    FF_CHECK(st == FF_OK, "%s: %s", file->path, err.message);
-    if (st) return;
+    const ff_status status = ff_table_read_into(file->path, NULL, &t, &err);
+    FF_CHECK(status == FF_OK, "%s: %s", file->path, err.message);
+    if (status) return;
     thin_out(&t);
     for (size_t k = 0; k < sizeof models / sizeof *models; k++) no_start_does_better(file, &t, models[k]);
     ff_table_clear(&t);

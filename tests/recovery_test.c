@@ -112,9 +112,9 @@ static void run(const char *what, const experiment *e)
     ff_fit_result r;
     ff_selection sel;
     ff_error err = {0};
-    const ff_status st = fit_table(&t, &s.model, &e->o, &r, &sel, &err);
-    FF_CHECK(st == FF_OK, "%s: %s: %s", what, ff_status_str(st), err.message);
-    if (!st) {
+    const ff_status status = fit_table(&t, &s.model, &e->o, &r, &sel, &err);
+    FF_CHECK(status == FF_OK, "%s: %s: %s", what, ff_status_str(status), err.message);
+    if (!status) {
         check_parameters(what, &s, &r, e->relative, e->sigmas);
         check_result(what, &r, &sel, &e->o);
         check_ellipse(what, &r);
@@ -215,9 +215,9 @@ static void robust_losses_resist_outliers(void)
         o.robust_scale = 1e-3;
         ff_fit_result r;
         ff_error err = {0};
-        const ff_status st = fit_table(&t, &s.model, &o, &r, NULL, &err);
-        FF_CHECK(st == FF_OK, "%s: %s", ff_robust_name(robust), err.message);
-        if (st) continue;
+        const ff_status status = fit_table(&t, &s.model, &o, &r, NULL, &err);
+        FF_CHECK(status == FF_OK, "%s: %s", ff_robust_name(robust), err.message);
+        if (status) continue;
         if (robust == FF_ROBUST_NONE) {
             FF_CHECK(fabs(r.channel_value[2].value - s.channel[2]) > 0.02,
                      "kd is %g: the outliers do not matter, so this shows nothing", r.channel_value[2].value);
@@ -275,9 +275,9 @@ static void mean_and_single_channels(void)
         for (size_t k = 0; k < 3; k++) /* f0, ks, kd */
             expected.channel[k] =
                 only < 0 ? (s.channel[k] + s.channel[3 + k] + s.channel[6 + k]) / 3 : s.channel[3 * (size_t)only + k];
-        const ff_status st = fit_table(&t, &s.model, &o, &r, &sel, &err);
-        FF_CHECK(st == FF_OK, "%s", err.message);
-        if (st) continue;
+        const ff_status status = fit_table(&t, &s.model, &o, &r, &sel, &err);
+        FF_CHECK(status == FF_OK, "%s", err.message);
+        if (status) continue;
         FF_CHECK(r.n_channels == 1 && sel.n_channels == 1, "%zu channels", r.n_channels);
         check_parameters(only < 0 ? "mean" : "one channel", &expected, &r, 1e-5, 0);
         ff_fit_result_clear(&r);
@@ -308,9 +308,9 @@ static void parameters_on_their_bounds(void)
         const ff_fit_options o = fit_options();
         ff_fit_result r;
         ff_error err = {0};
-        const ff_status st = fit_table(&t, &s.model, &o, &r, NULL, &err);
-        FF_CHECK(st == FF_OK, "%s", err.message);
-        if (!st) {
+        const ff_status status = fit_table(&t, &s.model, &o, &r, NULL, &err);
+        FF_CHECK(status == FF_OK, "%s", err.message);
+        if (!status) {
             FF_CHECK(r.outcome == FF_CONVERGED, "%s", ff_outcome_name((int)r.outcome));
             check_on_bound("f0[0]", &r.channel_value[0], 1);
             check_on_bound("kd[2]", &r.channel_value[8], -1);
@@ -379,9 +379,9 @@ static void two_lobes_of_one_kind(void)
     ff_fit_result r;
     ff_error err = {0};
     o.shape = FF_SHAPE_ISOTROPIC;
-    const ff_status st = fit_table(&t, &given.model, &o, &r, NULL, &err);
-    FF_CHECK(st == FF_OK, "%s", err.message);
-    if (!st) {
+    const ff_status status = fit_table(&t, &given.model, &o, &r, NULL, &err);
+    FF_CHECK(status == FF_OK, "%s", err.message);
+    if (!status) {
         check_parameters("two lobes given widest first", &ordered, &r, 1e-5, 0);
         ff_fit_result_clear(&r);
     }
@@ -447,9 +447,9 @@ static void freed_and_fixed(void)
         ff_fit_result r;
         ff_error err = {0};
         if (fixed) FF_CHECK(ff_model_hold(&s.model, "alpha", 0.5, NULL) == FF_OK, "hold");
-        const ff_status st = fit_table(&t, &s.model, &o, &r, NULL, &err);
-        FF_CHECK(st == FF_OK, "%s", err.message);
-        if (st) continue;
+        const ff_status status = fit_table(&t, &s.model, &o, &r, NULL, &err);
+        FF_CHECK(status == FF_OK, "%s", err.message);
+        if (status) continue;
         FF_CHECK(r.n_free == (fixed ? 10 : 11) && r.shape_value[0].held == fixed, "%zu free", r.n_free);
         check_parameters(fixed ? "ginneken and ks free, alpha held" : "ginneken and ks free", &s, &r, 1e-4, 0);
         FF_CHECK(r.shape_value[0].value == r.shape_value[1].value, "alpha_y is %g", r.shape_value[1].value);
@@ -474,9 +474,9 @@ static void held_axes(void)
         ff_fit_result r;
         ff_error err = {0};
         FF_CHECK(ff_model_hold(&fixed.model, held[i].name, held[i].value, NULL) == FF_OK, "hold");
-        const ff_status st = fit_table(&t, &fixed.model, &o, &r, NULL, &err);
-        FF_CHECK(st == FF_OK, "%s", err.message);
-        if (st) continue;
+        const ff_status status = fit_table(&t, &fixed.model, &o, &r, NULL, &err);
+        FF_CHECK(status == FF_OK, "%s", err.message);
+        if (status) continue;
         const ff_fit_value *v = ff_fit_result_find(&r, held[i].name, 0);
         FF_CHECK(v->held && v->value == held[i].value, "%s is %g, held at %g", held[i].name, v->value, held[i].value);
         ff_fit_result_clear(&r);
@@ -510,9 +510,9 @@ static void same_for_every_run_and_number_of_threads(void)
             ff_error err = {0};
             o.loss = (ff_loss)loss;
             o.threads = threads[i];
-            const ff_status st = fit_table(&t, &s.model, &o, i ? &r : &first, NULL, &err);
-            FF_CHECK(st == FF_OK, "%s", err.message);
-            if (st || i == 0) continue;
+            const ff_status status = fit_table(&t, &s.model, &o, i ? &r : &first, NULL, &err);
+            FF_CHECK(status == FF_OK, "%s", err.message);
+            if (status || i == 0) continue;
             FF_CHECK(same_bits(&first, &r), "%s: another result with %d threads", ff_loss_name(loss), threads[i]);
             ff_fit_result_clear(&r);
         }
@@ -603,9 +603,9 @@ static void at_the_end_of_a_parameter(void)
     o.weighting = FF_WEIGHT_SAMPLE;
     FF_CHECK(!ff_model_parse("sgd/smith-separable/sgd+lambert", &model, &err) && !ff_model_vary(&model, "ks", &err), "%s",
              err.message);
-    const ff_status st = fit_table(&t, &model, &o, &r, NULL, &err);
-    FF_CHECK(st == FF_OK, "%s", err.message);
-    if (!st) {
+    const ff_status status = fit_table(&t, &model, &o, &r, NULL, &err);
+    FF_CHECK(status == FF_OK, "%s", err.message);
+    if (!status) {
         FF_CHECK(r.residual.objective < 1e-12, "objective %g", r.residual.objective);
         FF_CHECK_CLOSE(r.shape_value[0].value, 0.0237 * 0.0237, 1e-6, 0);
         FF_CHECK(r.shape_value[1].value < 1e-6, "p = %g", r.shape_value[1].value);

@@ -161,8 +161,8 @@ static void refuse(const char *expression, ff_status expected, const char *word)
     ff_error err = {0};
     memset(&m, 0x5a, sizeof m);
     before = m;
-    const ff_status s = ff_model_parse(expression, &m, &err);
-    FF_CHECK(s == expected && err.code == s, "'%s': %s", expression, ff_status_str(s));
+    const ff_status status = ff_model_parse(expression, &m, &err);
+    FF_CHECK(status == expected && err.code == status, "'%s': %s", expression, ff_status_str(status));
     FF_CHECK(strstr(err.message, word) != NULL, "'%s': '%s' does not mention '%s'", expression, err.message, word);
     FF_CHECK(memcmp(&m, &before, sizeof m) == 0, "'%s' was refused, yet wrote its output", expression);
     FF_CHECK(ff_model_parse(expression, &m, NULL) == expected, "'%s' without an error object", expression);
@@ -329,8 +329,8 @@ static void refuse_assignment(const ff_model *m, const char *assignment, ff_stat
     values v = defaults(m);
     const values before = v;
     ff_error err = {0};
-    const ff_status s = ff_model_set(m, CHANNELS, assignment, v.shape, v.channel, &err);
-    FF_CHECK(s == expected, "'%s': %s, expected %s", assignment, ff_status_str(s), ff_status_str(expected));
+    const ff_status status = ff_model_set(m, CHANNELS, assignment, v.shape, v.channel, &err);
+    FF_CHECK(status == expected, "'%s': %s, expected %s", assignment, ff_status_str(status), ff_status_str(expected));
     FF_CHECK(strstr(err.message, word) != NULL, "'%s': '%s' does not mention '%s'", assignment, err.message, word);
     FF_CHECK(memcmp(&v, &before, sizeof v) == 0, "'%s' was refused, yet changed a value", assignment);
 }
@@ -410,9 +410,9 @@ static void checks(void)
             const ff_dirs w = {&zero, &zero, &up, &zero, &zero, &up};
             v = defaults(&tilted);
             assigned(&tilted, &v, axis ? "lobe2.slope_y=0.1" : "lobe2.slope_x=-1e-300");
-            const ff_status s = ff_model_check(&tilted, CHANNELS, v.shape, v.channel, &err);
-            FF_CHECK(s == expected && (s == FF_OK || strstr(err.message, masking->name) != NULL), "%s: %s, %s", expression,
-                     ff_status_str(s), err.message);
+            const ff_status status = ff_model_check(&tilted, CHANNELS, v.shape, v.channel, &err);
+            FF_CHECK(status == expected && (status == FF_OK || strstr(err.message, masking->name) != NULL), "%s: %s, %s",
+                     expression, ff_status_str(status), err.message);
             FF_CHECK(ff_model_eval(&tilted, FF_ISA_BEST, 1, v.shape, v.channel, &w, 1, &f, df, 1) == expected, "%s", expression);
         }
     }

@@ -9,9 +9,9 @@ static ff_fit_result fitted(const char *what, const ff_table *t, const ff_model 
 {
     ff_fit_result r = {0};
     ff_error err = {0};
-    const ff_status s = fit_table(t, m, o, &r, NULL, &err);
-    FF_CHECK(s == FF_OK, "%s: %s", what, err.message);
-    if (s) exit(1);
+    const ff_status status = fit_table(t, m, o, &r, NULL, &err);
+    FF_CHECK(status == FF_OK, "%s: %s", what, err.message);
+    if (status) exit(1);
     FF_CHECK(r.outcome == FF_CONVERGED, "%s: %s", what, ff_outcome_name((int)r.outcome));
     return r;
 }

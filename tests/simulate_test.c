@@ -46,10 +46,10 @@ static void philox_known_answers(void)
         {0, 0, 0, 0, 0, 0, 0x6627e8d5, 0xe169c58d, 0xbc57ac4c, 0x9b00dbd8},
         {0xffffffff, 0xffffffff, 0xffffffff, 0xffffffff, 0xffffffff, 0xffffffff, 0x408f276d, 0x41c83b0e, 0xa20bc7c6, 0x6d5451fd},
         {0x243f6a88, 0x85a308d3, 0x13198a2e, 0x03707344, 0xa4093822, 0x299f31d0, 0xd16cfe09, 0x94fdcceb, 0x5001e420, 0x24126ea1}};
-    for (int i = 0; i < 3; ++i) {
+    for (int i = 0; i < 3; i++) {
         uint32_t out[4];
         ff_philox(known[i], known[i] + 4, out);
-        for (int j = 0; j < 4; ++j) FF_CHECK(out[j] == known[i][6 + j], "vector %d word %d: %08x", i, j, out[j]);
+        for (int j = 0; j < 4; j++) FF_CHECK(out[j] == known[i][6 + j], "vector %d word %d: %08x", i, j, out[j]);
     }
 }
 
@@ -58,9 +58,9 @@ static void uniform_is_the_generator(void)
 {
     static const uint64_t halves[] = {0, 1, 7, UINT64_C(1) << 32, (UINT64_C(1) << 32) + 7, UINT64_C(0xfedcba9876543210)};
     enum { HALVES = sizeof halves / sizeof halves[0] };
-    for (size_t a = 0; a < HALVES; ++a)
-        for (size_t b = 0; b < HALVES; ++b)
-            for (uint32_t stream = 0; stream < 3; ++stream) {
+    for (size_t a = 0; a < HALVES; a++)
+        for (size_t b = 0; b < HALVES; b++)
+            for (uint32_t stream = 0; stream < 3; stream++) {
                 const uint64_t seed = halves[a], index = halves[b];
                 const uint32_t counter[4] = {(uint32_t)(index & 0xffffffff), (uint32_t)(index >> 32), stream, 0},
                                key[2] = {(uint32_t)(seed & 0xffffffff), (uint32_t)(seed >> 32)};
@@ -75,7 +75,7 @@ static void uniform_is_the_generator(void)
 static void quantile_of_the_tails(void)
 {
     static const uint64_t indices[] = {8418514, 10781009, 16902731};
-    for (size_t k = 0; k < sizeof indices / sizeof indices[0]; ++k) {
+    for (size_t k = 0; k < sizeof indices / sizeof indices[0]; k++) {
         const double u = ff_random_uniform(1, 0, indices[k]), x = ff_random_normal(1, 0, indices[k]);
         FF_CHECK(fmin(u, 1 - u) < 1.1e-7, "%.17g is not in a tail", u);
         FF_CHECK_CLOSE(0.5 * erfc(fabs(x) / sqrt(2)), fmin(u, 1 - u), 1e-13, 0);
@@ -87,7 +87,7 @@ static void normal_is_the_quantile_of_uniform(void)
 {
     const uint64_t seed = ff_test_stream("quantile");
     double worst = 0;
-    for (uint64_t i = 0; i < 200000; ++i) {
+    for (uint64_t i = 0; i < 200000; i++) {
         const double u = ff_random_uniform(seed, 3, i), x = ff_random_normal(seed, 3, i);
         FF_CHECK(u > 0 && u < 1, "uniform %g", u);
         const double p = x < 0 ? 0.5 * erfc(-x / sqrt(2)) : 0.5 * erfc(x / sqrt(2)), want = x < 0 ? u : 1 - u;
@@ -101,9 +101,9 @@ static void normal_moments(void)
     enum { N = 1000000 };
     const uint64_t seed = ff_test_stream("moments");
     double m[5] = {0}, lag = 0, before = 0, across = 0;
-    for (uint64_t i = 0; i < N; ++i) {
+    for (uint64_t i = 0; i < N; i++) {
         const double x = ff_random_normal(seed, 0, i);
-        for (int k = 1; k <= 4; ++k) m[k] += pow(x, k) / N;
+        for (int k = 1; k <= 4; k++) m[k] += pow(x, k) / N;
         lag += x * before / N;
         across += x * ff_random_normal(seed, 1, i) / N;
         before = x;
@@ -131,12 +131,12 @@ static void check_exact(const scene *s, const ff_table *t)
         const ff_dirs w = {plane[0], plane[1], plane[2], plane[3], plane[4], plane[5]};
         ff_table_directions(t, first, n, planes);
         FF_CHECK(ff_model_eval(&s->model, s->o.isa, s->n_channels, s->shape, s->channel, &w, n, f, NULL, BLOCK) == FF_OK, "eval");
-        for (size_t c = 0; c < s->n_channels; ++c) {
+        for (size_t c = 0; c < s->n_channels; c++) {
             ff_table_values(t, c, first, n, value);
-            for (size_t i = 0; i < n; ++i) {
+            for (size_t i = 0; i < n; i++) {
                 const int above = plane[2][i] > FF_COS_MIN && plane[5][i] > FF_COS_MIN;
-                if (t->valid[first + i] != above) ++different;
-                if (above && value[i] != f[c * BLOCK + i]) ++different;
+                if (t->valid[first + i] != above) different++;
+                if (above && value[i] != f[c * BLOCK + i]) different++;
                 if (c == 0) invalid += !above;
             }
         }
@@ -149,7 +149,7 @@ static void exact_without_noise(void)
 {
     static const char *const grids[] = {"merl",        "goniometer",        "goniometer:2.5", "scattered:10001",
                                         "scattered:1", "scattered:5000:0.5"};
-    for (size_t g = 0; g < sizeof grids / sizeof grids[0]; ++g) {
+    for (size_t g = 0; g < sizeof grids / sizeof grids[0]; g++) {
         scene s = scene_make("ggx+lambert", 3, grids[g]);
         if (g > 0) set(&s, "alpha_x=0.2"), set(&s, "alpha_y=0.45"), set(&s, "r_xy=0.4");
         set(&s, "f0=0.9:0.6:0.3");
@@ -178,7 +178,7 @@ static void instruments(void)
            x = 0;
     for (size_t first = 0; first < N; first += 1000) {
         ff_table_directions(&t, first, 1000, planes);
-        for (int i = 0; i < 1000; ++i) {
+        for (int i = 0; i < 1000; i++) {
             mean_i += plane[2][i] / N;
             mean_o += plane[5][i] / N;
             x += (plane[0][i] + plane[3][i]) / N;
@@ -198,7 +198,7 @@ static double near_specular(const char *grid)
     scene s = scene_make("lambert", 1, grid);
     ff_table t = simulate(&s);
     size_t near = 0;
-    for (size_t i = 0; i < t.n; ++i) {
+    for (size_t i = 0; i < t.n; i++) {
         double d[6], *const planes[6] = {d, d + 1, d + 2, d + 3, d + 4, d + 5};
         ff_table_directions(&t, i, 1, planes);
         near += hypot(d[0] + d[3], d[1] + d[4]) < tan(5 * acos(-1) / 180) * (d[2] + d[5]);
@@ -230,7 +230,7 @@ static void check_noise(double relative, double floor)
     ff_table t = simulate(&s);
     double sum = 0, square = 0;
     const size_t n = t.n * 3;
-    for (size_t i = 0; i < n; ++i) {
+    for (size_t i = 0; i < n; i++) {
         const double sigma = hypot(relative * clean.value[i], floor), z = (t.value[i] - clean.value[i]) / sigma;
         FF_CHECK_CLOSE(t.sigma[i], sigma, 1e-15, 0);
         sum += z / (double)n;
@@ -258,7 +258,7 @@ static void seeds_reproduce(void)
     s.o.seed = 2;
     ff_table c = simulate(&s);
     size_t same = 0;
-    for (size_t i = 0; i < a.n; ++i) same += a.value[i] == c.value[i];
+    for (size_t i = 0; i < a.n; i++) same += a.value[i] == c.value[i];
     FF_CHECK(memcmp(a.value, b.value, 3 * a.n * sizeof *a.value) == 0, "two runs differ");
     FF_CHECK(memcmp(a.angle[2], b.angle[2], a.n * sizeof(double)) == 0, "two runs look elsewhere");
     FF_CHECK(same < 10, "%zu values do not depend on the seed", same);
@@ -281,12 +281,12 @@ static void negative_values(void)
     s.o.floor = 0.01;
     ff_table t = simulate(&s);
     size_t below = 0;
-    for (size_t i = 0; i < t.n; ++i) below += t.valid[i] && (t.value[i] < 0 || t.value[t.n + i] < 0 || t.value[2 * t.n + i] < 0);
+    for (size_t i = 0; i < t.n; i++) below += t.valid[i] && (t.value[i] < 0 || t.value[t.n + i] < 0 || t.value[2 * t.n + i] < 0);
     FF_CHECK(below > 1000 && below == t.n_negative, "%zu and %zu", below, t.n_negative);
     s.o.nonnegative = 1;
     ff_table u = simulate(&s);
     size_t wrong = 0;
-    for (size_t i = 0; i < 3 * t.n; ++i) wrong += u.valid[i % t.n] && u.value[i] != fmax(t.value[i], 0);
+    for (size_t i = 0; i < 3 * t.n; i++) wrong += u.valid[i % t.n] && u.value[i] != fmax(t.value[i], 0);
     FF_CHECK(wrong == 0 && u.n_negative == 0, "%zu values, %zu negative", wrong, u.n_negative);
     FF_CHECK(strstr(u.note, "stored as 0") != NULL, "%s", u.note);
     ff_table_clear(&t);
@@ -309,9 +309,9 @@ static void check_file(const char *grid, const char *name, const char *format, d
     FF_CHECK(back.n == t.n && back.n_channels == 3 && back.n_invalid == t.n_invalid && back.isotropic == t.isotropic,
              "%zu samples of %zu", back.n, t.n);
     double worst = 0, a, b;
-    for (size_t i = 0; i < t.n && back.n == t.n; ++i) {
+    for (size_t i = 0; i < t.n && back.n == t.n; i++) {
         if (t.valid[i] != back.valid[i]) worst = INFINITY;
-        for (size_t c = 0; t.valid[i] && c < 3; ++c) {
+        for (size_t c = 0; t.valid[i] && c < 3; c++) {
             ff_table_values(&t, c, i, 1, &a);
             ff_table_values(&back, c, i, 1, &b);
             worst = fmax(worst, fabs(a - b) / fabs(a));
@@ -350,7 +350,7 @@ static void refusals(void)
                {"scattered:1e12", FF_ERR_RANGE},
                {"scattered:10:2", FF_ERR_RANGE},
                {"scattered:10:0.5:1", FF_ERR_SYNTAX}};
-    for (size_t i = 0; i < sizeof bad / sizeof bad[0]; ++i) {
+    for (size_t i = 0; i < sizeof bad / sizeof bad[0]; i++) {
         ff_sampling s = {.n = 4711};
         ff_error err = {0};
         FF_CHECK(ff_sampling_parse(bad[i].grid, &s, &err) == bad[i].status && *err.message, "'%s': %d %s", bad[i].grid, err.code,

@@ -179,7 +179,7 @@ static void compare(const experiment *e)
     ff_table t = data_of(e, &s);
     ff_fit_result r[2];
     ff_error err = {0};
-    ff_status st = FF_OK;
+    ff_status status = FF_OK;
     size_t made = 0;
     if (e->fit) s = fit_surface_make(e->fit, e->n_channels, "");
     const ff_param_ref held = e->hold ? ff_model_param_find(&s.model, e->hold) : (ff_param_ref){FF_PARAM_NONE, 0};
@@ -194,18 +194,18 @@ static void compare(const experiment *e)
         shape[k] = fmin(s.shape[k] * (1 + e->start_off * (k % 2 ? -0.5 : 1)), s.model.shape[k].info->hi);
     char words[128], *save = NULL;
     snprintf(words, sizeof words, "%s", e->start ? e->start : "");
-    for (char *word = strtok_r(words, " ", &save); word && !st; word = strtok_r(NULL, " ", &save))
-        st = ff_model_set(&s.model, e->n_channels, word, shape, channel, &err);
-    for (; made < 2 && !st; made += !st) {
+    for (char *word = strtok_r(words, " ", &save); word && !status; word = strtok_r(NULL, " ", &save))
+        status = ff_model_set(&s.model, e->n_channels, word, shape, channel, &err);
+    for (; made < 2 && !status; made += !status) {
         ff_fit_options o = options_of(e, made == 0 ? 0 : 1000);
         if (e->start_off > 0 || e->start || e->start_at_truth) {
             o.start_shape = shape;
             o.start_channel = channel;
         }
-        st = fit_table(&t, &s.model, &o, &r[made], NULL, &err);
-        FF_CHECK(st == FF_OK, "%s: %s", e->what, err.message);
+        status = fit_table(&t, &s.model, &o, &r[made], NULL, &err);
+        FF_CHECK(status == FF_OK, "%s: %s", e->what, err.message);
     }
-    if (!st) {
+    if (!status) {
         FF_CHECK(r[0].channel_correlation != NULL && r[1].channel_correlation == NULL, "%s: which path was taken", e->what);
         check_same(e->what, e->robust, &r[0], &r[1]);
         FF_CHECK(!e->misfit || r[0].correlated_over > 1, "%s: residuals go together over %zu samples", e->what,
@@ -357,8 +357,8 @@ static double minimised(const experiment *e, ff_plan *plan, int arrow, int itera
     plan->l.arrowhead = arrow;
     plan->max_iterations = iterations;
     ff_point_set(plan, x->shape, x->channel, &at);
-    const ff_status st = ff_minimise(plan, &at, &err);
-    FF_CHECK(!st && (iterations == 0 || at.outcome == FF_CONVERGED), "%s: %s, %s", e->what, err.message,
+    const ff_status status = ff_minimise(plan, &at, &err);
+    FF_CHECK(!status && (iterations == 0 || at.outcome == FF_CONVERGED), "%s: %s, %s", e->what, err.message,
              ff_outcome_name((int)at.outcome));
     memcpy(x->shape, at.shape, plan->l.m->n_shape * sizeof *at.shape);
     memcpy(x->channel, at.channel, e->n_channels * plan->l.m->n_channel * sizeof *at.channel);
@@ -396,9 +396,9 @@ static void check_minimum(const experiment *e, const ff_table *t, const ff_model
     ff_layout l;
     ff_error err = {0};
     const ff_fit_options o = options_of(e, 1000);
-    ff_status st = ff_problem_make(t, m, 1, &o, &p, &err);
-    if (!st) st = ff_layout_init(m, e->n_channels, o.shape, 0, &l, &err);
-    if (!FF_CHECK(st == FF_OK, "%s: %s", e->what, err.message)) return;
+    ff_status status = ff_problem_make(t, m, 1, &o, &p, &err);
+    if (!status) status = ff_layout_init(m, e->n_channels, o.shape, 0, &l, &err);
+    if (!FF_CHECK(status == FF_OK, "%s: %s", e->what, err.message)) return;
     ff_plan plan = ff_plan_with(&l, p, &o);
     place to[2] = {from, from};
     for (int arrow = 0; arrow < 2; arrow++)
@@ -434,14 +434,14 @@ static void start_hard(const experiment *e, int astray[2])
     ff_fit_options o = options_of(e, 1000);
     o.start_shape = s.shape;
     o.start_channel = s.channel;
-    ff_status st = fit_table(&t, &s.model, &o, &best, NULL, &err);
-    FF_CHECK(st == FF_OK, "%s: %s", e->what, err.message);
+    ff_status status = fit_table(&t, &s.model, &o, &best, NULL, &err);
+    FF_CHECK(status == FF_OK, "%s: %s", e->what, err.message);
     ff_model_defaults(&s.model, e->n_channels, shape, channel);
     char words[128], *save = NULL;
     snprintf(words, sizeof words, "%s", e->start);
-    for (char *word = strtok_r(words, " ", &save); word && !st; word = strtok_r(NULL, " ", &save))
-        st = ff_model_set(&s.model, e->n_channels, word, shape, channel, &err);
-    for (int way = 0; way < 2 && !st; way++) {
+    for (char *word = strtok_r(words, " ", &save); word && !status; word = strtok_r(NULL, " ", &save))
+        status = ff_model_set(&s.model, e->n_channels, word, shape, channel, &err);
+    for (int way = 0; way < 2 && !status; way++) {
         o = options_of(e, way == 0 ? 0 : 1000);
         o.start_shape = shape;
         o.start_channel = channel;
@@ -509,9 +509,9 @@ static void exact_data(void)
         ff_fit_options o = options_of(&e, 0);
         ff_fit_result r;
         ff_error err = {0};
-        const ff_status st = fit_table(&t, &s.model, &o, &r, NULL, &err);
-        FF_CHECK(st == FF_OK, "%s", err.message);
-        if (!st) {
+        const ff_status status = fit_table(&t, &s.model, &o, &r, NULL, &err);
+        FF_CHECK(status == FF_OK, "%s", err.message);
+        if (!status) {
             FF_CHECK(r.outcome == FF_CONVERGED, "%s: %s", ff_loss_name(loss), ff_outcome_name((int)r.outcome));
             for (size_t k = 0; k < fit_parameter_count(&r); k++) {
                 char name[64];
@@ -540,9 +540,9 @@ static void outcome_limit(void)
     o.max_iterations = 0;
     ff_fit_result r;
     ff_error err = {0};
-    const ff_status st = fit_table(&t, &s.model, &o, &r, NULL, &err);
-    FF_CHECK(st == FF_OK, "%s", err.message);
-    if (!st) {
+    const ff_status status = fit_table(&t, &s.model, &o, &r, NULL, &err);
+    FF_CHECK(status == FF_OK, "%s", err.message);
+    if (!status) {
         FF_CHECK(r.outcome == FF_LIMIT, "%s", ff_outcome_name((int)r.outcome));
         ff_fit_result_clear(&r);
     }
@@ -567,10 +567,10 @@ static int covariance_at(const experiment *e, int dark)
     ff_problem *p = NULL;
     ff_layout l;
     ff_error err = {0};
-    ff_status st = ff_problem_make(&t, &s.model, 1, &o, &p, &err);
-    if (!st) st = ff_layout_init(&s.model, e->n_channels, o.shape, 0, &l, &err);
-    FF_CHECK(st == FF_OK, "%s: %s", e->what, err.message);
-    if (st) {
+    ff_status status = ff_problem_make(&t, &s.model, 1, &o, &p, &err);
+    if (!status) status = ff_layout_init(&s.model, e->n_channels, o.shape, 0, &l, &err);
+    FF_CHECK(status == FF_OK, "%s: %s", e->what, err.message);
+    if (status) {
         ff_table_clear(&t);
         return 0;
     }
@@ -582,13 +582,13 @@ static int covariance_at(const experiment *e, int dark)
     ff_point_set(&plan, s.shape, s.channel, &dense);
     ff_point_set(&plan, s.shape, s.channel, &many);
     for (size_t k = 0; k < P; k++) dense.at_bound[k] = many.at_bound[k] = e->beyond ? (k % 5 == 4) - (k % 7 == 6) : 0;
-    st = ff_errors(&plan, &dense);
+    status = ff_errors(&plan, &dense);
     ff_selection used;
     ff_problem_selection(p, &used);
     FF_CHECK(used.used == t.n - t.n_invalid, "all samples are used");
     plan.l.arrowhead = 1;
-    if (!st) st = ff_errors(&plan, &many);
-    FF_CHECK(st == FF_OK, "%s: %s", e->what, ff_status_str(st));
+    if (!status) status = ff_errors(&plan, &many);
+    FF_CHECK(status == FF_OK, "%s: %s", e->what, ff_status_str(status));
     const ff_information *a = many.information, *u = dense.information;
     if (a) {
         FF_CHECK(a->clusters.run == u->clusters.run && a->clusters.settled == u->clusters.settled, "%s: clusters of %zu, dense %zu",
@@ -666,9 +666,9 @@ static void threads_and_instruction_sets(void)
         o.threads = way == 0 ? 3 : 1;
         o.isa = isas[way];
         if (!ff_isa_available(o.isa)) continue;
-        const ff_status st = fit_table(&t, &s.model, &o, &r, NULL, &err);
-        FF_CHECK(st == FF_OK, "%s", err.message);
-        if (st) continue;
+        const ff_status status = fit_table(&t, &s.model, &o, &r, NULL, &err);
+        FF_CHECK(status == FF_OK, "%s", err.message);
+        if (status) continue;
         for (size_t k = 0; k < fit_parameter_count(&r); k++) {
             char name[64];
             double truth;

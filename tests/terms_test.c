@@ -22,14 +22,14 @@ static void pair_add(pairs *p, double iz, double oz, double phi)
 {
     const double si = sqrt((1 - iz) * (1 + iz)), so = sqrt((1 - oz) * (1 + oz));
     const double d[6] = {si, 0, iz, so * cos(phi), so * sin(phi), oz};
-    for (int k = 0; k < 6; ++k) p->dir[k][p->n] = d[k];
+    for (int k = 0; k < 6; k++) p->dir[k][p->n] = d[k];
     p->n++;
 }
 
 static void pairs_finish(pairs *p)
 {
     const ff_dirs w = {p->dir[0], p->dir[1], p->dir[2], p->dir[3], p->dir[4], p->dir[5]};
-    for (int k = 0; k < FF_G_COUNT; ++k) p->g.plane[k] = p->plane[k];
+    for (int k = 0; k < FF_G_COUNT; k++) p->g.plane[k] = p->plane[k];
     kernels()->geometry(&w, p->n, &p->g);
 }
 
@@ -38,12 +38,12 @@ static void pairs_random(pairs *p, uint64_t *state)
 {
     static const double few[] = {0.05, 0.4, 0.95};
     p->n = 0;
-    for (int i = 0; i < 90; ++i) {
+    for (int i = 0; i < 90; i++) {
         const double iz = 0.02 + 0.98 * fit_uniform(state), oz = 0.02 + 0.98 * fit_uniform(state);
         pair_add(p, iz, oz, 3.14159 * fit_uniform(state));
     }
-    for (int i = 0; i < 3; ++i)
-        for (int j = 0; j < 3; ++j) pair_add(p, few[i], few[j], i > j ? 0.3 : 2.9);
+    for (int i = 0; i < 3; i++)
+        for (int j = 0; j < 3; j++) pair_add(p, few[i], few[j], i > j ? 0.3 : 2.9);
     pair_add(p, 1, 0.3, 0);
     pair_add(p, 1, 1, 0);
     pairs_finish(p);
@@ -97,10 +97,10 @@ static void fresnel_values(void)
 {
     static const double etas[] = {1, 1.001, 1.329, 1.5, 2.4, 10, 100}, ks[] = {0, 0.1, 1, 6.08, 50};
     for (double c = 1; c > 1e-6; c *= 0.7) {
-        for (size_t i = 0; i < sizeof etas / sizeof etas[0]; ++i) {
+        for (size_t i = 0; i < sizeof etas / sizeof etas[0]; i++) {
             const double f = fresnel_at(fresnel("dielectric"), &etas[i], c, NULL);
             FF_CHECK_CLOSE(f, (double)dielectric(c, etas[i]), 1e-12, 1e-15);
-            for (size_t j = 0; j < sizeof ks / sizeof ks[0]; ++j) {
+            for (size_t j = 0; j < sizeof ks / sizeof ks[0]; j++) {
                 const double index[2] = {etas[i] - 0.5, ks[j]};
                 if (ks[j] > 0)
                     FF_CHECK_CLOSE(fresnel_at(fresnel("conductor"), index, c, NULL), (double)conductor(c, index[0], ks[j]), 1e-12,
@@ -127,7 +127,7 @@ static void range_of_f82(void)
 {
     const double brightest[2] = {0, 1}, darkest[2] = {0, 0};
     double hi = 0, lo = 1;
-    for (int i = 0; i <= 4000; ++i) {
+    for (int i = 0; i <= 4000; i++) {
         hi = fmax(hi, fresnel_at(fresnel("schlick-f82"), brightest, i / 4000.0, NULL));
         lo = fmin(lo, fresnel_at(fresnel("schlick-f82"), darkest, i / 4000.0, NULL));
     }
@@ -193,21 +193,21 @@ static double probe_fresnel(void *context, double x)
 
 static void fresnel_derivatives(void)
 {
-    for (size_t t = 0; t < ff_term_count(FF_FRESNEL); ++t) {
+    for (size_t t = 0; t < ff_term_count(FF_FRESNEL); t++) {
         fresnel_probe p = {.f = kernels()->fresnel[t]};
         const ff_term *term = &p.f->term;
         judge_anew();
         uint64_t seed = ff_test_stream("fresnel %s", term->name);
-        for (int i = 0; i < 300; ++i) {
+        for (int i = 0; i < 300; i++) {
             double d[4];
-            for (uint32_t k = 0; k < term->n_params; ++k) {
+            for (uint32_t k = 0; k < term->n_params; k++) {
                 const ff_param *info = &term->params[k];
                 const double lo = fmax(info->lo, info->init - 2), hi = fmin(info->hi, info->init + 2);
                 p.params[k] = lo + (hi - lo) * (0.02 + 0.96 * fit_uniform(&seed));
             }
             p.c = i < 5 ? 1 : 0.02 + 0.98 * fit_uniform(&seed);
             fresnel_at(p.f, p.params, p.c, d);
-            for (p.k = 0; p.k < term->n_params; ++p.k) {
+            for (p.k = 0; p.k < term->n_params; p.k++) {
                 const ff_param *info = &term->params[p.k];
                 check_derivative(term->name, (slice){probe_fresnel, &p, info->lo, info->hi}, p.params[p.k], d[p.k], 1);
             }
@@ -219,12 +219,12 @@ static void fresnel_derivatives(void)
 static void fresnel_starts(void)
 {
     for (double f0 = 0.001; f0 < 0.999; f0 += 0.01)
-        for (size_t t = 0; t < ff_term_count(FF_FRESNEL); ++t) {
+        for (size_t t = 0; t < ff_term_count(FF_FRESNEL); t++) {
             const ff_fresnel *f = kernels()->fresnel[t];
             double params[4];
             if (!f->like_schlick) continue;
             f->like_schlick(f0, params);
-            for (uint32_t k = 0; k < f->term.n_params; ++k)
+            for (uint32_t k = 0; k < f->term.n_params; k++)
                 FF_CHECK(params[k] >= f->term.params[k].lo && params[k] <= f->term.params[k].hi, "%s: %s = %g", f->term.name,
                          f->term.params[k].name, params[k]);
             if (f0 < 0.95) FF_CHECK_CLOSE(fresnel_at(f, params, 1, NULL), f0, 1e-12, 0);
@@ -238,11 +238,11 @@ static void kelemen_below_v_cavity(void)
     pairs p;
     double G[FF_BLOCK], V[FF_BLOCK];
     uint64_t state = ff_test_stream("kelemen below V-cavity");
-    for (int round = 1; round < 50; ++round) {
+    for (int round = 1; round < 50; round++) {
         pairs_random(&p, &state);
         masking("kelemen")->eval(0, &p.g, p.n, NULL, NULL, G, NULL, NULL, NULL);
         masking("v-cavity")->eval(0, &p.g, p.n, NULL, NULL, V, NULL, NULL, NULL);
-        for (size_t i = 0; i < p.n; ++i) {
+        for (size_t i = 0; i < p.n; i++) {
             const double iz = p.dir[2][i], oz = p.dir[5][i];
             const double io = p.dir[0][i] * p.dir[3][i] + p.dir[1][i] * p.dir[4][i] + iz * oz;
             FF_CHECK_CLOSE(G[i], 2 * iz * oz / (1 + io), 1e-11, 0);
@@ -262,7 +262,7 @@ static void probe_masking(const masking_probe *k, double x, double *log_g)
 {
     double gi[FF_BLOCK], go[FF_BLOCK];
     k->m->eval(x, &k->p->g, k->p->n, k->li, k->lo, log_g, k->li ? gi : NULL, k->li ? go : NULL, NULL);
-    for (size_t i = 0; i < k->p->n; ++i) log_g[i] = log(log_g[i]);
+    for (size_t i = 0; i < k->p->n; i++) log_g[i] = log(log_g[i]);
 }
 
 /* Its derivatives gx at x > 0, by differences of all pairs at once. */
@@ -271,14 +271,14 @@ static void check_masking(const masking_probe *k, double x, const double *gx)
     double at[FF_BLOCK], low[FF_BLOCK], high[FF_BLOCK], step = 0.1 * x;
     model_ridders r[FF_BLOCK];
     probe_masking(k, x, at);
-    for (size_t i = 0; i < k->p->n; ++i) model_ridders_start(&r[i]);
-    for (int level = 0; level < MODEL_LEVELS; ++level, step /= MODEL_RATIO) {
+    for (size_t i = 0; i < k->p->n; i++) model_ridders_start(&r[i]);
+    for (int level = 0; level < MODEL_LEVELS; level++, step /= MODEL_RATIO) {
         probe_masking(k, x - step, low);
         probe_masking(k, x + step, high);
-        for (size_t i = 0; i < k->p->n; ++i) /* the 1: G rounds by parts of itself, its logarithm by as much */
+        for (size_t i = 0; i < k->p->n; i++) /* the 1: G rounds by parts of itself, its logarithm by as much */
             model_ridders_add(&r[i], (high[i] - low[i]) / (2 * step), 1e-15 * (1 + fabs(at[i])) / step);
     }
-    for (size_t i = 0; i < k->p->n; ++i) judge(k->m->term.name, &r[i], x, gx[i], (1 + fabs(at[i])) / x + fabs(r[i].value));
+    for (size_t i = 0; i < k->p->n; i++) judge(k->m->term.name, &r[i], x, gx[i], (1 + fabs(at[i])) / x + fabs(r[i].value));
 }
 
 static double ggx_lambda(double cosine, double alpha)
@@ -297,15 +297,15 @@ static void approximations_of_ggx(void)
             double G[2][FF_BLOCK], gx[2][FF_BLOCK];
             for (double oz = 0.02; oz <= 1; oz += 0.02) pair_add(&p, iz, oz, 1);
             pairs_finish(&p);
-            for (int k = 0; k < 2; ++k) {
+            for (int k = 0; k < 2; k++) {
                 const ff_masking *m = masking(k ? "schlick-smith" : "hammon");
                 m->eval(alpha, &p.g, p.n, NULL, NULL, G[k], NULL, NULL, gx[k]);
                 check_masking(&(masking_probe){m, &p, NULL, NULL}, alpha, gx[k]);
             }
-            for (size_t i = 0; i < p.n; ++i) {
+            for (size_t i = 0; i < p.n; i++) {
                 const double li = ggx_lambda(iz, alpha), lo = ggx_lambda(p.dir[5][i], alpha);
                 const double exact[2] = {1 / (1 + li + lo), 1 / ((1 + li) * (1 + lo))};
-                for (int k = 0; k < 2; ++k) {
+                for (int k = 0; k < 2; k++) {
                     worst[k] = fmax(worst[k], fabs(G[k][i] - exact[k]));
                     if (alpha > 0.99999) FF_CHECK_CLOSE(G[k][i], exact[k], 1e-12, 0);
                 }
@@ -337,19 +337,19 @@ static void ginneken(void)
     uint64_t seed = ff_test_stream("van Ginneken");
     pairs_random(&p, &seed);
     FF_CHECK(m->term.n_params == 1 && m->term.params[0].init == 4.41, "van Ginneken's constant");
-    for (size_t i = 0; i < p.n; ++i) li[i] = 3 * fit_uniform(&seed), lo[i] = 3 * fit_uniform(&seed);
+    for (size_t i = 0; i < p.n; i++) li[i] = 3 * fit_uniform(&seed), lo[i] = 3 * fit_uniform(&seed);
     judge_anew();
     for (double w = 0.2; w < 90; w *= 2.1) {
         m->eval(w, &p.g, p.n, li, lo, G, gi, go, gx);
         check_masking(&(masking_probe){m, &p, li, lo}, w, gx);
-        for (size_t i = 0; i < p.n; ++i) {
+        for (size_t i = 0; i < p.n; i++) {
             const double phi = (double)angles_of(&p, i).phi, k = w * phi / (w * phi + 1);
             FF_CHECK_CLOSE(G[i], 1 / (1 + fmax(li[i], lo[i]) + k * fmin(li[i], lo[i])), 1e-9, 0);
         }
     }
     /* Heitz 2014, eq. 22, with the constant of the paper: between the product and the lesser of the two */
     masking("smith-direction-correlated")->eval(0, &p.g, p.n, li, lo, G, gi, go, NULL);
-    for (size_t i = 0; i < p.n; ++i) {
+    for (size_t i = 0; i < p.n; i++) {
         const double phi = (double)angles_of(&p, i).phi, k = 4.41 * phi / (4.41 * phi + 1), i1 = 1 / (1 + li[i]),
                      o1 = 1 / (1 + lo[i]);
         FF_CHECK_CLOSE(G[i], k * i1 * o1 + (1 - k) * fmin(i1, o1), 1e-9, 0);
@@ -426,13 +426,13 @@ static void check_values(const char *name, const ff_diffuse_input *in, long doub
     uint64_t state = ff_test_stream("values of %s %g %g", name, in->params[0], in->params[1]);
     pairs_random(&p, &state);
     eval_diffuse(diffuse(name), in, &p, f);
-    for (size_t i = 0; i < p.n; ++i) FF_CHECK_CLOSE(f[i], (double)reference(angles_of(&p, i), in->params), 1e-12, 1e-13);
+    for (size_t i = 0; i < p.n; i++) FF_CHECK_CLOSE(f[i], (double)reference(angles_of(&p, i), in->params), 1e-12, 1e-13);
 }
 
 static void diffuse_values(void)
 {
     static const double shapes[] = {0, 0.1, 0.3, 0.5, 1};
-    for (size_t i = 0; i < sizeof shapes / sizeof shapes[0]; ++i)
+    for (size_t i = 0; i < sizeof shapes / sizeof shapes[0]; i++)
         for (double kd = 0; kd <= 1; kd += 0.25) {
             const double s = shapes[i];
             check_values("oren-nayar", &(ff_diffuse_input){.params = {kd, 1.5 * s}}, oren_nayar);
@@ -445,13 +445,13 @@ static void diffuse_values(void)
             uint64_t state = ff_test_stream("values of coupled terms %g %g", kd, s);
             pairs_random(&p, &state);
             eval_diffuse(diffuse("hammon"), &(ff_diffuse_input){.params = {kd}, .alpha = s}, &p, f);
-            for (size_t j = 0; j < p.n; ++j) FF_CHECK_CLOSE(f[j], (double)hammon(angles_of(&p, j), kd, s), 1e-12, 1e-14);
+            for (size_t j = 0; j < p.n; j++) FF_CHECK_CLOSE(f[j], (double)hammon(angles_of(&p, j), kd, s), 1e-12, 1e-14);
             eval_diffuse(diffuse("shirley-coupled"), &(ff_diffuse_input){.params = {kd}, .f0 = s}, &p, f);
-            for (size_t j = 0; j < p.n; ++j)
+            for (size_t j = 0; j < p.n; j++)
                 FF_CHECK_CLOSE(f[j], (double)(kd * (1 - s) / PI * smooth(angles_of(&p, j))), 1e-12, 1e-14);
             eval_diffuse(diffuse("disney-coupled"), &(ff_diffuse_input){.params = {kd}, .alpha = s * s}, &p, f);
             eval_diffuse(diffuse("disney"), &(ff_diffuse_input){.params = {kd, s}}, &p, own);
-            for (size_t j = 0; j < p.n; ++j) FF_CHECK_CLOSE(f[j], own[j], 1e-14, 0);
+            for (size_t j = 0; j < p.n; j++) FF_CHECK_CLOSE(f[j], own[j], 1e-14, 0);
         }
 }
 
@@ -480,12 +480,12 @@ static void check_derivatives(const ff_diffuse *t, uint64_t *seed)
     static double planes[FF_DD_COUNT][FF_BLOCK];
     double f[FF_BLOCK], plain[FF_BLOCK], ai[FF_BLOCK], ao[FF_BLOCK], *d[FF_DD_COUNT] = {NULL};
     pairs_random(&p, seed);
-    for (size_t i = 0; i < p.n; ++i) ai[i] = 0.9 * fit_uniform(seed), ao[i] = 0.9 * fit_uniform(seed);
+    for (size_t i = 0; i < p.n; i++) ai[i] = 0.9 * fit_uniform(seed), ao[i] = 0.9 * fit_uniform(seed);
     diffuse_probe probe = {
         .t = t, .p = &p, .in = {.alpha = 0.05 + 0.9 * fit_uniform(seed), .f0 = 0.9 * fit_uniform(seed), .ai = ai, .ao = ao}};
     probe.in.mean = 0.1 + 0.8 * fit_uniform(seed);
     probe.in.f_average = 0.1 + 0.8 * fit_uniform(seed);
-    for (uint32_t k = 0; k < t->term.n_params; ++k) {
+    for (uint32_t k = 0; k < t->term.n_params; k++) {
         const ff_param *info = &t->term.params[k];
         probe.in.params[k] = info->lo + (info->hi - info->lo) * (0.02 + (k ? 0.38 : 0.9) * fit_uniform(seed));
     }
@@ -503,13 +503,13 @@ static void check_derivatives(const ff_diffuse *t, uint64_t *seed)
         {FF_DD_AO, albedo, ao, 0, 1},
         {FF_DD_MEAN, albedo && strcmp(t->term.name, "mikkelsen-coupled") != 0, &probe.in.mean, 0, 1},
         {FF_DD_F_AVERAGE, (t->couples & FF_COUPLE_LOSS) != 0, &probe.in.f_average, 0, 1}};
-    for (size_t j = 0; j < sizeof input / sizeof input[0]; ++j)
+    for (size_t j = 0; j < sizeof input / sizeof input[0]; j++)
         if (input[j].wanted) d[input[j].k] = planes[input[j].k];
     eval_diffuse(t, &probe.in, &p, plain);
     t->eval(&probe.in, &p.g, p.n, f, d);
-    for (probe.at = 0; probe.at < p.n; ++probe.at) {
+    for (probe.at = 0; probe.at < p.n; probe.at++) {
         FF_CHECK(f[probe.at] == plain[probe.at], "%s: the value depends on the derivatives", t->term.name);
-        for (size_t j = 0; j < sizeof input / sizeof input[0]; ++j) {
+        for (size_t j = 0; j < sizeof input / sizeof input[0]; j++) {
             const int k = input[j].k;
             if (!input[j].wanted) continue;
             probe.x = k == FF_DD_AI || k == FF_DD_AO ? input[j].x + probe.at : input[j].x;
@@ -521,11 +521,11 @@ static void check_derivatives(const ff_diffuse *t, uint64_t *seed)
 
 static void diffuse_derivatives(void)
 {
-    for (size_t t = 0; t < ff_term_count(FF_DIFFUSE); ++t) {
+    for (size_t t = 0; t < ff_term_count(FF_DIFFUSE); t++) {
         const char *name = ff_term_at(FF_DIFFUSE, t)->name;
         uint64_t seed = ff_test_stream("diffuse %s", name);
         judge_anew();
-        for (int i = 0; i < 20; ++i) check_derivatives(kernels()->diffuse[t], &seed);
+        for (int i = 0; i < 20; i++) check_derivatives(kernels()->diffuse[t], &seed);
         check_judged(name);
     }
 }
@@ -537,11 +537,11 @@ enum { NODES = 64 };
 /* Gauss-Legendre on [a, b] by Newton. */
 static void gauss(double a, double b, double *x, double *w)
 {
-    for (int i = 0; i < NODES; ++i) {
+    for (int i = 0; i < NODES; i++) {
         double z = cos(3.14159265358979 * (i + 0.75) / (NODES + 0.5)), slope = 1;
-        for (int step = 0; step < 50; ++step) {
+        for (int step = 0; step < 50; step++) {
             double p = 1, before = 0;
-            for (int k = 0; k < NODES; ++k) {
+            for (int k = 0; k < NODES; k++) {
                 const double next = ((2 * k + 1) * z * p - k * before) / (k + 1);
                 before = p;
                 p = next;
@@ -561,17 +561,17 @@ static double albedo_of(const ff_diffuse *t, ff_diffuse_input in, double oz, dou
     const double cut[] = {0, oz / 2, oz, (1 + oz) / 2, 1}, half[] = {0, 3.14159265358979 / 2, 3.14159265358979};
     in.ai = ai;
     in.ao = ao;
-    for (int c = 0; c < 4; ++c)
-        for (int h = 0; h < 2; ++h) {
+    for (int c = 0; c < 4; c++)
+        for (int h = 0; h < 2; h++) {
             gauss(cut[c], cut[c + 1], mu, w_mu);
             gauss(half[h], half[h + 1], phi, w_phi);
-            for (int i = 0; i < NODES; ++i) {
+            for (int i = 0; i < NODES; i++) {
                 pairs p = {0};
-                for (int j = 0; j < NODES; ++j) pair_add(&p, mu[i], oz, phi[j]);
+                for (int j = 0; j < NODES; j++) pair_add(&p, mu[i], oz, phi[j]);
                 pairs_finish(&p);
-                for (int j = 0; j < NODES; ++j) ai[j] = a ? a(mu[i]) : 0, ao[j] = a ? a(oz) : 0;
+                for (int j = 0; j < NODES; j++) ai[j] = a ? a(mu[i]) : 0, ao[j] = a ? a(oz) : 0;
                 eval_diffuse(t, &in, &p, f);
-                for (int j = 0; j < NODES; ++j) sum += 2 * mu[i] * w_mu[i] * w_phi[j] * f[j];
+                for (int j = 0; j < NODES; j++) sum += 2 * mu[i] * w_mu[i] * w_phi[j] * f[j];
             }
         }
     return sum;
@@ -599,7 +599,7 @@ static void energy(void)
     /* a lobe that reflects F each time: what it does not let out at once comes back later */
     double total = 0, inside = 1;
     const double F = 0.6;
-    for (int bounce = 0; bounce < 200; ++bounce) {
+    for (int bounce = 0; bounce < 200; bounce++) {
         inside *= F;
         if (bounce > 0) total += inside * mean;
         inside *= 1 - mean;
@@ -617,15 +617,15 @@ static void nothing_left_over(void)
     pairs p = {0};
     pair_add(&p, 0.5, 0.5, 1);
     pairs_finish(&p);
-    for (size_t t = 0; t < ff_term_count(FF_DIFFUSE); ++t)
-        for (size_t i = 0; i < 7 * 7 * 7 * 7; ++i) {
+    for (size_t t = 0; t < ff_term_count(FF_DIFFUSE); t++)
+        for (size_t i = 0; i < 7 * 7 * 7 * 7; i++) {
             const double a = edges[i % 7], b = edges[i / 7 % 7];
             const ff_diffuse_input in = {
                 .params = {1}, .alpha = 1, .f0 = a, .ai = &a, .ao = &b, .mean = edges[i / 49 % 7], .f_average = edges[i / 343]};
-            for (int k = 0; k < FF_DD_COUNT; ++k) d[k] = planes[k], planes[k][0] = 0;
+            for (int k = 0; k < FF_DD_COUNT; k++) d[k] = planes[k], planes[k][0] = 0;
             kernels()->diffuse[t]->eval(&in, &p.g, 1, f, d);
             FF_CHECK(isfinite(f[0]) && f[0] >= 0, "%s: %g", ff_term_at(FF_DIFFUSE, t)->name, f[0]);
-            for (int k = 0; k < FF_DD_COUNT; ++k)
+            for (int k = 0; k < FF_DD_COUNT; k++)
                 FF_CHECK(isfinite(planes[k][0]), "%s: derivative %d", ff_term_at(FF_DIFFUSE, t)->name, k);
         }
     const double mirror[FF_BLOCK] = {1};

@@ -20,12 +20,12 @@ static int measure(const char *what, ff_table t, const ff_model *m, const ff_fit
 {
     ff_error err = {0};
     *out = (measured){.t = t, .o = *o};
-    ff_status st = ff_problem_make(&t, m, 1, o, &out->p, &err);
-    if (!st) st = ff_places_init(out->p, &t, &out->places, &err);
-    if (!st && o->robust != FF_ROBUST_NONE && o->robust_scale == 0) st = ff_problem_estimate_scale(out->p, m, o, &err);
-    if (!st) st = ff_problem_fit_into(out->p, m, o, &out->fit, &err);
-    FF_CHECK(st == FF_OK, "%s: %s", what, err.message);
-    return st == FF_OK;
+    ff_status status = ff_problem_make(&t, m, 1, o, &out->p, &err);
+    if (!status) status = ff_places_init(out->p, &t, &out->places, &err);
+    if (!status && o->robust != FF_ROBUST_NONE && o->robust_scale == 0) status = ff_problem_estimate_scale(out->p, m, o, &err);
+    if (!status) status = ff_problem_fit_into(out->p, m, o, &out->fit, &err);
+    FF_CHECK(status == FF_OK, "%s: %s", what, err.message);
+    return status == FF_OK;
 }
 
 static void forget(measured *m)
@@ -533,12 +533,12 @@ static int told_apart_of_blend(double w, int repeats, double *mean_z)
         ff_places places = {0};
         ff_fit_result fits[2] = {0};
         ff_versus v[2];
-        ff_status st = ff_problem_make(&t, models, 2, &o, &p, NULL);
-        if (!st) st = ff_places_init(p, &t, &places, NULL);
-        for (int k = 0; k < 2 && !st; k++) st = ff_problem_fit_into(p, &models[k], &o, &fits[k], NULL);
-        if (!st) st = ff_trust_compare_into(p, &places, &o, fits, 2, 0, 0, v, NULL);
-        FF_CHECK(st == FF_OK, "measurement %d: %s", i, ff_status_str(st));
-        if (!st) told += v[1].told_apart, *mean_z += v[1].vuong_z / repeats;
+        ff_status status = ff_problem_make(&t, models, 2, &o, &p, NULL);
+        if (!status) status = ff_places_init(p, &t, &places, NULL);
+        for (int k = 0; k < 2 && !status; k++) status = ff_problem_fit_into(p, &models[k], &o, &fits[k], NULL);
+        if (!status) status = ff_trust_compare_into(p, &places, &o, fits, 2, 0, 0, v, NULL);
+        FF_CHECK(status == FF_OK, "measurement %d: %s", i, ff_status_str(status));
+        if (!status) told += v[1].told_apart, *mean_z += v[1].vuong_z / repeats;
         for (int k = 0; k < 2; k++) ff_fit_result_clear(&fits[k]);
         ff_places_clear(&places);
         ff_problem_free(p);

@@ -83,7 +83,7 @@ static ff_status sort_wavelengths(reduction *r)
 static void add_at(const reduction *r, double nm, double amount, size_t *segment, double *weight)
 {
     const size_t n = r->t->n_channels;
-    while (*segment + 2 < n && nm > r->nm[*segment + 1]) ++*segment;
+    while (*segment + 2 < n && nm > r->nm[*segment + 1]) (*segment)++;
     const size_t s = *segment;
     double u = n > 1 ? (nm - r->nm[s]) / (r->nm[s + 1] - r->nm[s]) : 0;
     u = fmax(0, fmin(1, u));
@@ -464,6 +464,6 @@ ff_status ff_table_reduce_into(const ff_table *t, const char *text, ff_table *ou
 ff_status ff_table_reduce(const ff_table *t, const char *text, ff_table **out, ff_error *err)
 {
     ff_table made;
-    const ff_status s = ff_table_reduce_into(t, text, &made, err);
-    return s ? s : ff_table_move(&made, out, err);
+    const ff_status status = ff_table_reduce_into(t, text, &made, err);
+    return status ? status : ff_table_move(&made, out, err);
 }

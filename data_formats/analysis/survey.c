@@ -325,8 +325,8 @@ static ff_status survey_values(const ff_table *t, ff_survey *s, ff_error *err)
 static ff_status thin_out(const ff_table *t, size_t every, ff_table *out, ff_error *err)
 {
     const size_t n = (t->n + every - 1) / every;
-    const ff_status s = ff_table_init(n, t->n_channels, NULL, 0, 0, out, err);
-    if (s != FF_OK) return s;
+    const ff_status status = ff_table_init(n, t->n_channels, NULL, 0, 0, out, err);
+    if (status != FF_OK) return status;
     out->radians_per_unit = t->radians_per_unit;
     out->isotropic = t->isotropic;
     memcpy(out->channels, t->channels, t->n_channels * sizeof *t->channels);
@@ -371,12 +371,12 @@ ff_status ff_survey_new(const ff_table *t, ff_survey **out, ff_error *err)
 {
     ff_survey *made = malloc(sizeof *made);
     if (!made) return ff_error_set(err, FF_ERR_MEMORY, NULL, 0, -1, "out of memory");
-    const ff_status s = ff_survey_init(t, made, err);
-    if (s)
+    const ff_status status = ff_survey_init(t, made, err);
+    if (status)
         free(made);
     else
         *out = made;
-    return s;
+    return status;
 }
 
 void ff_survey_free(ff_survey *s)

@@ -200,8 +200,8 @@ static size_t count_numbers(const char *p)
 /* What the rows have, from the first one. */
 static ff_status settle_columns(alta *a, const char *text)
 {
-    ff_status s = check_header(a);
-    if (s != FF_OK) return s;
+    ff_status status = check_header(a);
+    if (status != FF_OK) return status;
     const size_t n = a->n_x + a->n_y, found = count_numbers(text), of_one = (size_t)a->intervals, of_all = of_one * a->n_y;
     if (found != n && found != n + of_one && found != n + of_all)
         return ff_error_set(a->err, FF_ERR_FORMAT, a->path, line_of(a), -1,
@@ -241,9 +241,10 @@ static ff_status read_row(alta *a, const char *text)
 {
     size_t n;
     if (!text[strspn(text, " \t,\r")]) return FF_OK;
-    ff_status s = a->x ? FF_OK : settle_columns(a, text);
-    if (s == FF_OK) s = ff_line_numbers(text, a->x, a->n_columns, &n, a->path, line_of(a), "a row as the first one", a->err);
-    if (s != FF_OK) return s;
+    ff_status status = a->x ? FF_OK : settle_columns(a, text);
+    if (status == FF_OK)
+        status = ff_line_numbers(text, a->x, a->n_columns, &n, a->path, line_of(a), "a row as the first one", a->err);
+    if (status != FF_OK) return status;
     if (n == 0) return FF_OK;
     if (n != a->n_columns)
         return ff_error_set(a->err, FF_ERR_FORMAT, a->path, line_of(a), -1, "found %zu numbers, expected %zu as in the first row",
@@ -256,14 +257,14 @@ static ff_status read_lines(alta *a)
     for (;;) {
         char *text;
         size_t length;
-        ff_status s = ff_lines_next(&a->lines, &text, &length, a->err);
-        if (s != FF_OK) return s;
+        ff_status status = ff_lines_next(&a->lines, &text, &length, a->err);
+        if (status != FF_OK) return status;
         if (!text) break;
         if (*text == '#')
-            s = a->x ? FF_OK : read_comment(a, text);
+            status = a->x ? FF_OK : read_comment(a, text);
         else
-            s = read_row(a, text);
-        if (s != FF_OK) return s;
+            status = read_row(a, text);
+        if (status != FF_OK) return status;
     }
     if (a->rows.n > 0) return FF_OK;
     return ff_error_set(a->err, FF_ERR_READ, a->path, line_of(a), -1, "found no rows of numbers, expected at least one");
@@ -321,11 +322,11 @@ static void describe(const alta *a, ff_table *t)
 
 static ff_status read_all(alta *a, ff_table *out)
 {
-    ff_status s = read_lines(a);
-    if (s != FF_OK) return s;
+    ff_status status = read_lines(a);
+    if (status != FF_OK) return status;
     ff_table t;
-    s = ff_rows_to_table(&a->rows, a->n_y, a->with_sigma, 0, &t, a->err);
-    if (s != FF_OK) return s;
+    status = ff_rows_to_table(&a->rows, a->n_y, a->with_sigma, 0, &t, a->err);
+    if (status != FF_OK) return status;
     describe(a, &t);
     return ff_table_hand_out(&t, a->path, out, a->err);
 }
@@ -333,14 +334,14 @@ static ff_status read_all(alta *a, ff_table *out)
 static ff_status read_alta(const char *path, const ff_read_options *o, ff_table *out, ff_error *err)
 {
     alta a = {.err = err, .path = path, .options = o, .isotropic = -1};
-    ff_status s = ff_lines_open(path, &a.lines, err);
-    if (s != FF_OK) return s;
-    s = read_all(&a, out);
+    ff_status status = ff_lines_open(path, &a.lines, err);
+    if (status != FF_OK) return status;
+    status = read_all(&a, out);
     ff_lines_close(&a.lines);
     ff_names_free(&a.names);
     ff_rows_free(&a.rows);
     free(a.x);
-    return s;
+    return status;
 }
 
 /* The header may end within a binary file, which the reader refuses by its name. */
@@ -432,9 +433,9 @@ static void write_rows(const ff_table *t, FILE *file)
 static ff_status write_alta(const char *path, const ff_table *t, ff_error *err)
 {
     ff_output out;
-    ff_status s = check_writable(path, t, err);
-    if (s == FF_OK) s = ff_output_open(path, &out, err);
-    if (s != FF_OK) return s;
+    ff_status status = check_writable(path, t, err);
+    if (status == FF_OK) status = ff_output_open(path, &out, err);
+    if (status != FF_OK) return status;
     write_header(t, out.file);
     write_rows(t, out.file);
     return ff_output_commit(&out, err);

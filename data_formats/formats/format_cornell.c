@@ -84,8 +84,8 @@ static int probe(const unsigned char *head, size_t n, int64_t file_size)
 static ff_status read_wavelengths(cornell *c)
 {
     char *word, found[FF_QUOTE];
-    ff_status s = ff_tokens_word(&c->tokens, &word);
-    if (s != FF_OK) return s;
+    ff_status status = ff_tokens_word(&c->tokens, &word);
+    if (status != FF_OK) return status;
     const long line = c->tokens.lines.line;
     uint64_t n = 0;
     if (!word)
@@ -97,17 +97,17 @@ static ff_status read_wavelengths(cornell *c)
     c->n = (size_t)n;
     c->nm = malloc(c->n * sizeof *c->nm);
     if (!c->nm) return ff_error_set(c->err, FF_ERR_MEMORY, c->path, line, -1, "no memory for %zu wavelengths", c->n);
-    s = ff_tokens_numbers(&c->tokens, c->nm, c->n, "the wavelengths in nm");
-    for (size_t k = 0; k < c->n && s == FF_OK; k++) {
+    status = ff_tokens_numbers(&c->tokens, c->nm, c->n, "the wavelengths in nm");
+    for (size_t k = 0; k < c->n && status == FF_OK; k++) {
         if (!(c->nm[k] > 0 && c->nm[k] <= nm_max))
-            s = ff_error_set(c->err, FF_ERR_DATA, c->path, c->tokens.lines.line, -1,
-                             "found the wavelength %g, expected nm, more than 0 and at most %g", c->nm[k], nm_max);
-        for (size_t j = 0; j < k && s == FF_OK; j++)
+            status = ff_error_set(c->err, FF_ERR_DATA, c->path, c->tokens.lines.line, -1,
+                                  "found the wavelength %g, expected nm, more than 0 and at most %g", c->nm[k], nm_max);
+        for (size_t j = 0; j < k && status == FF_OK; j++)
             if (c->nm[j] == c->nm[k])
-                s = ff_error_set(c->err, FF_ERR_FORMAT, c->path, c->tokens.lines.line, -1,
-                                 "found the wavelength %g twice, expected it once", c->nm[k]);
+                status = ff_error_set(c->err, FF_ERR_FORMAT, c->path, c->tokens.lines.line, -1,
+                                      "found the wavelength %g twice, expected it once", c->nm[k]);
     }
-    return s;
+    return status;
 }
 
 static ff_status read_samples(cornell *c)
@@ -116,14 +116,14 @@ static ff_status read_samples(cornell *c)
     snprintf(what, sizeof what, "a sample: four angles and %zu values", c->n);
     for (;;) {
         int end;
-        ff_status s = ff_tokens_at_end(&c->tokens, &end);
-        if (s != FF_OK || end) return s;
+        ff_status status = ff_tokens_at_end(&c->tokens, &end);
+        if (status != FF_OK || end) return status;
         double *row = ff_rows_add(&c->rows);
         if (!row)
             return ff_error_set(c->err, FF_ERR_MEMORY, c->path, c->tokens.lines.line, -1, "no memory for sample %zu",
                                 c->rows.n + 1);
-        s = ff_tokens_numbers(&c->tokens, row, c->rows.width, what);
-        if (s != FF_OK) return s;
+        status = ff_tokens_numbers(&c->tokens, row, c->rows.width, what);
+        if (status != FF_OK) return status;
         for (int k = 0; k < 4; k += 2)
             if (!(fabs(row[k]) <= theta_max))
                 return ff_error_set(c->err, FF_ERR_DATA, c->path, c->tokens.lines.line, -1,
@@ -147,17 +147,17 @@ static void describe(const cornell *c, ff_table *t)
 
 static ff_status read_all(cornell *c, ff_table *out)
 {
-    ff_status s = read_wavelengths(c);
-    if (s != FF_OK) return s;
+    ff_status status = read_wavelengths(c);
+    if (status != FF_OK) return status;
     c->rows.width = ff_rows_width(c->n, 0, 0);
-    s = read_samples(c);
-    if (s == FF_OK && c->rows.n == 0)
-        s = ff_error_set(c->err, FF_ERR_READ, c->path, c->tokens.lines.line, -1,
-                         "found no samples after the wavelengths, expected at least one");
-    if (s != FF_OK) return s;
+    status = read_samples(c);
+    if (status == FF_OK && c->rows.n == 0)
+        status = ff_error_set(c->err, FF_ERR_READ, c->path, c->tokens.lines.line, -1,
+                              "found no samples after the wavelengths, expected at least one");
+    if (status != FF_OK) return status;
     ff_table t;
-    s = ff_rows_to_table(&c->rows, c->n, 0, 0, &t, c->err);
-    if (s != FF_OK) return s;
+    status = ff_rows_to_table(&c->rows, c->n, 0, 0, &t, c->err);
+    if (status != FF_OK) return status;
     describe(c, &t);
     return ff_table_hand_out(&t, c->path, out, c->err);
 }
@@ -166,13 +166,13 @@ static ff_status read_cornell(const char *path, const ff_read_options *o, ff_tab
 {
     (void)o;
     cornell c = {.err = err, .path = path};
-    ff_status s = ff_tokens_open(path, &c.tokens, err);
-    if (s != FF_OK) return s;
-    s = read_all(&c, out);
+    ff_status status = ff_tokens_open(path, &c.tokens, err);
+    if (status != FF_OK) return status;
+    status = read_all(&c, out);
     ff_tokens_close(&c.tokens);
     ff_rows_free(&c.rows);
     free(c.nm);
-    return s;
+    return status;
 }
 
 const ff_format ff_format_cornell = {

@@ -90,8 +90,8 @@ static ff_status find(const ff_exr_file *f, const char *name, const char *type, 
 static ff_status find_int(const ff_exr_file *f, const char *name, long least, long most, long *out)
 {
     const ff_exr_attribute *a = NULL;
-    const ff_status s = find(f, name, "int", &a);
-    if (s != FF_OK) return s;
+    const ff_status status = find(f, name, "int", &a);
+    if (status != FF_OK) return status;
     *out = (int32_t)ff_uint32_of(a->data);
     if (*out >= least && *out <= most) return FF_OK;
     return ff_error_set(f->err, FF_ERR_FORMAT, f->path, 0, a->offset, "attribute '%s': found %ld, expected %ld to %ld", name, *out,
@@ -103,8 +103,8 @@ static ff_status find_word(const ff_exr_file *f, const char *name, const char *c
 {
     const ff_exr_attribute *a = NULL;
     char found[FF_QUOTE], list[160] = "";
-    const ff_status s = find(f, name, "string", &a);
-    if (s != FF_OK) return s;
+    const ff_status status = find(f, name, "string", &a);
+    if (status != FF_OK) return status;
     for (size_t k = 0; k < n; k++) {
         if (a->n == strlen(words[k]) && memcmp(a->data, words[k], a->n) == 0) {
             *out = (int)k;
@@ -124,28 +124,28 @@ static char *copy_text(const ff_exr_attribute *a)
 static ff_status read_axis(const ff_exr_file *f, const char *name, double **node, size_t *n)
 {
     const ff_exr_attribute *a = NULL;
-    ff_status s = find(f, name, "string", &a);
-    if (s != FF_OK) return s;
+    ff_status status = find(f, name, "string", &a);
+    if (status != FF_OK) return status;
     char *text = copy_text(a);
     const size_t most = a->n / 2 + 1; /* a digit and a blank each */
     *node = malloc(most * sizeof **node);
     if (!text || !*node)
-        s = no_memory(f);
+        status = no_memory(f);
     else
-        s = ff_line_numbers(text, *node, most, n, f->path, 0, name, f->err);
+        status = ff_line_numbers(text, *node, most, n, f->path, 0, name, f->err);
     free(text);
-    if (s == FF_OK && *n == 0)
-        s = ff_error_set(f->err, FF_ERR_FORMAT, f->path, 0, a->offset,
-                         "attribute '%s': found no number, expected the nodes of an axis", name);
-    return s;
+    if (status == FF_OK && *n == 0)
+        status = ff_error_set(f->err, FF_ERR_FORMAT, f->path, 0, a->offset,
+                              "attribute '%s': found no number, expected the nodes of an axis", name);
+    return status;
 }
 
 static ff_status read_axes(const ff_exr_file *f, description *d)
 {
     size_t samples = 1;
     for (int k = 0; k < 4; k++) {
-        const ff_status s = read_axis(f, ff_exr_axis_name[d->kind][k], &d->node[k], &d->n_axis[k]);
-        if (s != FF_OK) return s;
+        const ff_status status = read_axis(f, ff_exr_axis_name[d->kind][k], &d->node[k], &d->n_axis[k]);
+        if (status != FF_OK) return status;
         samples = samples > d->n ? samples : samples * d->n_axis[k]; /* n < 2^31, an axis < 2^31 */
     }
     if (samples == d->n) return FF_OK;
@@ -164,8 +164,8 @@ static int is_name(const char *text, size_t length)
 static ff_status read_names(const ff_exr_file *f, const char *name, size_t expected, size_t most, char ***out, size_t *n)
 {
     const ff_exr_attribute *a = NULL;
-    const ff_status s = find(f, name, "stringvector", &a);
-    if (s != FF_OK) return s;
+    const ff_status status = find(f, name, "stringvector", &a);
+    if (status != FF_OK) return status;
     size_t count = 0;
     for (size_t at = 0; at < a->n; at += 4 + ff_uint32_of(a->data + at)) count++;
     if (count == 0 || count > f->n_channels || (expected && count != expected))
@@ -203,8 +203,8 @@ static ff_status read_wavelengths(const ff_exr_file *f, description *d)
 {
     const ff_exr_attribute *a = NULL;
     if (!(d->wavelength = calloc(d->n_channels, sizeof *d->wavelength))) return no_memory(f);
-    const ff_status s = find(f, FF_EXR_A("wavelengths"), "string", &a);
-    char *text = s == FF_OK ? copy_text(a) : NULL, *rest = NULL;
+    const ff_status status = find(f, FF_EXR_A("wavelengths"), "string", &a);
+    char *text = status == FF_OK ? copy_text(a) : NULL, *rest = NULL;
     int right = text != NULL;
     size_t c = 0;
     for (char *word = text ? strtok_r(text, " ", &rest) : NULL; word && right; word = strtok_r(NULL, " ", &rest), c++) {
@@ -215,7 +215,7 @@ static ff_status read_wavelengths(const ff_exr_file *f, description *d)
     }
     right = right && c == d->n_channels;
     free(text);
-    if (s != FF_OK || right) return s;
+    if (status != FF_OK || right) return status;
     return ff_error_set(f->err, FF_ERR_FORMAT, f->path, 0, a->offset,
                         "attribute '" FF_EXR_A("wavelengths") "': expected a number > 0 or '-' for each of the %zu channels",
                         d->n_channels);
@@ -224,8 +224,8 @@ static ff_status read_wavelengths(const ff_exr_file *f, description *d)
 static ff_status read_samples(const ff_exr_file *f, description *d)
 {
     long n;
-    ff_status s = find_int(f, FF_EXR_A("samples"), 1, INT32_MAX, &n);
-    if (s != FF_OK) return s;
+    ff_status status = find_int(f, FF_EXR_A("samples"), 1, INT32_MAX, &n);
+    if (status != FF_OK) return status;
     d->n = (size_t)n;
     if (d->n > (uint64_t)f->width * (uint64_t)f->height)
         return ff_error_set(f->err, FF_ERR_FORMAT, f->path, 0, -1,
@@ -263,22 +263,22 @@ static ff_status read_description(const ff_exr_file *f, description *d)
     long version, isotropic = 0;
     size_t n_planes;
     int which = 0, angle_unit = 0, value_unit = 0;
-    ff_status s = find_int(f, FF_EXR_A("version"), FF_EXR_VERSION, FF_EXR_VERSION, &version);
-    if (s == FF_OK) s = find_word(f, FF_EXR_A("parametrisation"), parametrisations, 5, &which);
-    if (s == FF_OK) s = find_word(f, FF_EXR_A("quantity"), quantity_name, 3, &d->quantity);
-    if (s == FF_OK) s = find_word(f, FF_EXR_A("angle_unit"), angle_units, 2, &angle_unit);
-    if (s == FF_OK) s = find_word(f, FF_EXR_A("value_unit"), value_units, 1, &value_unit);
-    if (s == FF_OK) s = find_int(f, FF_EXR_A("isotropic"), 0, 1, &isotropic);
+    ff_status status = find_int(f, FF_EXR_A("version"), FF_EXR_VERSION, FF_EXR_VERSION, &version);
+    if (status == FF_OK) status = find_word(f, FF_EXR_A("parametrisation"), parametrisations, 5, &which);
+    if (status == FF_OK) status = find_word(f, FF_EXR_A("quantity"), quantity_name, 3, &d->quantity);
+    if (status == FF_OK) status = find_word(f, FF_EXR_A("angle_unit"), angle_units, 2, &angle_unit);
+    if (status == FF_OK) status = find_word(f, FF_EXR_A("value_unit"), value_units, 1, &value_unit);
+    if (status == FF_OK) status = find_int(f, FF_EXR_A("isotropic"), 0, 1, &isotropic);
     d->merl = which == 4;
     d->kind = d->merl ? FF_AXES_NONE : (ff_axes_kind)which;
     d->unit = angle_unit ? 1 : degree;
     d->isotropic = (int)isotropic;
-    if (s == FF_OK) s = read_samples(f, d);
-    if (s == FF_OK) s = read_names(f, FF_EXR_A("channels"), 0, FF_CHANNEL_NAME - 1, &d->name, &d->n_channels);
-    if (s == FF_OK) s = read_names(f, FF_EXR_A("planes"), d->n_channels, 240, &d->plane, &n_planes);
-    if (s == FF_OK) s = check_names(f, d);
-    if (s == FF_OK) s = read_wavelengths(f, d);
-    if (s != FF_OK) return s;
+    if (status == FF_OK) status = read_samples(f, d);
+    if (status == FF_OK) status = read_names(f, FF_EXR_A("channels"), 0, FF_CHANNEL_NAME - 1, &d->name, &d->n_channels);
+    if (status == FF_OK) status = read_names(f, FF_EXR_A("planes"), d->n_channels, 240, &d->plane, &n_planes);
+    if (status == FF_OK) status = check_names(f, d);
+    if (status == FF_OK) status = read_wavelengths(f, d);
+    if (status != FF_OK) return status;
     d->with_sigma = has_channel(f, "sigma.", d->plane[0]);
     d->with_weight = has_channel(f, "", "weight");
     read_source(f, d);
@@ -304,19 +304,19 @@ static ff_status check_memory(const ff_exr_file *f, size_t n, size_t planes)
 static ff_status new_table(const ff_exr_file *f, const description *d, ff_table *t)
 {
     const int angles = d->merl ? 0 : 4;
-    ff_status s = check_memory(f, d->n, d->n_channels * (d->with_sigma ? 2 : 1) + (size_t)(d->with_weight + angles));
-    if (s != FF_OK) return s;
+    ff_status status = check_memory(f, d->n, d->n_channels * (d->with_sigma ? 2 : 1) + (size_t)(d->with_weight + angles));
+    if (status != FF_OK) return status;
     if (d->kind) {
-        s = ff_table_init_axes(d->kind, d->n_axis, (const double *const *)d->node, d->unit, d->n_channels, d->with_weight, t,
-                               f->err);
-        if (s != FF_OK || !d->with_sigma) return s;
+        status = ff_table_init_axes(d->kind, d->n_axis, (const double *const *)d->node, d->unit, d->n_channels, d->with_weight, t,
+                                    f->err);
+        if (status != FF_OK || !d->with_sigma) return status;
         if ((t->sigma = calloc(d->n_channels * d->n, sizeof *t->sigma))) return FF_OK;
         ff_table_clear(t);
         return no_memory(f);
     }
-    s = ff_table_init(d->n, d->n_channels, d->merl ? &ff_grid_merl : NULL, d->with_sigma, d->with_weight, t, f->err);
-    if (s == FF_OK && !d->merl) t->radians_per_unit = d->unit;
-    return s;
+    status = ff_table_init(d->n, d->n_channels, d->merl ? &ff_grid_merl : NULL, d->with_sigma, d->with_weight, t, f->err);
+    if (status == FF_OK && !d->merl) t->radians_per_unit = d->unit;
+    return status;
 }
 
 static ff_status describe(const ff_exr_file *f, const description *d, ff_table *t)
@@ -338,18 +338,18 @@ static ff_status describe(const ff_exr_file *f, const description *d, ff_table *
 /* Reads the planes whose names and places are in `planes`, and finishes the table; frees it on failure. */
 static ff_status finish(ff_exr_file *f, ff_exr_plane *planes, size_t n, ff_quantity quantity, ff_table *t, ff_table *out)
 {
-    ff_status s = FF_OK;
-    for (size_t k = 0; k < n && s == FF_OK; k++) s = ff_exr_plane_find(f, &planes[k]);
-    if (s == FF_OK) s = ff_exr_pixels_read(f, planes, n, t);
-    if (s == FF_OK) {
+    ff_status status = FF_OK;
+    for (size_t k = 0; k < n && status == FF_OK; k++) status = ff_exr_plane_find(f, &planes[k]);
+    if (status == FF_OK) status = ff_exr_pixels_read(f, planes, n, t);
+    if (status == FF_OK) {
         ff_table_set_quantity(t, quantity);
-        s = ff_table_count(t, f->path, f->err);
+        status = ff_table_count(t, f->path, f->err);
     }
-    if (s == FF_OK)
+    if (status == FF_OK)
         *out = *t;
     else
         ff_table_clear(t);
-    return s;
+    return status;
 }
 
 static ff_status read_planes(ff_exr_file *f, const description *d, const ff_read_options *o, ff_table *t, ff_table *out)
@@ -358,10 +358,10 @@ static ff_status read_planes(ff_exr_file *f, const description *d, const ff_read
     ff_exr_plane *planes = calloc(most, sizeof *planes);
     char(*sigma)[256] = calloc(d->n_channels, sizeof *sigma);
     size_t n = 0;
-    ff_status s = FF_OK;
+    ff_status status = FF_OK;
     if (!planes || !sigma) {
         ff_table_clear(t);
-        s = no_memory(f);
+        status = no_memory(f);
     } else {
         for (size_t c = 0; c < d->n_channels; c++) {
             snprintf(sigma[c], sizeof sigma[c], "sigma.%s", d->plane[c]);
@@ -371,23 +371,23 @@ static ff_status read_planes(ff_exr_file *f, const description *d, const ff_read
         if (t->weight) planes[n++] = (ff_exr_plane){.name = "weight", .role = FF_EXR_WEIGHT, .to = t->weight};
         for (int k = 0; k < 4 && !t->grid && !d->kind; k++)
             planes[n++] = (ff_exr_plane){.name = ff_exr_direction[k], .role = FF_EXR_ANGLE, .to = t->angle[k]};
-        s = finish(f, planes, n, ff_read_quantity(o, (ff_quantity)d->quantity), t, out);
+        status = finish(f, planes, n, ff_read_quantity(o, (ff_quantity)d->quantity), t, out);
     }
     free(planes);
     free(sigma);
-    return s;
+    return status;
 }
 
 static ff_status read_table(ff_exr_file *f, const ff_read_options *o, ff_table *out)
 {
     description d = {0};
     ff_table t;
-    ff_status s = read_description(f, &d);
-    if (s == FF_OK) s = new_table(f, &d, &t);
-    if (s == FF_OK && (s = describe(f, &d, &t)) != FF_OK) ff_table_clear(&t);
-    if (s == FF_OK) s = read_planes(f, &d, o, &t, out);
+    ff_status status = read_description(f, &d);
+    if (status == FF_OK) status = new_table(f, &d, &t);
+    if (status == FF_OK && (status = describe(f, &d, &t)) != FF_OK) ff_table_clear(&t);
+    if (status == FF_OK) status = read_planes(f, &d, o, &t, out);
     description_free(&d);
-    return s;
+    return status;
 }
 
 /* ---- the UTIA database ----------------------------------------------------------------------- */
@@ -410,9 +410,9 @@ static ff_status read_utia(ff_exr_file *f, const ff_read_options *o, ff_table *o
     const double *const node[4] = {theta, phi, theta, phi};
     ff_exr_plane planes[3];
     ff_table t;
-    ff_status s = check_memory(f, (size_t)UTIA_SIDE * UTIA_SIDE, 7);
-    if (s == FF_OK) s = ff_table_init_axes(FF_AXES_INCIDENT_EXIT, n, node, degree, 3, 0, &t, f->err);
-    if (s != FF_OK) return s;
+    ff_status status = check_memory(f, (size_t)UTIA_SIDE * UTIA_SIDE, 7);
+    if (status == FF_OK) status = ff_table_init_axes(FF_AXES_INCIDENT_EXIT, n, node, degree, 3, 0, &t, f->err);
+    if (status != FF_OK) return status;
     snprintf(t.format, sizeof t.format, "exr");
     for (size_t c = 0; c < 3; c++) {
         snprintf(t.channels[c].name, sizeof t.channels[c].name, "%s", name[c]);
@@ -443,14 +443,14 @@ static ff_status not_a_table(const ff_exr_file *f)
 static ff_status read_exr(const char *path, const ff_read_options *o, ff_table *out, ff_error *err)
 {
     ff_exr_file f;
-    ff_status s = ff_exr_open(path, &f, err);
-    if (s != FF_OK) return s;
+    ff_status status = ff_exr_open(path, &f, err);
+    if (status != FF_OK) return status;
     if (ff_exr_attribute_find(&f, FF_EXR_A("version")))
-        s = read_table(&f, o, out);
+        status = read_table(&f, o, out);
     else
-        s = is_utia(&f) ? read_utia(&f, o, out) : not_a_table(&f);
+        status = is_utia(&f) ? read_utia(&f, o, out) : not_a_table(&f);
     ff_exr_close(&f);
-    return s;
+    return status;
 }
 
 const ff_format ff_format_exr = {

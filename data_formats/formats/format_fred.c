@@ -58,8 +58,8 @@ static int probe(const unsigned char *head, size_t n, int64_t file_size)
 static ff_status read_type(fred *f)
 {
     char *text, found[FF_QUOTE];
-    const ff_status s = ff_tokens_line(&f->tokens, &text);
-    if (s != FF_OK) return s;
+    const ff_status status = ff_tokens_line(&f->tokens, &text);
+    if (status != FF_OK) return status;
     if (!text)
         return ff_error_set(f->err, FF_ERR_READ, f->path, line_of(f), -1, "found the end of the file, expected 'type bsdf_data'");
     size_t n = strcspn(text, " \t");
@@ -101,8 +101,8 @@ static ff_status read_setting(fred *f, char *key, char *value)
 static ff_status read_format(fred *f)
 {
     char *text, found[FF_QUOTE];
-    ff_status s = ff_tokens_line(&f->tokens, &text);
-    if (s != FF_OK) return s;
+    ff_status status = ff_tokens_line(&f->tokens, &text);
+    if (status != FF_OK) return status;
     static const char expected[] = "'format angles=deg bsdf=value scale=1' or the like";
     if (!text)
         return ff_error_set(f->err, FF_ERR_READ, f->path, line_of(f), -1, "found the end of the file, expected %s", expected);
@@ -110,16 +110,16 @@ static ff_status read_format(fred *f)
     if (!word || strcasecmp(word, "format") != 0)
         return ff_error_set(f->err, FF_ERR_FORMAT, f->path, line_of(f), -1, "found %s, expected %s",
                             ff_quote(text, strlen(text), found), expected);
-    while (s == FF_OK && (word = strtok_r(NULL, " \t,", &rest))) {
+    while (status == FF_OK && (word = strtok_r(NULL, " \t,", &rest))) {
         char *equals = strchr(word, '=');
         if (!equals) return bad_setting(f, word, "angles=, bsdf= and scale=, without spaces");
         *equals = '\0';
-        s = read_setting(f, word, equals + 1);
+        status = read_setting(f, word, equals + 1);
     }
-    if (s == FF_OK && (f->cosines < 0 || f->logarithm < 0))
+    if (status == FF_OK && (f->cosines < 0 || f->logarithm < 0))
         return ff_error_set(f->err, FF_ERR_FORMAT, f->path, line_of(f), -1, "found no %s, expected %s",
                             f->cosines < 0 ? "'angles='" : "'bsdf='", expected);
-    return s;
+    return status;
 }
 
 /* ---- rows ------------------------------------------------------------------------------------ */
@@ -147,12 +147,12 @@ static ff_status take_direction(const fred *f, const double v[2], double limit, 
 
 static ff_status take_light(fred *f, const double v[2])
 {
-    const ff_status s = take_direction(f, v, 90, "specular direction", f->light);
+    const ff_status status = take_direction(f, v, 90, "specular direction", f->light);
     f->light[1] += f->cosines ? 180 * degree : 180;
     f->has_light = 1;
     f->light_has_rows = 0;
     f->light_line = line_of(f);
-    return s;
+    return status;
 }
 
 static ff_status take_sample(fred *f, const double v[3])
@@ -163,8 +163,8 @@ static ff_status take_sample(fred *f, const double v[3])
     double *row = ff_rows_add(&f->rows);
     if (!row) return ff_error_set(f->err, FF_ERR_MEMORY, f->path, line_of(f), -1, "no memory for row %zu", f->rows.n + 1);
     memcpy(row, f->light, sizeof f->light);
-    const ff_status s = take_direction(f, v, 180, "scattering", row + 2);
-    if (s != FF_OK) return s;
+    const ff_status status = take_direction(f, v, 180, "scattering", row + 2);
+    if (status != FF_OK) return status;
     f->light_has_rows = 1;
     row[4] = f->logarithm ? pow(10, v[2]) : v[2];
     if (!isfinite(row[4] * f->scale))
@@ -183,14 +183,15 @@ static ff_status read_rows(fred *f)
         char *text;
         double v[3];
         size_t n;
-        ff_status s = ff_tokens_line(&f->tokens, &text);
-        if (s != FF_OK || !text) return s;
-        s = ff_line_numbers(text, v, 3, &n, f->path, line_of(f), "a specular direction (2 numbers) or a scattering (3)", f->err);
-        if (s == FF_OK && n < 2)
-            s = ff_error_set(f->err, FF_ERR_FORMAT, f->path, line_of(f), -1,
-                             "found one number, expected the 2 of a specular direction or the 3 of a scattering");
-        if (s == FF_OK) s = n == 2 ? take_light(f, v) : take_sample(f, v);
-        if (s != FF_OK) return s;
+        ff_status status = ff_tokens_line(&f->tokens, &text);
+        if (status != FF_OK || !text) return status;
+        status =
+            ff_line_numbers(text, v, 3, &n, f->path, line_of(f), "a specular direction (2 numbers) or a scattering (3)", f->err);
+        if (status == FF_OK && n < 2)
+            status = ff_error_set(f->err, FF_ERR_FORMAT, f->path, line_of(f), -1,
+                                  "found one number, expected the 2 of a specular direction or the 3 of a scattering");
+        if (status == FF_OK) status = n == 2 ? take_light(f, v) : take_sample(f, v);
+        if (status != FF_OK) return status;
     }
 }
 
@@ -227,14 +228,14 @@ static void describe(const fred *f, ff_table *t)
 
 static ff_status read_all(fred *f, ff_table *out)
 {
-    ff_status s = read_type(f);
-    if (s == FF_OK) s = read_format(f);
-    if (s == FF_OK) s = read_rows(f);
-    if (s == FF_OK) s = check_rows(f);
-    if (s != FF_OK) return s;
+    ff_status status = read_type(f);
+    if (status == FF_OK) status = read_format(f);
+    if (status == FF_OK) status = read_rows(f);
+    if (status == FF_OK) status = check_rows(f);
+    if (status != FF_OK) return status;
     ff_table t;
-    s = ff_rows_to_table(&f->rows, 1, 0, 0, &t, f->err);
-    if (s != FF_OK) return s;
+    status = ff_rows_to_table(&f->rows, 1, 0, 0, &t, f->err);
+    if (status != FF_OK) return status;
     describe(f, &t);
     return ff_table_hand_out(&t, f->path, out, f->err);
 }
@@ -244,12 +245,12 @@ static ff_status read_fred(const char *path, const ff_read_options *o, ff_table 
     (void)o;
     fred f = {.err = err, .path = path, .cosines = -1, .logarithm = -1, .scale = 1};
     f.rows.width = ff_rows_width(1, 0, 0);
-    ff_status s = ff_tokens_open(path, &f.tokens, err);
-    if (s != FF_OK) return s;
-    s = read_all(&f, out);
+    ff_status status = ff_tokens_open(path, &f.tokens, err);
+    if (status != FF_OK) return status;
+    status = read_all(&f, out);
     ff_tokens_close(&f.tokens);
     ff_rows_free(&f.rows);
-    return s;
+    return status;
 }
 
 const ff_format ff_format_fred = {

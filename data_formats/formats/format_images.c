@@ -75,9 +75,9 @@ static int probe(const unsigned char *head, size_t n, int64_t file_size)
 static ff_status find_reader(ff_image_stack *f)
 {
     ff_error inner = {0};
-    const ff_status s = ff_image_reader_get(&f->reader, &inner);
-    if (s == FF_OK) return FF_OK;
-    return ff_error_set(f->err, s, f->path, f->lines.line, -1, "%.700s", inner.message);
+    const ff_status status = ff_image_reader_get(&f->reader, &inner);
+    if (status == FF_OK) return FF_OK;
+    return ff_error_set(f->err, status, f->path, f->lines.line, -1, "%.700s", inner.message);
 }
 
 static ff_status read_line(ff_image_stack *f, char *text)
@@ -106,9 +106,9 @@ static ff_status read_lines(ff_image_stack *f)
     char *text;
     size_t length;
     for (;;) {
-        ff_status s = ff_stack_next_line(f, &text, &length);
-        if (s == FF_OK && text) s = read_line(f, text);
-        if (s != FF_OK) return s;
+        ff_status status = ff_stack_next_line(f, &text, &length);
+        if (status == FF_OK && text) status = read_line(f, text);
+        if (status != FF_OK) return status;
         if (text) continue;
         if (f->rows.n) return FF_OK;
         return ff_error_set(f->err, FF_ERR_DATA, f->path, f->lines.line, -1,
@@ -177,8 +177,8 @@ static void name_channels(const ff_image_stack *f, ff_table *t)
 static ff_status make_table_of(ff_image_stack *f, const ff_read_options *o, ff_table *out)
 {
     ff_table t;
-    ff_status s = ff_rows_to_table(&f->rows, f->n_channels, 1, 0, &t, f->err);
-    if (s != FF_OK) return s;
+    ff_status status = ff_rows_to_table(&f->rows, f->n_channels, 1, 0, &t, f->err);
+    if (status != FF_OK) return status;
     strcpy(t.format, "images");
     t.radians_per_unit = f->radians_per_unit;
     name_channels(f, &t);
@@ -190,12 +190,12 @@ static ff_status make_table_of(ff_image_stack *f, const ff_read_options *o, ff_t
     note_all(f, o, &t);
     if (f->lines.unterminated) ff_table_note(&t, "the last line has no end-of-line: if the file was cut, so was its last cell");
     ff_table_set_quantity(&t, ff_read_quantity(o, f->quantity < 0 ? FF_BRDF : (ff_quantity)f->quantity));
-    s = ff_table_count(&t, f->path, f->err);
-    if (s == FF_OK)
+    status = ff_table_count(&t, f->path, f->err);
+    if (status == FF_OK)
         *out = t;
     else
         ff_table_clear(&t);
-    return s;
+    return status;
 }
 
 static ff_status read_images(const char *path, const ff_read_options *o, ff_table *out, ff_error *err)
@@ -204,18 +204,18 @@ static ff_status read_images(const char *path, const ff_read_options *o, ff_tabl
     if (!f) return ff_error_set(err, FF_ERR_MEMORY, path, 0, -1, "no memory for an image stack");
     *f = (ff_image_stack){.err = err, .path = path, .options = o, .quantity = -1, .isotropic = -1, .radians_per_unit = degree};
     for (int c = 0; c < FF_STACK_COLUMNS; c++) f->column[c] = -1;
-    ff_status s = ff_lines_open(path, &f->lines, err);
-    if (s == FF_OK) {
-        s = ff_stack_read_header(f);
-        if (s == FF_OK) s = read_lines(f);
-        if (s == FF_OK) s = make_table_of(f, o, out);
+    ff_status status = ff_lines_open(path, &f->lines, err);
+    if (status == FF_OK) {
+        status = ff_stack_read_header(f);
+        if (status == FF_OK) status = read_lines(f);
+        if (status == FF_OK) status = make_table_of(f, o, out);
         ff_lines_close(&f->lines);
     }
     free(f->cell);
     free(f->curve_table);
     ff_rows_free(&f->rows);
     free(f);
-    return s;
+    return status;
 }
 
 const ff_format ff_format_images = {

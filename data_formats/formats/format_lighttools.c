@@ -252,7 +252,7 @@ typedef struct plan {
 enum { MOST_DISTINCT = 4096 };
 static ff_status add_distinct(lighttools *l, ff_values *v, double x, size_t *index)
 {
-    for (*index = 0; *index < v->n; ++*index)
+    for (*index = 0; *index < v->n; (*index)++)
         if (v->value[*index] == x || (isnan(x) && isnan(v->value[*index]))) return FF_OK;
     if (v->n == MOST_DISTINCT)
         return ff_error_set(l->err, FF_ERR_FORMAT, l->path, 0, -1, "found more than %d incidences or wavelengths, expected fewer",

@@ -88,8 +88,8 @@ static int is_line(const char *text, size_t length, const char *line)
 static ff_status find_data(mbsdf *m, int *transmission)
 {
     static const char expected[] = "a line MBSDF_DATA_REFLECTION=";
-    ff_status s = skip_line(m, magic, "the line NVIDIA ARC MBSDF V1");
-    while (s == FF_OK) {
+    ff_status status = skip_line(m, magic, "the line NVIDIA ARC MBSDF V1");
+    while (status == FF_OK) {
         const char *text = (const char *)m->data + m->at;
         size_t length = 0;
         while (m->at + length < m->n && text[length] != '\n') {
@@ -105,7 +105,7 @@ static ff_status find_data(mbsdf *m, int *transmission)
         if (*transmission || is_line(text, length, "MBSDF_DATA_REFLECTION=\n") || is_line(text, length, "MBSDF_DATA=\n"))
             return FF_OK;
     }
-    return s;
+    return status;
 }
 
 /* ---- blocks ---------------------------------------------------------------------------------- */
@@ -143,19 +143,19 @@ static ff_status read_blocks(mbsdf *m, block *b, int *with_transmission)
 {
     int transmission = 0;
     block unused;
-    ff_status s = find_data(m, &transmission);
-    if (s == FF_OK) s = read_block(m, b);
-    if (s == FF_OK && transmission)
+    ff_status status = find_data(m, &transmission);
+    if (status == FF_OK) status = read_block(m, b);
+    if (status == FF_OK && transmission)
         return ff_error_set(m->err, FF_ERR_UNSUPPORTED, m->path, 0, -1,
                             "found transmission alone, which is not a reflectance; expected a reflection part");
-    *with_transmission = s == FF_OK && m->at < m->n;
-    if (!*with_transmission) return s;
-    s = skip_line(m, transmission_line, "the end of the file or a line MBSDF_DATA_TRANSMISSION=");
-    if (s == FF_OK) s = read_block(m, &unused);
-    if (s == FF_OK && m->at < m->n)
-        s = ff_error_set(m->err, FF_ERR_FORMAT, m->path, 0, (int64_t)m->at,
-                         "found %zu bytes after the transmission part, expected the end of the file", m->n - m->at);
-    return s;
+    *with_transmission = status == FF_OK && m->at < m->n;
+    if (!*with_transmission) return status;
+    status = skip_line(m, transmission_line, "the end of the file or a line MBSDF_DATA_TRANSMISSION=");
+    if (status == FF_OK) status = read_block(m, &unused);
+    if (status == FF_OK && m->at < m->n)
+        status = ff_error_set(m->err, FF_ERR_FORMAT, m->path, 0, (int64_t)m->at,
+                              "found %zu bytes after the transmission part, expected the end of the file", m->n - m->at);
+    return status;
 }
 
 /* ---- table ----------------------------------------------------------------------------------- */
@@ -219,10 +219,10 @@ static ff_status new_table(const block *b, ff_table *out, ff_error *err)
     for (size_t k = 0; k < b->n_phi; k++) phi[k] = 180 * (double)k / (double)(b->n_phi - 1);
     if (b->n_phi == 1) phi[0] = 90; /* the middle of all of them */
     const double *const node[4] = {theta, &zero, theta, phi};
-    const ff_status s = ff_table_init_axes(FF_AXES_INCIDENT_EXIT, n, node, pi / 180, b->n_channels, 1, out, err);
-    if (s == FF_OK) fill_weights(out, work, work + b->n_theta, phi);
+    const ff_status status = ff_table_init_axes(FF_AXES_INCIDENT_EXIT, n, node, pi / 180, b->n_channels, 1, out, err);
+    if (status == FF_OK) fill_weights(out, work, work + b->n_theta, phi);
     free(work);
-    return s;
+    return status;
 }
 
 /* ---- notes ----------------------------------------------------------------------------------- */
@@ -277,15 +277,15 @@ static ff_status read_data(mbsdf *m, ff_table *out)
     block b;
     int with_transmission = 0;
     ff_table t;
-    ff_status s = read_blocks(m, &b, &with_transmission);
-    if (s == FF_OK) s = new_table(&b, &t, m->err);
-    if (s != FF_OK) return s;
-    s = take_values(m, &b, &t);
-    if (s == FF_OK) mark_repetition(m, &b, &t);
-    if (s == FF_OK) s = ff_table_count(&t, m->path, m->err);
-    if (s != FF_OK) {
+    ff_status status = read_blocks(m, &b, &with_transmission);
+    if (status == FF_OK) status = new_table(&b, &t, m->err);
+    if (status != FF_OK) return status;
+    status = take_values(m, &b, &t);
+    if (status == FF_OK) mark_repetition(m, &b, &t);
+    if (status == FF_OK) status = ff_table_count(&t, m->path, m->err);
+    if (status != FF_OK) {
         ff_table_clear(&t);
-        return s;
+        return status;
     }
     for (size_t c = 0; c < b.n_channels; c++) strcpy(t.channels[c].name, b.n_channels == 1 ? "f" : rgb[c]);
     snprintf(t.format, sizeof t.format, "mbsdf");
@@ -311,16 +311,16 @@ static ff_status read_mbsdf(const char *path, const ff_read_options *o, ff_table
     ff_bytes b;
     unsigned char *data = NULL;
     mbsdf m = {.path = path, .err = err};
-    ff_status s = check_part(path, o->part, err);
-    if (s == FF_OK) s = ff_bytes_open(path, &b, err);
-    if (s != FF_OK) return s;
-    s = ff_bytes_rest(&b, MOST_BYTES, &data, &m.n); /* floats are a tenth of the table that they become */
+    ff_status status = check_part(path, o->part, err);
+    if (status == FF_OK) status = ff_bytes_open(path, &b, err);
+    if (status != FF_OK) return status;
+    status = ff_bytes_rest(&b, MOST_BYTES, &data, &m.n); /* floats are a tenth of the table that they become */
     ff_bytes_close(&b);
-    if (s != FF_OK) return s;
+    if (status != FF_OK) return status;
     m.data = data;
-    s = read_data(&m, out);
+    status = read_data(&m, out);
     free(data);
-    return s;
+    return status;
 }
 
 const ff_format ff_format_mbsdf = {

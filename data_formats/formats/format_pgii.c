@@ -126,8 +126,8 @@ static ff_status read_format(pgii *g, char *value)
     if (n != 3 || strcasecmp(word[0], "theta") != 0 || strcasecmp(word[1], "phi") != 0)
         return bad_header(g, "format", n ? word[0] : "", "theta phi and what the values are");
     g->has_format = 1;
-    const ff_status s = read_kind(g, word[2]);
-    if (s != FF_OK || !g->raw || !isnan(g->options->scale)) return s;
+    const ff_status status = read_kind(g, word[2]);
+    if (status != FF_OK || !g->raw || !isnan(g->options->scale)) return status;
     return ff_error_hint(g->err,
                          ff_error_set(g->err, FF_ERR_UNSUPPORTED, g->path, g->lines.line, -1,
                                       "#format: found readings of the detector in '%s', not calibrated, expected a BRDF", g->unit),
@@ -173,14 +173,14 @@ static ff_status read_row(pgii *g, const char *text)
     double v[5];
     size_t n;
     const size_t expected = 2 + g->n_channels;
-    ff_status s = ff_line_numbers(text, v, expected, &n, g->path, g->lines.line, "a row: theta, phi and the values", g->err);
-    if (s != FF_OK || n == 0) return s;
+    ff_status status = ff_line_numbers(text, v, expected, &n, g->path, g->lines.line, "a row: theta, phi and the values", g->err);
+    if (status != FF_OK || n == 0) return status;
     if (n != expected)
         return ff_error_set(g->err, FF_ERR_FORMAT, g->path, g->lines.line, -1, "found %zu numbers, expected %zu: theta, phi and %s",
                             n, expected, g->n_channels == 1 ? "a value" : "X, Y, Z");
     if (!(v[0] >= 0 && v[0] <= 180))
         return ff_error_set(g->err, FF_ERR_DATA, g->path, g->lines.line, -1, "found theta %g, expected 0 to 180 degrees", v[0]);
-    if (!g->rows.width && (s = check_header(g)) != FF_OK) return s;
+    if (!g->rows.width && (status = check_header(g)) != FF_OK) return status;
     double *row = ff_rows_add(&g->rows);
     if (!row) return ff_error_set(g->err, FF_ERR_MEMORY, g->path, g->lines.line, -1, "no memory for row %zu", g->rows.n + 1);
     memcpy(row, g->in, sizeof g->in);
@@ -199,13 +199,13 @@ static ff_status read_lines(pgii *g)
     for (;;) {
         char *text;
         size_t length;
-        ff_status s = ff_lines_next(&g->lines, &text, &length, g->err);
-        if (s != FF_OK || !text) return s;
+        ff_status status = ff_lines_next(&g->lines, &text, &length, g->err);
+        if (status != FF_OK || !text) return status;
         if (*text == '#')
-            s = g->rows.n ? FF_OK : read_comment(g, text); /* what stands between rows comes too late to mean anything */
+            status = g->rows.n ? FF_OK : read_comment(g, text); /* what stands between rows comes too late to mean anything */
         else
-            s = read_row(g, text);
-        if (s != FF_OK) return s;
+            status = read_row(g, text);
+        if (status != FF_OK) return status;
     }
 }
 
@@ -245,12 +245,12 @@ static void describe(const pgii *g, ff_table *t)
 
 static ff_status read_all(pgii *g, ff_table *out)
 {
-    ff_status s = read_lines(g);
-    if (s == FF_OK) s = check_rows(g);
-    if (s != FF_OK) return s;
+    ff_status status = read_lines(g);
+    if (status == FF_OK) status = check_rows(g);
+    if (status != FF_OK) return status;
     ff_table t;
-    s = ff_rows_to_table(&g->rows, g->n_channels, 0, 0, &t, g->err);
-    if (s != FF_OK) return s;
+    status = ff_rows_to_table(&g->rows, g->n_channels, 0, 0, &t, g->err);
+    if (status != FF_OK) return status;
     describe(g, &t);
     return ff_table_hand_out(&t, g->path, out, g->err);
 }
@@ -258,12 +258,12 @@ static ff_status read_all(pgii *g, ff_table *out)
 static ff_status read_pgii(const char *path, const ff_read_options *o, ff_table *out, ff_error *err)
 {
     pgii g = {.err = err, .path = path, .options = o, .in = {NAN, NAN}, .n_channels = 1};
-    ff_status s = ff_lines_open(path, &g.lines, err);
-    if (s != FF_OK) return s;
-    s = read_all(&g, out);
+    ff_status status = ff_lines_open(path, &g.lines, err);
+    if (status != FF_OK) return status;
+    status = read_all(&g, out);
     ff_lines_close(&g.lines);
     ff_rows_free(&g.rows);
-    return s;
+    return status;
 }
 
 const ff_format ff_format_pgii = {

@@ -53,9 +53,9 @@ static ff_status new_table(ff_table *out, ff_error *err)
     for (size_t k = 0; k < N_THETA; k++) theta[k] = theta_step * (double)k;
     for (size_t k = 0; k < N_PHI; k++) phi[k] = phi_step * (double)k;
     const double *const node[4] = {theta, phi, theta, phi};
-    const ff_status s = ff_table_init_axes(FF_AXES_INCIDENT_EXIT, n, node, pi / 180, N_CHANNELS, 1, out, err);
-    if (s == FF_OK) fill_weights(out);
-    return s;
+    const ff_status status = ff_table_init_axes(FF_AXES_INCIDENT_EXIT, n, node, pi / 180, N_CHANNELS, 1, out, err);
+    if (status == FF_OK) fill_weights(out);
+    return status;
 }
 
 /* 1 when the table has these axes, whatever its unit. */
@@ -100,8 +100,8 @@ static ff_status read_plane(ff_bytes *b, size_t c, ff_table *t)
     for (size_t i = 0; i < N; i += BLOCK) {
         const size_t n = N - i < BLOCK ? N - i : BLOCK;
         const int64_t offset = b->offset;
-        const ff_status s = ff_bytes_read(b, plane + i, 8 * n, whole);
-        if (s != FF_OK) return s;
+        const ff_status status = ff_bytes_read(b, plane + i, 8 * n, whole);
+        if (status != FF_OK) return status;
         ff_doubles_from_file(plane + i, n);
         if (!ff_all_finite(plane + i, n)) return not_finite(plane + i, offset, c, b);
     }
@@ -119,13 +119,13 @@ static void add_notes(ff_table *t, const ff_read_options *o)
 
 static ff_status fill(ff_bytes *b, const ff_read_options *o, ff_table *t)
 {
-    ff_status s = FF_OK;
-    for (size_t c = 0; c < N_CHANNELS && s == FF_OK; c++) {
+    ff_status status = FF_OK;
+    for (size_t c = 0; c < N_CHANNELS && status == FF_OK; c++) {
         snprintf(t->channels[c].name, sizeof t->channels[c].name, "%s", channel_name[c]);
-        s = read_plane(b, c, t);
+        status = read_plane(b, c, t);
     }
-    if (s == FF_OK) s = ff_bytes_end(b, "the last plane");
-    if (s != FF_OK) return s;
+    if (status == FF_OK) status = ff_bytes_end(b, "the last plane");
+    if (status != FF_OK) return status;
     ff_table_set_quantity(t, ff_read_quantity(o, FF_BRDF));
     add_notes(t, o);
     snprintf(t->format, sizeof t->format, "utia");
@@ -135,25 +135,25 @@ static ff_status fill(ff_bytes *b, const ff_read_options *o, ff_table *t)
 static ff_status read_open_file(ff_bytes *b, const ff_read_options *o, ff_table *out)
 {
     ff_table t;
-    ff_status s = ff_bytes_need(b, BYTES, whole);
-    if (s == FF_OK) s = new_table(&t, b->err);
-    if (s != FF_OK) return s;
-    s = fill(b, o, &t);
-    if (s == FF_OK)
+    ff_status status = ff_bytes_need(b, BYTES, whole);
+    if (status == FF_OK) status = new_table(&t, b->err);
+    if (status != FF_OK) return status;
+    status = fill(b, o, &t);
+    if (status == FF_OK)
         *out = t;
     else
         ff_table_clear(&t);
-    return s;
+    return status;
 }
 
 static ff_status read_utia(const char *path, const ff_read_options *o, ff_table *out, ff_error *err)
 {
     ff_bytes b;
-    ff_status s = ff_bytes_open(path, &b, err);
-    if (s != FF_OK) return s;
-    s = read_open_file(&b, o, out);
+    ff_status status = ff_bytes_open(path, &b, err);
+    if (status != FF_OK) return status;
+    status = read_open_file(&b, o, out);
     ff_bytes_close(&b);
-    return s;
+    return status;
 }
 
 /* ---- writing --------------------------------------------------------------------------------- */
@@ -166,15 +166,15 @@ static ff_status layout(const ff_table *t, const char *grid, ff_table *out, ff_e
     if (t->n_channels != N_CHANNELS && t->n_channels != 1)
         return ff_error_set(err, FF_ERR_UNSUPPORTED, NULL, 0, -1,
                             "a UTIA file has 3 channels, found %zu; reduce them first (srgb, or three bands)", t->n_channels);
-    const ff_status s = new_table(out, err);
-    if (s == FF_OK) ff_table_name_channels_like(out, t);
-    return s;
+    const ff_status status = new_table(out, err);
+    if (status == FF_OK) ff_table_name_channels_like(out, t);
+    return status;
 }
 
 static ff_status check_writable(const char *path, const ff_table *t, ff_error *err)
 {
-    const ff_status s = ff_table_check(t, path, err);
-    if (s != FF_OK) return s;
+    const ff_status status = ff_table_check(t, path, err);
+    if (status != FF_OK) return status;
     if (t->n_channels != N_CHANNELS || !on_the_grid(t))
         return ff_error_set(
             err, FF_ERR_UNSUPPORTED, path, 0, -1,
@@ -207,9 +207,9 @@ static void write_plane(const ff_table *t, size_t c, FILE *file)
 static ff_status write_utia(const char *path, const ff_table *t, ff_error *err)
 {
     ff_output out;
-    ff_status s = check_writable(path, t, err);
-    if (s == FF_OK) s = ff_output_open(path, &out, err);
-    if (s != FF_OK) return s;
+    ff_status status = check_writable(path, t, err);
+    if (status == FF_OK) status = ff_output_open(path, &out, err);
+    if (status != FF_OK) return status;
     for (size_t c = 0; c < N_CHANNELS; c++) write_plane(t, c, out.file);
     return ff_output_commit(&out, err);
 }

@@ -61,12 +61,12 @@ ff_status ff_interpolant_new(const ff_table *t, int scattered, ff_interpolant **
     ff_interpolant *p = calloc(1, sizeof *p);
     if (!p) return ff_error_set(err, FF_ERR_MEMORY, NULL, 0, -1, "no memory to interpolate");
     p->t = t;
-    const ff_status s = choose(p, scattered, err);
-    if (s == FF_OK)
+    const ff_status status = choose(p, scattered, err);
+    if (status == FF_OK)
         *out = p;
     else
         ff_interpolant_free(p);
-    return s;
+    return status;
 }
 
 void ff_interpolant_free(ff_interpolant *p)

@@ -32,8 +32,8 @@ static int copy_plane(double **to, const double *from, size_t n)
 ff_status ff_table_copy_into(const ff_table *t, ff_table *out, ff_error *err)
 {
     ff_table c;
-    ff_status s = ff_table_init(t->n, t->n_channels, t->grid, t->sigma != NULL, t->weight != NULL, &c, err);
-    if (s != FF_OK) return s;
+    ff_status status = ff_table_init(t->n, t->n_channels, t->grid, t->sigma != NULL, t->weight != NULL, &c, err);
+    if (status != FF_OK) return status;
     int copied = copy_plane(&c.value, t->value, t->n * t->n_channels) && copy_plane(&c.sigma, t->sigma, t->n * t->n_channels) &&
                  copy_plane(&c.weight, t->weight, t->n);
     for (int k = 0; k < 4; k++)
@@ -169,20 +169,20 @@ static ff_status fill(const ff_table *t, const ff_interpolant *p, const ff_forma
     const size_t threads = pool ? (size_t)ff_pool_threads(pool) : 0;
     f.value = malloc((threads + 1) * t->n_channels * BLOCK * sizeof *f.value);
     f.found = calloc(threads + 1, sizeof *f.found);
-    ff_status s = FF_OK;
+    ff_status status = FF_OK;
     if (pool && f.value && f.found) {
         ff_pool_run(pool, (out->n + BLOCK - 1) / BLOCK, fill_block, &f);
         size_t *const counter[] = {&r->at_sample, &r->between, &r->reciprocal, &r->beyond, &r->below_horizon};
         for (size_t w = 0; w < threads; w++)
             for (int k = 0; k <= FF_FOUND_BELOW; k++) *counter[k] += f.found[w][k];
-        if (o->cancel && *o->cancel) s = ff_error_set(err, FF_ERR_CANCELLED, NULL, 0, -1, "cancelled");
+        if (o->cancel && *o->cancel) status = ff_error_set(err, FF_ERR_CANCELLED, NULL, 0, -1, "cancelled");
     } else {
-        s = ff_error_set(err, FF_ERR_MEMORY, NULL, 0, -1, "no memory for %zu channels", t->n_channels);
+        status = ff_error_set(err, FF_ERR_MEMORY, NULL, 0, -1, "no memory for %zu channels", t->n_channels);
     }
     ff_pool_free(pool);
     free(f.value);
     free(f.found);
-    return s;
+    return status;
 }
 
 /* What others say of a sample against what was measured, for samples spread over the table. */
@@ -218,26 +218,26 @@ static ff_status interpolate(const ff_table *t, const ff_format *to, const ff_re
                              ff_resample_report *r, ff_error *err)
 {
     ff_interpolant *p;
-    ff_status s = ff_interpolant_new(t, 0, &p, err);
-    if (s != FF_OK) return s;
+    ff_status status = ff_interpolant_new(t, 0, &p, err);
+    if (status != FF_OK) return status;
     snprintf(r->method, sizeof r->method, "%s", ff_interpolant_method(p));
-    s = fill(t, p, to, o, out, r, err);
-    if (s == FF_OK) s = predict(t, p, ff_interpolant_without, &r->near, err);
-    if (s == FF_OK) s = predict(t, p, ff_interpolant_without_incidence, &r->across, err);
+    status = fill(t, p, to, o, out, r, err);
+    if (status == FF_OK) status = predict(t, p, ff_interpolant_without, &r->near, err);
+    if (status == FF_OK) status = predict(t, p, ff_interpolant_without_incidence, &r->across, err);
     ff_interpolant_free(p);
     if (t->sigma) ff_table_note(out, "standard deviations are dropped: interpolated values have none");
     if (t->weight && !out->weight && !out->grid)
         ff_table_note(out, "weights of the samples are dropped: the new directions have none");
-    return s;
+    return status;
 }
 
 /* What t holds, in a layout that has its directions already; where there is no layout, a copy of t. */
 static ff_status take_as_it_is(const ff_table *t, ff_table *made, ff_error *err)
 {
     if (made->n == 0) {
-        const ff_status s = ff_table_copy_into(t, made, err);
-        if (s == FF_OK) made->note[0] = '\0';
-        return s;
+        const ff_status status = ff_table_copy_into(t, made, err);
+        if (status == FF_OK) made->note[0] = '\0';
+        return status;
     }
     if (!copy_plane(&made->sigma, t->sigma, t->n * t->n_channels))
         return ff_error_set(err, FF_ERR_MEMORY, NULL, 0, -1, "no memory for a copy of %zu samples", t->n);
@@ -260,28 +260,28 @@ ff_status ff_resample_into(const ff_table *t, const ff_format *to, const ff_resa
                             "the format '%s' takes the directions as they are, found the grid '%s'", to->name, o->grid);
     /* what came from such a file goes back to it as it is */
     const int back = t->kept && t->kept_share && strcmp(t->format, to->name) == 0 && !o->grid;
-    ff_status s = to->layout && !back ? to->layout(t, o->grid, &made, err) : FF_OK;
-    if (s != FF_OK) return s;
+    ff_status status = to->layout && !back ? to->layout(t, o->grid, &made, err) : FF_OK;
+    if (status != FF_OK) return status;
     if (made.n > 0 && !(made.n_channels == t->n_channels && same_directions(t, &made))) {
         r.as_it_is = 0;
-        s = interpolate(t, to, o, &made, &r, err);
+        status = interpolate(t, to, o, &made, &r, err);
     } else {
         r.at_sample = t->n;
-        s = take_as_it_is(t, &made, err);
+        status = take_as_it_is(t, &made, err);
     }
-    if (s == FF_OK) {
+    if (status == FF_OK) {
         drop(&made, to, &r);
-        s = ff_table_count(&made, NULL, err);
-        if (s != FF_OK)
+        status = ff_table_count(&made, NULL, err);
+        if (status != FF_OK)
             ff_error_set(
-                err, s, NULL, 0, -1,
+                err, status, NULL, 0, -1,
                 "none of the %zu samples that the format '%s' needs lies within the data; extrapolated, they would take the "
                 "nearest values",
                 made.n, to->name);
     }
-    if (s != FF_OK) {
+    if (status != FF_OK) {
         ff_table_clear(&made);
-        return s;
+        return status;
     }
     r.n = made.n;
     r.invalid = made.n_invalid;
@@ -299,18 +299,18 @@ ff_status ff_resample(const ff_table *t, const ff_format *to, const ff_resample_
     ff_resample_report r;
     ff_table made;
     ff_resample_options_init(&own);
-    ff_status s =
+    ff_status status =
         o ? ff_options_take("ff_resample_options", o, FF_END_OF(ff_resample_options, cancel), &own, sizeof own, err) : FF_OK;
-    if (!s && report) s = ff_record_check("ff_resample_report", report, FF_END_OF(ff_resample_report, across), err);
-    if (!s) s = ff_resample_into(t, to, &own, &made, &r, err);
-    if (!s) s = ff_table_move(&made, out, err);
-    if (!s && report) ff_options_init(report, report->size, &r, sizeof r);
-    return s;
+    if (!status && report) status = ff_record_check("ff_resample_report", report, FF_END_OF(ff_resample_report, across), err);
+    if (!status) status = ff_resample_into(t, to, &own, &made, &r, err);
+    if (!status) status = ff_table_move(&made, out, err);
+    if (!status && report) ff_options_init(report, report->size, &r, sizeof r);
+    return status;
 }
 
 ff_status ff_table_copy(const ff_table *t, ff_table **out, ff_error *err)
 {
     ff_table made;
-    const ff_status s = ff_table_copy_into(t, &made, err);
-    return s ? s : ff_table_move(&made, out, err);
+    const ff_status status = ff_table_copy_into(t, &made, err);
+    return status ? status : ff_table_move(&made, out, err);
 }

@@ -23,15 +23,15 @@ ff_status ff_table_move(ff_table *t, ff_table **out, ff_error *err)
 ff_status ff_table_new(size_t n, size_t n_channels, int with_sigma, int with_weight, ff_table **out, ff_error *err)
 {
     ff_table t;
-    const ff_status s = ff_table_init(n, n_channels, NULL, with_sigma, with_weight, &t, err);
-    return s ? s : ff_table_move(&t, out, err);
+    const ff_status status = ff_table_init(n, n_channels, NULL, with_sigma, with_weight, &t, err);
+    return status ? status : ff_table_move(&t, out, err);
 }
 
 ff_status ff_table_new_on_grid(const ff_grid *grid, size_t n_channels, int with_sigma, ff_table **out, ff_error *err)
 {
     ff_table t;
-    const ff_status s = ff_table_init(grid->n, n_channels, grid, with_sigma, 0, &t, err);
-    return s ? s : ff_table_move(&t, out, err);
+    const ff_status status = ff_table_init(grid->n, n_channels, grid, with_sigma, 0, &t, err);
+    return status ? status : ff_table_move(&t, out, err);
 }
 
 void ff_table_free(ff_table *t)

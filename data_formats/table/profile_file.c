@@ -28,8 +28,8 @@ typedef struct reader {
 static ff_status next_line(reader *r, char **text, size_t *length)
 {
     for (;;) {
-        const ff_status s = ff_lines_next(&r->lines, text, length, r->err);
-        if (s || !*text) return s;
+        const ff_status status = ff_lines_next(&r->lines, text, length, r->err);
+        if (status || !*text) return status;
         const char *start = *text + strspn(*text, " \t");
         if (*start && *start != '#') return FF_OK;
     }
@@ -40,13 +40,13 @@ static ff_status read_header(reader *r)
     char *text, list[FF_NAMES_LIST];
     size_t length;
     ff_names names = {0};
-    ff_status s = next_line(r, &text, &length);
-    if (s) return s;
+    ff_status status = next_line(r, &text, &length);
+    if (status) return status;
     if (!text)
         return ff_error_set(r->err, FF_ERR_READ, r->path, r->lines.line, -1,
                             "found the end of the file, expected a header line theta_deg,D or q2,p");
-    s = ff_names_read(text, length, r->path, r->lines.line, &names, r->err);
-    if (s) return s;
+    status = ff_names_read(text, length, r->path, r->lines.line, &names, r->err);
+    if (status) return status;
     int known = 0;
     for (int kind = 0; kind < 2; kind++)
         if (names.n == 2 && strcmp(names.name[0], column[kind][0]) == 0 && strcmp(names.name[1], column[kind][1]) == 0) {
@@ -54,10 +54,10 @@ static ff_status read_header(reader *r)
             known = 1;
         }
     if (!known)
-        s = ff_error_set(r->err, FF_ERR_FORMAT, r->path, r->lines.line, -1, "found the columns %s, expected theta_deg,D or q2,p",
-                         ff_names_list(&names, list));
+        status = ff_error_set(r->err, FF_ERR_FORMAT, r->path, r->lines.line, -1,
+                              "found the columns %s, expected theta_deg,D or q2,p", ff_names_list(&names, list));
     ff_names_free(&names);
-    return s;
+    return status;
 }
 
 /* Room for one more point. */
@@ -88,11 +88,11 @@ static ff_status read_rows(reader *r)
         char *text;
         size_t length;
         double row[2];
-        ff_status s = next_line(r, &text, &length);
-        if (s || !text) return s;
-        s = ff_row_read(text, length, &columns, row, r->path, r->lines.line, r->err);
-        if (!s) s = grow(r);
-        if (s) return s;
+        ff_status status = next_line(r, &text, &length);
+        if (status || !text) return status;
+        status = ff_row_read(text, length, &columns, row, r->path, r->lines.line, r->err);
+        if (!status) status = grow(r);
+        if (status) return status;
         r->x[r->n] = r->kind == FF_PROFILE_D ? row[0] * degree : row[0];
         r->y[r->n] = row[1];
         r->line[r->n++] = r->lines.line;
@@ -104,25 +104,25 @@ static ff_status make(const reader *r, ff_profile_table *out)
 {
     ff_error why = {0};
     size_t bad = r->n;
-    const ff_status s = ff_profile_make(r->kind, r->n, r->x, r->y, out, &bad, &why);
-    if (s == FF_OK) return s;
+    const ff_status status = ff_profile_make(r->kind, r->n, r->x, r->y, out, &bad, &why);
+    if (status == FF_OK) return status;
     const long line = bad < r->n ? r->line[bad] : 0;
-    return ff_error_set(r->err, s, r->path, line, -1, "%s", why.message);
+    return ff_error_set(r->err, status, r->path, line, -1, "%s", why.message);
 }
 
 ff_status ff_profile_read_into(const char *path, ff_profile_table *out, ff_error *err)
 {
     reader r = {.err = err, .path = path};
-    ff_status s = ff_lines_open(path, &r.lines, err);
-    if (s) return s;
-    s = read_header(&r);
-    if (!s) s = read_rows(&r);
-    if (!s) s = make(&r, out);
+    ff_status status = ff_lines_open(path, &r.lines, err);
+    if (status) return status;
+    status = read_header(&r);
+    if (!status) status = read_rows(&r);
+    if (!status) status = make(&r, out);
     ff_lines_close(&r.lines);
     free(r.x);
     free(r.y);
     free(r.line);
-    return s;
+    return status;
 }
 
 /* ---- writing --------------------------------------------------------------------------------- */
@@ -150,8 +150,8 @@ ff_status ff_profile_write(const char *path, ff_profile_kind kind, size_t n, con
             return ff_error_set(err, FF_ERR_DATA, path, 0, -1, "point %zu: found %s = %g, %s = %g, expected finite numbers", i,
                                 column[kind][0], x[i], column[kind][1], y[i]);
     ff_output out;
-    const ff_status s = ff_output_open(path, &out, err);
-    if (s) return s;
+    const ff_status status = ff_output_open(path, &out, err);
+    if (status) return status;
     write_comment(comment, out.file);
     fprintf(out.file, "%s,%s\n", column[kind][0], column[kind][1]);
     for (size_t i = 0; i < n; i++) { /* degrees to 1e-12, so that round ones stay round */
@@ -167,10 +167,10 @@ ff_status ff_profile_read(const char *path, ff_profile_table **out, ff_error *er
 {
     ff_profile_table *made = malloc(sizeof *made);
     if (!made) return ff_error_set(err, FF_ERR_MEMORY, NULL, 0, -1, "out of memory");
-    const ff_status s = ff_profile_read_into(path, made, err);
-    if (s)
+    const ff_status status = ff_profile_read_into(path, made, err);
+    if (status)
         ff_profile_free(made);
     else
         *out = made;
-    return s;
+    return status;
 }

@@ -76,17 +76,17 @@ static ff_status influence_pass(const ff_pass *pass, const ff_arrowhead *arrowhe
     r.kernel = ff_isa_available(p->isa) ? FF_ISA_PICK(p->isa, ff_influence_chunk) : NULL;
     r.lanes = aligned_alloc(64, (threads * (n_sums * 8 + r.n_score) * sizeof(double) + 63) / 64 * 64);
     r.result = malloc(chunks * n_sums * sizeof(double));
-    const ff_status st = !r.kernel ? FF_ERR_UNSUPPORTED : r.lanes && r.result ? FF_OK : FF_ERR_MEMORY;
-    if (!st) ff_pool_run(p->pool, chunks, run_chunk, &r);
+    const ff_status status = !r.kernel ? FF_ERR_UNSUPPORTED : r.lanes && r.result ? FF_OK : FF_ERR_MEMORY;
+    if (!status) ff_pool_run(p->pool, chunks, run_chunk, &r);
     memset(out, 0, n_sums * sizeof *out);
-    for (size_t c = 0; c < chunks && !st; c++)
+    for (size_t c = 0; c < chunks && !status; c++)
         for (size_t k = 0; k < n_sums; k++) {
             const double v = r.result[c * n_sums + k];
             out[k] = k == FF_STAT_MAX ? fmax(out[k], v) : out[k] + v;
         }
     free(r.lanes);
     free(r.result);
-    return st;
+    return status;
 }
 
 /* ---- the whole ------------------------------------------------------------------------------- */
@@ -94,13 +94,13 @@ static ff_status influence_pass(const ff_pass *pass, const ff_arrowhead *arrowhe
 static ff_status plain_pass(const ff_plan *plan, ff_point *at)
 {
     ff_pass pass;
-    ff_status st = ff_layout_normal(&plan->l, &at->normal);
-    if (!st) st = ff_plan_pass(plan, at->shape, at->channel, &pass);
-    if (st) return st;
+    ff_status status = ff_layout_normal(&plan->l, &at->normal);
+    if (!status) status = ff_plan_pass(plan, at->shape, at->channel, &pass);
+    if (status) return status;
     at->passes++;
-    st = ff_pass_run(&pass, 1, &at->normal);
+    status = ff_pass_run(&pass, 1, &at->normal);
     ff_pass_free(&pass);
-    return st;
+    return status;
 }
 
 /* The sums of the score that clusters are chosen by, scaled and in coordinates. */
@@ -125,14 +125,14 @@ static void place_columns(const ff_layout *l, ff_arrowhead *a)
 static ff_status sum_influences(const ff_plan *plan, ff_point *at, ff_arrowhead *a, double *sums)
 {
     ff_pass pass;
-    ff_status st = a ? make_room_for_scores(plan, &at->normal) : FF_OK;
-    if (!st) st = ff_plan_pass(plan, at->shape, at->channel, &pass);
-    if (st) return st;
+    ff_status status = a ? make_room_for_scores(plan, &at->normal) : FF_OK;
+    if (!status) status = ff_plan_pass(plan, at->shape, at->channel, &pass);
+    if (status) return status;
     if (a) place_columns(&plan->l, a);
     at->passes++;
-    st = influence_pass(&pass, a, at->normal.runs, sums);
+    status = influence_pass(&pass, a, at->normal.runs, sums);
     ff_pass_free(&pass);
-    return st;
+    return status;
 }
 
 /* What the point and the information, NULL: none, keep of the sums. */
@@ -153,60 +153,60 @@ static ff_status take_sums(const ff_plan *plan, ff_point *at, ff_information *in
 static ff_status influences(const ff_plan *plan, ff_point *at)
 {
     ff_normal *n = &at->normal;
-    ff_status st = n->gram ? FF_OK : plain_pass(plan, at);
-    if (!st && plan->errors) st = ff_information_new(plan, n, at->at_bound, &at->information);
-    if (st) return st;
+    ff_status status = n->gram ? FF_OK : plain_pass(plan, at);
+    if (!status && plan->errors) status = ff_information_new(plan, n, at->at_bound, &at->information);
+    if (status) return status;
     ff_arrowhead *a = plan->errors ? &at->information->arrowhead : NULL;
     double *sums = malloc(all_sums(a) * sizeof *sums);
-    st = sums ? sum_influences(plan, at, a, sums) : FF_ERR_MEMORY;
-    if (!st) st = take_sums(plan, at, at->information, sums);
-    at->has_final = !st;
+    status = sums ? sum_influences(plan, at, a, sums) : FF_ERR_MEMORY;
+    if (!status) status = take_sums(plan, at, at->information, sums);
+    at->has_final = !status;
     free(sums);
-    return st;
+    return status;
 }
 
 static ff_status scores(const ff_plan *plan, ff_point *at)
 {
-    ff_status st = at->has_final ? FF_OK : ff_point_pass(plan, at);
-    if (st || !plan->errors) return st;
-    st = ff_information_new(plan, &at->normal, at->at_bound, &at->information);
-    return st ? st : ff_information_finish(at->information, plan, &at->normal, plan->p->n, NULL);
+    ff_status status = at->has_final ? FF_OK : ff_point_pass(plan, at);
+    if (status || !plan->errors) return status;
+    status = ff_information_new(plan, &at->normal, at->at_bound, &at->information);
+    return status ? status : ff_information_finish(at->information, plan, &at->normal, plan->p->n, NULL);
 }
 
 ff_status ff_errors(const ff_plan *plan, ff_point *at)
 {
     if (at->information) return FF_OK;
-    ff_status st = plan->l.arrowhead ? influences(plan, at) : scores(plan, at);
-    if (st || !plan->errors || !ff_noise_is_wanted(plan)) return st;
-    if (!at->noise) st = ff_noise_find(plan, at, &at->noise);
-    return st || !at->noise ? st : ff_noise_errors(plan, at, at->noise, at->information, &at->noise->carriers);
+    ff_status status = plan->l.arrowhead ? influences(plan, at) : scores(plan, at);
+    if (status || !plan->errors || !ff_noise_is_wanted(plan)) return status;
+    if (!at->noise) status = ff_noise_find(plan, at, &at->noise);
+    return status || !at->noise ? status : ff_noise_errors(plan, at, at->noise, at->information, &at->noise->carriers);
 }
 
 /* The products of influences that ff_errors has summed are of the parameters that are not on a bound; of all they are others. */
 static ff_status arrowhead_of_all(const ff_plan *plan, ff_point *at, ff_information **out)
 {
     ff_information *info = NULL;
-    ff_status st = ff_information_new(plan, &at->normal, NULL, &info);
-    double *sums = st ? NULL : malloc(all_sums(&info->arrowhead) * sizeof *sums);
-    if (!st) st = sums ? sum_influences(plan, at, &info->arrowhead, sums) : FF_ERR_MEMORY;
-    if (!st) st = take_sums(plan, at, info, sums);
+    ff_status status = ff_information_new(plan, &at->normal, NULL, &info);
+    double *sums = status ? NULL : malloc(all_sums(&info->arrowhead) * sizeof *sums);
+    if (!status) status = sums ? sum_influences(plan, at, &info->arrowhead, sums) : FF_ERR_MEMORY;
+    if (!status) status = take_sums(plan, at, info, sums);
     free(sums);
-    if (st)
+    if (status)
         free(info);
     else
         *out = info;
-    return st;
+    return status;
 }
 
 ff_status ff_errors_of_all(const ff_plan *plan, ff_point *at, ff_information **out)
 {
     ff_information *info = NULL;
-    ff_status st = plan->l.arrowhead ? arrowhead_of_all(plan, at, &info) : ff_information_new(plan, &at->normal, NULL, &info);
-    if (!st && !plan->l.arrowhead) st = ff_information_finish(info, plan, &at->normal, plan->p->n, NULL);
-    if (!st && at->noise) st = ff_noise_errors(plan, at, at->noise, info, NULL);
-    if (st)
+    ff_status status = plan->l.arrowhead ? arrowhead_of_all(plan, at, &info) : ff_information_new(plan, &at->normal, NULL, &info);
+    if (!status && !plan->l.arrowhead) status = ff_information_finish(info, plan, &at->normal, plan->p->n, NULL);
+    if (!status && at->noise) status = ff_noise_errors(plan, at, at->noise, info, NULL);
+    if (status)
         free(info);
     else
         *out = info;
-    return st;
+    return status;
 }

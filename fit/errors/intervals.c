@@ -47,18 +47,19 @@ static ff_status warn_of_flat_direction(const ff_layout *l, const double *share,
                     .value = {nothing ? 0 : 1 / sqrt(value)}};
     for (size_t k = 0; k < l->P && named; k++)
         if (fabs(share[k]) >= FF_SHARE) named[w.n_parameters++] = ff_layout_warned(l, k);
-    ff_status s = named ? FF_OK : FF_ERR_MEMORY;
-    if (!s && w.n_parameters > (nothing ? 1 : 2)) s = ff_warnings_add(&r->warnings, &w); /* pairs are warned of as correlated */
+    ff_status status = named ? FF_OK : FF_ERR_MEMORY;
+    if (!status && w.n_parameters > (nothing ? 1 : 2))
+        status = ff_warnings_add(&r->warnings, &w); /* pairs are warned of as correlated */
     free(named);
-    return s;
+    return status;
 }
 
 ff_status ff_condition_fill(const ff_plan *plan, const ff_point *at, ff_fit_result *r)
 {
     double *share = malloc((plan->l.P + 1) * sizeof *share), curvature = 1;
-    ff_status st = share ? ff_information_condition(plan, at, &r->rank, &r->condition) : FF_ERR_MEMORY;
-    if (!st && r->condition > 1 / sqrt(FF_FLAT)) st = ff_information_flattest(plan, at, &curvature, share);
-    if (!st && curvature < FF_FLAT) st = warn_of_flat_direction(&plan->l, share, curvature, r);
+    ff_status status = share ? ff_information_condition(plan, at, &r->rank, &r->condition) : FF_ERR_MEMORY;
+    if (!status && r->condition > 1 / sqrt(FF_FLAT)) status = ff_information_flattest(plan, at, &curvature, share);
+    if (!status && curvature < FF_FLAT) status = warn_of_flat_direction(&plan->l, share, curvature, r);
     free(share);
-    return st;
+    return status;
 }

@@ -26,14 +26,14 @@ int ff_interval_from_bound(const ff_param *info, double slope, double inverse, d
 static ff_status fill_gradient(const ff_plan *plan, const ff_point *at, double *gradient, double *ones)
 {
     ff_gram g;
-    ff_status st = ff_gram_new(&plan->l, &g);
-    if (st) return st;
+    ff_status status = ff_gram_new(&plan->l, &g);
+    if (status) return status;
     ff_gram_fill(&plan->l, &at->normal, NULL, &g);
     for (size_t k = 0; k < plan->l.P; k++) ones[k] = 1;
-    st = ff_penalties_add(plan, 1, at->shape, at->channel, ones, &g);
+    status = ff_penalties_add(plan, 1, at->shape, at->channel, ones, &g);
     ff_gram_gradient(&g, gradient);
     ff_gram_free(&g);
-    return st;
+    return status;
 }
 
 /* How steeply the objective rises with parameter k, those that are not on a bound following. What a minimisation leaves of their
@@ -43,9 +43,9 @@ static ff_status slope_of(const ff_layout *l, const ff_point *at, const ff_infor
 {
     double *step = work + l->P;
     for (size_t i = 0; i < l->P; i++) work[i] = at->at_bound[i] && i != k ? 0 : gradient[i];
-    const ff_status st = ff_information_solve(info, work, step);
-    *slope = st ? NAN : step[k] / info->inverse[k];
-    return st;
+    const ff_status status = ff_information_solve(info, work, step);
+    *slope = status ? NAN : step[k] / info->inverse[k];
+    return status;
 }
 
 /* Do the data tell coordinate k, which lies on its bound without pressing against it, from coordinate j? *correlation: with all
@@ -84,24 +84,24 @@ static ff_status warn_of_pairs(const ff_layout *l, const ff_information *info, c
 {
     const size_t kinds = l->n_shared + l->n_own;
     size_t *channel = malloc((l->n_channels + 1) * sizeof *channel);
-    ff_status st = channel ? FF_OK : FF_ERR_MEMORY;
+    ff_status status = channel ? FF_OK : FF_ERR_MEMORY;
     for (size_t a = 0; a < kinds; a++)
-        for (size_t b = 0; b < kinds && !st; b++) {
+        for (size_t b = 0; b < kinds && !status; b++) {
             const int apart = a < l->n_shared && b<l->n_shared, together = l->n_channels> FF_CHANNELS_NAMED;
             double most = 0, one;
             size_t n = 0;
-            for (size_t c = 0; c < (apart ? 1 : l->n_channels) && a != b && !st; c++) {
+            for (size_t c = 0; c < (apart ? 1 : l->n_channels) && a != b && !status; c++) {
                 if (!goes_with(info, leans, coordinate(l, a, c), coordinate(l, b, c), &one)) continue;
                 channel[n++] = c;
                 if (fabs(one) > fabs(most)) most = one;
                 if (together && !apart) continue;
-                st = warn_of_pair(l, a, b, channel, n, most, r);
+                status = warn_of_pair(l, a, b, channel, n, most, r);
                 n = 0, most = 0;
             }
-            if (n && !st) st = warn_of_pair(l, a, b, channel, n, most, r);
+            if (n && !status) status = warn_of_pair(l, a, b, channel, n, most, r);
         }
     free(channel);
-    return st;
+    return status;
 }
 
 /* Parameters on a bound: the objective rises from there by its slope and, all others following, its curvature. */
@@ -111,22 +111,22 @@ ff_status ff_intervals_one_sided(const ff_plan *plan, ff_point *at, ff_fit_resul
     ff_information *info = NULL;
     double *gradient = malloc((3 * l->P + 1) * sizeof *gradient), *work = gradient + l->P;
     int *leans = calloc(l->P + 1, sizeof *leans);
-    ff_status st = gradient && leans ? ff_errors_of_all(plan, at, &info) : FF_ERR_MEMORY;
-    if (!st) st = fill_gradient(plan, at, gradient, work);
-    for (size_t k = 0; k < l->P && !st; k++) {
+    ff_status status = gradient && leans ? ff_errors_of_all(plan, at, &info) : FF_ERR_MEMORY;
+    if (!status) status = fill_gradient(plan, at, gradient, work);
+    for (size_t k = 0; k < l->P && !status; k++) {
         if (!at->at_bound[k] || ff_layout_is_fixed(l, k)) continue;
         const double t = ff_student_quantile(0.9, info->dof[k]), inverse = info->inverse[k];
         const int known = info->determined[k] && inverse > 0;
         double slope = gradient[k];
-        if (known) st = slope_of(l, at, info, gradient, k, work, &slope);
-        if (!st)
+        if (known) status = slope_of(l, at, info, gradient, k, work, &slope);
+        if (!status)
             leans[k] =
                 ff_interval_from_bound(ff_layout_param(l, k, NULL)->info, slope, known ? inverse : 0,
                                        0.5 * t * t * (known ? info->variance[k] / inverse : INFINITY), ff_result_value(l, r, k));
     }
-    if (!st) st = warn_of_pairs(l, info, leans, r);
+    if (!status) status = warn_of_pairs(l, info, leans, r);
     free(leans);
     free(info);
     free(gradient);
-    return st;
+    return status;
 }

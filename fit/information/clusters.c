@@ -115,8 +115,8 @@ ff_status ff_clusters_choose(const ff_plan *plan, const ff_normal *n, size_t n_s
     if (!n->runs || P == 0 || is_rounding(p, n)) return FF_OK;
     double *sums = malloc((runs * P + 1) * sizeof *sums), *squares = malloc((runs + 1) * sizeof *squares),
            *single = malloc((2 * P + 1) * sizeof *single), *mean = single + P;
-    const ff_status st = sums && squares && single ? FF_OK : FF_ERR_MEMORY;
-    if (!st) {
+    const ff_status status = sums && squares && single ? FF_OK : FF_ERR_MEMORY;
+    if (!status) {
         const size_t n_now = ff_clusters_centred(p, n, n_samples, sums, mean);
         for (size_t k = 0; k < P; k++) /* one that is held in its channel is not asked: it has no error */
             single[k] = ff_layout_is_fixed(&plan->l, k) ? 0 : single_product(n, n_samples, mean, k, k);
@@ -125,7 +125,7 @@ ff_status ff_clusters_choose(const ff_plan *plan, const ff_normal *n, size_t n_s
     free(sums);
     free(squares);
     free(single);
-    return st;
+    return status;
 }
 
 /* Values that would say as much were they independent: fewer by what the squares of the score grow by from single values to
@@ -162,8 +162,8 @@ ff_status ff_clusters_informative(const struct ff_problem *p, const ff_normal *n
     const size_t P = n->P, length = ff_run_length(p), runs = (p->n + length - 1) / length;
     double *sums = malloc((runs * P + 1) * sizeof *sums), *share = calloc(2 * n_clusters * P + 1, sizeof *share),
            *mean = malloc((3 * P + 1) * sizeof *mean), *of_run = mean + P;
-    const ff_status st = sums && share && mean ? FF_OK : FF_ERR_MEMORY;
-    if (!st) {
+    const ff_status status = sums && share && mean ? FF_OK : FF_ERR_MEMORY;
+    if (!status) {
         ff_clusters_centred(p, n, n_samples, sums, mean);
         for (size_t b = 0; b < runs; b++) {
             double *to = share + 2 * (cluster ? cluster[b * length] : b * n_clusters / runs) * P;
@@ -188,7 +188,7 @@ ff_status ff_clusters_informative(const struct ff_problem *p, const ff_normal *n
     free(sums);
     free(share);
     free(mean);
-    return st;
+    return status;
 }
 
 /* 1 - 1/G where the errors inside a cluster are independent, near 1 - m/G where they are one error, since a fit of m parameters

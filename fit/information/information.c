@@ -32,8 +32,8 @@ static ff_information *make(const ff_plan *plan)
 /* The information that data and penalties give of the parameters. */
 static ff_status gram_of(const ff_plan *plan, const ff_normal *n, int penalties, ff_gram *out)
 {
-    const ff_status st = ff_gram_new(&plan->l, out);
-    if (st) return st;
+    const ff_status status = ff_gram_new(&plan->l, out);
+    if (status) return status;
     ff_gram_fill(&plan->l, n, NULL, out);
     if (penalties) ff_penalties_inform(plan, out);
     return FF_OK;
@@ -65,24 +65,24 @@ static ff_status invert(const ff_plan *plan, const ff_normal *n, const int *at_b
 {
     ff_gram g;
     ff_information *info = make(plan);
-    ff_status st = info ? gram_of(plan, n, penalties, &g) : FF_ERR_MEMORY;
-    if (st) {
+    ff_status status = info ? gram_of(plan, n, penalties, &g) : FF_ERR_MEMORY;
+    if (status) {
         free(info);
-        return st;
+        return status;
     }
     for (size_t k = 0; k < info->P; k++) {
         info->use[k] = at_bound ? at_bound[k] == 0 : !ff_layout_is_fixed(&plan->l, k);
         info->used += (size_t)info->use[k];
     }
     fill_scale(info, &g);
-    st = info->storage->invert(info, &g);
+    status = info->storage->invert(info, &g);
     ff_gram_free(&g);
-    if (!st) look_at_inverse(plan, info);
-    if (st)
+    if (!status) look_at_inverse(plan, info);
+    if (status)
         free(info);
     else
         *out = info;
-    return st;
+    return status;
 }
 
 ff_status ff_information_new(const ff_plan *plan, const ff_normal *n, const int *at_bound, ff_information **out)
@@ -172,10 +172,10 @@ static ff_status fill(ff_information *info, const ff_plan *plan, const ff_normal
     const int sigma = is_sigma(plan);
     const double N = (double)(n_samples * info->C), used = (double)info->used,
                  correction = !sigma && N > used ? (N - 1) / (N - used) : 1;
-    ff_status st = sum_clusters(info, plan->p, n, n_samples, s);
-    if (!st) st = storage->of_single(info, n, n_samples, s->mean, of_samples, s->single);
-    if (!st) st = count_clusters(info, plan, n, n_samples);
-    if (st) return st;
+    ff_status status = sum_clusters(info, plan->p, n, n_samples, s);
+    if (!status) status = storage->of_single(info, n, n_samples, s->mean, of_samples, s->single);
+    if (!status) status = count_clusters(info, plan, n, n_samples);
+    if (status) return status;
     info->effective = ff_clusters_effective(n, s->square, info->S, N);
     add_priors(info, plan, correction, s);
     if (sigma)
@@ -197,16 +197,16 @@ static ff_status covariance(ff_information *info, const ff_plan *plan, const ff_
     products s = {.single = memory, .clustered = memory + size, .square = memory + 2 * size};
     s.mean = s.square + P;
     s.influence = s.mean + P;
-    const ff_status st = fill(info, plan, n, n_samples, of_samples, &s, s.influence + 2 * P);
+    const ff_status status = fill(info, plan, n, n_samples, of_samples, &s, s.influence + 2 * P);
     free(memory);
-    return st;
+    return status;
 }
 
 ff_status ff_information_finish(ff_information *info, const ff_plan *plan, const ff_normal *n, size_t n_samples,
                                 const double *of_samples)
 {
-    const ff_status st = ff_clusters_choose(plan, n, n_samples, &info->clusters);
-    return st ? st : covariance(info, plan, n, n_samples, of_samples);
+    const ff_status status = ff_clusters_choose(plan, n, n_samples, &info->clusters);
+    return status ? status : covariance(info, plan, n, n_samples, of_samples);
 }
 
 double ff_information_inverse(const ff_information *info, size_t i, size_t j)
@@ -227,9 +227,9 @@ ff_status ff_information_from_scores(ff_information *info, const ff_plan *plan, 
             const size_t k = ff_gram_coordinate(M, c, i);
             if (i >= M->S || c == 0) M->local[c * M->tri + ff_tri(i, i)] += ff_penalties_noise(plan, k);
         }
-    const ff_status st = info->storage->sandwich(info, M);
-    if (!st) ff_information_multiply(info, info->scale);
-    return st;
+    const ff_status status = info->storage->sandwich(info, M);
+    if (!status) ff_information_multiply(info, info->scale);
+    return status;
 }
 
 /* ---- what others ask ------------------------------------------------------------------------- */
@@ -256,15 +256,15 @@ static ff_status look_at_condition(const ff_plan *plan, const ff_point *at, size
 {
     ff_gram g;
     ff_information *info = NULL;
-    ff_status st = invert(plan, &at->normal, at->at_bound, 0, &info);
-    if (st) return st;
-    st = gram_of(plan, &at->normal, 0, &g);
-    if (!st) {
-        st = info->storage->condition(info, &g, rank, condition, curvature, share);
+    ff_status status = invert(plan, &at->normal, at->at_bound, 0, &info);
+    if (status) return status;
+    status = gram_of(plan, &at->normal, 0, &g);
+    if (!status) {
+        status = info->storage->condition(info, &g, rank, condition, curvature, share);
         ff_gram_free(&g);
     }
     free(info);
-    return st;
+    return status;
 }
 
 ff_status ff_information_condition(const ff_plan *plan, const ff_point *at, size_t *rank, double *condition)

@@ -21,8 +21,8 @@ static ff_status invert(ff_information *info, const ff_gram *g)
     const size_t P = info->P;
     double *H = malloc((5 * P * P + 2 * P + 1) * sizeof *H), *gradient = H + P * P, *work = gradient + P;
     size_t *index = malloc((P + 1) * sizeof *index), k = 0;
-    const ff_status st = H && index ? FF_OK : FF_ERR_MEMORY;
-    if (!st) {
+    const ff_status status = H && index ? FF_OK : FF_ERR_MEMORY;
+    if (!status) {
         ff_gram_dense(g, H, gradient);
         for (size_t i = 0; i < P; i++) {
             if (info->use[i]) index[k++] = i;
@@ -32,7 +32,7 @@ static ff_status invert(ff_information *info, const ff_gram *g)
     }
     free(H);
     free(index);
-    return st;
+    return status;
 }
 
 static double inverse_at(const ff_information *info, size_t i, size_t j)
@@ -145,26 +145,26 @@ static ff_status condition(const ff_information *info, const ff_gram *g, size_t 
     const size_t P = info->P;
     double *H = malloc((3 * P * P + 2 * P + 1) * sizeof *H), *A = H + P * P, *V = A + P * P, *w = V + P * P, *gradient = w + P;
     size_t *index = malloc((P + 1) * sizeof *index), n = 0;
-    ff_status st = H && index ? FF_OK : FF_ERR_MEMORY;
-    if (!st) ff_gram_dense(g, H, gradient);
-    for (size_t k = 0; k < P && !st; k++)
+    ff_status status = H && index ? FF_OK : FF_ERR_MEMORY;
+    if (!status) ff_gram_dense(g, H, gradient);
+    for (size_t k = 0; k < P && !status; k++)
         if (info->use[k]) index[n++] = k;
     for (size_t i = 0; i < n; i++)
         for (size_t j = 0; j < n; j++) A[i * n + j] = H[index[i] * P + index[j]] * info->scale[index[i]] * info->scale[index[j]];
-    if (!st) st = ff_symmetric_eigen(A, n, w, V);
-    if (!st) {
+    if (!status) status = ff_symmetric_eigen(A, n, w, V);
+    if (!status) {
         *rank = 0;
         for (size_t i = 0; i < n; i++) *rank += w[i] > FF_NOTHING;
         *out = n == 0 ? 1 : w[0] > FF_NOTHING ? sqrt(w[n - 1] / w[0]) : INFINITY;
     }
-    if (!st && share) {
+    if (!status && share) {
         *curvature = n ? w[0] : 1;
         memset(share, 0, P * sizeof *share);
         for (size_t i = 0; i < n; i++) share[index[i]] = V[i * n];
     }
     free(H);
     free(index);
-    return st;
+    return status;
 }
 
 const ff_storage ff_storage_whole = {doubles,      lay_out,      invert,     inverse_at, apply,

@@ -46,17 +46,17 @@ static ff_status check_per_channel(const ff_model *m, const char *name, ff_error
  */
 static ff_status apply_fixed(const ff_constraints *c, ff_model *m, ff_error *err)
 {
-    ff_status s = FF_OK;
-    for (size_t i = 0; i < c->n_fixed && !s; i++) {
+    ff_status status = FF_OK;
+    for (size_t i = 0; i < c->n_fixed && !status; i++) {
         const ff_fixed *f = &c->fixed[i];
         const int known = ff_model_param_find(m, f->name).kind != FF_PARAM_NONE;
         if (!known && c->where_present) continue;
         ff_model one = *m;
-        for (size_t k = f->n; k-- > 0 && !s;) s = ff_model_hold(&one, f->name, f->value[k], err);
-        if (!s) s = check_per_channel(m, f->name, err);
-        if (!s && !f->channel) *m = one;
+        for (size_t k = f->n; k-- > 0 && !status;) status = ff_model_hold(&one, f->name, f->value[k], err);
+        if (!status) status = check_per_channel(m, f->name, err);
+        if (!status && !f->channel) *m = one;
     }
-    return s;
+    return status;
 }
 
 /* Is a value outside the bounds of its parameter? */
@@ -76,17 +76,17 @@ static ff_status check_fixed(const ff_constraints *c, const ff_model *m, ff_erro
 
 static ff_status apply_bounds(const ff_constraints *c, ff_shape shape, ff_model *m, ff_error *err)
 {
-    ff_status s = FF_OK;
-    for (size_t i = 0; i < c->n_bounds && !s; i++) {
+    ff_status status = FF_OK;
+    for (size_t i = 0; i < c->n_bounds && !status; i++) {
         ff_model one = *m; /* a bound of one channel is not the model's, but has to make sense all the same */
         const int named = c->bound[i].channel != NULL;
-        s = ff_model_bound(named ? &one : m, c->bound[i].name, c->bound[i].lo, c->bound[i].hi, err);
-        if (!s && named) s = check_per_channel(m, c->bound[i].name, err);
-        if (s == FF_ERR_UNKNOWN && c->where_present) s = FF_OK;
+        status = ff_model_bound(named ? &one : m, c->bound[i].name, c->bound[i].lo, c->bound[i].hi, err);
+        if (!status && named) status = check_per_channel(m, c->bound[i].name, err);
+        if (status == FF_ERR_UNKNOWN && c->where_present) status = FF_OK;
     }
-    for (uint32_t k = 0; k < m->n_shape && !s && shape == FF_SHAPE_ISOTROPIC; k++)
-        if (strcmp(m->shape[k].info->name, "alpha_x") == 0) s = share_bounds(&m->shape[k], &m->shape[k + 1], err);
-    return s;
+    for (uint32_t k = 0; k < m->n_shape && !status && shape == FF_SHAPE_ISOTROPIC; k++)
+        if (strcmp(m->shape[k].info->name, "alpha_x") == 0) status = share_bounds(&m->shape[k], &m->shape[k + 1], err);
+    return status;
 }
 
 /* ---- ties ------------------------------------------------------------------------------------ */
@@ -138,10 +138,10 @@ static ff_status add_tie(const ff_constraints *c, const ff_tie *tie, ff_shape sh
     if (n != n_to)
         return ff_error_set(err, FF_ERR_UNSUPPORTED, NULL, 0, -1, "%s and %s cannot be tied: one has two axes, the other one",
                             tie->name, tie->to);
-    ff_status s = FF_OK;
+    ff_status status = FF_OK;
     ties->n++;
-    for (int i = 0; i < n && !s; i++) s = tie->to ? tie_two(m, a[i], b[i], ties, err) : tie_channels(m, a[i], ties, err);
-    return s;
+    for (int i = 0; i < n && !status; i++) status = tie->to ? tie_two(m, a[i], b[i], ties, err) : tie_channels(m, a[i], ties, err);
+    return status;
 }
 
 /* Was it held by someone, at a value that is its own? */
@@ -157,8 +157,8 @@ static ff_status follow(ff_model_param *p, ff_model_param *leader, ff_error *err
     if (is_fixed(p) && !(held && p->init == leader->init))
         return ff_error_set(err, FF_ERR_UNSUPPORTED, NULL, 0, -1, "%s is held at %g: it cannot follow %s, which is %s", p->name,
                             p->init, leader->name, held ? "held at another value" : "free");
-    const ff_status s = share_bounds(leader, p, err);
-    if (s) return s;
+    const ff_status status = share_bounds(leader, p, err);
+    if (status) return status;
     if (held && !(leader->init >= p->lo && leader->init <= p->hi))
         return ff_error_set(err, FF_ERR_RANGE, NULL, 0, -1, "%s follows %s, which is held at %g, outside its bounds [%g, %g]",
                             p->name, leader->name, leader->init, p->lo, p->hi);
@@ -169,12 +169,12 @@ static ff_status follow(ff_model_param *p, ff_model_param *leader, ff_error *err
 
 static ff_status follow_all(ff_model_param *p, uint32_t n, uint32_t *follows, ff_error *err)
 {
-    ff_status s = FF_OK;
+    ff_status status = FF_OK;
     for (uint32_t i = 0; i < n; i++) follows[i] = root_of(follows, i);
     for (int round = 0; round < 2; round++) /* the second time with the bounds that all have in common */
-        for (uint32_t i = 0; i < n && !s; i++)
-            if (follows[i] != i) s = follow(&p[i], &p[follows[i]], err);
-    return s;
+        for (uint32_t i = 0; i < n && !status; i++)
+            if (follows[i] != i) status = follow(&p[i], &p[follows[i]], err);
+    return status;
 }
 
 /* ---- the whole ------------------------------------------------------------------------------- */
@@ -203,8 +203,8 @@ static ff_status check_priors(const ff_constraints *c, const ff_model *m, ff_sha
                                 p->sd);
         if (ff_constraints_named(m, shape, p->name, at) == 0 && !c->where_present) return ff_model_unknown_param(m, p->name, err);
         if (p->channel && ff_constraints_named(m, shape, p->name, at)) {
-            const ff_status s = check_per_channel(m, p->name, err);
-            if (s) return s;
+            const ff_status status = check_per_channel(m, p->name, err);
+            if (status) return status;
         }
         for (size_t k = 0; k < i; k++)
             if (strcmp(p->name, c->prior[k].name) == 0 &&
@@ -216,21 +216,21 @@ static ff_status check_priors(const ff_constraints *c, const ff_model *m, ff_sha
 
 ff_status ff_constraints_apply(const ff_constraints *c, ff_shape shape, ff_model *m, ff_ties *ties, ff_error *err)
 {
-    ff_status s = FF_OK;
+    ff_status status = FF_OK;
     *ties = (ff_ties){.n = 0};
     for (uint32_t k = 0; k < FF_MAX_SHAPE; k++) ties->shape[k] = k;
     for (uint32_t k = 0; k < FF_MAX_CHANNEL_PARAMS; k++) ties->channel[k] = k;
     if (!c) return FF_OK;
-    s = check_priors(c, m, shape, err);
-    if (!s && c->energy_conserving) s = check_energy(m, err);
-    if (!s) s = apply_fixed(c, m, err);
-    if (!s) s = apply_bounds(c, shape, m, err);
-    if (!s) s = check_fixed(c, m, err);
-    for (size_t i = 0; i < c->n_ties && !s; i++) s = add_tie(c, &c->tie[i], shape, m, ties, err);
-    if (!s) s = follow_all(m->shape, m->n_shape, ties->shape, err);
-    if (!s) s = follow_all(m->channel, m->n_channel, ties->channel, err);
-    for (uint32_t k = 0; k < m->n_channel && !s; k++) ties->shared[k] |= ties->shared[ties->channel[k]];
-    return s;
+    status = check_priors(c, m, shape, err);
+    if (!status && c->energy_conserving) status = check_energy(m, err);
+    if (!status) status = apply_fixed(c, m, err);
+    if (!status) status = apply_bounds(c, shape, m, err);
+    if (!status) status = check_fixed(c, m, err);
+    for (size_t i = 0; i < c->n_ties && !status; i++) status = add_tie(c, &c->tie[i], shape, m, ties, err);
+    if (!status) status = follow_all(m->shape, m->n_shape, ties->shape, err);
+    if (!status) status = follow_all(m->channel, m->n_channel, ties->channel, err);
+    for (uint32_t k = 0; k < m->n_channel && !status; k++) ties->shared[k] |= ties->shared[ties->channel[k]];
+    return status;
 }
 
 ff_status ff_constraints_check(const ff_constraints *c, const ff_model *m, ff_error *err)

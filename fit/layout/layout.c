@@ -101,8 +101,8 @@ static int is_linear(const ff_layout *l, uint32_t *scaled)
 ff_status ff_layout_init(const ff_model *m, size_t n_channels, ff_shape shape, int mean_slope, ff_layout *out, ff_error *err)
 {
     ff_layout l = {.m = m, .mode = ff_layout_mode(m, shape, mean_slope), .n_channels = n_channels, .pinned = FF_NOT_PINNED};
-    const ff_status s = check_shape(m, shape, mean_slope, l.mode, err);
-    if (s) return s;
+    const ff_status status = check_shape(m, shape, mean_slope, l.mode, err);
+    if (status) return status;
     for (uint32_t k = 0; k < m->n_shape; k++) {
         if (!is_free(&m->shape[k], shape, mean_slope)) continue;
         l.free.tied[l.free.n_shape] = shape == FF_SHAPE_ISOTROPIC && strcmp(m->shape[k].info->name, "alpha_x") == 0;

@@ -100,8 +100,8 @@ static ff_status add_bound(const struct ff_problem *p, const ff_model *m, const 
     const int k = parameter(m, b->name);
     int c;
     if (!b->channel || k < 0) return FF_OK;
-    const ff_status s = ff_channel_find(p, b->name, b->channel, &c, err);
-    if (s || c < 0) return s;
+    const ff_status status = ff_channel_find(p, b->name, b->channel, &c, err);
+    if (status || c < 0) return status;
     if (m->channel[k].flags & FF_PARAM_HELD)
         return ff_error_set(err, FF_ERR_UNSUPPORTED, NULL, 0, -1, "%s is held: a bound of its channel %s says nothing", b->name,
                             b->channel);
@@ -134,12 +134,12 @@ static ff_status add_fixed(const struct ff_problem *p, const ff_model *m, const 
     const int k = parameter(m, f->name);
     if (k < 0) return FF_OK;
     if (!f->channel) {
-        const ff_status s = add_values(p, m, k, f, limits, err);
-        return s ? s : check_free_of_ties(m, k, ties, err);
+        const ff_status status = add_values(p, m, k, f, limits, err);
+        return status ? status : check_free_of_ties(m, k, ties, err);
     }
     int c;
-    const ff_status s = ff_channel_find(p, f->name, f->channel, &c, err);
-    if (s || c < 0) return s;
+    const ff_status status = ff_channel_find(p, f->name, f->channel, &c, err);
+    if (status || c < 0) return status;
     set(limits, m, (size_t)c, k, f->value[0], f->value[0]);
     return check_free_of_ties(m, k, ties, err);
 }
@@ -154,14 +154,14 @@ ff_status ff_limits_of(const ff_constraints *c, const struct ff_problem *p, cons
     if (wanted == 0) return FF_OK;
     ff_limits *limits = ff_limits_new(m, p->n_channels);
     if (!limits) return ff_error_set(err, FF_ERR_MEMORY, NULL, 0, -1, "out of memory");
-    ff_status s = FF_OK;
-    for (size_t i = 0; i < c->n_bounds && !s; i++) s = add_bound(p, m, ties, &c->bound[i], limits, err);
+    ff_status status = FF_OK;
+    for (size_t i = 0; i < c->n_bounds && !status; i++) status = add_bound(p, m, ties, &c->bound[i], limits, err);
     for (int named = 0; named < 2; named++)
-        for (size_t i = 0; i < c->n_fixed && !s; i++)
-            if ((c->fixed[i].channel != NULL) == named) s = add_fixed(p, m, ties, &c->fixed[i], limits, err);
-    if (s)
+        for (size_t i = 0; i < c->n_fixed && !status; i++)
+            if ((c->fixed[i].channel != NULL) == named) status = add_fixed(p, m, ties, &c->fixed[i], limits, err);
+    if (status)
         ff_limits_free(limits);
     else
         *out = limits;
-    return s;
+    return status;
 }

@@ -30,8 +30,8 @@ ff_status ff_normal_fold(const ff_layout *l, ff_normal *n)
     if (from == P) return FF_OK;
     double *score_products = calloc(P * (P + 1) / 2 + 1, sizeof *score_products), *own = calloc(P + 1, sizeof *own),
            *sums = malloc((P + 1) * sizeof *sums);
-    const ff_status st = score_products && own && sums ? FF_OK : FF_ERR_MEMORY;
-    for (size_t i = 0; i < from && !st; i++) {
+    const ff_status status = score_products && own && sums ? FF_OK : FF_ERR_MEMORY;
+    for (size_t i = 0; i < from && !status; i++) {
         const size_t a = coordinate_of(l, i);
         for (size_t j = 0; j < from; j++) {
             const size_t b = coordinate_of(l, j);
@@ -39,17 +39,17 @@ ff_status ff_normal_fold(const ff_layout *l, ff_normal *n)
         }
         own[a] = fold_own(l, i, own[a], n->own[i]);
     }
-    for (size_t k = 0; k < P && !st; k++) own[k] = fmax(own[k], 0);
-    for (size_t r = 0; n->runs && r < n->n_runs && !st; r++) { /* shorter rows: in place */
+    for (size_t k = 0; k < P && !status; k++) own[k] = fmax(own[k], 0);
+    for (size_t r = 0; n->runs && r < n->n_runs && !status; r++) { /* shorter rows: in place */
         memset(sums, 0, P * sizeof *sums);
         for (size_t i = 0; i < from; i++) sums[coordinate_of(l, i)] += n->runs[r * from + i];
         memcpy(n->runs + r * P, sums, P * sizeof *sums);
     }
     free(sums);
-    if (st) {
+    if (status) {
         free(score_products);
         free(own);
-        return st;
+        return status;
     }
     free(n->score_products);
     free(n->own);

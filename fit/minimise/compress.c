@@ -37,8 +37,8 @@ ff_outcome ff_solve_outcome(ff_ceres_end end)
     }
 }
 
-ff_status ff_solve_failed(ff_status st, ff_error *err)
+ff_status ff_solve_failed(ff_status status, ff_error *err)
 {
-    if (st == FF_ERR_CANCELLED) return ff_error_set(err, st, NULL, 0, -1, "cancelled");
-    return st ? ff_error_set(err, st, NULL, 0, -1, "a pass over the samples failed: %s", ff_status_str(st)) : FF_OK;
+    if (status == FF_ERR_CANCELLED) return ff_error_set(err, status, NULL, 0, -1, "cancelled");
+    return status ? ff_error_set(err, status, NULL, 0, -1, "a pass over the samples failed: %s", ff_status_str(status)) : FF_OK;
 }

@@ -49,5 +49,5 @@ ff_status ff_wake(const ff_plan *plan, const ff_effort *effort, ff_point *at, ff
 ff_outcome ff_solve_outcome(ff_ceres_end end);
 
 /* Why it came to no end, in words. Returns st. */
-ff_status ff_solve_failed(ff_status st, ff_error *err);
+ff_status ff_solve_failed(ff_status status, ff_error *err);
 #endif

@@ -15,13 +15,13 @@ ff_status ff_minimise(const ff_plan *plan, ff_point *at, ff_error *err)
 {
     ff_effort effort = {.parallel = 1, .speculate = 1, .tolerance = FF_EXACT, .max_iterations = plan->max_iterations};
     (void)ff_plan_order(plan, at->shape, at->channel);
-    ff_status st = ff_solve(plan, &effort, at, err);
-    if (st) return st;
+    ff_status status = ff_solve(plan, &effort, at, err);
+    if (status) return status;
     if (ff_plan_order(plan, at->shape, at->channel)) {
         effort.speculate = 0;
-        st = ff_solve(plan, &effort, at, err);
+        status = ff_solve(plan, &effort, at, err);
     }
-    if (!st && at->outcome == FF_CONVERGED) st = ff_wake(plan, &effort, at, err);
-    if (st || !at->open || at->outcome != FF_CONVERGED) return st;
+    if (!status && at->outcome == FF_CONVERGED) status = ff_wake(plan, &effort, at, err);
+    if (status || !at->open || at->outcome != FF_CONVERGED) return status;
     return ff_settle_channels(plan, effort.tolerance, at, err);
 }

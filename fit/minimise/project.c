@@ -61,18 +61,18 @@ static ff_status pass_here(solver *s)
     ff_pass pass;
     if (ff_plan_cancelled(s->plan)) return FF_ERR_CANCELLED;
     ff_layout_unpack(l, s->x, s->at->shape, s->at->channel);
-    ff_status st = ff_plan_pass(s->plan, s->at->shape, s->at->channel, &pass);
-    if (st) return st;
+    ff_status status = ff_plan_pass(s->plan, s->at->shape, s->at->channel, &pass);
+    if (status) return status;
     s->passes++;
     s->have_last = 0;
-    st = ff_pass_run(&pass, s->effort->parallel, &s->normal);
+    status = ff_pass_run(&pass, s->effort->parallel, &s->normal);
     ff_pass_free(&pass);
-    if (st) return st;
+    if (status) return status;
     ff_layout_slope(l, s->at->shape, s->at->channel, s->slope);
     ff_gram_fill(l, &s->normal, s->slope, &s->gram);
-    st = ff_penalties_add(s->plan, s->effort->parallel, s->at->shape, s->at->channel, s->slope, &s->gram);
-    s->have_last = !st;
-    return st;
+    status = ff_penalties_add(s->plan, s->effort->parallel, s->at->shape, s->at->channel, s->slope, &s->gram);
+    s->have_last = !status;
+    return status;
 }
 
 /* ---- one channel ----------------------------------------------------------------------------- */
@@ -234,13 +234,13 @@ static ff_status try_shape(solver *s, const double *t)
         for (size_t a = 0; a < K; a++) s->x[S + c * K + a] = stepped(s, S + c * K + a, step[a]);
     }
     s->moved = relative_step(s);
-    const ff_status st = pass_here(s);
-    if (s->exact) return st;
-    if (st || s->gram.cost2 > s->base_gram.cost2)
+    const ff_status status = pass_here(s);
+    if (s->exact) return status;
+    if (status || s->gram.cost2 > s->base_gram.cost2)
         s->damping = fmax(4 * s->damping, 1e-3);
     else
         s->damping = s->damping > 1e-4 ? s->damping / 3 : 0;
-    return st;
+    return status;
 }
 
 /* ---- what the solver sees -------------------------------------------------------------------- */
@@ -260,10 +260,10 @@ static ff_status evaluate(void *context, const double *x, double *residual, doub
     }
     const int at_base = memcmp(t, s->base, s->S * sizeof *t) == 0;
     if (!at_base && (!s->have_last || memcmp(t, s->x, s->S * sizeof *t) != 0)) {
-        const ff_status st = try_shape(s, t);
-        if (st) {
-            s->status = st;
-            return st;
+        const ff_status status = try_shape(s, t);
+        if (status) {
+            s->status = status;
+            return status;
         }
     }
     if (!jacobian) { /* the cost is all that is asked for */
@@ -313,8 +313,8 @@ static ff_status run_solver(solver *s, int max_iterations, ff_outcome *outcome, 
                                       .parameter_tolerance = sqrt(s->effort->tolerance) * 1e-2};
     ff_ceres_summary summary;
     s->status = FF_OK;
-    const ff_status st = ff_ceres_solve(&problem, x, &summary, err);
-    if (st) return st;
+    const ff_status status = ff_ceres_solve(&problem, x, &summary, err);
+    if (status) return status;
     s->iterations += summary.iterations > 0 ? summary.iterations : 0;
     *outcome = ff_solve_outcome(summary.end);
     if (s->status == FF_ERR_CANCELLED || s->status == FF_ERR_MEMORY) return s->status;
@@ -332,10 +332,10 @@ static ff_status settle_channels(solver *s, int max_iterations, ff_outcome *outc
             *outcome = step >= max_iterations ? FF_LIMIT : FF_STALLED;
             break;
         }
-        const ff_status st = try_shape(s, t);
-        if (st && st != FF_ERR_INTERNAL) return st; /* a sum that is not finite is a step too far */
+        const ff_status status = try_shape(s, t);
+        if (status && status != FF_ERR_INTERNAL) return status; /* a sum that is not finite is a step too far */
         s->iterations++;
-        const int lower = !st && s->gram.cost2 < before;
+        const int lower = !status && s->gram.cost2 < before;
         const int over = s->exact || s->moved <= 1e-2 * sqrt(s->effort->tolerance); /* what is left is rounding */
         if (lower) make_base(s);
         tell(s, s->iterations, 0.5 * s->base_gram.cost2);
@@ -381,13 +381,13 @@ static ff_status solve_moving(solver *s, const int *held, int max_iterations, ff
         if (!held[k]) s->moving[s->n_moving++] = k;
     look_around(s);
     *outcome = FF_CONVERGED;
-    ff_status st = FF_OK;
-    if (s->n_moving > 0) st = run_solver(s, max_iterations, outcome, err);
+    ff_status status = FF_OK;
+    if (s->n_moving > 0) status = run_solver(s, max_iterations, outcome, err);
     /* a last step that gained too little to be accepted is made all the same */
-    if (!st && s->have_last && s->gram.cost2 < s->base_gram.cost2) make_base(s);
+    if (!status && s->have_last && s->gram.cost2 < s->base_gram.cost2) make_base(s);
     const int left = max_iterations - (s->iterations - before);
-    if (!st && *outcome != FF_LIMIT && !s->at_wall) st = settle_channels(s, left > 0 ? left : 0, outcome);
-    return st;
+    if (!status && *outcome != FF_LIMIT && !s->at_wall) status = settle_channels(s, left > 0 ? left : 0, outcome);
+    return status;
 }
 
 /* ---- the whole ------------------------------------------------------------------------------- */
@@ -431,21 +431,21 @@ static ff_status minimise(solver *s, ff_error *err)
     const int most = s->effort->max_iterations;
     int held[FF_MAX_SHARED] = {0}, releases[FF_MAX_SHARED] = {0}, more;
     ff_outcome outcome = FF_CONVERGED;
-    ff_status st = pass_here(s);
-    if (st) return st;
+    ff_status status = pass_here(s);
+    if (status) return status;
     make_base(s);
     update_held(s, held, releases);
     do {
         const double before = s->base_gram.cost2;
         const int left = most - s->iterations;
-        st = solve_moving(s, held, left > 0 ? left : 0, &outcome, err);
+        status = solve_moving(s, held, left > 0 ? left : 0, &outcome, err);
         /* the solver also ends when its steps are small, which says nothing of the channels */
-        more = !st && s->explained + s->gain > s->effort->tolerance * s->base_gram.cost2 &&
+        more = !status && s->explained + s->gain > s->effort->tolerance * s->base_gram.cost2 &&
                s->base_gram.cost2 < before * (1 - s->effort->tolerance);
-        if (!st) more |= update_held(s, held, releases);
-    } while (!st && outcome == FF_CONVERGED && s->iterations < most && more);
+        if (!status) more |= update_held(s, held, releases);
+    } while (!status && outcome == FF_CONVERGED && s->iterations < most && more);
     s->at->outcome = outcome;
-    return st;
+    return status;
 }
 
 /* What the point is told of its new place. */
@@ -467,9 +467,9 @@ ff_status ff_solve_projected(const ff_plan *plan, const ff_effort *effort, ff_po
 {
     solver *s = solver_new(plan, effort, at);
     if (!s) return ff_error_set(err, FF_ERR_MEMORY, NULL, 0, -1, "out of memory");
-    const ff_status st = minimise(s, err);
-    (void)ff_solve_failed(st, err);
-    if (!st) arrive(s);
+    const ff_status status = minimise(s, err);
+    (void)ff_solve_failed(status, err);
+    if (!status) arrive(s);
     solver_free(s);
-    return st;
+    return status;
 }

@@ -102,12 +102,12 @@ static ff_status pass_here(settling *s)
     ff_pass pass;
     if (ff_plan_cancelled(s->plan)) return FF_ERR_CANCELLED;
     ff_layout_unpack(s->l, s->x, at->shape, at->channel);
-    ff_status st = ff_plan_pass(s->plan, at->shape, at->channel, &pass);
-    if (st) return st;
+    ff_status status = ff_plan_pass(s->plan, at->shape, at->channel, &pass);
+    if (status) return status;
     at->passes++;
-    st = ff_pass_run(&pass, 1, &s->normal);
+    status = ff_pass_run(&pass, 1, &s->normal);
     ff_pass_free(&pass);
-    if (st) return st;
+    if (status) return status;
     ff_layout_slope(s->l, at->shape, at->channel, s->slope);
     ff_gram_fill(s->l, &s->normal, s->slope, &s->gram);
     return ff_penalties_add(s->plan, 1, at->shape, at->channel, s->slope, &s->gram);
@@ -159,18 +159,18 @@ ff_status ff_settle_channels(const ff_plan *plan, double tolerance, ff_point *at
     settling s;
     size_t risen = 0;
     ff_point_forget(at);
-    ff_status st = settling_new(plan, at, &s);
-    if (st) return ff_error_set(err, st, NULL, 0, -1, "out of memory");
-    st = pass_here(&s);
-    for (int round = 0; round < ROUNDS && !st && !risen && step_channels(&s, tolerance); round++) {
+    ff_status status = settling_new(plan, at, &s);
+    if (status) return ff_error_set(err, status, NULL, 0, -1, "out of memory");
+    status = pass_here(&s);
+    for (int round = 0; round < ROUNDS && !status && !risen && step_channels(&s, tolerance); round++) {
         at->iterations++;
-        st = pass_here(&s);
-        if (!st) risen = take_back(&s);
-        if (risen && !st) st = pass_here(&s);
+        status = pass_here(&s);
+        if (!status) risen = take_back(&s);
+        if (risen && !status) status = pass_here(&s);
     }
-    for (size_t k = 0; k < plan->l.P && !st; k++) at->at_bound[k] = ff_bound_of(s.l, &s.gram, s.x, s.lower[k], s.upper[k], k);
+    for (size_t k = 0; k < plan->l.P && !status; k++) at->at_bound[k] = ff_bound_of(s.l, &s.gram, s.x, s.lower[k], s.upper[k], k);
     at->cost2 = s.gram.cost2;
     at->open = 0;
     settling_free(&s);
-    return ff_solve_failed(st, err);
+    return ff_solve_failed(status, err);
 }

@@ -46,19 +46,19 @@ static ff_status pass_here(solver *s)
     if (ff_plan_cancelled(s->plan)) return FF_ERR_CANCELLED;
     ff_pass pass;
     ff_layout_unpack(l, s->x, s->at->shape, s->at->channel);
-    ff_status st = ff_plan_pass(s->plan, s->at->shape, s->at->channel, &pass);
-    if (st) return st;
+    ff_status status = ff_plan_pass(s->plan, s->at->shape, s->at->channel, &pass);
+    if (status) return status;
     pass.final = s->effort->speculate && next_looks_last(s);
     s->last_is_final = pass.final;
     s->passes++;
     s->have_last = 0;
-    st = ff_pass_run(&pass, s->effort->parallel, &s->normal);
+    status = ff_pass_run(&pass, s->effort->parallel, &s->normal);
     ff_pass_free(&pass);
-    if (st) return st;
+    if (status) return status;
     ff_layout_slope(l, s->at->shape, s->at->channel, s->slope);
     ff_gram_fill(l, &s->normal, s->slope, &s->gram);
-    st = ff_penalties_add(s->plan, s->effort->parallel, s->at->shape, s->at->channel, s->slope, &s->gram);
-    if (st) return st;
+    status = ff_penalties_add(s->plan, s->effort->parallel, s->at->shape, s->at->channel, s->slope, &s->gram);
+    if (status) return status;
     ff_gram_dense(&s->gram, s->H, s->g);
     s->cost2 = s->gram.cost2;
     memcpy(s->last, s->x, l->P * sizeof *s->x);
@@ -81,10 +81,10 @@ static ff_status evaluate(void *context, const double *x, double *residual, doub
         }
         s->x[k] = x[i];
     }
-    const ff_status st = pass_here(s);
-    if (st) {
-        s->status = st;
-        return st;
+    const ff_status status = pass_here(s);
+    if (status) {
+        s->status = status;
+        return status;
     }
     s->explained = ff_compress(s->H, s->g, s->l->P, s->moving, n, s->cost2, s->work, residual, jacobian);
     s->gain[0] = s->explained / fmax(s->cost2, 1e-300);
@@ -179,8 +179,8 @@ static ff_status run_solver(solver *s, double *x, double *lower, double *upper, 
     ff_ceres_summary summary;
     s->status = FF_OK;
     s->left_box = 0;
-    const ff_status st = ff_ceres_solve(&problem, x, &summary, err);
-    if (st) return st;
+    const ff_status status = ff_ceres_solve(&problem, x, &summary, err);
+    if (status) return status;
     s->iterations += summary.iterations > 0 ? summary.iterations : 0;
     *outcome = ff_solve_outcome(summary.end);
     for (size_t i = 0; i < s->n_moving; i++) s->x[s->moving[i]] = fmin(fmax(x[i], s->lower[s->moving[i]]), s->upper[s->moving[i]]);
@@ -198,16 +198,16 @@ static ff_status solve_moving(solver *s, int max_iterations, ff_outcome *outcome
     s->n_moving = 0;
     for (size_t k = 0; k < P; k++)
         if (!s->held[k]) s->moving[s->n_moving++] = k;
-    ff_status st = FF_OK;
+    ff_status status = FF_OK;
     *outcome = FF_CONVERGED;
     if (s->n_moving > 0) {
         const int before = s->iterations;
-        st = run_solver(s, x, x + P, x + 2 * P, 0, max_iterations, outcome, err);
+        status = run_solver(s, x, x + P, x + 2 * P, 0, max_iterations, outcome, err);
         const int left = max_iterations - (s->iterations - before);
-        if (!st && s->left_box) st = run_solver(s, x, x + P, x + 2 * P, 1, left > 0 ? left : 0, outcome, err);
+        if (!status && s->left_box) status = run_solver(s, x, x + P, x + 2 * P, 1, left > 0 ? left : 0, outcome, err);
     }
     free(x);
-    if (st) return st;
+    if (status) return status;
     return pass_here(s); /* mostly the solver's last pass */
 }
 
@@ -248,15 +248,15 @@ static ff_status minimise(solver *s, ff_error *err)
 {
     const int most = s->effort->max_iterations;
     ff_outcome outcome = FF_CONVERGED;
-    ff_status st = pass_here(s);
-    if (st) return st;
+    ff_status status = pass_here(s);
+    if (status) return status;
     update_held(s);
     do {
         const int left = most - s->iterations;
-        st = solve_moving(s, left > 0 ? left : 0, &outcome, err);
-    } while (!st && outcome == FF_CONVERGED && s->iterations < most && update_held(s));
+        status = solve_moving(s, left > 0 ? left : 0, &outcome, err);
+    } while (!status && outcome == FF_CONVERGED && s->iterations < most && update_held(s));
     s->at->outcome = outcome;
-    return st;
+    return status;
 }
 
 /* What the point is told of its new place. */
@@ -279,11 +279,11 @@ static ff_status arrive(solver *s)
 ff_status ff_solve_dense(const ff_plan *plan, const ff_effort *effort, ff_point *at, ff_error *err)
 {
     solver s;
-    ff_status st = solver_new(plan, effort, at, &s);
-    if (st) return ff_error_set(err, st, NULL, 0, -1, "out of memory");
-    st = minimise(&s, err);
-    (void)ff_solve_failed(st, err);
-    if (!st) st = arrive(&s);
+    ff_status status = solver_new(plan, effort, at, &s);
+    if (status) return ff_error_set(err, status, NULL, 0, -1, "out of memory");
+    status = minimise(&s, err);
+    (void)ff_solve_failed(status, err);
+    if (!status) status = arrive(&s);
     solver_free(&s);
-    return st;
+    return status;
 }

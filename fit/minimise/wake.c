@@ -55,21 +55,21 @@ static ff_status look(const ff_plan *plan, ff_point *at, waking *w)
     const ff_layout *l = &plan->l;
     ff_pass pass;
     ff_normal normal = {0};
-    ff_status st = ff_layout_normal(l, &normal);
+    ff_status status = ff_layout_normal(l, &normal);
     ff_layout_unpack(l, w->x, at->shape, at->channel);
-    if (!st) st = ff_plan_pass(plan, at->shape, at->channel, &pass);
-    if (!st) {
+    if (!status) status = ff_plan_pass(plan, at->shape, at->channel, &pass);
+    if (!status) {
         at->passes++;
-        st = ff_pass_run(&pass, 1, &normal);
+        status = ff_pass_run(&pass, 1, &normal);
         ff_pass_free(&pass);
     }
-    if (!st) {
+    if (!status) {
         ff_layout_slope(l, at->shape, at->channel, w->slope);
         ff_gram_fill(l, &normal, w->slope, &w->gram);
-        st = ff_penalties_add(plan, 1, at->shape, at->channel, w->slope, &w->gram);
+        status = ff_penalties_add(plan, 1, at->shape, at->channel, w->slope, &w->gram);
     }
     ff_normal_free(&normal);
-    return st;
+    return status;
 }
 
 /* From where those without effect are a little way inside, if it is lower there. *better: `inside` ends lower than `at`. */
@@ -78,18 +78,18 @@ static ff_status wake(const ff_plan *plan, const ff_effort *effort, const ff_poi
 {
     const ff_layout *l = &plan->l;
     size_t asleep = 0;
-    ff_status st = look(plan, inside, w);
-    for (size_t k = 0; k < l->P && !st; k++) {
+    ff_status status = look(plan, inside, w);
+    for (size_t k = 0; k < l->P && !status; k++) {
         if (!may_sleep(l, w, at, k) || !has_no_effect(l, w, k)) continue;
         w->x[k] += way_inside(l, w, k);
         asleep++;
     }
     const double before = at->cost2, least = before * (1 - effort->tolerance);
-    if (!st && asleep) st = look(plan, inside, w);
-    if (st || !asleep || !(w->gram.cost2 < least)) return st;
-    st = ff_solve(plan, effort, inside, err);
-    *better = !st && inside->cost2 < least;
-    return st;
+    if (!status && asleep) status = look(plan, inside, w);
+    if (status || !asleep || !(w->gram.cost2 < least)) return status;
+    status = ff_solve(plan, effort, inside, err);
+    *better = !status && inside->cost2 < least;
+    return status;
 }
 
 ff_status ff_wake(const ff_plan *plan, const ff_effort *effort, ff_point *at, ff_error *err)
@@ -108,11 +108,11 @@ ff_status ff_wake(const ff_plan *plan, const ff_effort *effort, ff_point *at, ff
         free(w.x);
         return FF_OK;
     }
-    ff_status st = ff_gram_new(l, &w.gram);
-    if (!st) {
-        st = ff_point_new(plan, &inside);
-        if (!st) ff_point_set(plan, at->shape, at->channel, &inside);
-        if (!st) st = wake(plan, effort, at, &w, &inside, &better, err);
+    ff_status status = ff_gram_new(l, &w.gram);
+    if (!status) {
+        status = ff_point_new(plan, &inside);
+        if (!status) ff_point_set(plan, at->shape, at->channel, &inside);
+        if (!status) status = wake(plan, effort, at, &w, &inside, &better, err);
         ff_gram_free(&w.gram);
     }
     at->passes += inside.passes;
@@ -128,5 +128,5 @@ ff_status ff_wake(const ff_plan *plan, const ff_effort *effort, ff_point *at, ff
     }
     ff_point_free(&inside);
     free(w.x);
-    return ff_solve_failed(st == FF_ERR_INTERNAL ? FF_OK : st, err);
+    return ff_solve_failed(status == FF_ERR_INTERNAL ? FF_OK : status, err);
 }

@@ -14,8 +14,9 @@ static ff_status take(const ff_ndf_options *o, whole_options *out, ff_error *err
     ff_ndf_options_init(&out->ndf);
     ff_fit_options_init(&out->fit);
     out->fit.shape = FF_SHAPE_ISOTROPIC;
-    const ff_status s = ff_options_take("ff_ndf_options", o, FF_END_OF(ff_ndf_options, nodes), &out->ndf, sizeof out->ndf, err);
-    if (s) return s;
+    const ff_status status =
+        ff_options_take("ff_ndf_options", o, FF_END_OF(ff_ndf_options, nodes), &out->ndf, sizeof out->ndf, err);
+    if (status) return status;
     const ff_fit_options *fit = out->ndf.fit ? ff_fit_options_take(out->ndf.fit, &out->fit, err) : &out->fit;
     out->ndf.fit = fit;
     return fit ? FF_OK : FF_ERR_RANGE;
@@ -25,24 +26,24 @@ ff_status ff_ndf_problem_new(const ff_table *t, const ff_ndf_options *o, ff_prob
 {
     whole_options own;
     ff_model models[FF_NDF_MODELS];
-    ff_status s = take(o, &own, err);
-    if (!s) s = ff_ndf_models(own.ndf.masking, models, err);
-    return s ? s : ff_problem_make(t, models, FF_NDF_MODELS, own.ndf.fit, out, err);
+    ff_status status = take(o, &own, err);
+    if (!status) status = ff_ndf_models(own.ndf.masking, models, err);
+    return status ? status : ff_problem_make(t, models, FF_NDF_MODELS, own.ndf.fit, out, err);
 }
 
 ff_status ff_ndf_retrieve(const ff_problem *p, const ff_ndf_options *o, ff_ndf_result **out, ff_error *err)
 {
     whole_options own;
-    ff_status s = take(o, &own, err);
-    if (s) return s;
+    ff_status status = take(o, &own, err);
+    if (status) return status;
     ff_ndf_result *made = malloc(sizeof *made);
     if (!made) return ff_error_set(err, FF_ERR_MEMORY, NULL, 0, -1, "out of memory");
-    s = ff_ndf_retrieve_into(p, &own.ndf, made, err);
-    if (s)
+    status = ff_ndf_retrieve_into(p, &own.ndf, made, err);
+    if (status)
         free(made);
     else
         *out = made;
-    return s;
+    return status;
 }
 
 void ff_ndf_result_free(ff_ndf_result *r)

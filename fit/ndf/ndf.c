@@ -46,19 +46,19 @@ ff_status ff_ndf_models(int masking, ff_model out[FF_NDF_MODELS], ff_error *err)
 {
     static const char *const ndf[FF_NDF_FITS] = {"beckmann", "ggx", "student-t", "tabulated"};
     const int fresnel = ff_term_find(FF_FRESNEL, "schlick"), diffuse = ff_term_find(FF_DIFFUSE, "lambert");
-    ff_status s = FF_OK;
-    for (size_t i = 0; i < FF_NDF_FITS && !s; i++)
-        s = ff_model_compose(ff_term_find(FF_NDF, ndf[i]), masking, fresnel, diffuse, &out[i], err);
-    if (!s) s = ff_model_hold(&out[FF_NDF_TABULATED], "alpha", 1, err);
-    return s ? s : ff_model_parse("lambert", &out[FF_NDF_FITS], err);
+    ff_status status = FF_OK;
+    for (size_t i = 0; i < FF_NDF_FITS && !status; i++)
+        status = ff_model_compose(ff_term_find(FF_NDF, ndf[i]), masking, fresnel, diffuse, &out[i], err);
+    if (!status) status = ff_model_hold(&out[FF_NDF_TABULATED], "alpha", 1, err);
+    return status ? status : ff_model_parse("lambert", &out[FF_NDF_FITS], err);
 }
 
 static ff_status check_options(const struct ff_problem *p, const ff_ndf_options *o, ff_error *err)
 {
     if (o->size != sizeof *o)
         return ff_error_set(err, FF_ERR_RANGE, NULL, 0, -1, "the options were not initialised by ff_ndf_options_init");
-    const ff_status s = ff_fit_options_check(o->fit, err);
-    if (s) return s;
+    const ff_status status = ff_fit_options_check(o->fit, err);
+    if (status) return status;
     if (o->fit->robust != FF_ROBUST_NONE)
         return ff_error_set(err, FF_ERR_UNSUPPORTED, NULL, 0, -1, "a distribution is retrieved without a robust loss");
     if (o->smooth < 0 || isinf(o->smooth))
@@ -85,8 +85,8 @@ static int is_scaled(const ff_fit_result *r)
 
 static ff_status fit_one(const struct ff_problem *p, const ff_model *m, const ff_fit_options *o, ff_fit_result *out, ff_error *err)
 {
-    const ff_status s = ff_problem_fit_into(p, m, o, out, err);
-    if (s || out->outcome != FF_CANCELLED) return s;
+    const ff_status status = ff_problem_fit_into(p, m, o, out, err);
+    if (status || out->outcome != FF_CANCELLED) return status;
     ff_fit_result_clear(out);
     return ff_error_set(err, FF_ERR_CANCELLED, NULL, 0, -1, "cancelled");
 }
@@ -96,21 +96,21 @@ static ff_status fit_parametric(const struct ff_problem *p, const ff_fit_options
                                 ff_error *err)
 {
     ff_fit_result *widest = &r->fit[FF_NDF_STUDENT_T];
-    ff_status s = fit_one(p, &models[FF_NDF_STUDENT_T], o, widest, err);
-    if (s) return s;
+    ff_status status = fit_one(p, &models[FF_NDF_STUDENT_T], o, widest, err);
+    if (status) return status;
     r->scaled = is_scaled(widest);
-    for (int i = 0; i < FF_NDF_FITS && r->scaled && !s; i++) {
-        s = ff_model_hold(&models[i], "f0", 1, err);
-        if (!s) s = ff_model_vary(&models[i], "ks", err);
+    for (int i = 0; i < FF_NDF_FITS && r->scaled && !status; i++) {
+        status = ff_model_hold(&models[i], "f0", 1, err);
+        if (!status) status = ff_model_vary(&models[i], "ks", err);
     }
     if (r->scaled) {
         ff_fit_result_clear(widest);
-        if (!s) s = fit_one(p, &models[FF_NDF_STUDENT_T], o, widest, err);
+        if (!status) status = fit_one(p, &models[FF_NDF_STUDENT_T], o, widest, err);
     }
-    for (int i = FF_NDF_BECKMANN; i <= FF_NDF_GGX && !s; i++) s = fit_one(p, &models[i], o, &r->fit[i], err);
-    for (int i = FF_NDF_BECKMANN; i <= FF_NDF_STUDENT_T && !s; i++)
+    for (int i = FF_NDF_BECKMANN; i <= FF_NDF_GGX && !status; i++) status = fit_one(p, &models[i], o, &r->fit[i], err);
+    for (int i = FF_NDF_BECKMANN; i <= FF_NDF_STUDENT_T && !status; i++)
         if (r->fit[i].residual.objective < r->fit[r->reference].residual.objective) r->reference = i;
-    return s;
+    return status;
 }
 
 /* Is there a lobe at all? */
@@ -118,8 +118,8 @@ static ff_status check_peak(const struct ff_problem *p, const ff_fit_options *o,
                             ff_error *err)
 {
     ff_fit_result alone;
-    const ff_status s = fit_one(p, lambert, o, &alone, err);
-    if (s) return s;
+    const ff_status status = fit_one(p, lambert, o, &alone, err);
+    if (status) return status;
     const double left = r->fit[FF_NDF_STUDENT_T].residual.objective, whole = alone.residual.objective;
     ff_fit_result_clear(&alone);
     if (left < (1 - LEAST_GAIN) * whole) return FF_OK;
@@ -264,13 +264,13 @@ static ff_status choose_smooth(ff_ndf_fit *f, const struct ff_problem *p, double
     double *best = malloc((2 * P + 1) * sizeof *best), least = INFINITY, smooth = 0;
     ff_outcome outcome;
     int worse = 0;
-    ff_status s = best ? ff_ndf_look(f, p) : FF_ERR_MEMORY;
-    for (double next = SMOOTHEST; !s && next >= ROUGHEST && (worse < WORSE || next >= 1); next /= sqrt(10)) {
+    ff_status status = best ? ff_ndf_look(f, p) : FF_ERR_MEMORY;
+    for (double next = SMOOTHEST; !status && next >= ROUGHEST && (worse < WORSE || next >= 1); next /= sqrt(10)) {
         ff_ndf_variances(f, least_variance);
         f->smooth = next;
-        s = ff_ndf_solve(f, p, ROUGH_TOLERANCE, 50, &outcome);
-        if (!s) s = ff_ndf_look(f, p);
-        if (s) break;
+        status = ff_ndf_solve(f, p, ROUGH_TOLERANCE, 50, &outcome);
+        if (!status) status = ff_ndf_look(f, p);
+        if (status) break;
         const double cost2 = ff_ndf_left_out(f);
         worse = cost2 < (1 - NEGLIGIBLE) * least ? 0 : worse + 1;
         if (worse) continue;
@@ -279,30 +279,30 @@ static ff_status choose_smooth(ff_ndf_fit *f, const struct ff_problem *p, double
         memcpy(best, f->u, P * sizeof *best);
         memcpy(best + P, f->variance, P * sizeof *best);
     }
-    if (!s) {
+    if (!status) {
         f->smooth = smooth;
         memcpy(f->u, best, P * sizeof *best);
         memcpy(f->variance, best + P, P * sizeof *best);
     }
     free(best);
-    return s;
+    return status;
 }
 
 /* The same way to a given weight. */
 static ff_status approach_smooth(ff_ndf_fit *f, const struct ff_problem *p, double least_variance, double wanted)
 {
     ff_outcome outcome;
-    ff_status s = ff_ndf_look(f, p);
+    ff_status status = ff_ndf_look(f, p);
     for (double next = fmax(SMOOTHEST, wanted);; next = fmax(next / 10, wanted)) {
-        if (s) return s;
+        if (status) return status;
         ff_ndf_variances(f, least_variance);
         f->smooth = next;
-        s = ff_ndf_solve(f, p, ROUGH_TOLERANCE, 50, &outcome);
-        if (!s) s = ff_ndf_look(f, p);
+        status = ff_ndf_solve(f, p, ROUGH_TOLERANCE, 50, &outcome);
+        if (!status) status = ff_ndf_look(f, p);
         if (next <= wanted || next < ROUGHEST * 1e-6) break;
     }
     f->smooth = wanted;
-    return s;
+    return status;
 }
 
 /* ---- the retrieved distribution as a model --------------------------------------------------- */
@@ -311,14 +311,14 @@ static ff_status fit_profile(const struct ff_problem *p, const ff_fit_options *o
 {
     double *theta = malloc(2 * r->n_rows * sizeof *theta), *d = theta + r->n_rows;
     r->profile = malloc(sizeof *r->profile);
-    ff_status s = theta && r->profile ? FF_OK : ff_error_set(err, FF_ERR_MEMORY, NULL, 0, -1, "out of memory");
-    for (size_t i = 0; i < r->n_rows && !s; i++) {
+    ff_status status = theta && r->profile ? FF_OK : ff_error_set(err, FF_ERR_MEMORY, NULL, 0, -1, "out of memory");
+    for (size_t i = 0; i < r->n_rows && !status; i++) {
         theta[i] = r->row[i].theta;
         d[i] = r->row[i].d;
     }
-    if (!s) s = ff_profile_make(FF_PROFILE_D, r->n_rows, theta, d, r->profile, NULL, err);
+    if (!status) status = ff_profile_make(FF_PROFILE_D, r->n_rows, theta, d, r->profile, NULL, err);
     free(theta);
-    if (s) return s;
+    if (status) return status;
     ff_model_set_table(m, r->profile);
     return fit_one(p, m, o, &r->fit[FF_NDF_TABULATED], err);
 }
@@ -332,24 +332,26 @@ static double seconds(void)
     return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
 }
 
-static ff_status failed(ff_status s, ff_error *err)
+static ff_status failed(ff_status status, ff_error *err)
 {
-    if (s == FF_OK) return FF_OK;
-    return ff_error_set(err, s, NULL, 0, -1, s == FF_ERR_CANCELLED ? "cancelled" : "the retrieval failed: %s", ff_status_str(s));
+    if (status == FF_OK) return FF_OK;
+    return ff_error_set(err, status, NULL, 0, -1, status == FF_ERR_CANCELLED ? "cancelled" : "the retrieval failed: %s",
+                        ff_status_str(status));
 }
 
 /* From the start to the optimum on all samples, with what is said of it. */
 static ff_status refine(ff_ndf_fit *f, const struct ff_problem *p, const ff_ndf_options *o, double least_variance, ff_ndf_result *r)
 {
     const struct ff_problem *fewer = p->middle ? p->middle : p;
-    ff_status s = isnan(o->smooth) ? choose_smooth(f, fewer, least_variance) : approach_smooth(f, fewer, least_variance, o->smooth);
-    if (!s && fewer != p) {
-        s = ff_ndf_look(f, p);
-        if (!s) ff_ndf_variances(f, least_variance);
+    ff_status status =
+        isnan(o->smooth) ? choose_smooth(f, fewer, least_variance) : approach_smooth(f, fewer, least_variance, o->smooth);
+    if (!status && fewer != p) {
+        status = ff_ndf_look(f, p);
+        if (!status) ff_ndf_variances(f, least_variance);
     }
-    if (!s) s = ff_ndf_solve(f, p, FINE_TOLERANCE, o->fit->max_iterations, &r->outcome);
-    if (!s) s = ff_ndf_look(f, p);
-    return s ? s : ff_ndf_result_fill(f, p, o->monotone, r);
+    if (!status) status = ff_ndf_solve(f, p, FINE_TOLERANCE, o->fit->max_iterations, &r->outcome);
+    if (!status) status = ff_ndf_look(f, p);
+    return status ? status : ff_ndf_result_fill(f, p, o->monotone, r);
 }
 
 static ff_status retrieve(const struct ff_problem *p, const ff_ndf_options *o, ff_ndf_result *r, ff_error *err)
@@ -357,26 +359,27 @@ static ff_status retrieve(const struct ff_problem *p, const ff_ndf_options *o, f
     ff_model models[FF_NDF_MODELS];
     ff_curve curve = {.top = 0};
     ff_ndf_fit f = {.P = 0};
-    ff_status s = ff_ndf_models(o->masking, models, err);
-    if (!s) s = fit_parametric(p, o->fit, models, r, err);
-    if (!s) s = check_peak(p, o->fit, &models[FF_NDF_FITS], r, err);
-    if (s) return s;
+    ff_status status = ff_ndf_models(o->masking, models, err);
+    if (!status) status = fit_parametric(p, o->fit, models, r, err);
+    if (!status) status = check_peak(p, o->fit, &models[FF_NDF_FITS], r, err);
+    if (status) return status;
     const reference t = reference_of(r);
     const range range = range_of(p);
     const ff_term *masking = ff_term_at(FF_MASKING, (size_t)o->masking);
     r->first = atan(range.q_lo);
     r->reach = atan(range.q_hi);
-    s = make_lattice(p, o, t, &range, &curve, err);
-    if (s) return s;
-    s = ff_ndf_fit_new(&curve, o->fit, o->masking, masking->n_params ? masking->params[0].init : 0, r->scaled, p->n_channels, &f);
-    if (!s) {
+    status = make_lattice(p, o, t, &range, &curve, err);
+    if (status) return status;
+    status =
+        ff_ndf_fit_new(&curve, o->fit, o->masking, masking->n_params ? masking->params[0].init : 0, r->scaled, p->n_channels, &f);
+    if (!status) {
         fill_box(&f, o->monotone);
         fill_start(p, t, &r->fit[r->reference], &f, r);
-        s = refine(&f, p, o, LEAST_VARIANCE * range.mean_square, r);
+        status = refine(&f, p, o, LEAST_VARIANCE * range.mean_square, r);
     }
     ff_ndf_fit_free(&f);
     ff_curve_free(&curve);
-    return s ? failed(s, err) : fit_profile(p, o->fit, &models[FF_NDF_TABULATED], r, err);
+    return status ? failed(status, err) : fit_profile(p, o->fit, &models[FF_NDF_TABULATED], r, err);
 }
 
 ff_status ff_ndf_retrieve_into(const ff_problem *p, const ff_ndf_options *o, ff_ndf_result *out, ff_error *err)
@@ -384,16 +387,16 @@ ff_status ff_ndf_retrieve_into(const ff_problem *p, const ff_ndf_options *o, ff_
     const double began = seconds();
     ff_ndf_result *r = calloc(1, sizeof *r);
     if (!r) return ff_error_set(err, FF_ERR_MEMORY, NULL, 0, -1, "out of memory");
-    ff_status s = check_options(p, o, err);
-    if (!s) s = retrieve(p, o, r, err);
-    if (s) {
+    ff_status status = check_options(p, o, err);
+    if (!status) status = retrieve(p, o, r, err);
+    if (status) {
         ff_ndf_result_clear(r);
     } else {
         r->time_s = seconds() - began;
         *out = *r;
     }
     free(r);
-    return s;
+    return status;
 }
 
 void ff_ndf_result_clear(ff_ndf_result *r)

@@ -109,22 +109,22 @@ static ff_status warn_level(const ff_ndf_fit *f, ff_ndf_monotone monotone, ff_nd
 {
     const int top = f->curve->top;
     const ff_warning_code code = monotone == FF_NDF_MONOTONE_D ? FF_WARNING_D_KEPT_LEVEL : FF_WARNING_SLOPES_KEPT_LEVEL;
-    ff_status s = FF_OK;
-    for (int k = 0, end; k < top && !s; k = end + 1) {
+    ff_status status = FF_OK;
+    for (int k = 0, end; k < top && !status; k = end + 1) {
         for (end = k; end < top && f->held[end] && f->u[end] <= f->lower[end];) end++;
         const double value[] = {degrees(atan(ff_curve_node(f->curve, k))), degrees(atan(ff_curve_node(f->curve, end)))};
-        if (end - k >= 3) s = ff_warnings_say(&r->warnings, code, value);
+        if (end - k >= 3) status = ff_warnings_say(&r->warnings, code, value);
     }
-    return s;
+    return status;
 }
 
 static ff_status warn_of_start(ff_ndf_result *r)
 {
     const double samples = (double)r->back_samples;
-    ff_status s = FF_OK;
-    if (r->outcome != FF_CONVERGED) s = ff_warnings_say(&r->warnings, FF_WARNING_RETRIEVAL_NOT_CONVERGED, NULL);
-    if (!s && !r->from_back_scatter) s = ff_warnings_say(&r->warnings, FF_WARNING_PARAMETRIC_START, &samples);
-    return s;
+    ff_status status = FF_OK;
+    if (r->outcome != FF_CONVERGED) status = ff_warnings_say(&r->warnings, FF_WARNING_RETRIEVAL_NOT_CONVERGED, NULL);
+    if (!status && !r->from_back_scatter) status = ff_warnings_say(&r->warnings, FF_WARNING_PARAMETRIC_START, &samples);
+    return status;
 }
 
 /* Where D is more the continuation's than the data's. */
@@ -133,22 +133,22 @@ static ff_status warn_of_reach(const ff_ndf_fit *f, ff_ndf_result *r)
     const double power = 0 - f->u[f->curve->top - 1] / f->curve->step, first = degrees(r->first), sure = degrees(r->sure),
                  beyond = r->measures.beyond, tail[] = {degrees(r->reach), power, beyond};
     const int ends = r->reach < FF_NDF_END;
-    ff_status s = FF_OK;
-    if (r->first > 0.5 * r->measures.half_width) s = ff_warnings_say(&r->warnings, FF_WARNING_PEAK_CONTINUED, &first);
-    if (!s && r->sure < r->reach) s = ff_warnings_say(&r->warnings, FF_WARNING_TAIL_UNCERTAIN, &sure);
-    if (!s && ends) s = ff_warnings_say(&r->warnings, FF_WARNING_TAIL_CONTINUED, tail);
-    if (!s && ends && beyond > 0.01) s = ff_warnings_say(&r->warnings, FF_WARNING_AREA_BEYOND_DATA, &beyond);
-    return s;
+    ff_status status = FF_OK;
+    if (r->first > 0.5 * r->measures.half_width) status = ff_warnings_say(&r->warnings, FF_WARNING_PEAK_CONTINUED, &first);
+    if (!status && r->sure < r->reach) status = ff_warnings_say(&r->warnings, FF_WARNING_TAIL_UNCERTAIN, &sure);
+    if (!status && ends) status = ff_warnings_say(&r->warnings, FF_WARNING_TAIL_CONTINUED, tail);
+    if (!status && ends && beyond > 0.01) status = ff_warnings_say(&r->warnings, FF_WARNING_AREA_BEYOND_DATA, &beyond);
+    return status;
 }
 
 static ff_status fill_warnings(const ff_ndf_fit *f, const struct ff_problem *p, ff_ndf_monotone monotone, ff_ndf_result *r)
 {
-    ff_status s = warn_of_start(r);
-    if (!s) s = warn_of_reach(f, r);
-    if (!s) s = warn_level(f, monotone, r);
-    if (!s && r->scaled) s = ff_warnings_say(&r->warnings, FF_WARNING_SCALE_ABOVE_ONE, NULL);
-    if (!s && !p->selection.isotropic) s = ff_warnings_say(&r->warnings, FF_WARNING_DIRECTION_AVERAGED, NULL);
-    return s;
+    ff_status status = warn_of_start(r);
+    if (!status) status = warn_of_reach(f, r);
+    if (!status) status = warn_level(f, monotone, r);
+    if (!status && r->scaled) status = ff_warnings_say(&r->warnings, FF_WARNING_SCALE_ABOVE_ONE, NULL);
+    if (!status && !p->selection.isotropic) status = ff_warnings_say(&r->warnings, FF_WARNING_DIRECTION_AVERAGED, NULL);
+    return status;
 }
 
 /* ---- the whole ------------------------------------------------------------------------------- */
@@ -156,11 +156,11 @@ static ff_status fill_warnings(const ff_ndf_fit *f, const struct ff_problem *p, 
 ff_status ff_ndf_result_fill(ff_ndf_fit *f, const struct ff_problem *p, ff_ndf_monotone monotone, ff_ndf_result *r)
 {
     double *cov = malloc(f->P * f->P * sizeof *cov);
-    ff_status s = cov ? ff_ndf_covariance(f, cov) : FF_ERR_MEMORY;
-    if (!s) s = fill_rows(f, cov, r);
-    if (!s) s = fill_channels(f, cov, r);
+    ff_status status = cov ? ff_ndf_covariance(f, cov) : FF_ERR_MEMORY;
+    if (!status) status = fill_rows(f, cov, r);
+    if (!status) status = fill_channels(f, cov, r);
     free(cov);
-    if (s) return s;
+    if (status) return status;
     r->effective = ff_ndf_effective(f);
     r->smooth = f->smooth;
     r->objective = 0.5 * f->sums.cost2;

@@ -23,16 +23,16 @@ ff_status ff_ndf_fit_new(const ff_curve *curve, const ff_fit_options *o, int mas
                     .n_channels = n_channels,
                     .P = (size_t)curve->top + 2 * n_channels};
     const size_t P = f.P;
-    ff_status s = ff_curve_state_new(curve, &f.state);
-    if (!s) s = ff_ndf_sums_new(curve, n_channels, &f.sums);
+    ff_status status = ff_curve_state_new(curve, &f.state);
+    if (!status) status = ff_ndf_sums_new(curve, n_channels, &f.sums);
     f.H = calloc(3 * P * P + 10 * P, sizeof *f.H);
     f.X = calloc(2 * f.sums.n * P + 1, sizeof *f.X);
     f.held = calloc(P, sizeof *f.held);
     f.index = calloc(P, sizeof *f.index);
-    if (!s && (!f.H || !f.X || !f.held || !f.index)) s = FF_ERR_MEMORY;
-    if (s) {
+    if (!status && (!f.H || !f.X || !f.held || !f.index)) status = FF_ERR_MEMORY;
+    if (status) {
         ff_ndf_fit_free(&f);
-        return s;
+        return status;
     }
     f.A = f.H + P * P;
     f.L = f.A + P * P;
@@ -255,9 +255,9 @@ static ff_status evaluate(ff_ndf_fit *f, const struct ff_problem *p, int with_pr
                              .scaled = f->scaled,
                              .channel = f->u + top};
     f->passes++;
-    const ff_status s = ff_ndf_sum(&at, with_products, &f->sums);
+    const ff_status status = ff_ndf_sum(&at, with_products, &f->sums);
     *objective = 0.5 * (f->sums.cost2 + ff_ndf_penalty2(f));
-    return s;
+    return status;
 }
 
 /* H and g at the last pass. */
@@ -285,13 +285,13 @@ static double propose(ff_ndf_fit *f, double damping)
 ff_status ff_ndf_solve(ff_ndf_fit *f, const struct ff_problem *p, double tolerance, int max_iterations, ff_outcome *outcome)
 {
     double objective, damping = 1e-6, tried;
-    ff_status s = evaluate(f, p, 0, &objective);
+    ff_status status = evaluate(f, p, 0, &objective);
     *outcome = FF_LIMIT;
-    for (int iteration = 0; !s && iteration < max_iterations && damping < 1e12; iteration++) {
+    for (int iteration = 0; !status && iteration < max_iterations && damping < 1e12; iteration++) {
         assemble(f);
         if (f->o->progress) f->o->progress(f->o->progress_context, f->iterations, objective);
         f->iterations++;
-        for (int moved = 0; !s && !moved && damping < 1e12;) {
+        for (int moved = 0; !status && !moved && damping < 1e12;) {
             const double expected = propose(f, damping);
             if (expected <= tolerance * objective * (damping > 1e-3 ? 1e-3 : 1)) {
                 *outcome = FF_CONVERGED;
@@ -299,8 +299,8 @@ ff_status ff_ndf_solve(ff_ndf_fit *f, const struct ff_problem *p, double toleran
             }
             memcpy(f->trial, f->u, f->P * sizeof *f->u);
             for (size_t k = 0; k < f->P; k++) f->u[k] = fmin(fmax(f->u[k] + f->step[k], f->lower[k]), f->upper[k]);
-            s = evaluate(f, p, 0, &tried);
-            moved = !s && tried < objective;
+            status = evaluate(f, p, 0, &tried);
+            moved = !status && tried < objective;
             if (!moved) {
                 memcpy(f->u, f->trial, f->P * sizeof *f->u);
                 damping *= 10;
@@ -311,7 +311,7 @@ ff_status ff_ndf_solve(ff_ndf_fit *f, const struct ff_problem *p, double toleran
         }
     }
     if (damping >= 1e12) *outcome = FF_STALLED;
-    return s;
+    return status;
 }
 
 /* ---- what is said of an optimum -------------------------------------------------------------- */
@@ -319,8 +319,8 @@ ff_status ff_ndf_solve(ff_ndf_fit *f, const struct ff_problem *p, double toleran
 ff_status ff_ndf_look(ff_ndf_fit *f, const struct ff_problem *p)
 {
     double objective;
-    const ff_status s = evaluate(f, p, 1, &objective);
-    if (s) return s;
+    const ff_status status = evaluate(f, p, 1, &objective);
+    if (status) return status;
     assemble(f);
     memset(f->step, 0, f->P * sizeof *f->step);
     for (size_t k = 0; k < f->P; k++) f->held[k] = is_pressed(f, k, f->g[k]);

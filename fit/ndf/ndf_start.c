@@ -104,7 +104,7 @@ static double iterate(const ff_curve *curve, const double *b, double *d, int *it
             kernel[o][m] = b[o] * sqrt(1 + tan_o * tan_o) * visible(tan_o, ff_curve_node(curve, m)) * weight[m];
         d[o] = 1;
     }
-    for (*iterations = 0; *iterations < MOST && change > 1e-9; ++*iterations) {
+    for (*iterations = 0; *iterations < MOST && change > 1e-9; (*iterations)++) {
         change = f0 = 0;
         for (int o = 0; o < n; o++) {
             next[o] = 0;

@@ -326,10 +326,10 @@ static ff_status walk_over(const ff_plan *plan, const ff_point *at, const ff_noi
         w.part = part;
     } else
         w.outside = NULL;
-    const ff_status st = ff_point_visit(&search, at, look_at, &w);
-    if (!st) fill(&w, out);
+    const ff_status status = ff_point_visit(&search, at, look_at, &w);
+    if (!status) fill(&w, out);
     free(memory);
-    return st;
+    return status;
 }
 
 ff_status ff_carriers_find(const ff_plan *plan, const ff_point *at, const ff_noise *noise, const float *deviation,

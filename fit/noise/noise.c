@@ -60,11 +60,11 @@ ff_status ff_noise_find(const ff_plan *plan, const ff_point *at, ff_noise_found 
         *out = keep(plan, at, plan->noise);
         return *out ? FF_OK : FF_ERR_MEMORY;
     }
-    ff_status st = ff_point_new(plan, &where);
-    if (st) return st;
-    st = ff_noise_estimate(plan, at, &where, &own);
-    if (!st && own && !(*out = keep(plan, &where, own))) st = FF_ERR_MEMORY;
+    ff_status status = ff_point_new(plan, &where);
+    if (status) return status;
+    status = ff_noise_estimate(plan, at, &where, &own);
+    if (!status && own && !(*out = keep(plan, &where, own))) status = FF_ERR_MEMORY;
     ff_noise_free(own);
     ff_point_free(&where);
-    return st;
+    return status;
 }

@@ -18,20 +18,20 @@ static ff_status scores(const ff_plan *plan, const ff_point *at, float *deviatio
         const float few = (float)(1 / sqrt(ff_problem_stands_for(p, whole, i)));
         for (size_t c = 0; c < p->n_channels; c++) deviation[c * stride + i] *= few;
     }
-    ff_status st = ff_layout_normal(&plan->l, &n);
-    if (!st) st = ff_plan_pass(&search, at->shape, at->channel, &pass);
-    if (st) {
+    ff_status status = ff_layout_normal(&plan->l, &n);
+    if (!status) status = ff_plan_pass(&search, at->shape, at->channel, &pass);
+    if (status) {
         ff_normal_free(&n);
-        return st;
+        return status;
     }
     pass.deviation = deviation;
     pass.errors = 0;
-    st = ff_pass_run(&pass, 1, &n);
+    status = ff_pass_run(&pass, 1, &n);
     ff_pass_free(&pass);
-    if (!st) st = ff_gram_new(&plan->l, out);
-    if (!st) ff_gram_fill(&plan->l, &n, NULL, out);
+    if (!status) status = ff_gram_new(&plan->l, out);
+    if (!status) ff_gram_fill(&plan->l, &n, NULL, out);
     ff_normal_free(&n);
-    return st;
+    return status;
 }
 
 /* Two estimates of a variance: that of the noise model, which many values agree on, and that of the residuals themselves, which
@@ -76,15 +76,15 @@ static ff_status errors_of(const ff_plan *plan, const ff_point *at, const ff_noi
     ff_gram M = {.local = NULL};
     memcpy(where.shape, found->shape, sizeof where.shape);
     memcpy(before, info->variance, info->P * sizeof *before);
-    ff_status st = ff_noise_deviations(plan, few, &where, found->noise, deviation);
-    if (!st) st = ff_carriers_find(plan, at, found->noise, deviation, info, c);
-    if (!st) st = scores(plan, at, deviation, &M);
-    if (!st) st = ff_information_from_scores(info, plan, &M);
-    for (size_t k = 0; k < info->P && !st && few->n < p->n; k++)
+    ff_status status = ff_noise_deviations(plan, few, &where, found->noise, deviation);
+    if (!status) status = ff_carriers_find(plan, at, found->noise, deviation, info, c);
+    if (!status) status = scores(plan, at, deviation, &M);
+    if (!status) status = ff_information_from_scores(info, plan, &M);
+    for (size_t k = 0; k < info->P && !status && few->n < p->n; k++)
         c->along[k] = sqrt(fmax((double)(p->n * p->n_channels) / info->effective, 1));
-    if (!st) moderate(plan, c, before, (double)(few->n * few->n_channels), info, factor);
+    if (!status) moderate(plan, c, before, (double)(few->n * few->n_channels), info, factor);
     ff_gram_free(&M);
-    return st;
+    return status;
 }
 
 ff_status ff_noise_errors(const ff_plan *plan, const ff_point *at, const ff_noise_found *found, ff_information *info,
@@ -94,15 +94,15 @@ ff_status ff_noise_errors(const ff_plan *plan, const ff_point *at, const ff_nois
     const size_t P = plan->l.P, values = p->n_channels * p->sparse->n_blocks * FF_BLOCK;
     float *deviation = malloc(values * sizeof *deviation);
     double *memory = malloc(((FF_CARRIER_ARRAYS + 2) * P + 1) * sizeof *memory);
-    ff_status st = deviation && memory ? FF_OK : FF_ERR_MEMORY;
-    if (!st) {
+    ff_status status = deviation && memory ? FF_OK : FF_ERR_MEMORY;
+    if (!status) {
         ff_carriers own;
         ff_carriers_lay_out(memory + 2 * P, P, &own);
-        st = errors_of(plan, at, found, info, carriers ? carriers : &own, deviation, memory, memory + P);
+        status = errors_of(plan, at, found, info, carriers ? carriers : &own, deviation, memory, memory + P);
     }
     free(deviation);
     free(memory);
-    return st;
+    return status;
 }
 
 /* ---- the difference to a part ------------------------------------------------------------------ */
@@ -110,12 +110,12 @@ ff_status ff_noise_errors(const ff_plan *plan, const ff_point *at, const ff_nois
 /* A point for the searched samples, with a pass there and the information. */
 static ff_status look_there(const ff_plan *plan, const ff_point *from, ff_point *at, ff_information **info)
 {
-    ff_status st = ff_point_new(plan, at);
-    if (st) return st;
+    ff_status status = ff_point_new(plan, at);
+    if (status) return status;
     ff_point_set(plan, from->shape, from->channel, at);
     memcpy(at->at_bound, from->at_bound, plan->l.P * sizeof *at->at_bound);
-    st = ff_point_pass(plan, at);
-    return st ? st : ff_information_new(plan, &at->normal, at->at_bound, info);
+    status = ff_point_pass(plan, at);
+    return status ? status : ff_information_new(plan, &at->normal, at->at_bound, info);
 }
 
 ff_status ff_noise_difference(const ff_plan *plan, const ff_point *at, const ff_noise_found *found, const float *part, double *out,
@@ -130,22 +130,22 @@ ff_status ff_noise_difference(const ff_plan *plan, const ff_point *at, const ff_
     ff_point there = {0}, in_part = {0};
     ff_information *info = NULL, *info_part = NULL;
     ff_carriers c;
-    ff_status st = multiplier && deviation && memory ? FF_OK : FF_ERR_MEMORY;
+    ff_status status = multiplier && deviation && memory ? FF_OK : FF_ERR_MEMORY;
     all.errors = of_part.errors = 0;
-    for (size_t i = 0; i < search->n && !st; i++) multiplier[i] = part[search->index[i]];
+    for (size_t i = 0; i < search->n && !status; i++) multiplier[i] = part[search->index[i]];
     few.multiplier = multiplier;
-    if (!st) st = look_there(&all, at, &there, &info);
-    if (!st) st = look_there(&of_part, at, &in_part, &info_part);
-    if (!st) {
+    if (!status) status = look_there(&all, at, &there, &info);
+    if (!status) status = look_there(&of_part, at, &in_part, &info_part);
+    if (!status) {
         ff_point where = {.channel = found->channel};
         memcpy(where.shape, found->shape, sizeof where.shape);
-        st = ff_noise_deviations(plan, search, &where, found->noise, deviation);
+        status = ff_noise_deviations(plan, search, &where, found->noise, deviation);
     }
-    if (!st) {
+    if (!status) {
         ff_carriers_lay_out(memory, P, &c);
-        st = ff_carriers_of_difference(plan, at, found->noise, deviation, info, info_part, part, &c);
+        status = ff_carriers_of_difference(plan, at, found->noise, deviation, info, info_part, part, &c);
     }
-    for (size_t k = 0; k < P && !st; k++) {
+    for (size_t k = 0; k < P && !status; k++) {
         out[k] = c.error[k] * c.along[k] * c.between[k];
         dof[k] = degrees_of(c.sway[k], (double)(search->n * search->n_channels));
     }
@@ -156,5 +156,5 @@ ff_status ff_noise_difference(const ff_plan *plan, const ff_point *at, const ff_
     free(multiplier);
     free(deviation);
     free(memory);
-    return st;
+    return status;
 }

@@ -109,9 +109,9 @@ static ff_status residuals(const ff_plan *plan, ff_point *at, double *value, dou
     ff_information *info = NULL;
     leverages w = {.l = l, .n = plan->p->n, .m = l->n_shared + l->n_own, .value = value, .square = square, .weight = weight};
     w.inverse = malloc((l->n_channels * w.m * w.m + 1) * sizeof *w.inverse);
-    ff_status st = w.inverse ? ff_point_pass(plan, at) : FF_ERR_MEMORY;
-    if (!st) st = ff_information_new(plan, &at->normal, at->at_bound, &info);
-    if (!st) {
+    ff_status status = w.inverse ? ff_point_pass(plan, at) : FF_ERR_MEMORY;
+    if (!status) status = ff_information_new(plan, &at->normal, at->at_bound, &info);
+    if (!status) {
         const ff_gram g = {.S = l->n_shared, .K = l->n_own, .C = l->n_channels};
         for (size_t c = 0; c < l->n_channels; c++)
             for (size_t a = 0; a < w.m; a++)
@@ -119,11 +119,11 @@ static ff_status residuals(const ff_plan *plan, ff_point *at, double *value, dou
                     const size_t i = ff_gram_coordinate(&g, c, a), j = ff_gram_coordinate(&g, c, b);
                     w.inverse[(c * w.m + a) * w.m + b] = info->use[i] && info->use[j] ? ff_information_inverse(info, i, j) : 0;
                 }
-        st = ff_point_visit(plan, at, take_block, &w);
+        status = ff_point_visit(plan, at, take_block, &w);
     }
     free(info);
     free(w.inverse);
-    return st;
+    return status;
 }
 
 /* ---- correlations ------------------------------------------------------------------------------ */
@@ -213,14 +213,14 @@ static ff_status fit_scatter(const ff_scatter *s, double *value, double *square,
         noise->level[k].linear /= largest;
     }
     for (size_t k = 0; k < all; k++) value[k] /= largest, square[k] /= largest * largest;
-    const ff_status st = ff_scatter_fit(s, first, final, noise);
+    const ff_status status = ff_scatter_fit(s, first, final, noise);
     for (size_t k = 0; k < all; k++) value[k] *= largest, square[k] *= largest * largest;
     noise->unit = largest;
-    for (size_t k = 0; k < noise->n_levels && !st; k++) {
+    for (size_t k = 0; k < noise->n_levels && !status; k++) {
         noise->level[k].constant *= largest * largest;
         noise->level[k].linear *= largest;
     }
-    return st;
+    return status;
 }
 
 /* Root mean square change of the logarithms of the weights. */
@@ -253,20 +253,20 @@ static ff_status iterate(const ff_plan *on_search, const struct ff_problem *whol
     const ff_scatter scatter = {p->n, p->n_channels, a->value, a->square, a->weight, a->log_i, a->log_o};
     double change = 1;
     for (int round = 0; round < ROUNDS; round++) {
-        ff_status st = residuals(round ? &plan : on_search, at, a->value, a->square, a->weight);
+        ff_status status = residuals(round ? &plan : on_search, at, a->value, a->square, a->weight);
         double largest = 0;
         for (size_t k = 0; k < p->n * p->n_channels; k++) largest = fmax(largest, a->value[k]);
-        if (!st && (*nothing = !(largest > LEAST_VALUE && largest < 1 / LEAST_VALUE) || is_rounding(&scatter, largest)))
+        if (!status && (*nothing = !(largest > LEAST_VALUE && largest < 1 / LEAST_VALUE) || is_rounding(&scatter, largest)))
             return FF_OK;
         const int last = change < SETTLED || round + 1 == ROUNDS;
-        if (!st) st = fit_scatter(&scatter, a->value, a->square, largest, round == 0, last, noise);
-        if (st) return st;
+        if (!status) status = fit_scatter(&scatter, a->value, a->square, largest, round == 0, last, noise);
+        if (status) return status;
         if (last) break;
         memcpy(before, s->factor, stride * sizeof *before);
         weigh(s, noise, a);
         change = round ? change_of(before, s->factor, stride) : 1;
-        st = ff_solve(&plan, &effort, at, NULL);
-        if (st) return st;
+        status = ff_solve(&plan, &effort, at, NULL);
+        if (status) return status;
     }
     fill_signs(p, a->value, a->sign);
     correlations(p, whole, a, noise);
@@ -292,13 +292,13 @@ ff_status ff_noise_estimate(const ff_plan *plan, const ff_point *at, ff_point *w
         *out = NULL;
         return FF_OK;
     }
-    ff_status st = noise && memory && before ? ff_standardised_new(p, &s) : FF_ERR_MEMORY;
+    ff_status status = noise && memory && before ? ff_standardised_new(p, &s) : FF_ERR_MEMORY;
     *out = NULL;
     search.penalties = NULL;
     search.errors = 0;
     search.progress = NULL;
     search.robust = FF_ROBUST_NONE;
-    if (!st) {
+    if (!status) {
         const arrays a = {memory,           memory + all,     memory + 2 * all,       memory + 3 * all,
                           memory + 4 * all, memory + 5 * all, memory + 5 * all + p->n};
         for (size_t i = 0; i < p->n; i++) {
@@ -309,20 +309,21 @@ ff_status ff_noise_estimate(const ff_plan *plan, const ff_point *at, ff_point *w
         }
         ff_point_set(plan, at->shape, at->channel, where);
         memcpy(where->at_bound, at->at_bound, plan->l.P * sizeof *at->at_bound);
-        st = iterate(&search, whole, &s, &a, before, where, noise, &nothing);
+        status = iterate(&search, whole, &s, &a, before, where, noise, &nothing);
     }
     ff_standardised_free(&s);
     free(memory);
     free(before);
-    if (st == FF_ERR_INTERNAL) { /* no number came out, as where weights by a noise lead to no optimum: there is no such noise */
-        st = FF_OK;
+    if (status ==
+        FF_ERR_INTERNAL) { /* no number came out, as where weights by a noise lead to no optimum: there is no such noise */
+        status = FF_OK;
         nothing = 1;
     }
-    if (st || nothing)
+    if (status || nothing)
         ff_noise_free(noise);
     else
         *out = noise;
-    return st;
+    return status;
 }
 
 /* ---- deviations -------------------------------------------------------------------------------- */

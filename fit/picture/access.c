@@ -9,12 +9,12 @@ ff_status ff_fit_adaptive(const ff_table *t, const ff_model *m, const ff_fit_opt
     if (!o) return FF_ERR_RANGE;
     ff_adaptive *made = malloc(sizeof *made);
     if (!made) return ff_error_set(err, FF_ERR_MEMORY, NULL, 0, -1, "out of memory");
-    const ff_status s = ff_fit_adaptive_into(t, m, o, made, err);
-    if (s)
+    const ff_status status = ff_fit_adaptive_into(t, m, o, made, err);
+    if (status)
         free(made);
     else
         *out = made;
-    return s;
+    return status;
 }
 
 void ff_adaptive_free(ff_adaptive *a)

@@ -19,9 +19,9 @@ static ff_status compare(const ff_picture *p, ff_adaptive_candidate *c, ff_error
     double shape[FF_MAX_SHAPE], *channel = malloc((c->fit.n_channels * c->fit.model.n_channel + 1) * sizeof *channel);
     if (!channel) return ff_error_set(err, FF_ERR_MEMORY, NULL, 0, -1, "out of memory");
     parameters_of(&c->fit, shape, channel);
-    const ff_status st = ff_picture_difference(p, &c->fit.model, shape, channel, &c->difference, err);
+    const ff_status status = ff_picture_difference(p, &c->fit.model, shape, channel, &c->difference, err);
     free(channel);
-    return st;
+    return status;
 }
 
 /* The first of those that differ least; fits that did not converge only where none did. */
@@ -46,13 +46,13 @@ static ff_status add(ff_adaptive *a, const ff_table *t, const ff_model *m, const
     ff_adaptive_candidate *c = &a->candidate[a->n];
     ff_problem *problem = NULL;
     ff_selection selection;
-    ff_status st = ff_problem_make(t, m, 1, o, &problem, err);
-    if (st) return st;
+    ff_status status = ff_problem_make(t, m, 1, o, &problem, err);
+    if (status) return status;
     ff_problem_selection(problem, &selection);
     *weighting = selection.weighting;
-    st = ff_problem_fit_into(problem, m, o, &c->fit, err);
+    status = ff_problem_fit_into(problem, m, o, &c->fit, err);
     ff_problem_free(problem);
-    if (st) return st;
+    if (status) return status;
     a->n++;
     c->loss = o->loss;
     if (c->fit.outcome == FF_CANCELLED) return ff_error_set(err, FF_ERR_CANCELLED, NULL, 0, -1, "cancelled");
@@ -88,26 +88,26 @@ ff_status ff_fit_adaptive_into(const ff_table *t, const ff_model *m, const ff_fi
                             "the scale of a robust loss is in units of the residual, which are each loss's own: name a loss "
                             "instead of auto");
     one.loss = FF_LOSS_COSINE;
-    ff_status st = ff_picture_new(t, &one, &picture, err);
-    for (int loss = 0; loss < FF_LOSS_COUNT && !st; loss++) {
+    ff_status status = ff_picture_new(t, &one, &picture, err);
+    for (int loss = 0; loss < FF_LOSS_COUNT && !status; loss++) {
         one.loss = (ff_loss)loss;
-        if (!stands_for_another(one.loss, weighting)) st = add(&a, t, m, picture, &one, &weighting, err);
+        if (!stands_for_another(one.loss, weighting)) status = add(&a, t, m, picture, &one, &weighting, err);
     }
-    if (!st) {
+    if (!status) {
         a.chosen = choose(&a);
         a.coverage = ff_picture_covered(picture);
-        st = warn_of_coverage(&a);
-        if (st) ff_error_set(err, st, NULL, 0, -1, "out of memory");
+        status = warn_of_coverage(&a);
+        if (status) ff_error_set(err, status, NULL, 0, -1, "out of memory");
         /* The samples once more rather than those of every loss all along: there may be millions. */
         one.loss = a.candidate[a.chosen].loss;
-        if (!st) st = ff_problem_make(t, m, 1, &one, &a.problem, err);
+        if (!status) status = ff_problem_make(t, m, 1, &one, &a.problem, err);
     }
     ff_picture_free(picture);
-    if (st)
+    if (status)
         ff_adaptive_clear(&a);
     else
         *out = a;
-    return st;
+    return status;
 }
 
 void ff_adaptive_clear(ff_adaptive *a)

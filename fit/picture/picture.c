@@ -188,35 +188,35 @@ static ff_status look_at_table(ff_picture *p, const ff_table *t, const ff_fit_op
     double *planes = malloc(6 * most * sizeof *planes), *w[6];
     ff_interpolant *interpolant = NULL;
     look_up l = {.o = o, .w = (const double *const *)w, .n_channels = t->n_channels};
-    ff_status st = planes ? ff_interpolant_new(t, 0, &interpolant, err) : FF_ERR_MEMORY;
-    if (!st) {
+    ff_status status = planes ? ff_interpolant_new(t, 0, &interpolant, err) : FF_ERR_MEMORY;
+    if (!status) {
         for (size_t k = 0; k < 6; k++) w[k] = planes + k * most;
         l.n = all_lights(o->max_theta, w);
         l.interpolant = interpolant;
         l.value = malloc((l.n * l.n_channels + 1) * sizeof *l.value);
         l.found = malloc(l.n + 1);
-        st = l.value && l.found ? look_up_all(&l) : FF_ERR_MEMORY;
+        status = l.value && l.found ? look_up_all(&l) : FF_ERR_MEMORY;
     }
-    if (!st) st = keep_measured(p, &l);
+    if (!status) status = keep_measured(p, &l);
     free(l.value);
     free(l.found);
     free(planes);
     ff_interpolant_free(interpolant);
-    if (!st && p->n == 0)
+    if (!status && p->n == 0)
         return ff_error_set(
             err, FF_ERR_DATA, NULL, 0, -1,
             "the data say nothing of any pixel of the pictures that choose the loss (a sphere under %d lights, angles "
             "up to %g degrees): name a loss instead of auto",
             FF_PICTURE_LIGHTS, round(o->max_theta * 180 / pi * 1e6) / 1e6);
-    return st ? st : expose(p, err);
+    return status ? status : expose(p, err);
 }
 
 ff_status ff_picture_new(const ff_table *t, const ff_fit_options *o, ff_picture **out, ff_error *err)
 {
     ff_fit_options own;
     o = ff_fit_options_take(o, &own, err);
-    ff_status st = o ? ff_fit_options_check(o, err) : FF_ERR_RANGE;
-    if (st) return st;
+    ff_status status = o ? ff_fit_options_check(o, err) : FF_ERR_RANGE;
+    if (status) return status;
     if (o->only_channel >= 0 && (size_t)o->only_channel >= t->n_channels)
         return ff_error_set(err, FF_ERR_RANGE, NULL, 0, -1, "channel %d does not exist: the data have %zu", o->only_channel,
                             t->n_channels);
@@ -224,14 +224,14 @@ ff_status ff_picture_new(const ff_table *t, const ff_fit_options *o, ff_picture 
     if (!p) return ff_error_set(err, FF_ERR_MEMORY, NULL, 0, -1, "out of memory");
     p->n_channels = o->only_channel >= 0 || o->channels == FF_CHANNELS_MEAN ? 1 : t->n_channels;
     p->isa = o->isa;
-    st = look_at_table(p, t, o, err);
-    if (st == FF_ERR_MEMORY) ff_error_set(err, st, NULL, 0, -1, "out of memory");
-    if (st == FF_ERR_CANCELLED) ff_error_set(err, st, NULL, 0, -1, "cancelled");
-    if (st)
+    status = look_at_table(p, t, o, err);
+    if (status == FF_ERR_MEMORY) ff_error_set(err, status, NULL, 0, -1, "out of memory");
+    if (status == FF_ERR_CANCELLED) ff_error_set(err, status, NULL, 0, -1, "cancelled");
+    if (status)
         ff_picture_free(p);
     else
         *out = p;
-    return st;
+    return status;
 }
 
 void ff_picture_free(ff_picture *p)
@@ -266,14 +266,14 @@ ff_status ff_picture_difference(const ff_picture *p, const ff_model *m, const do
     const ff_dirs w = {p->w[0], p->w[1], p->w[2], p->w[3], p->w[4], p->w[5]};
     double *f = malloc(total * sizeof *f), sum = 0;
     if (!f) return ff_error_set(err, FF_ERR_MEMORY, NULL, 0, -1, "out of memory");
-    ff_status st = ff_model_check(m, p->n_channels, shape, channel, err);
-    if (!st && (st = ff_model_eval(m, p->isa, p->n_channels, shape, channel, &w, n, f, NULL, n)))
-        ff_error_set(err, st, NULL, 0, -1, "the model's picture failed: %s", ff_status_str(st));
-    for (size_t k = 0; k < total && !st; k++) {
+    ff_status status = ff_model_check(m, p->n_channels, shape, channel, err);
+    if (!status && (status = ff_model_eval(m, p->isa, p->n_channels, shape, channel, &w, n, f, NULL, n)))
+        ff_error_set(err, status, NULL, 0, -1, "the model's picture failed: %s", ff_status_str(status));
+    for (size_t k = 0; k < total && !status; k++) {
         const double d = ff_picture_tone(p->exposure * f[k] * p->w[2][k % n]) - ff_picture_tone(p->exposure * p->radiance[k]);
         sum += d * d;
     }
     free(f);
-    if (!st) *out = sqrt(sum / (double)total);
-    return st;
+    if (!status) *out = sqrt(sum / (double)total);
+    return status;
 }

@@ -62,8 +62,8 @@ ff_status ff_point_evaluate(const ff_plan *plan, const ff_point *at, int paralle
     ff_plan values = *plan;
     ff_pass pass;
     values.l.free = (ff_wanted){0};
-    const ff_status st = ff_plan_pass(&values, at->shape, at->channel, &pass);
-    if (st) return st;
+    const ff_status status = ff_plan_pass(&values, at->shape, at->channel, &pass);
+    if (status) return status;
     evaluation e = {&pass, model, residual, cost};
     if (parallel)
         ff_pool_run(p->pool, p->n_blocks, evaluate_block, &e);
@@ -94,8 +94,8 @@ ff_status ff_point_visit(const ff_plan *plan, const ff_point *at, ff_visitor vis
         j[FF_BLOCK] __attribute__((aligned(64))), x[FF_BLOCK];
     ff_block scratch;
     ff_pass pass;
-    const ff_status st = ff_plan_pass(plan, at->shape, at->channel, &pass);
-    if (st) return st;
+    const ff_status status = ff_plan_pass(plan, at->shape, at->channel, &pass);
+    if (status) return status;
     const ff_prepared *prepared = &pass.prepared;
     for (size_t block = 0; block < p->n_blocks; block++) {
         const size_t first = block * FF_BLOCK, n = p->n - first < FF_BLOCK ? p->n - first : FF_BLOCK;

@@ -63,12 +63,12 @@ ff_status ff_order_by_place(const ff_table *t, ff_pool *pool, uint32_t *index, s
     look l = {t, index, n, malloc(n * sizeof *l.code), malloc(n)};
     uint32_t *sorted = malloc(n * sizeof *sorted);
     size_t *start = calloc(((size_t)1 << CODE_BITS) + 1, sizeof *start), moved = 0;
-    const ff_status st = l.code && l.moved && sorted && start ? FF_OK : FF_ERR_MEMORY;
-    if (!st) {
+    const ff_status status = l.code && l.moved && sorted && start ? FF_OK : FF_ERR_MEMORY;
+    if (!status) {
         ff_pool_run(pool, (n + LOOK_SLAB - 1) / LOOK_SLAB, look_at, &l);
         for (size_t i = 0; i < n; i++) moved += l.moved[i];
     }
-    if (!st && moved > n / 2) { /* no scans; a counting sort, which keeps the file's order of what is in one place */
+    if (!status && moved > n / 2) { /* no scans; a counting sort, which keeps the file's order of what is in one place */
         for (size_t i = 0; i < n; i++) start[l.code[i] + 1]++;
         for (size_t c = 0; c < (size_t)1 << CODE_BITS; c++) start[c + 1] += start[c];
         for (size_t i = 0; i < n; i++) sorted[start[l.code[i]]++] = index[i];
@@ -78,5 +78,5 @@ ff_status ff_order_by_place(const ff_table *t, ff_pool *pool, uint32_t *index, s
     free(l.moved);
     free(sorted);
     free(start);
-    return st;
+    return status;
 }

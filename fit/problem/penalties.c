@@ -82,8 +82,8 @@ static ff_status add_priors(ff_penalties *e, const ff_constraints *c, const ff_l
     for (size_t i = 0; i < c->n_priors; i++) {
         const ff_prior *prior = &c->prior[i];
         int channel = -1;
-        const ff_status s = prior->channel ? ff_channel_find(p, prior->name, prior->channel, &channel, err) : FF_OK;
-        if (s) return s;
+        const ff_status status = prior->channel ? ff_channel_find(p, prior->name, prior->channel, &channel, err) : FF_OK;
+        if (status) return status;
         if (channel >= 0 || !prior->channel) add_prior(e, l, shape, prior, channel);
     }
     return FF_OK;
@@ -104,12 +104,12 @@ ff_status ff_penalties_new(const ff_constraints *c, const ff_layout *l, const st
         ff_penalties_free(e);
         return ff_error_set(err, FF_ERR_MEMORY, NULL, 0, -1, "out of memory");
     }
-    const ff_status s = add_priors(e, c, l, p, shape, err);
-    if (s)
+    const ff_status status = add_priors(e, c, l, p, shape, err);
+    if (status)
         ff_penalties_free(e);
     else
         *out = e;
-    return s;
+    return status;
 }
 
 void ff_penalties_free(ff_penalties *e)
@@ -176,8 +176,8 @@ ff_status ff_penalties_albedos(const ff_plan *plan, int parallel, const double *
     const ff_wanted none = {.n_shape = 0}, *w = wanted ? wanted : &none;
     albedo_work work = {.wo = wo, .out = out, .stride = l->n_channels * (1 + w->n_shape + w->n_channel)};
     ff_albedo_parts *parts;
-    const ff_status s = ff_albedo_parts_make(l->m, ff_kernels_get(p->isa), l->mode, l->n_channels, shape, channel, w, &parts);
-    if (s) return s;
+    const ff_status status = ff_albedo_parts_make(l->m, ff_kernels_get(p->isa), l->mode, l->n_channels, shape, channel, w, &parts);
+    if (status) return status;
     work.parts = parts;
     if (parallel)
         ff_pool_run(p->pool, n, one_view, &work);
@@ -223,15 +223,15 @@ static ff_status add_energy(const ff_energy *e, const ff_plan *plan, int paralle
     const size_t size = 1 + l->free.n_shape + l->free.n_channel;
     double *a = malloc((e->n * e->C * size + 1) * sizeof *a), row[FF_MAX_COLUMNS];
     if (!a) return FF_ERR_MEMORY;
-    const ff_status s = ff_penalties_albedos(plan, parallel, shape, channel, &l->free, e->n, e->wo, a);
-    for (size_t i = 0; i < e->n * e->C && !s; i++) {
+    const ff_status status = ff_penalties_albedos(plan, parallel, shape, channel, &l->free, e->n, e->wo, a);
+    for (size_t i = 0; i < e->n * e->C && !status; i++) {
         const double over = a[i * size] - 1 + e->shift[i];
         if (over <= 0) continue;
         ff_penalties_gradient(l, i % e->C, a + i * size + 1, slope, row);
         ff_gram_add_row(g, i % e->C, e->weight, over, row);
     }
     free(a);
-    return s;
+    return status;
 }
 
 /* A datum of one coordinate, d = the derivative of its parameter. What all channels share counts with the first. */
@@ -315,16 +315,16 @@ static ff_status warn_of_energy(const ff_energy *e, double objective, ff_warning
                           .n_channels = e->C > 1,
                           .channel = &e->alone_channel,
                           .value = {e->alone, theta, ratio}};
-    const ff_status s = e->binds ? ff_warnings_add(out, &w) : FF_OK;
-    return s || !(e->left > 2 * FF_ALBEDO_LEFT) ? s : ff_warnings_say(out, FF_WARNING_ENERGY_NOT_CONSERVED, &e->left);
+    const ff_status status = e->binds ? ff_warnings_add(out, &w) : FF_OK;
+    return status || !(e->left > 2 * FF_ALBEDO_LEFT) ? status : ff_warnings_say(out, FF_WARNING_ENERGY_NOT_CONSERVED, &e->left);
 }
 
 ff_status ff_penalties_warnings(const ff_plan *plan, double objective, ff_warnings *out)
 {
     const ff_penalties *e = plan->penalties;
-    ff_status s = FF_OK;
-    if (!e) return s;
-    for (size_t i = 0; i < e->n_named && !s; i++) s = warn_of_held(&e->named[i], out);
-    for (size_t i = 0; i < e->n_priors && !s; i++) s = warn_of_disagreement(&plan->l, &e->prior[i], out);
-    return s ? s : warn_of_energy(&e->energy, objective, out);
+    ff_status status = FF_OK;
+    if (!e) return status;
+    for (size_t i = 0; i < e->n_named && !status; i++) status = warn_of_held(&e->named[i], out);
+    for (size_t i = 0; i < e->n_priors && !status; i++) status = warn_of_disagreement(&plan->l, &e->prior[i], out);
+    return status ? status : warn_of_energy(&e->energy, objective, out);
 }

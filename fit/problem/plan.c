@@ -81,27 +81,27 @@ static ff_status check_numbers(const ff_plan *plan, ff_error *err)
 static ff_status lay_out(const ff_fit_options *o, size_t n_channels, ff_plan *plan, ff_error *err)
 {
     ff_ties ties;
-    ff_status st = ff_constraints_apply(o->constraints, plan->shape, &plan->model, &ties, err);
-    if (!st) st = ff_layout_init(&plan->model, n_channels, plan->shape, o->mean_slope, &plan->l, err);
-    if (!st && ties.n) ff_layout_tie(&plan->l, &ties);
-    if (!st) st = ff_limits_of(o->constraints, plan->p, &plan->model, &ties, &plan->own_limits, err);
-    if (!st) plan->l.limits = plan->own_limits;
-    return st;
+    ff_status status = ff_constraints_apply(o->constraints, plan->shape, &plan->model, &ties, err);
+    if (!status) status = ff_layout_init(&plan->model, n_channels, plan->shape, o->mean_slope, &plan->l, err);
+    if (!status && ties.n) ff_layout_tie(&plan->l, &ties);
+    if (!status) status = ff_limits_of(o->constraints, plan->p, &plan->model, &ties, &plan->own_limits, err);
+    if (!status) plan->l.limits = plan->own_limits;
+    return status;
 }
 
 ff_status ff_plan_new(const struct ff_problem *p, const ff_model *m, const ff_fit_options *o, ff_plan *out, ff_error *err)
 {
-    ff_status st = ff_fit_options_check(o, err);
-    if (st) return st;
+    ff_status status = ff_fit_options_check(o, err);
+    if (status) return status;
     *out = (ff_plan){.p = p, .model = *m, .shape = ff_layout_shape(m, p->selection.isotropic, o->shape, o->mean_slope)};
     take_options(o, out);
-    st = lay_out(o, p->n_channels, out, err);
-    if (!st) st = check_model(out, err);
-    if (!st) st = check_numbers(out, err);
-    if (!st) st = ff_penalties_new(o->constraints, &out->l, p, out->shape, &out->own_penalties, err);
-    if (st) {
+    status = lay_out(o, p->n_channels, out, err);
+    if (!status) status = check_model(out, err);
+    if (!status) status = check_numbers(out, err);
+    if (!status) status = ff_penalties_new(o->constraints, &out->l, p, out->shape, &out->own_penalties, err);
+    if (status) {
         ff_plan_free(out);
-        return st;
+        return status;
     }
     out->penalties = out->own_penalties;
     out->errors |= out->penalties != NULL; /* the weight of a prior needs the errors of the data */
@@ -131,9 +131,9 @@ ff_status ff_plan_of_result(const struct ff_problem *p, const ff_fit_options *o,
     *out = (ff_plan){.p = p, .model = fit->model, .shape = fit->shape};
     take_options(o, out);
     out->errors = 1; /* whoever asks for a finished fit asks for them */
-    const ff_status st = lay_out(o, fit->n_channels, out, err);
-    if (st) ff_plan_free(out);
-    return st;
+    const ff_status status = lay_out(o, fit->n_channels, out, err);
+    if (status) ff_plan_free(out);
+    return status;
 }
 
 ff_status ff_plan_pass(const ff_plan *plan, const double *shape, const double *channel, ff_pass *pass)

@@ -49,8 +49,8 @@ void ff_point_set(const ff_plan *plan, const double *shape, const double *channe
 
 ff_status ff_point_of_result(const ff_plan *plan, const ff_fit_result *fit, ff_point *out)
 {
-    const ff_status st = ff_point_new(plan, out);
-    if (st) return st;
+    const ff_status status = ff_point_new(plan, out);
+    if (status) return status;
     for (uint32_t k = 0; k < fit->model.n_shape; k++) out->shape[k] = fit->shape_value[k].value;
     for (size_t k = 0; k < channel_size(&plan->l); k++) out->channel[k] = fit->channel_value[k].value;
     for (size_t k = 0; k < plan->l.P; k++)
@@ -63,14 +63,14 @@ ff_status ff_point_pass(const ff_plan *plan, ff_point *at)
 {
     ff_pass pass;
     ff_point_forget(at);
-    ff_status st = ff_layout_normal(&plan->l, &at->normal);
-    if (!st) st = ff_plan_pass(plan, at->shape, at->channel, &pass);
-    if (st) return st;
+    ff_status status = ff_layout_normal(&plan->l, &at->normal);
+    if (!status) status = ff_plan_pass(plan, at->shape, at->channel, &pass);
+    if (status) return status;
     pass.final = 1;
     at->passes++;
-    st = ff_pass_run(&pass, 1, &at->normal);
+    status = ff_pass_run(&pass, 1, &at->normal);
     ff_pass_free(&pass);
-    if (!st) st = ff_normal_fold(&plan->l, &at->normal);
-    at->has_final = !st;
-    return st;
+    if (!status) status = ff_normal_fold(&plan->l, &at->normal);
+    at->has_final = !status;
+    return status;
 }

@@ -256,8 +256,8 @@ static void build_block(void *context, size_t block, int worker)
 
 static ff_status check_options(const ff_table *t, const ff_fit_options *o, ff_error *err)
 {
-    const ff_status s = ff_fit_options_check(o, err);
-    if (s) return s;
+    const ff_status status = ff_fit_options_check(o, err);
+    if (status) return status;
     if (o->only_channel >= 0 && (size_t)o->only_channel >= t->n_channels)
         return ff_error_set(err, FF_ERR_RANGE, NULL, 0, -1, "channel %d does not exist: the data have %zu", o->only_channel,
                             t->n_channels);
@@ -445,24 +445,25 @@ static ff_status build_all(build *b, const ff_model *models, size_t n_models, ff
     if (sel->saturated || !looks_saturated(b)) sel->at_top = 0;
     p->index = b->index; /* the problem's from here on */
     b->index = NULL;
-    ff_status st = ff_problem_subsample(p, b->size, FF_SUBSAMPLE, 0, &p->subsample);
+    ff_status status = ff_problem_subsample(p, b->size, FF_SUBSAMPLE, 0, &p->subsample);
     p->sparse = p->subsample;
-    if (!st && p->n > FF_SPARSE && b->o->errors == FF_ERRORS_NOISE) st = ff_problem_subsample(p, b->size, FF_SPARSE, 0, &p->sparse);
+    if (!status && p->n > FF_SPARSE && b->o->errors == FF_ERRORS_NOISE)
+        status = ff_problem_subsample(p, b->size, FF_SPARSE, 0, &p->sparse);
     p->subsample_linear = p->subsample; /* a linear loss is its own surrogate */
-    if (!st && ff_loss_is_curved(p->loss)) st = ff_problem_subsample(p, b->size, FF_SUBSAMPLE, 1, &p->subsample_linear);
-    if (!st && p->n > FF_MIDDLE_FROM) st = ff_problem_subsample(p, b->size, p->n / 8, 0, &p->middle);
-    return st ? ff_error_set(err, st, NULL, 0, -1, "out of memory") : FF_OK;
+    if (!status && ff_loss_is_curved(p->loss)) status = ff_problem_subsample(p, b->size, FF_SUBSAMPLE, 1, &p->subsample_linear);
+    if (!status && p->n > FF_MIDDLE_FROM) status = ff_problem_subsample(p, b->size, p->n / 8, 0, &p->middle);
+    return status ? ff_error_set(err, status, NULL, 0, -1, "out of memory") : FF_OK;
 }
 
 ff_status ff_problem_make(const ff_table *t, const ff_model *models, size_t n_models, const ff_fit_options *o, ff_problem **out,
                           ff_error *err)
 {
     build b = {.t = t, .o = o};
-    ff_status s = check_options(t, o, err);
-    if (!s && n_models == 0) s = ff_error_set(err, FF_ERR_RANGE, NULL, 0, -1, "a problem needs at least one model");
-    if (!s) s = check_noise(t, o, err);
-    if (!s) s = choose_weighting(t, o->weighting, &b.weighting, err);
-    if (s) return s;
+    ff_status status = check_options(t, o, err);
+    if (!status && n_models == 0) status = ff_error_set(err, FF_ERR_RANGE, NULL, 0, -1, "a problem needs at least one model");
+    if (!status) status = check_noise(t, o, err);
+    if (!status) status = choose_weighting(t, o->weighting, &b.weighting, err);
+    if (status) return status;
     struct ff_problem *p = calloc(1, sizeof *p);
     size_t *channel = calloc(t->n_channels, sizeof *channel);
     if (p) p->pool = ff_pool_new(o->threads ? o->threads : ff_threads_default());
@@ -484,8 +485,8 @@ ff_status ff_problem_make(const ff_table *t, const ff_model *models, size_t n_mo
     p->isa = o->isa;
     p->selection =
         (ff_selection){.samples = t->n, .n_channels = p->n_channels, .weighting = b.weighting, .isotropic = t->isotropic};
-    s = name_channels(t, p, o, channel) ? ff_error_set(err, FF_ERR_MEMORY, NULL, 0, -1, "out of memory")
-                                        : build_all(&b, models, n_models, err);
+    status = name_channels(t, p, o, channel) ? ff_error_set(err, FF_ERR_MEMORY, NULL, 0, -1, "out of memory")
+                                             : build_all(&b, models, n_models, err);
     free(b.index);
     free(b.slab);
     free(b.block);
@@ -493,9 +494,9 @@ ff_status ff_problem_make(const ff_table *t, const ff_model *models, size_t n_mo
     free(b.buffer);
     free(b.size);
     free(channel);
-    if (s) {
+    if (status) {
         ff_problem_free(p);
-        return s;
+        return status;
     }
     *out = p;
     return FF_OK;

@@ -73,16 +73,16 @@ ff_status ff_result_errors(const ff_plan *plan, ff_point *at, ff_fit_result *r)
     const ff_layout *l = &plan->l;
     const ff_information *info = at->information;
     standard_errors(plan, info, at->noise, r);
-    ff_status st = make_room(l, r);
-    if (!st && at->noise && !(r->noise = ff_noise_found_copy(at->noise))) st = FF_ERR_MEMORY;
-    if (st) return st;
+    ff_status status = make_room(l, r);
+    if (!status && at->noise && !(r->noise = ff_noise_found_copy(at->noise))) status = FF_ERR_MEMORY;
+    if (status) return status;
     fill_correlations(l, info, r);
     for (size_t c = 0; c < l->n_channels && l->arrowhead; c++) correlations_of_channel(l, info, c, r);
     r->effective_samples = info->effective;
     r->correlated_over = info->clusters.run;
     r->correlation_settled = info->clusters.settled;
-    st = ff_intervals_fill(plan, at, r);
-    if (!st) st = ff_condition_fill(plan, at, r);
+    status = ff_intervals_fill(plan, at, r);
+    if (!status) status = ff_condition_fill(plan, at, r);
     ff_result_copy_tied(l, r);
-    return st;
+    return status;
 }

@@ -120,8 +120,8 @@ ff_status ff_result_fill(const ff_plan *plan, ff_point *at, int errors, ff_fit_r
     fill_outcome(plan, at, r);
     fill_values(&plan->l, at, r);
     fill_priors(plan, r);
-    const ff_status st = errors ? ff_result_errors(plan, at, r) : FF_OK;
-    if (st) return st;
+    const ff_status status = errors ? ff_result_errors(plan, at, r) : FF_OK;
+    if (status) return status;
     fill_ellipse(&plan->l, at->shape, errors ? at->information : NULL, r);
     return ff_result_warnings(plan, r);
 }

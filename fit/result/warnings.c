@@ -68,17 +68,17 @@ static ff_status warn_channels_at_bound(const ff_layout *l, uint32_t k, int boun
                             bound_at(l, first, k, bound) != (bound < 0 ? info->lo : info->hi)};
     channels on;
     if (!is_on_bound(l, r, k, bound, first, first)) return FF_OK;
-    ff_status s = channels_new(r, &on);
-    for (size_t c = 0; c < r->n_channels && !s; c++)
+    ff_status status = channels_new(r, &on);
+    for (size_t c = 0; c < r->n_channels && !status; c++)
         if (is_on_bound(l, r, k, bound, first, c)) on.at[on.n++] = c;
     const int one_for_all = r->n_channels == 1 || ff_param_is(r->channel_value[l->m->n_channel + k].follows, parameter.parameter),
-              said = !s && on.at[0] < first;
+              said = !status && on.at[0] < first;
     const ff_warning w = {
         .code = FF_WARNING_AT_BOUND, .n_parameters = 1, .parameter = &parameter, .value = {value[0], value[1], value[2]}};
-    if (!s && !said && one_for_all) s = ff_warnings_add(&r->warnings, &w);
-    if (!s && !said && !one_for_all) s = say_of_channels(FF_WARNING_AT_BOUND, &parameter, 1, &on, value, r);
+    if (!status && !said && one_for_all) status = ff_warnings_add(&r->warnings, &w);
+    if (!status && !said && !one_for_all) status = say_of_channels(FF_WARNING_AT_BOUND, &parameter, 1, &on, value, r);
     free(on.at);
-    return s;
+    return status;
 }
 
 /* ---- what the data say nothing of ------------------------------------------------------------ */
@@ -101,14 +101,14 @@ static ff_status warn_channels_undetermined(const ff_layout *l, size_t k, ff_fit
 {
     const ff_warning_parameter parameter = of_channel(own_index(l, k));
     channels in;
-    ff_status s = channels_new(r, &in);
-    for (size_t c = 0; c < r->n_channels && !s; c++) {
+    ff_status status = channels_new(r, &in);
+    for (size_t c = 0; c < r->n_channels && !status; c++) {
         const ff_fit_value *v = ff_result_value(l, r, l->n_shared + c * l->n_own + k);
         if (!v->at_bound && !v->held && isnan(v->std_error)) in.at[in.n++] = c;
     }
-    if (!s) s = say_of_channels(FF_WARNING_NOT_DETERMINED, &parameter, 1, &in, NULL, r);
+    if (!status) status = say_of_channels(FF_WARNING_NOT_DETERMINED, &parameter, 1, &in, NULL, r);
     free(in.at);
-    return s;
+    return status;
 }
 
 /* ---- what the data do not tell apart --------------------------------------------------------- */
@@ -123,14 +123,15 @@ static ff_status warn_pair(ff_warning_parameter a, ff_warning_parameter b, doubl
 /* Pairs of the first n parameters. */
 static ff_status warn_correlated(const ff_layout *l, size_t n, ff_fit_result *r)
 {
-    ff_status s = FF_OK;
+    ff_status status = FF_OK;
     for (size_t i = 0; i < n; i++)
-        for (size_t j = 0; j < i && !s; j++) {
+        for (size_t j = 0; j < i && !status; j++) {
             const int x = ff_result_value(l, r, i)->column, y = ff_result_value(l, r, j)->column;
             if (x < 0 || y < 0) continue;
-            s = warn_pair(ff_layout_warned(l, j), ff_layout_warned(l, i), r->correlation[(size_t)x * r->n_columns + (size_t)y], r);
+            status =
+                warn_pair(ff_layout_warned(l, j), ff_layout_warned(l, i), r->correlation[(size_t)x * r->n_columns + (size_t)y], r);
         }
-    return s;
+    return status;
 }
 
 /* One warning for all channels in which parameter k goes with `other`, a column of the shape or (from n_columns on) a parameter of
@@ -141,30 +142,30 @@ static ff_status warn_channels_pair(const ff_layout *l, uint32_t k, size_t other
     const ff_warning_parameter pair[] = {name, of_channel(k)};
     double most = 0;
     channels in;
-    ff_status s = channels_new(r, &in);
-    for (size_t c = 0; c < r->n_channels && !s; c++) {
+    ff_status status = channels_new(r, &in);
+    for (size_t c = 0; c < r->n_channels && !status; c++) {
         const double v = r->channel_correlation[(c * N + k) * width + other];
         if (!(fabs(v) >= FF_CORRELATED)) continue;
         in.at[in.n++] = c;
         if (fabs(v) > fabs(most)) most = v;
     }
-    if (!s) s = say_of_channels(FF_WARNING_CORRELATED, pair, 2, &in, &most, r);
+    if (!status) status = say_of_channels(FF_WARNING_CORRELATED, pair, 2, &in, &most, r);
     free(in.at);
-    return s;
+    return status;
 }
 
 static ff_status warn_channels_correlated(const ff_layout *l, ff_fit_result *r)
 {
-    ff_status s = warn_correlated(l, l->n_shared, r);
+    ff_status status = warn_correlated(l, l->n_shared, r);
     for (size_t k = 0; k < l->n_own; k++) {
-        for (size_t j = 0; j < l->n_shared && !s; j++) {
+        for (size_t j = 0; j < l->n_shared && !status; j++) {
             const ff_fit_value *v = ff_result_value(l, r, j);
-            if (v->column >= 0) s = warn_channels_pair(l, own_index(l, k), (size_t)v->column, ff_layout_warned(l, j), r);
+            if (v->column >= 0) status = warn_channels_pair(l, own_index(l, k), (size_t)v->column, ff_layout_warned(l, j), r);
         }
-        for (size_t j = 0; j < k && !s; j++)
-            s = warn_channels_pair(l, own_index(l, k), r->n_columns + own_index(l, j), of_channel(own_index(l, j)), r);
+        for (size_t j = 0; j < k && !status; j++)
+            status = warn_channels_pair(l, own_index(l, k), r->n_columns + own_index(l, j), of_channel(own_index(l, j)), r);
     }
-    return s;
+    return status;
 }
 
 /* ---- what few values carry -------------------------------------------------------------------- */
@@ -202,19 +203,19 @@ static ff_status warn_of_few(const ff_layout *l, ff_fit_result *r)
 static ff_status warn_of_parameters(const ff_layout *l, ff_fit_result *r)
 {
     const int many = l->arrowhead && l->n_channels > FF_CHANNELS_NAMED;
-    ff_status s = FF_OK;
-    for (size_t k = 0; k < l->P && !s; k++) {
-        s = warn_at_bound(l, k, r);
+    ff_status status = FF_OK;
+    for (size_t k = 0; k < l->P && !status; k++) {
+        status = warn_at_bound(l, k, r);
         if (many && ff_is_of_channel(l->m, ff_layout_param(l, k, NULL))) continue; /* they are named together */
-        if (!s) s = warn_undetermined(l, k, r);
+        if (!status) status = warn_undetermined(l, k, r);
     }
-    for (size_t k = 0; k < l->n_own && many && r->correlation && !s; k++) s = warn_channels_undetermined(l, k, r);
-    for (uint32_t k = 0; k < l->m->n_channel && !s; k++) {
+    for (size_t k = 0; k < l->n_own && many && r->correlation && !status; k++) status = warn_channels_undetermined(l, k, r);
+    for (uint32_t k = 0; k < l->m->n_channel && !status; k++) {
         if (l->m->channel[k].flags & FF_PARAM_HELD) continue;
         for (int bound = -1; bound <= 1; bound += 2)
-            for (size_t c = 0; c < l->n_channels && !s; c++) s = warn_channels_at_bound(l, k, bound, c, r);
+            for (size_t c = 0; c < l->n_channels && !status; c++) status = warn_channels_at_bound(l, k, bound, c, r);
     }
-    if (s || !r->correlation) return s;
+    if (status || !r->correlation) return status;
     return r->channel_correlation ? warn_channels_correlated(l, r) : warn_correlated(l, l->P, r);
 }
 
@@ -223,16 +224,16 @@ static ff_status warn_of_parameters(const ff_layout *l, ff_fit_result *r)
 static ff_status warn_of_dark_channels(const struct ff_problem *p, ff_fit_result *r)
 {
     channels dark, one = {.n = 1};
-    ff_status s = channels_new(r, &dark);
-    for (size_t c = 0; c < p->n_channels && p->n_channels > 1 && !s; c++)
+    ff_status status = channels_new(r, &dark);
+    for (size_t c = 0; c < p->n_channels && p->n_channels > 1 && !status; c++)
         if (p->channel_mean[c] == 0) dark.at[dark.n++] = c;
-    if (!s && p->n_channels > FF_CHANNELS_NAMED) s = say_of_channels(FF_WARNING_DARK_CHANNEL, NULL, 0, &dark, NULL, r);
-    for (size_t k = 0; k < dark.n && p->n_channels <= FF_CHANNELS_NAMED && !s; k++) {
+    if (!status && p->n_channels > FF_CHANNELS_NAMED) status = say_of_channels(FF_WARNING_DARK_CHANNEL, NULL, 0, &dark, NULL, r);
+    for (size_t k = 0; k < dark.n && p->n_channels <= FF_CHANNELS_NAMED && !status; k++) {
         one.at = &dark.at[k];
-        s = say_of_channels(FF_WARNING_DARK_CHANNEL, NULL, 0, &one, NULL, r);
+        status = say_of_channels(FF_WARNING_DARK_CHANNEL, NULL, 0, &one, NULL, r);
     }
     free(dark.at);
-    return s;
+    return status;
 }
 
 static ff_status warn_of_sigma(const ff_layout *l, const struct ff_problem *p, ff_fit_result *r)
@@ -247,12 +248,12 @@ static ff_status warn_of_samples(const struct ff_problem *p, ff_fit_result *r)
 {
     const double run = (double)r->correlated_over, top[] = {(double)p->selection.at_top, p->selection.top},
                  negative = (double)p->selection.negative;
-    ff_status s = FF_OK;
-    if (r->correlation && !r->correlation_settled) s = ff_warnings_say(&r->warnings, FF_WARNING_ERRORS_TOO_SMALL, &run);
-    if (!s && p->selection.at_top) s = ff_warnings_say(&r->warnings, FF_WARNING_SATURATED, top);
-    if (!s) s = warn_of_dark_channels(p, r);
-    if (!s && negative > 0) s = ff_warnings_say(&r->warnings, FF_WARNING_NEGATIVE_VALUES, &negative);
-    return s;
+    ff_status status = FF_OK;
+    if (r->correlation && !r->correlation_settled) status = ff_warnings_say(&r->warnings, FF_WARNING_ERRORS_TOO_SMALL, &run);
+    if (!status && p->selection.at_top) status = ff_warnings_say(&r->warnings, FF_WARNING_SATURATED, top);
+    if (!status) status = warn_of_dark_channels(p, r);
+    if (!status && negative > 0) status = ff_warnings_say(&r->warnings, FF_WARNING_NEGATIVE_VALUES, &negative);
+    return status;
 }
 
 /* ---- the whole ------------------------------------------------------------------------------- */
@@ -269,11 +270,12 @@ ff_status ff_result_warnings(const ff_plan *plan, ff_fit_result *r)
     const ff_layout *l = &plan->l;
     const struct ff_problem *p = plan->p;
     const int turns = r->correlation && r->has_ellipse && !l->m->lobe[0].isotropic && l->mode != FF_ISOTROPIC_MODE;
-    ff_status s = warn_of_outcome(r);
-    if (!s) s = warn_of_parameters(l, r);
-    if (!s) s = ff_penalties_warnings(plan, r->residual.objective, &r->warnings);
-    if (!s && turns && !r->ellipse.phi_determined) s = ff_warnings_say(&r->warnings, FF_WARNING_ORIENTATION_NOT_DETERMINED, NULL);
-    if (!s) s = warn_of_few(l, r);
-    if (!s) s = warn_of_samples(p, r);
-    return s ? s : warn_of_sigma(l, p, r);
+    ff_status status = warn_of_outcome(r);
+    if (!status) status = warn_of_parameters(l, r);
+    if (!status) status = ff_penalties_warnings(plan, r->residual.objective, &r->warnings);
+    if (!status && turns && !r->ellipse.phi_determined)
+        status = ff_warnings_say(&r->warnings, FF_WARNING_ORIENTATION_NOT_DETERMINED, NULL);
+    if (!status) status = warn_of_few(l, r);
+    if (!status) status = warn_of_samples(p, r);
+    return status ? status : warn_of_sigma(l, p, r);
 }

@@ -69,12 +69,12 @@ static void divide_by_scales(const ff_layout *l, double *channel)
 static ff_status channel_pass(const ff_plan *plan, const double *shape, const double *channel, int plain, ff_normal *normal)
 {
     ff_pass pass;
-    ff_status s = ff_plan_pass(plan, shape, channel, &pass);
-    if (s) return s;
+    ff_status status = ff_plan_pass(plan, shape, channel, &pass);
+    if (status) return status;
     if (plain) pass.robust = FF_ROBUST_NONE;
-    s = ff_pass_run(&pass, 0, normal);
+    status = ff_pass_run(&pass, 0, normal);
     ff_pass_free(&pass);
-    return s;
+    return status;
 }
 
 /* Gauss-Newton steps from trial on the subsample, each halved until it helps. The best point goes to channel. */
@@ -86,9 +86,9 @@ static ff_status improve_channels(const ff_plan *plan, const double *shape, int 
     const size_t size = l->n_channels * l->m->n_channel;
     *cost2 = INFINITY;
     for (int step = 0; step <= steps; step++) {
-        const ff_status s = channel_pass(&subsample, shape, trial, 0, normal);
-        if (s && (s != FF_ERR_INTERNAL || *cost2 == INFINITY)) return s;
-        if (!s && normal->cost2 < *cost2) { /* go on from here */
+        const ff_status status = channel_pass(&subsample, shape, trial, 0, normal);
+        if (status && (status != FF_ERR_INTERNAL || *cost2 == INFINITY)) return status;
+        if (!status && normal->cost2 < *cost2) { /* go on from here */
             const int enough = normal->cost2 > *cost2 * (1 - 1e-4);
             *cost2 = normal->cost2;
             memcpy(channel, trial, size * sizeof *trial);
@@ -109,11 +109,11 @@ ff_status ff_start_channels(const ff_plan *plan, const double *shape, double *ch
     const int exact = l->linear && !l->scaled && !p->subsample_linear->linearised && plan->robust == FF_ROBUST_NONE;
     const ff_plan channels = ff_plan_of_channels(plan), linear = ff_plan_on(&channels, p->subsample_linear);
     ff_normal normal = {0};
-    ff_status s = ff_layout_normal(&channels.l, &normal);
+    ff_status status = ff_layout_normal(&channels.l, &normal);
     double *trial = malloc((size + 1) * sizeof *trial);
-    if (!trial) s = s ? s : FF_ERR_MEMORY;
-    if (!s) memcpy(trial, channel, size * sizeof *trial);
-    if (!s && l->linear) {
+    if (!trial) status = status ? status : FF_ERR_MEMORY;
+    if (!status) memcpy(trial, channel, size * sizeof *trial);
+    if (!status && l->linear) {
         for (size_t c = 0; c < l->n_channels; c++)
             for (uint32_t k = 0; k < l->free.n_channel; k++) {
                 const uint32_t at = l->free.channel[k];
@@ -121,13 +121,14 @@ ff_status ff_start_channels(const ff_plan *plan, const double *shape, double *ch
                 /* a scale of 1: the columns are then those of the products */
                 trial[c * l->m->n_channel + at] = lobe < l->m->n_lobes && (l->scaled >> lobe & 1) && !is_scaled(l, k);
             }
-        s = channel_pass(&linear, shape, trial, 1, &normal);
-        if (!s) *cost2 = step_channels(&channels.l, &normal, trial, 1, channel);
-        if (!s) divide_by_scales(l, channel);
-        if (!s) memcpy(trial, channel, size * sizeof *trial);
+        status = channel_pass(&linear, shape, trial, 1, &normal);
+        if (!status) *cost2 = step_channels(&channels.l, &normal, trial, 1, channel);
+        if (!status) divide_by_scales(l, channel);
+        if (!status) memcpy(trial, channel, size * sizeof *trial);
     }
-    if (!s && !exact) s = improve_channels(&channels, shape, l->linear ? STEPS : CURVED_STEPS, trial, channel, cost2, &normal);
+    if (!status && !exact)
+        status = improve_channels(&channels, shape, l->linear ? STEPS : CURVED_STEPS, trial, channel, cost2, &normal);
     ff_normal_free(&normal);
     free(trial);
-    return s;
+    return status;
 }

@@ -30,8 +30,8 @@ static void scan_one(void *context, size_t i, int worker)
     for (uint32_t lobe = 0; lobe < s->l->m->n_lobes; lobe++)
         for (size_t c = 0; c < s->l->n_channels && (s->off >> lobe & 1); c++)
             channel[c * s->l->m->n_channel + s->l->m->lobe[lobe].channel0 + s->l->m->lobe[lobe].n_channel - 1] = 0;
-    const ff_status st = ff_start_channels(s->plan, s->candidate[i].shape, channel, &s->candidate[i].cost2);
-    if (st) s->status[worker] = st;
+    const ff_status status = ff_start_channels(s->plan, s->candidate[i].shape, channel, &s->candidate[i].cost2);
+    if (status) s->status[worker] = status;
 }
 
 static ff_status scan_all(const scan *s, ff_candidate *candidate, size_t n)
@@ -229,8 +229,8 @@ static ff_status grid_minima(const scan *s, const grid *g, const double *from, i
     ff_candidate *c = malloc((g->total + 1) * sizeof *c);
     double *cost2 = malloc((g->total + 1) * sizeof *cost2);
     size_t *place = malloc((g->total + 1) * sizeof *place), n = 0, kept = 0;
-    ff_status st = c && cost2 && place ? FF_OK : FF_ERR_MEMORY;
-    for (size_t code = 0; code < g->total && !st; code++) {
+    ff_status status = c && cost2 && place ? FF_OK : FF_ERR_MEMORY;
+    for (size_t code = 0; code < g->total && !status; code++) {
         memset(&c[n], 0, sizeof c[n]);
         memcpy(c[n].shape, from, l->m->n_shape * sizeof *from);
         grid_point(l, g, code, c[n].shape);
@@ -239,15 +239,15 @@ static ff_status grid_minima(const scan *s, const grid *g, const double *from, i
         if (ordered && !is_ordered(s->plan, c[n].shape)) continue;
         place[n++] = code;
     }
-    if (!st) st = scan_all(s, c, n);
-    for (size_t i = 0; i < n && !st; i++) cost2[place[i]] = c[i].cost2;
-    for (size_t i = 0; i < n && !st; i++)
+    if (!status) status = scan_all(s, c, n);
+    for (size_t i = 0; i < n && !status; i++) cost2[place[i]] = c[i].cost2;
+    for (size_t i = 0; i < n && !status; i++)
         if (is_minimum(l, g, cost2, place[i])) { /* to the front */
             const ff_candidate here = c[i];
             c[i] = c[kept];
             c[kept++] = here;
         }
-    if (!st) {
+    if (!status) {
         sort(c, kept);
         sort(c + kept, n - kept);
         *n_out = kept < max ? kept : max;
@@ -257,7 +257,7 @@ static ff_status grid_minima(const scan *s, const grid *g, const double *from, i
     free(c);
     free(cost2);
     free(place);
-    return st;
+    return status;
 }
 
 /* ---- ellipses -------------------------------------------------------------------------------- */
@@ -306,11 +306,11 @@ static ff_status stretch(const scan *s, uint32_t lobe, ff_candidate *c, size_t n
     if (!e) return FF_ERR_MEMORY;
     size_t each = 0;
     for (size_t i = 0; i < n; i++) each = fill_ellipses(s->l, &c[i], lobe, freedom > 1, e + i * each);
-    const ff_status st = scan_all(s, e, n * each);
-    for (size_t i = 0; i < n * each && !st; i++)
+    const ff_status status = scan_all(s, e, n * each);
+    for (size_t i = 0; i < n * each && !status; i++)
         if (by_cost(&e[i], &c[i / each]) < 0) c[i / each] = e[i];
     free(e);
-    return st;
+    return status;
 }
 
 /* ---- the searches ---------------------------------------------------------------------------- */
@@ -322,14 +322,14 @@ ff_status ff_start_search(const ff_plan *plan, ff_candidate *out, size_t max, si
     double defaults[FF_MAX_SHAPE];
     scan s;
     size_t n = 0;
-    ff_status st = scan_new(plan, &s);
-    if (st) return st;
+    ff_status status = scan_new(plan, &s);
+    if (status) return status;
     ff_layout_defaults(l, defaults, NULL);
     const grid g = grid_of_all(l, MAX_GRID);
-    st = grid_minima(&s, &g, defaults, 1, out, max, max, &n);
-    for (uint32_t lobe = 0; lobe < l->m->n_lobes && !st; lobe++) st = stretch(&s, lobe, out, n);
+    status = grid_minima(&s, &g, defaults, 1, out, max, max, &n);
+    for (uint32_t lobe = 0; lobe < l->m->n_lobes && !status; lobe++) status = stretch(&s, lobe, out, n);
     scan_free(&s);
-    if (st) return st;
+    if (status) return status;
     sort(out, n);
     *n_out = n;
     return FF_OK;
@@ -371,9 +371,9 @@ static ff_status narrowest(const scan *s, const grid *g, const double *from, uin
         grid_point(l, g, middle + (rises ? step : n - 1 - step), c[k].shape);
         ff_layout_candidate(l, c[k].shape);
     }
-    ff_status st = scan_all(s, c, WIDTHS);
-    if (!st) st = stretch(s, lobe, c, WIDTHS);
-    if (st) return st;
+    ff_status status = scan_all(s, c, WIDTHS);
+    if (!status) status = stretch(s, lobe, c, WIDTHS);
+    if (status) return status;
     sort(c, WIDTHS);
     *out = c[0];
     return FF_OK;
@@ -385,16 +385,16 @@ ff_status ff_start_moves(const ff_plan *plan, const double *from, uint32_t lobe,
     double round[FF_MAX_SHAPE];
     scan s;
     size_t n = 0;
-    ff_status st = scan_new(plan, &s);
-    if (st) return st;
+    ff_status status = scan_new(plan, &s);
+    if (status) return status;
     memcpy(round, from, l->m->n_shape * sizeof *from);
     if (ellipse_freedom(l, lobe) > 1) round[l->m->lobe[lobe].shape0 + 2] = 0;
     const grid g = grid_of_lobe(l, lobe);
-    st = grid_minima(&s, &g, round, 0, out, 0, FF_MOVES - 1, &n);
-    if (!st) st = stretch(&s, lobe, out, n);
-    if (!st) st = narrowest(&s, &g, round, lobe, &out[n++]);
+    status = grid_minima(&s, &g, round, 0, out, 0, FF_MOVES - 1, &n);
+    if (!status) status = stretch(&s, lobe, out, n);
+    if (!status) status = narrowest(&s, &g, round, lobe, &out[n++]);
     scan_free(&s);
-    if (st) return st;
+    if (status) return status;
     sort(out, n);
     *n_out = n;
     return FF_OK;
@@ -425,12 +425,12 @@ ff_status ff_start_sequence(const ff_plan *plan, uint32_t first, ff_candidate *o
     ff_candidate from[FF_SEQUENCES];
     scan s;
     size_t n = 1;
-    ff_status st = scan_new(plan, &s);
-    if (st) return st;
+    ff_status status = scan_new(plan, &s);
+    if (status) return status;
     memset(out, 0, sizeof *out);
     ff_layout_defaults(l, out->shape, NULL);
     s.off = (1u << lobes) - 1;
-    for (uint32_t k = 0; k < lobes && !st; k++) {
+    for (uint32_t k = 0; k < lobes && !status; k++) {
         const uint32_t lobe = (first + k) % lobes;
         s.off &= ~(1u << lobe);
         const ff_plan some = without(plan, s.off);
@@ -439,11 +439,11 @@ ff_status ff_start_sequence(const ff_plan *plan, uint32_t first, ff_candidate *o
         s.l = &some.l;
         memcpy(from, out, n * sizeof *from);
         size_t all = 0;
-        for (size_t i = 0; i < n && !st && all < FF_SEQUENCES; i++) {
+        for (size_t i = 0; i < n && !status && all < FF_SEQUENCES; i++) {
             size_t more = 0;
             const size_t left = FF_SEQUENCES - all;
-            st = grid_minima(&s, &g, from[i].shape, 0, out + all, 0, left < 2 ? left : 2, &more);
-            if (!st) st = stretch(&s, lobe, out + all, more);
+            status = grid_minima(&s, &g, from[i].shape, 0, out + all, 0, left < 2 ? left : 2, &more);
+            if (!status) status = stretch(&s, lobe, out + all, more);
             all += more;
         }
         n = all;
@@ -451,7 +451,7 @@ ff_status ff_start_sequence(const ff_plan *plan, uint32_t first, ff_candidate *o
     s.plan = plan;
     s.l = l;
     scan_free(&s);
-    if (st) return st;
+    if (status) return status;
     sort(out, n);
     *n_out = n;
     return FF_OK;

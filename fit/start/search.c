@@ -110,7 +110,7 @@ static ff_status sort_points(trial *points, size_t *n)
         if (points[i].status == FF_ERR_CANCELLED || points[i].status == FF_ERR_MEMORY) return points[i].status;
     qsort(points, *n, sizeof *points, by_cost);
     if (points[0].status) return points[0].status;
-    while (points[*n - 1].status) --*n;
+    while (points[*n - 1].status) (*n)--;
     return FF_OK;
 }
 
@@ -164,14 +164,14 @@ static ff_status add_candidates(search *s, const ff_candidate *candidate, size_t
     for (size_t i = 0; i < n; i++) memcpy(s->points[s->n + i].at.shape, candidate[i].shape, sizeof candidate[i].shape);
     w->to = s->points + s->n;
     ff_pool_run(w->plan->p->pool, n, polish_first, w);
-    ff_status st = sort_points(w->to, &n);
-    if (st) return st;
+    ff_status status = sort_points(w->to, &n);
+    if (status) return status;
     n = distinct_places(&w->surrogate->plan.l, w->to, n, s->n, FF_CANDIDATES);
     ff_pool_run(w->plan->p->pool, n, polish_to_end, w);
     s->n += n;
-    st = sort_points(s->points, &s->n);
-    if (!st) s->n = distinct_minima(s->points, s->n, FF_OPTIMA);
-    return st;
+    status = sort_points(s->points, &s->n);
+    if (!status) s->n = distinct_minima(s->points, s->n, FF_OPTIMA);
+    return status;
 }
 
 /* Candidates of the grid over all lobes and, where there are several, of one lobe after the other. */
@@ -181,13 +181,13 @@ static ff_status first_candidates(search *s)
     const ff_layout *l = &plan->l;
     ff_candidate candidate[FF_POINTS];
     size_t n = 0;
-    ff_status st = ff_start_search(plan, candidate, ff_start_searched(l) > 1 ? FF_CANDIDATES : FF_CANDIDATES_OF_ONE, &n);
-    for (uint32_t first = 0; first < l->m->n_lobes && l->m->n_lobes > 1 && !l->tied && !st; first++) {
+    ff_status status = ff_start_search(plan, candidate, ff_start_searched(l) > 1 ? FF_CANDIDATES : FF_CANDIDATES_OF_ONE, &n);
+    for (uint32_t first = 0; first < l->m->n_lobes && l->m->n_lobes > 1 && !l->tied && !status; first++) {
         size_t more = 0;
-        st = ff_start_sequence(plan, first, candidate + n, &more);
+        status = ff_start_sequence(plan, first, candidate + n, &more);
         n += more;
     }
-    return st ? st : add_candidates(s, candidate, n);
+    return status ? status : add_candidates(s, candidate, n);
 }
 
 /* Lobes of the best optima are put elsewhere, one at a time, as long as that leads to a better one. A round lobe that is alone has
@@ -197,21 +197,22 @@ static ff_status move_lobes(search *s)
     const ff_plan *plan = &s->work.surrogate->plan;
     const ff_layout *l = &plan->l;
     const int moves = l->m->n_lobes > 1 || (l->m->n_lobes == 1 && l->mode != FF_ISOTROPIC_MODE);
-    ff_status st = FF_OK;
-    for (int round = 0; round < FF_ROUNDS && moves && !st; round++) {
+    ff_status status = FF_OK;
+    for (int round = 0; round < FF_ROUNDS && moves && !status; round++) {
         ff_candidate candidate[FF_MOST];
         const double before = s->points[0].at.cost2;
         size_t n = 0;
         for (size_t i = 0; i < s->n && i < FF_MOVED; i++)
-            for (uint32_t lobe = 0; lobe < l->m->n_lobes && !st; lobe++) {
+            for (uint32_t lobe = 0; lobe < l->m->n_lobes && !status; lobe++) {
                 size_t more = 0;
-                st = ff_start_moves(plan, s->points[i].at.shape, lobe, candidate + n, &more);
+                status = ff_start_moves(plan, s->points[i].at.shape, lobe, candidate + n, &more);
                 n += more;
             }
-        if (!st) st = add_candidates(s, candidate, n);
+        if (!status) status = add_candidates(s, candidate, n);
         if (!(s->points[0].at.cost2 < before * (1 - 10 * FF_ROUGH))) break;
     }
-    return st == FF_ERR_CANCELLED || st == FF_ERR_MEMORY ? st : FF_OK; /* whatever else fails here, the optima are there */
+    return status == FF_ERR_CANCELLED || status == FF_ERR_MEMORY ? status
+                                                                 : FF_OK; /* whatever else fails here, the optima are there */
 }
 
 /* A minimisation creeps along the valley of a conductor and may not come to its end: whether one of the ends is lower is seen from
@@ -219,15 +220,15 @@ static ff_status move_lobes(search *s)
 static ff_status try_valleys(const ff_plan *plan, trial *best, trial *spare)
 {
     const ff_layout *l = &plan->l;
-    ff_status st = FF_OK;
+    ff_status status = FF_OK;
     for (uint32_t lobe = 0; lobe < l->m->n_lobes; lobe++)
-        for (size_t end = 0; end < 2 * l->n_channels && !st; end++) {
+        for (size_t end = 0; end < 2 * l->n_channels && !status; end++) {
             ff_point_set(plan, best->at.shape, best->at.channel, &spare->at);
             if (!ff_surrogate_end_of_valley(l, lobe, end / 2, end % 2, spare->at.channel)) continue;
-            st = minimise(plan, FF_ROUGH, FF_STEPS, &spare->at);
-            if (!st && spare->at.cost2 < best->at.cost2) exchange(best, spare);
+            status = minimise(plan, FF_ROUGH, FF_STEPS, &spare->at);
+            if (!status && spare->at.cost2 < best->at.cost2) exchange(best, spare);
         }
-    return st;
+    return status;
 }
 
 /* The best optimum of the model; `optima` has room for those that the surrogate's lead to and for one more. */
@@ -240,16 +241,16 @@ static ff_status best_of_model(search *s, trial *optima, const trial **best)
     s->work.to = optima;
     ff_pool_run(s->work.plan->p->pool, n, polish_optimum, &s->work);
     *best = optima;
-    const ff_status st = sort_points(optima, &n);
-    return st ? st : try_valleys(s->work.plan, optima, optima + FF_OPTIMA);
+    const ff_status status = sort_points(optima, &n);
+    return status ? status : try_valleys(s->work.plan, optima, optima + FF_OPTIMA);
 }
 
 /* Room for trials of the model and of its surrogate. */
 static ff_status make_trials(const ff_plan *plan, trial *t, size_t n)
 {
-    ff_status st = FF_OK;
-    for (size_t i = 0; i < n && !st; i++) st = ff_point_new(plan, &t[i].at);
-    return st;
+    ff_status status = FF_OK;
+    for (size_t i = 0; i < n && !status; i++) status = ff_point_new(plan, &t[i].at);
+    return status;
 }
 
 static void free_trials(trial *t, size_t n)
@@ -264,33 +265,33 @@ static ff_status look_for_start(const ff_plan *plan, ff_point *at)
     trial optima[FF_OPTIMA + 1] = {{.status = FF_OK}};
     const trial *best = NULL;
     ff_surrogate surrogate = {.limits = NULL};
-    ff_status st = ff_surrogate_make(plan, &surrogate);
-    if (st) return st;
+    ff_status status = ff_surrogate_make(plan, &surrogate);
+    if (status) return status;
     s.work = (polish){.plan = plan, .surrogate = &surrogate};
-    st = make_trials(&surrogate.plan, s.points, FF_POINTS);
-    if (!st) st = make_trials(plan, optima, FF_OPTIMA + 1);
-    if (!st) st = first_candidates(&s);
-    if (!st) st = move_lobes(&s);
-    if (!st) st = best_of_model(&s, optima, &best);
-    if (!st) ff_point_set(plan, best->at.shape, best->at.channel, at);
+    status = make_trials(&surrogate.plan, s.points, FF_POINTS);
+    if (!status) status = make_trials(plan, optima, FF_OPTIMA + 1);
+    if (!status) status = first_candidates(&s);
+    if (!status) status = move_lobes(&s);
+    if (!status) status = best_of_model(&s, optima, &best);
+    if (!status) ff_point_set(plan, best->at.shape, best->at.channel, at);
     free_trials(s.points, FF_POINTS);
     free_trials(optima, FF_OPTIMA + 1);
     ff_surrogate_free(&surrogate);
-    return st;
+    return status;
 }
 
 /* Most of the way is gone on fewer samples: from a given start on the subsample, then on the middle one. */
 static ff_status approach(const ff_plan *plan, ff_point *at, ff_error *err)
 {
     const struct ff_problem *const levels[2] = {plan->start_shape ? plan->p->subsample : NULL, plan->p->middle};
-    ff_status st = FF_OK;
-    for (int k = 0; k < 2 && !st; k++) {
+    ff_status status = FF_OK;
+    for (int k = 0; k < 2 && !status; k++) {
         if (!levels[k]) continue;
         const ff_plan fewer = ff_plan_on(plan, levels[k]);
         const ff_effort effort = {.parallel = k == 1, .tolerance = FF_ROUGH, .max_iterations = 100};
-        st = ff_solve(&fewer, &effort, at, err);
+        status = ff_solve(&fewer, &effort, at, err);
     }
-    return st;
+    return status;
 }
 
 ff_status ff_start(const ff_plan *plan, ff_point *at, ff_error *err)
@@ -299,11 +300,11 @@ ff_status ff_start(const ff_plan *plan, ff_point *at, ff_error *err)
         ff_point_set(plan, plan->start_shape, plan->start_channel, at);
         if (plan->bounded) ff_layout_project(&plan->l, at->shape, at->channel);
     } else {
-        const ff_status st = look_for_start(plan, at);
-        if (st == FF_ERR_CANCELLED) return ff_error_set(err, st, NULL, 0, -1, "cancelled");
-        if (st) return ff_error_set(err, st, NULL, 0, -1, "the search for a start failed: %s", ff_status_str(st));
+        const ff_status status = look_for_start(plan, at);
+        if (status == FF_ERR_CANCELLED) return ff_error_set(err, status, NULL, 0, -1, "cancelled");
+        if (status) return ff_error_set(err, status, NULL, 0, -1, "the search for a start failed: %s", ff_status_str(status));
     }
-    const ff_status st = approach(plan, at, err);
+    const ff_status status = approach(plan, at, err);
     at->iterations = at->passes = 0; /* those on all samples count */
-    return st;
+    return status;
 }

@@ -125,8 +125,8 @@ ff_status ff_surrogate_make(const ff_plan *plan, ff_surrogate *out)
     }
     char text[FF_MODEL_NAME];
     expression_of(m, text, sizeof text);
-    const ff_status s = ff_model_parse(text, &out->model, NULL);
-    if (s) return FF_ERR_INTERNAL;
+    const ff_status status = ff_model_parse(text, &out->model, NULL);
+    if (status) return FF_ERR_INTERNAL;
     for (uint32_t k = 0; k < m->n_lobes; k++) out->model.lobe[k].table = m->lobe[k].table;
     for (uint32_t k = 0; k < m->n_shape; k++) { /* what is held stays held */
         const int i = find_like(&out->model, m->shape[k].name);

@@ -15,12 +15,12 @@ ff_status ff_places_new(const ff_problem *p, const ff_table *t, ff_places **out,
 {
     ff_places *made = malloc(sizeof *made);
     if (!made) return no_memory(err);
-    const ff_status s = ff_places_init(p, t, made, err);
-    if (s)
+    const ff_status status = ff_places_init(p, t, made, err);
+    if (status)
         free(made);
     else
         *out = made;
-    return s;
+    return status;
 }
 
 void ff_places_free(ff_places *places)
@@ -61,8 +61,8 @@ ff_status ff_trust_residual_table(const ff_problem *p, const ff_table *t, const 
     ff_table made;
     o = ff_fit_options_take(o, &own, err);
     if (!o) return FF_ERR_RANGE;
-    const ff_status s = ff_trust_residual_table_into(p, t, o, fit, &made, err);
-    return s ? s : ff_table_move(&made, out, err);
+    const ff_status status = ff_trust_residual_table_into(p, t, o, fit, &made, err);
+    return status ? status : ff_table_move(&made, out, err);
 }
 
 ff_status ff_trust_outliers(const ff_problem *p, const ff_places *places, const ff_fit_options *o, const ff_fit_result *fit,
@@ -70,12 +70,12 @@ ff_status ff_trust_outliers(const ff_problem *p, const ff_places *places, const 
 {
     ff_fit_options own;
     ff_outliers found;
-    ff_status s = ff_record_check("ff_outliers", out, FF_END_OF(ff_outliers, worst), err);
+    ff_status status = ff_record_check("ff_outliers", out, FF_END_OF(ff_outliers, worst), err);
     o = ff_fit_options_take(o, &own, err);
     if (!o) return FF_ERR_RANGE;
-    if (!s) s = ff_trust_outliers_into(p, places, o, fit, &found, err);
-    if (!s) ff_options_init(out, out->size, &found, sizeof found);
-    return s;
+    if (!status) status = ff_trust_outliers_into(p, places, o, fit, &found, err);
+    if (!status) ff_options_init(out, out->size, &found, sizeof found);
+    return status;
 }
 
 /* ---- intervals ------------------------------------------------------------------------------- */
@@ -85,12 +85,12 @@ ff_status ff_trust_bootstrap(const ff_problem *p, const ff_places *places, const
 {
     ff_fit_options own;
     ff_bootstrap made;
-    ff_status s = ff_record_check("ff_bootstrap", out, FF_END_OF(ff_bootstrap, kind), err);
+    ff_status status = ff_record_check("ff_bootstrap", out, FF_END_OF(ff_bootstrap, kind), err);
     o = ff_fit_options_take(o, &own, err);
     if (!o) return FF_ERR_RANGE;
-    if (!s) s = ff_trust_bootstrap_into(p, places, o, repeats, seed, fit, &made, err);
-    if (!s) ff_options_init(out, out->size, &made, sizeof made);
-    return s;
+    if (!status) status = ff_trust_bootstrap_into(p, places, o, repeats, seed, fit, &made, err);
+    if (!status) ff_options_init(out, out->size, &made, sizeof made);
+    return status;
 }
 
 ff_status ff_trust_cut_off(const ff_problem *p, const ff_fit_options *o, const ff_fit_result *fit, double max_theta,
@@ -101,12 +101,12 @@ ff_status ff_trust_cut_off(const ff_problem *p, const ff_fit_options *o, const f
     if (!o) return FF_ERR_RANGE;
     ff_cut_off *made = malloc(sizeof *made);
     if (!made) return no_memory(err);
-    const ff_status s = ff_trust_cut_off_into(p, o, fit, max_theta, made, err);
-    if (s)
+    const ff_status status = ff_trust_cut_off_into(p, o, fit, max_theta, made, err);
+    if (status)
         free(made);
     else
         *out = made;
-    return s;
+    return status;
 }
 
 void ff_cut_off_free(ff_cut_off *c)
@@ -133,16 +133,16 @@ ff_status ff_trust_compare(const ff_problem *p, const ff_places *places, const f
     if (!o) return FF_ERR_RANGE;
     ff_fit_result *all = side_by_side(fits, n);
     if (!all) return no_memory(err);
-    const ff_status s = ff_trust_compare_into(p, places, o, all, n, winner, folds, out, err);
+    const ff_status status = ff_trust_compare_into(p, places, o, all, n, winner, folds, out, err);
     free(all);
-    return s;
+    return status;
 }
 
 ff_status ff_trust_channels_differ(const ff_fit_result *const *fits, size_t n, ff_difference *out, ff_error *err)
 {
     ff_fit_result *all = side_by_side(fits, n);
     if (!all) return no_memory(err);
-    const ff_status s = ff_trust_channels_differ_into(all, n, out, err);
+    const ff_status status = ff_trust_channels_differ_into(all, n, out, err);
     free(all);
-    return s;
+    return status;
 }

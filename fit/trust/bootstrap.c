@@ -49,15 +49,15 @@ static void refit(void *context, size_t repeat, int worker)
     const ff_plan plan = ff_plan_on(&b->fit->plan, &b->resampled->problem[worker]);
     double *weight = b->weight + (size_t)worker * b->places->n_groups;
     ff_point at = {0};
-    ff_status st = ff_plan_cancelled(&plan) ? FF_ERR_CANCELLED : ff_point_new(&plan, &at);
-    if (!st) {
+    ff_status status = ff_plan_cancelled(&plan) ? FF_ERR_CANCELLED : ff_point_new(&plan, &at);
+    if (!status) {
         draw_weights(b, repeat, weight);
         ff_resampled_weigh(b->resampled, worker, b->places, weight);
         ff_point_set(&plan, b->fit->at.shape, b->fit->at.channel, &at);
-        st = ff_solve(&plan, &effort, &at, NULL);
+        status = ff_solve(&plan, &effort, &at, NULL);
     }
-    b->status[repeat] = st;
-    b->converged[repeat] = !st && at.outcome == FF_CONVERGED;
+    b->status[repeat] = status;
+    b->converged[repeat] = !status && at.outcome == FF_CONVERGED;
     if (b->converged[repeat]) ff_layout_pack(&plan.l, at.shape, at.channel, b->x + repeat * plan.l.P);
     ff_point_free(&at);
 }
@@ -100,13 +100,13 @@ static ff_status take_errors(const ff_layout *l, const double *x, size_t n, size
                              ff_fit_result *fit)
 {
     const size_t P = l->P;
-    ff_status st = FF_OK;
-    for (size_t a = 0; a < P && !st; a++) {
+    ff_status status = FF_OK;
+    for (size_t a = 0; a < P && !status; a++) {
         ff_fit_value *v = ff_result_value(l, fit, a);
         const ff_param *info = ff_layout_param(l, a, NULL)->info;
         if (v->held) continue;
         if (v->at_bound) {
-            st = one_sided(x, n, P, a, info, v);
+            status = one_sided(x, n, P, a, info, v);
             continue;
         }
         /* weights of G groups have the variance (G - 1) / (G + 1) instead of 1 */
@@ -123,18 +123,18 @@ static ff_status take_errors(const ff_layout *l, const double *x, size_t n, size
         }
     }
     ff_result_copy_tied(l, fit);
-    return st;
+    return status;
 }
 
 static ff_status count_groups(ff_finished *f, const ff_places *places, const groups_that_count *count)
 {
     const ff_plan *plan = &f->plan;
-    ff_status st = ff_errors(plan, &f->at);
-    if (!st)
-        st = ff_clusters_informative(plan->p, &f->at.normal, plan->p->n, places->group, places->n_groups, f->at.information,
-                                     count->number);
-    for (size_t k = 0; k < plan->l.P && !st; k++) count->seen[k] = ff_information_seen(f->at.information, count->number[k]);
-    return st;
+    ff_status status = ff_errors(plan, &f->at);
+    if (!status)
+        status = ff_clusters_informative(plan->p, &f->at.normal, plan->p->n, places->group, places->n_groups, f->at.information,
+                                         count->number);
+    for (size_t k = 0; k < plan->l.P && !status; k++) count->seen[k] = ff_information_seen(f->at.information, count->number[k]);
+    return status;
 }
 
 static ff_status check(const ff_places *places, size_t repeats, ff_error *err)
@@ -165,9 +165,9 @@ ff_status ff_trust_bootstrap_into(const ff_problem *p, const ff_places *places, 
 {
     ff_finished f;
     ff_resampled resampled = {0};
-    ff_status st = check(places, repeats, err);
-    if (!st) st = ff_finished_open_data(p, o, fit, "the bootstrap", &f, err);
-    if (st) return st;
+    ff_status status = check(places, repeats, err);
+    if (!status) status = ff_finished_open_data(p, o, fit, "the bootstrap", &f, err);
+    if (status) return status;
     const size_t P = f.plan.l.P, threads = (size_t)ff_pool_threads(p->pool);
     bootstrap b = {.fit = &f, .places = places, .resampled = &resampled, .seed = seed};
     b.weight = malloc(threads * places->n_groups * sizeof *b.weight);
@@ -175,24 +175,25 @@ ff_status ff_trust_bootstrap_into(const ff_problem *p, const ff_places *places, 
     b.converged = calloc(repeats, 1);
     b.status = calloc(repeats, sizeof *b.status);
     const groups_that_count count = {malloc((P + 1) * sizeof(double)), malloc((P + 1) * sizeof(double))};
-    st = b.weight && b.x && b.converged && b.status && count.number && count.seen ? ff_resampled_new(p, &resampled) : FF_ERR_MEMORY;
+    status =
+        b.weight && b.x && b.converged && b.status && count.number && count.seen ? ff_resampled_new(p, &resampled) : FF_ERR_MEMORY;
     size_t n = 0;
-    if (!st) {
+    if (!status) {
         ff_pool_run(p->pool, repeats, refit, &b);
-        for (size_t i = 0; i < repeats && !st; i++)
-            if (b.status[i] == FF_ERR_CANCELLED || b.status[i] == FF_ERR_MEMORY) st = b.status[i];
+        for (size_t i = 0; i < repeats && !status; i++)
+            if (b.status[i] == FF_ERR_CANCELLED || b.status[i] == FF_ERR_MEMORY) status = b.status[i];
         n = pack(&b, repeats, P);
     }
-    if (st) {
-        (void)ff_trust_ended(st, "the bootstrap", err);
+    if (status) {
+        (void)ff_trust_ended(status, "the bootstrap", err);
     } else if (n < FEWEST_REPEATS) {
-        st = ff_error_set(err, FF_ERR_DATA, NULL, 0, -1, "only %zu of %zu refits of the bootstrap converged", n, repeats);
+        status = ff_error_set(err, FF_ERR_DATA, NULL, 0, -1, "only %zu of %zu refits of the bootstrap converged", n, repeats);
     } else {
-        st = count_groups(&f, places, &count);
-        if (!st) st = take_errors(&f.plan.l, b.x, n, places->n_groups, &count, fit);
-        if (st) ff_error_set(err, st, NULL, 0, -1, "out of memory");
+        status = count_groups(&f, places, &count);
+        if (!status) status = take_errors(&f.plan.l, b.x, n, places->n_groups, &count, fit);
+        if (status) ff_error_set(err, status, NULL, 0, -1, "out of memory");
     }
-    if (!st) *out = (ff_bootstrap){sizeof *out, repeats, repeats - n, places->n_groups, places->kind};
+    if (!status) *out = (ff_bootstrap){sizeof *out, repeats, repeats - n, places->n_groups, places->kind};
     ff_resampled_free(&resampled);
     free(b.weight);
     free(b.x);
@@ -201,5 +202,5 @@ ff_status ff_trust_bootstrap_into(const ff_problem *p, const ff_places *places, 
     free(count.number);
     free(count.seen);
     ff_finished_close(&f);
-    return st;
+    return status;
 }

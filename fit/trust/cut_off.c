@@ -23,22 +23,22 @@ static ff_status step_from(const ff_layout *l, const ff_normal *normal, const ff
     const size_t P = l->P;
     ff_gram g;
     double *slope = malloc((2 * P + 1) * sizeof *slope), *step = slope + P;
-    ff_status st = slope ? ff_gram_new(l, &g) : FF_ERR_MEMORY;
-    if (!st) {
+    ff_status status = slope ? ff_gram_new(l, &g) : FF_ERR_MEMORY;
+    if (!status) {
         ff_gram_fill(l, normal, NULL, &g);
         ff_gram_gradient(&g, slope);
         ff_gram_free(&g);
-        st = ff_information_solve(info, slope, step);
+        status = ff_information_solve(info, slope, step);
     }
     *inside = 1;
-    for (size_t k = 0; k < P && !st; k++) {
+    for (size_t k = 0; k < P && !status; k++) {
         double lo, hi;
         ff_layout_range(l, k, &lo, &hi);
         value[k] -= step[k];
         *inside &= value[k] >= lo && value[k] <= hi;
     }
     free(slope);
-    return st;
+    return status;
 }
 
 /* What a pass over the part at the point says: the point's values, or with `step` those of one step from it, against those of the
@@ -51,13 +51,13 @@ static ff_status fill(const ff_plan *plan, ff_point *at, const ff_fit_result *fi
     const size_t P = l->P;
     ff_information *info = NULL;
     double *value = malloc((P + 1) * sizeof *value);
-    ff_status st = value ? ff_point_pass(plan, at) : FF_ERR_MEMORY;
-    if (!st) st = ff_information_new(plan, &at->normal, at->at_bound, &info);
-    if (!st) st = ff_information_finish(info, plan, &at->normal, out->used, NULL);
-    if (!st) ff_layout_pack(l, at->shape, at->channel, value);
-    for (size_t k = 0; k < P && !st; k++) value[k] = ff_coordinate_value(ff_layout_param(l, k, NULL)->info, value[k]);
-    if (!st && step) st = step_from(l, &at->normal, info, value, near);
-    for (size_t k = 0; k < P && !st; k++) {
+    ff_status status = value ? ff_point_pass(plan, at) : FF_ERR_MEMORY;
+    if (!status) status = ff_information_new(plan, &at->normal, at->at_bound, &info);
+    if (!status) status = ff_information_finish(info, plan, &at->normal, out->used, NULL);
+    if (!status) ff_layout_pack(l, at->shape, at->channel, value);
+    for (size_t k = 0; k < P && !status; k++) value[k] = ff_coordinate_value(ff_layout_param(l, k, NULL)->info, value[k]);
+    if (!status && step) status = step_from(l, &at->normal, info, value, near);
+    for (size_t k = 0; k < P && !status; k++) {
         const ff_fit_value *v = ff_result_value(l, (ff_fit_result *)(uintptr_t)fit, k);
         if (v->column < 0) continue;
         const double variance = difference ? difference[k] * difference[k] : info->variance[k];
@@ -68,7 +68,7 @@ static ff_status fill(const ff_plan *plan, ff_point *at, const ff_fit_result *fi
     }
     free(info);
     free(value);
-    return st;
+    return status;
 }
 
 /* One pass mostly says that nothing moves. Else, or where bounds have a part in it, the fit to the part is made. */
@@ -77,12 +77,12 @@ static ff_status compare_with_part(const ff_plan *part, ff_point *at, const ff_f
 {
     static const ff_effort effort = {.parallel = 1, .tolerance = CUT_TOLERANCE, .max_iterations = CUT_ITERATIONS};
     int near = 0, bounds = 0;
-    ff_status st = FF_OK;
+    ff_status status = FF_OK;
     for (size_t k = 0; k < part->l.P; k++) bounds |= at->at_bound[k];
-    if (!bounds) st = fill(part, at, fit, difference, 1, out, &near);
-    if (st || near) return st;
-    st = ff_solve(part, &effort, at, err);
-    return st ? st : fill(part, at, fit, difference, 0, out, &near);
+    if (!bounds) status = fill(part, at, fit, difference, 1, out, &near);
+    if (status || near) return status;
+    status = ff_solve(part, &effort, at, err);
+    return status ? status : fill(part, at, fit, difference, 0, out, &near);
 }
 
 /* One of several that moves by its own scatter alone should be as rare as if there were one (Sidak 1967): of as many as are not the
@@ -102,35 +102,35 @@ ff_status ff_trust_cut_off_into(const ff_problem *p, const ff_fit_options *o, co
     ff_finished f;
     struct ff_problem part = *p;
     ff_cut_off c = {.max_theta = max_theta, .n_columns = fit->n_columns};
-    ff_status st = ff_finished_open_data(p, o, fit, "the check at a lower limit of the angles", &f, err);
-    if (st) return st;
+    ff_status status = ff_finished_open_data(p, o, fit, "the check at a lower limit of the angles", &f, err);
+    if (status) return status;
     float *multiplier = calloc(p->n_blocks * FF_BLOCK, sizeof *multiplier);
     double *difference = malloc((2 * f.plan.l.P + 1) * sizeof *difference), *dof = difference + f.plan.l.P, least = INFINITY;
     c.value = malloc((c.n_columns + 1) * sizeof *c.value);
     c.move = malloc((c.n_columns + 1) * sizeof *c.move);
-    if (!multiplier || !difference || !c.value || !c.move) st = FF_ERR_MEMORY;
+    if (!multiplier || !difference || !c.value || !c.move) status = FF_ERR_MEMORY;
     const float lowest = (float)(cos(max_theta) * (1 - 1e-6));
-    for (size_t i = 0; i < p->n && !st; i++) {
+    for (size_t i = 0; i < p->n && !status; i++) {
         const int inside = fminf(p->cosine[0][i], p->cosine[1][i]) >= lowest;
         multiplier[i] = (float)inside;
         c.used += (size_t)inside;
     }
     part.multiplier = multiplier;
-    if (!st && c.used * p->n_channels < 2 * f.plan.l.P)
-        st = ff_error_set(err, FF_ERR_DATA, NULL, 0, -1, "only %zu of the samples lie below %g degrees: too few for a fit", c.used,
-                          max_theta * (180 / 3.14159265358979323846));
+    if (!status && c.used * p->n_channels < 2 * f.plan.l.P)
+        status = ff_error_set(err, FF_ERR_DATA, NULL, 0, -1, "only %zu of the samples lie below %g degrees: too few for a fit",
+                              c.used, max_theta * (180 / 3.14159265358979323846));
     const ff_plan on_part = ff_plan_on(&f.plan, &part);
-    if (!st && f.at.noise) st = ff_noise_difference(&f.plan, &f.at, f.at.noise, multiplier, difference, dof);
-    for (size_t k = 0; k < f.plan.l.P && f.at.noise && !st; k++) least = fmin(least, dof[k]);
-    if (!st) c.limit = limit_of(fit, least);
-    if (!st) st = compare_with_part(&on_part, &f.at, fit, f.at.noise ? difference : NULL, &c, err);
-    if (st == FF_ERR_MEMORY) ff_error_set(err, st, NULL, 0, -1, "out of memory");
+    if (!status && f.at.noise) status = ff_noise_difference(&f.plan, &f.at, f.at.noise, multiplier, difference, dof);
+    for (size_t k = 0; k < f.plan.l.P && f.at.noise && !status; k++) least = fmin(least, dof[k]);
+    if (!status) c.limit = limit_of(fit, least);
+    if (!status) status = compare_with_part(&on_part, &f.at, fit, f.at.noise ? difference : NULL, &c, err);
+    if (status == FF_ERR_MEMORY) ff_error_set(err, status, NULL, 0, -1, "out of memory");
     free(multiplier);
     free(difference);
     ff_finished_close(&f);
-    if (st) {
+    if (status) {
         ff_cut_off_clear(&c);
-        return st;
+        return status;
     }
     *out = c;
     return FF_OK;

@@ -4,16 +4,16 @@
 ff_status ff_finished_open(const struct ff_problem *p, const ff_fit_options *o, const ff_fit_result *fit, ff_finished *out,
                            ff_error *err)
 {
-    ff_status st = ff_plan_of_result(p, o, fit, &out->plan, err);
-    if (!st && ff_point_of_result(&out->plan, fit, &out->at)) {
+    ff_status status = ff_plan_of_result(p, o, fit, &out->plan, err);
+    if (!status && ff_point_of_result(&out->plan, fit, &out->at)) {
         ff_plan_free(&out->plan);
-        st = ff_error_set(err, FF_ERR_MEMORY, NULL, 0, -1, "out of memory");
+        status = ff_error_set(err, FF_ERR_MEMORY, NULL, 0, -1, "out of memory");
     }
-    if (!st && fit->noise && !(out->at.noise = ff_noise_found_copy(fit->noise))) {
+    if (!status && fit->noise && !(out->at.noise = ff_noise_found_copy(fit->noise))) {
         ff_finished_close(out);
-        st = ff_error_set(err, FF_ERR_MEMORY, NULL, 0, -1, "out of memory");
+        status = ff_error_set(err, FF_ERR_MEMORY, NULL, 0, -1, "out of memory");
     }
-    return st;
+    return status;
 }
 
 ff_status ff_finished_open_data(const struct ff_problem *p, const ff_fit_options *o, const ff_fit_result *fit, const char *what,
@@ -31,8 +31,8 @@ void ff_finished_close(ff_finished *f)
     ff_plan_free(&f->plan);
 }
 
-ff_status ff_trust_ended(ff_status st, const char *what, ff_error *err)
+ff_status ff_trust_ended(ff_status status, const char *what, ff_error *err)
 {
-    if (st == FF_ERR_CANCELLED) return ff_error_set(err, st, NULL, 0, -1, "cancelled");
-    return ff_error_set(err, st, NULL, 0, -1, "%s ended early: %s", what, ff_status_str(st));
+    if (status == FF_ERR_CANCELLED) return ff_error_set(err, status, NULL, 0, -1, "cancelled");
+    return ff_error_set(err, status, NULL, 0, -1, "%s ended early: %s", what, ff_status_str(status));
 }

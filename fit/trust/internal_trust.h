@@ -31,7 +31,7 @@ ff_status ff_resampled_new(const struct ff_problem *p, ff_resampled *out);
 void ff_resampled_free(ff_resampled *r);
 
 /* Says in err why `what` ("the bootstrap") came to no end: cancelled, or st. Returns st. */
-ff_status ff_trust_ended(ff_status st, const char *what, ff_error *err);
+ff_status ff_trust_ended(ff_status status, const char *what, ff_error *err);
 
 /* Gives the samples of group g the weight weight[g]. */
 void ff_resampled_weigh(const ff_resampled *r, int worker, const ff_places *places, const double *weight);

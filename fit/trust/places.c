@@ -116,8 +116,8 @@ static ff_status group_by_direction(const look *l, int *done)
     uint64_t *pairs = malloc(2 * MOST_DIRECTIONS * sizeof *pairs);
     uint32_t *number = malloc(MOST_DIRECTIONS * sizeof *number);
     *done = 0;
-    const ff_status st = d && pairs && number ? FF_OK : FF_ERR_MEMORY;
-    if (!st) {
+    const ff_status status = d && pairs && number ? FF_OK : FF_ERR_MEMORY;
+    if (!status) {
         size_t i = 0;
         for (; i < out->n; i++) {
             out->group[i] = find_direction(d, key_of(l, i));
@@ -134,7 +134,7 @@ static ff_status group_by_direction(const look *l, int *done)
     free(d);
     free(pairs);
     free(number);
-    return st;
+    return status;
 }
 
 /* Cells of incident directions: rings of theta_i; with directions of their own, each ring in sectors of about a ring's width. */
@@ -186,12 +186,12 @@ static ff_status split_into_runs(ff_places *out)
             left[g]--;
             out->group[i] = now[g];
         }
-    const ff_status st = now && left ? FF_OK : FF_ERR_MEMORY;
+    const ff_status status = now && left ? FF_OK : FF_ERR_MEMORY;
     free(now);
     free(left);
     out->n_groups = next;
     out->kind = FF_GROUP_RUNS;
-    return st;
+    return status;
 }
 
 ff_status ff_places_init(const ff_problem *p, const ff_table *t, ff_places *out, ff_error *err)
@@ -201,19 +201,19 @@ ff_status ff_places_init(const ff_problem *p, const ff_table *t, ff_places *out,
     look l = {p, t, &places, malloc(p->n * sizeof *l.theta), malloc(p->n * sizeof *l.phi)};
     int failed = !places.group || !places.direction || !l.theta || !l.phi, done = 0;
     for (int k = 0; k < FF_PLACE_COUNT; k++) failed |= !(places.band[k] = malloc(p->n));
-    ff_status st = failed ? FF_ERR_MEMORY : FF_OK;
-    if (!st) {
+    ff_status status = failed ? FF_ERR_MEMORY : FF_OK;
+    if (!status) {
         ff_pool_run(p->pool, (p->n + PLACE_SLAB - 1) / PLACE_SLAB, look_at, &l);
-        st = group_by_direction(&l, &done);
+        status = group_by_direction(&l, &done);
     }
-    if (!st && !done) st = group_by_cell(&l);
-    if (!st) memcpy(places.direction, places.group, p->n * sizeof *places.group);
-    if (!st && places.n_groups < FEWEST_GROUPS) st = split_into_runs(&places);
+    if (!status && !done) status = group_by_cell(&l);
+    if (!status) memcpy(places.direction, places.group, p->n * sizeof *places.group);
+    if (!status && places.n_groups < FEWEST_GROUPS) status = split_into_runs(&places);
     free(l.theta);
     free(l.phi);
-    if (st) {
+    if (status) {
         ff_places_clear(&places);
-        return ff_error_set(err, st, NULL, 0, -1, "the samples could not be grouped: %s", ff_status_str(st));
+        return ff_error_set(err, status, NULL, 0, -1, "the samples could not be grouped: %s", ff_status_str(status));
     }
     *out = places;
     return FF_OK;

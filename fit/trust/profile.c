@@ -39,8 +39,8 @@ static ff_status root_at(const profile *f, end *e, double x, ff_point *at, doubl
     all[e->k] = x;
     ff_layout_unpack(&plan.l, all, at->shape, at->channel);
     free(all);
-    const ff_status st = ff_solve(&plan, &effort, at, NULL);
-    if (st) return st;
+    const ff_status status = ff_solve(&plan, &effort, at, NULL);
+    if (status) return status;
     const double rise = 0.5 * at->cost2 - f->objective;
     e->lower = fmin(e->lower, f->objective > 0 ? rise / f->objective : 0);
     *root = sqrt(2 * fmax(rise, 0) / e->unit);
@@ -59,8 +59,8 @@ static ff_status find_end(const profile *f, end *e, ff_point *at)
     for (int solve = 0; solve < MOST_SOLVES; solve++) {
         double root;
         x = e->side < 0 ? fmax(x, wall) : fmin(x, wall);
-        const ff_status st = root_at(f, e, x, at, &root);
-        if (st) return st;
+        const ff_status status = root_at(f, e, x, at, &root);
+        if (status) return status;
         e->x = x;
         if (fabs(root - e->t) <= PROFILE_CLOSE * e->t || (x == wall && root < e->t)) return FF_OK;
         if (root < e->t)
@@ -147,21 +147,21 @@ ff_status ff_trust_profile(const ff_problem *p, const ff_fit_options *o, ff_fit_
     ff_information *info = NULL;
     o = ff_fit_options_take(o, &own, err);
     if (!o) return FF_ERR_RANGE;
-    ff_status st = ff_finished_open_data(p, o, fit, "the profile of the objective", &finished, err);
-    if (st) return st;
+    ff_status status = ff_finished_open_data(p, o, fit, "the profile of the objective", &finished, err);
+    if (status) return status;
     profile f = {&finished, fit->residual.objective, malloc((2 * finished.plan.l.P + 1) * sizeof *f.ends)};
-    st = f.ends ? ff_point_pass(&finished.plan, &finished.at) : FF_ERR_MEMORY;
-    if (!st) st = ff_errors_of_all(&finished.plan, &finished.at, &info);
+    status = f.ends ? ff_point_pass(&finished.plan, &finished.at) : FF_ERR_MEMORY;
+    if (!status) status = ff_errors_of_all(&finished.plan, &finished.at, &info);
     size_t n = 0;
-    if (!st) {
+    if (!status) {
         n = lay_out_ends(&f, info, fit);
         ff_pool_run(p->pool, n, profile_end, &f);
-        for (size_t i = 0; i < n && !st; i++) st = f.ends[i].status;
+        for (size_t i = 0; i < n && !status; i++) status = f.ends[i].status;
     }
-    if (!st) st = take_ends(&f, n, fit);
-    if (st) (void)ff_trust_ended(st, "the profile", err);
+    if (!status) status = take_ends(&f, n, fit);
+    if (status) (void)ff_trust_ended(status, "the profile", err);
     free(info);
     free(f.ends);
     ff_finished_close(&finished);
-    return st;
+    return status;
 }

@@ -15,11 +15,11 @@ ff_status ff_trust_evaluate(const ff_problem *p, const ff_fit_options *o, const 
     ff_finished f;
     o = ff_fit_options_take(o, &own, err);
     if (!o) return FF_ERR_RANGE;
-    ff_status st = ff_finished_open(p, o, fit, &f, err);
-    if (st) return st;
-    st = ff_point_evaluate(&f.plan, &f.at, 1, model, residual, cost);
+    ff_status status = ff_finished_open(p, o, fit, &f, err);
+    if (status) return status;
+    status = ff_point_evaluate(&f.plan, &f.at, 1, model, residual, cost);
     ff_finished_close(&f);
-    return st ? ff_error_set(err, st, NULL, 0, -1, "the model could not be evaluated: %s", ff_status_str(st)) : FF_OK;
+    return status ? ff_error_set(err, status, NULL, 0, -1, "the model could not be evaluated: %s", ff_status_str(status)) : FF_OK;
 }
 
 /* ---- by angle -------------------------------------------------------------------------------- */
@@ -96,16 +96,16 @@ ff_status ff_trust_bands_into(const ff_problem *p, const ff_places *places, cons
     ff_bands bands = {0};
     ff_finished f;
     ff_pass pass;
-    ff_status st = ff_finished_open(p, o, fit, &f, err);
-    if (st) return st;
+    ff_status status = ff_finished_open(p, o, fit, &f, err);
+    if (status) return status;
     banding work = {&pass, places, calloc(chunks, sizeof *work.chunk)};
     f.plan.l.free = (ff_wanted){0}; /* values alone */
-    st = work.chunk ? ff_plan_pass(&f.plan, f.at.shape, f.at.channel, &pass) : FF_ERR_MEMORY;
-    if (!st) {
+    status = work.chunk ? ff_plan_pass(&f.plan, f.at.shape, f.at.channel, &pass) : FF_ERR_MEMORY;
+    if (!status) {
         ff_pool_run(p->pool, chunks, band_chunk, &work);
         ff_pass_free(&pass);
     }
-    for (int k = 0; k < FF_PLACE_COUNT && !st; k++)
+    for (int k = 0; k < FF_PLACE_COUNT && !status; k++)
         for (int b = 0; b < FF_BANDS; b++) {
             band_sums s = {0};
             for (size_t c = 0; c < chunks; c++) add_to_band(&s, &work.chunk[c].band[k][b], work.chunk[c].band[k][b].n);
@@ -114,7 +114,7 @@ ff_status ff_trust_bands_into(const ff_problem *p, const ff_places *places, cons
         }
     free(work.chunk);
     ff_finished_close(&f);
-    if (st) return ff_error_set(err, st, NULL, 0, -1, "out of memory");
+    if (status) return ff_error_set(err, status, NULL, 0, -1, "out of memory");
     *out = bands;
     return FF_OK;
 }
@@ -134,11 +134,11 @@ ff_status ff_trust_residual_table_into(const ff_problem *p, const ff_table *t, c
     view.n_negative = 0;
     double *model = malloc((C * n + 1) * sizeof *model);
     if (!model) return ff_error_set(err, FF_ERR_MEMORY, NULL, 0, -1, "out of memory");
-    ff_status st = ff_trust_evaluate(p, o, fit, model, NULL, NULL, err);
-    if (!st) st = ff_table_copy_into(&view, &made, err);
-    if (st) {
+    ff_status status = ff_trust_evaluate(p, o, fit, model, NULL, NULL, err);
+    if (!status) status = ff_table_copy_into(&view, &made, err);
+    if (status) {
         free(model);
-        return st;
+        return status;
     }
     memset(made.valid, 0, made.n);
     memset(made.value, 0, made.n * C * sizeof *made.value);
@@ -177,9 +177,9 @@ ff_status ff_trust_outliers_into(const ff_problem *p, const ff_places *places, c
         return ff_error_set(err, FF_ERR_UNSUPPORTED, NULL, 0, -1, "only a robust loss has a scale that tells outliers");
     double *residual = malloc((p->n_channels * p->n + 1) * sizeof *residual);
     if (!residual) return ff_error_set(err, FF_ERR_MEMORY, NULL, 0, -1, "out of memory");
-    const ff_status st = ff_trust_evaluate(p, o, fit, NULL, residual, NULL, err);
+    const ff_status status = ff_trust_evaluate(p, o, fit, NULL, residual, NULL, err);
     const double given = o->robust_scale > 0 ? o->robust_scale / ff_robust_tuning(o->robust) : 1;
-    for (size_t i = 0; i < p->n && !st; i++) {
+    for (size_t i = 0; i < p->n && !status; i++) {
         int any = 0;
         for (size_t c = 0; c < p->n_channels; c++) {
             const double unit = p->unit ? (double)p->unit[c * p->n_blocks * FF_BLOCK + i] : given,
@@ -193,7 +193,7 @@ ff_status ff_trust_outliers_into(const ff_problem *p, const ff_places *places, c
         for (int k = 0; k < FF_PLACE_COUNT && any; k++) found.in_band[k][places->band[k][i]]++;
     }
     free(residual);
-    if (st) return st;
+    if (status) return status;
     *out = found;
     return FF_OK;
 }

@@ -28,11 +28,11 @@ static ff_status add_held_out(const folds *f, size_t fold, const ff_point *at)
 {
     const ff_places *places = f->places;
     double *cost = malloc((places->n + 1) * sizeof *cost);
-    ff_status st = cost ? ff_point_evaluate(&f->fit->plan, at, 0, NULL, NULL, cost) : FF_ERR_MEMORY;
-    for (size_t i = 0; i < places->n && !st; i++)
+    ff_status status = cost ? ff_point_evaluate(&f->fit->plan, at, 0, NULL, NULL, cost) : FF_ERR_MEMORY;
+    for (size_t i = 0; i < places->n && !status; i++)
         if (places->direction[i] % f->n == fold) f->held_out[places->direction[i]] += cost[i];
     free(cost);
-    return st;
+    return status;
 }
 
 static void fit_fold(void *context, size_t fold, int worker)
@@ -42,15 +42,15 @@ static void fit_fold(void *context, size_t fold, int worker)
     const struct ff_problem *p = &f->resampled->problem[worker];
     const ff_plan plan = ff_plan_on(&f->fit->plan, p);
     ff_point at = {0};
-    ff_status st = ff_plan_cancelled(&plan) ? FF_ERR_CANCELLED : ff_point_new(&plan, &at);
-    if (!st) {
+    ff_status status = ff_plan_cancelled(&plan) ? FF_ERR_CANCELLED : ff_point_new(&plan, &at);
+    if (!status) {
         float *multiplier = f->resampled->multiplier + (size_t)worker * p->n_blocks * FF_BLOCK;
         for (size_t i = 0; i < p->n; i++) multiplier[i] = f->places->direction[i] % f->n != fold;
         ff_point_set(&plan, f->fit->at.shape, f->fit->at.channel, &at);
-        st = ff_solve(&plan, &effort, &at, NULL);
+        status = ff_solve(&plan, &effort, &at, NULL);
     }
-    if (!st) st = add_held_out(f, fold, &at);
-    f->status[fold] = st;
+    if (!status) status = add_held_out(f, fold, &at);
+    f->status[fold] = status;
     ff_point_free(&at);
 }
 
@@ -60,20 +60,20 @@ static ff_status cross_validate(const ff_problem *p, const ff_places *places, co
 {
     ff_finished finished;
     ff_resampled resampled = {0};
-    ff_status st = ff_finished_open_data(p, o, fit, "cross-validation", &finished, err);
-    if (st) return st;
+    ff_status status = ff_finished_open_data(p, o, fit, "cross-validation", &finished, err);
+    if (status) return status;
     folds f = {&finished, places, &resampled, n, held_out, calloc(n, sizeof *f.status)};
-    st = f.status ? ff_resampled_new(p, &resampled) : FF_ERR_MEMORY;
+    status = f.status ? ff_resampled_new(p, &resampled) : FF_ERR_MEMORY;
     memset(held_out, 0, places->n_directions * sizeof *held_out);
-    if (!st) {
+    if (!status) {
         ff_pool_run(p->pool, n, fit_fold, &f);
-        for (size_t k = 0; k < n && !st; k++) st = f.status[k];
+        for (size_t k = 0; k < n && !status; k++) status = f.status[k];
     }
-    if (st) (void)ff_trust_ended(st, "the cross-validation", err);
+    if (status) (void)ff_trust_ended(status, "the cross-validation", err);
     ff_resampled_free(&resampled);
     free(f.status);
     ff_finished_close(&finished);
-    return st;
+    return status;
 }
 
 /* ---- the test of the difference -------------------------------------------------------------- */
@@ -167,20 +167,20 @@ static void compare_one(const struct ff_problem *p, const ff_places *places, con
 static ff_status compare_all(const ff_problem *p, const ff_places *places, const ff_fit_options *o, const ff_fit_result *fits,
                              size_t n, size_t winner, size_t folds, const arrays *a, ff_versus *out, ff_error *err)
 {
-    ff_status st = ff_trust_evaluate(p, o, &fits[winner], NULL, NULL, a->winner, err);
-    if (!st && folds) st = cross_validate(p, places, o, &fits[winner], folds, a->winner_held_out, err);
-    for (size_t k = 0; k < n && !st; k++) {
+    ff_status status = ff_trust_evaluate(p, o, &fits[winner], NULL, NULL, a->winner, err);
+    if (!status && folds) status = cross_validate(p, places, o, &fits[winner], folds, a->winner_held_out, err);
+    for (size_t k = 0; k < n && !status; k++) {
         memset(&out[k], 0, sizeof out[k]);
         if (k == winner) continue;
-        st = ff_trust_evaluate(p, o, &fits[k], NULL, NULL, a->other, err);
-        if (st) break;
+        status = ff_trust_evaluate(p, o, &fits[k], NULL, NULL, a->other, err);
+        if (status) break;
         compare_one(p, places, &fits[winner], &fits[k], a, &out[k]);
         if (!folds) continue;
-        st = cross_validate(p, places, o, &fits[k], folds, a->other_held_out, err);
-        if (st) break;
+        status = cross_validate(p, places, o, &fits[k], folds, a->other_held_out, err);
+        if (status) break;
         compare_validation(a, places->n_directions, &out[k]);
     }
-    return st;
+    return status;
 }
 
 ff_status ff_trust_compare_into(const ff_problem *p, const ff_places *places, const ff_fit_options *o, const ff_fit_result *fits,
@@ -193,13 +193,13 @@ ff_status ff_trust_compare_into(const ff_problem *p, const ff_places *places, co
             "cross-validation by incident direction takes 2 to %zu parts, as many as there are directions, found %zu", D, folds);
     double *memory = malloc((4 * p->n + 2 * D) * sizeof *memory); /* no more groups than samples */
     ff_versus *versus = calloc(n, sizeof *versus);
-    ff_status st = memory && versus ? FF_OK : ff_error_set(err, FF_ERR_MEMORY, NULL, 0, -1, "out of memory");
-    if (!st) {
+    ff_status status = memory && versus ? FF_OK : ff_error_set(err, FF_ERR_MEMORY, NULL, 0, -1, "out of memory");
+    if (!status) {
         const arrays a = {memory, memory + p->n, memory + 2 * p->n, memory + 3 * p->n, memory + 4 * p->n, memory + 4 * p->n + D};
-        st = compare_all(p, places, o, fits, n, winner, folds, &a, versus, err);
+        status = compare_all(p, places, o, fits, n, winner, folds, &a, versus, err);
     }
-    if (!st) memcpy(out, versus, n * sizeof *out);
+    if (!status) memcpy(out, versus, n * sizeof *out);
     free(memory);
     free(versus);
-    return st;
+    return status;
 }

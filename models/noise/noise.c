@@ -24,7 +24,7 @@ static int is_level(const ff_noise_level *l)
 ff_status ff_noise_new(const ff_noise_level *level, size_t n_levels, double cos_i, double cos_o, ff_noise **out, ff_error *err)
 {
     if (n_levels == 0) return ff_error_set(err, FF_ERR_RANGE, NULL, 0, -1, "a noise model needs at least one level");
-    for (size_t k = 0; k < n_levels; ++k)
+    for (size_t k = 0; k < n_levels; k++)
         if (!is_level(&level[k]))
             return ff_error_set(err, FF_ERR_RANGE, NULL, 0, -1,
                                 "the levels of a noise model are at or above 0, and not all 0; found %g, %g, %g", level[k].constant,
@@ -91,7 +91,7 @@ static ff_status read_word(const char *text, size_t n, double value[WORDS], ff_e
     const char *equals = memchr(text, '=', n);
     const size_t length = equals ? (size_t)(equals - text) : n;
     size_t k = 0;
-    while (k < WORDS && (strlen(words[k]) != length || memcmp(words[k], text, length) != 0)) ++k;
+    while (k < WORDS && (strlen(words[k]) != length || memcmp(words[k], text, length) != 0)) k++;
     if (k == WORDS)
         return ff_error_set(err, FF_ERR_UNKNOWN, NULL, 0, -1,
                             "'%.*s' is no part of a noise model; these are relative, floor, counts, cos_i, cos_o", (int)length,
@@ -109,8 +109,8 @@ ff_status ff_noise_parse(const char *text, ff_noise **out, ff_error *err)
     double value[WORDS] = {0};
     for (const char *at = text;;) {
         const size_t n = strcspn(at, ",");
-        const ff_status st = read_word(at, n, value, err);
-        if (st) return st;
+        const ff_status status = read_word(at, n, value, err);
+        if (status) return status;
         if (!at[n]) break;
         at += n + 1;
     }

@@ -47,7 +47,7 @@ static ff_status add_lobe(const ff_model *m, uint32_t lobe, const ff_kernels *ke
     ff_integrand_make(FF_INTEGRAL_LOBES, &p.prepared, wo, &k);
     ff_integrand_integrate(&k, one);
     ff_prepared_free(&p.prepared);
-    for (size_t c = 0; c < n; ++c) {
+    for (size_t c = 0; c < n; c++) {
         total[c].value += weight[lobe] * one[c].value;
         total[c].error += weight[lobe] * one[c].error;
     }
@@ -65,7 +65,7 @@ static ff_status add_bases(const ff_model *m, const ff_kernels *kernels, size_t 
     ff_integrand_make(FF_INTEGRAL_BASES, &p, wo, &k);
     ff_integrand_integrate(&k, one);
     ff_prepared_free(&p);
-    for (size_t c = 0; c < n; ++c) {
+    for (size_t c = 0; c < n; c++) {
         total[c].value += one[c].value;
         total[c].error += one[c].error;
     }
@@ -83,7 +83,7 @@ ff_status ff_albedo_directional(const ff_model *m, ff_isa isa, size_t n_channels
         const size_t n = n_channels - first < FF_INTEGRAL_GROUP ? n_channels - first : FF_INTEGRAL_GROUP;
         const double *group = channel + first * m->n_channel;
         ff_integral total[FF_INTEGRAL_GROUP] = {{0, 0}};
-        for (uint32_t l = 0; l < m->n_lobes && status == FF_OK; ++l) status = add_lobe(m, l, kernels, n, shape, group, wo, total);
+        for (uint32_t l = 0; l < m->n_lobes && status == FF_OK; l++) status = add_lobe(m, l, kernels, n, shape, group, wo, total);
         if (m->n_bases && status == FF_OK) status = add_bases(m, kernels, n, shape, group, wo, total);
         if (status != FF_OK) return out_of_memory(err);
         memcpy(out + first, total, n * sizeof *out);
@@ -100,7 +100,7 @@ static double g1_of(const ff_albedo_part *p, const double wo[3])
     double f[FF_INTEGRAL_GROUP][FF_BLOCK], lambda[2][FF_BLOCK], g2[FF_BLOCK], planes[FF_G_COUNT][1];
     const ff_dirs w = {&none, &none, &up, &wo[0], &wo[1], &wo[2]};
     ff_geometry g = {{NULL}};
-    for (int k = 0; k < FF_G_COUNT; ++k) g.plane[k] = planes[k];
+    for (int k = 0; k < FF_G_COUNT; k++) g.plane[k] = planes[k];
     p->prepared.kernels->geometry(&w, 1, &g);
     p->prepared.kernels->lobe_terms(&p->prepared.lobe[0], &g, 1, f[0], lambda[0], lambda[1], g2);
     return g2[0];

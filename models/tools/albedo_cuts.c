@@ -34,14 +34,14 @@ static void cut_roots(ff_cuts *c, const double a[4], double lo, double hi)
     double turn[2], end[4] = {lo};
     int n = 1;
     const int turns = ff_quadratic_roots(a[1], 2 * a[2], 3 * a[3], turn);
-    for (int i = 0; i < turns; ++i)
+    for (int i = 0; i < turns; i++)
         if (turn[i] > lo && turn[i] < hi) end[n++] = turn[i];
     end[n++] = hi;
-    for (int i = 0; i + 1 < n; ++i) {
+    for (int i = 0; i + 1 < n; i++) {
         double l = end[i], r = end[i + 1];
         const double fl = poly3(a, l);
         if (!(fl * poly3(a, r) < 0)) continue;
-        for (int it = 0; it < 60; ++it) {
+        for (int it = 0; it < 60; it++) {
             const double mid = (l + r) / 2;
             if ((poly3(a, mid) < 0) == (fl < 0)) {
                 l = mid;
@@ -77,8 +77,8 @@ void ff_cuts_branches(const ff_integrand *k, ff_vec2 e, double lo, double hi, ff
 
 void ff_cuts_sort(ff_cuts *c)
 {
-    for (int i = 1; i < c->n; ++i)
-        for (int j = i; j > 0 && c->q[j] < c->q[j - 1]; --j) {
+    for (int i = 1; i < c->n; i++)
+        for (int j = i; j > 0 && c->q[j] < c->q[j - 1]; j--) {
             const double t = c->q[j];
             c->q[j] = c->q[j - 1];
             c->q[j - 1] = t;

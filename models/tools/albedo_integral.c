@@ -103,7 +103,7 @@ static void flush(ff_integrand *k)
 static void add_point(ff_integrand *k, const double wi[3], const double wo[3], double weight)
 {
     if (k->n == FF_BLOCK) flush(k);
-    for (int j = 0; j < 3; ++j) {
+    for (int j = 0; j < 3; j++) {
         k->plane[j][k->n] = wi[j];
         k->plane[3 + j][k->n] = wo[j];
     }
@@ -153,9 +153,9 @@ static void integrate_piece(ff_integrand *k, const ff_gauss *g, ff_vec2 e, doubl
     const double x0 = asinh(q0 / k->width), x1 = asinh(q1 / k->width);
     const int panels = (int)ceil((x1 - x0) / panel_x);
     const double half = (x1 - x0) / (2 * panels);
-    for (int p = 0; p < panels; ++p) {
+    for (int p = 0; p < panels; p++) {
         const double mid = x0 + (2 * p + 1) * half;
-        for (int i = 0; i < g->n; ++i) {
+        for (int i = 0; i < g->n; i++) {
             const double grown = exp(mid + half * g->x[i]), shrunk = 1 / grown, w = 0.5 * k->width;
             add_half_vector(k, e, w * (grown - shrunk), weight * half * g->w[i] * w * (grown + shrunk)); /* sinh and cosh */
         }
@@ -167,7 +167,7 @@ void ff_integrand_tail(ff_integrand *k)
     double d[FF_INTEGRAL_GROUP][FF_BLOCK], plane[3][2];
     const ff_vec2 e = ray_direction(k, 0);
     k->far = slope_far / sqrt(ff_dot2(e, e) + k->l22 * k->l22);
-    for (int i = 0; i < 2; ++i) {
+    for (int i = 0; i < 2; i++) {
         const double q = k->far * (i + 1) / 2;
         const ff_vec2 s = {k->s0.x + q * e.x, k->s0.y + q * e.y};
         const double hz = 1 / sqrt(1 + ff_dot2(s, s));
@@ -208,7 +208,7 @@ static void integrate_furnace_ray(ff_integrand *k, const ff_gauss *g, double psi
     ff_cuts_branches(k, e, 0, fmin(end, far), &c);
     c.q[c.n++] = fmin(end, far);
     ff_cuts_sort(&c);
-    for (int i = 0; i + 1 < c.n; ++i) integrate_piece(k, g, e, c.q[i], c.q[i + 1], weight);
+    for (int i = 0; i + 1 < c.n; i++) integrate_piece(k, g, e, c.q[i], c.q[i + 1], weight);
     if (end > far) k->sum[0] += weight * k->det * power_tail(k, e, end);
 }
 
@@ -225,7 +225,7 @@ static void integrate_albedo_ray(ff_integrand *k, const ff_gauss *g, double psi,
     ff_cuts_branches(k, e, lo, hi, &c);
     c.q[c.n++] = hi;
     ff_cuts_sort(&c);
-    for (int i = 0; i + 1 < c.n; ++i) integrate_piece(k, g, e, c.q[i], c.q[i + 1], weight);
+    for (int i = 0; i + 1 < c.n; i++) integrate_piece(k, g, e, c.q[i], c.q[i + 1], weight);
 }
 
 /* ---- all rays -------------------------------------------------------------------------------- */
@@ -237,7 +237,7 @@ typedef struct centres {
 
 static void centre_add_line(centres *c, double psi)
 {
-    for (int i = 0; i < 2; ++i) {
+    for (int i = 0; i < 2; i++) {
         const double turn = fmod(psi + i * PI, 2 * PI);
         if (c->n < CENTRES) c->psi[c->n++] = turn < 0 ? turn + 2 * PI : turn;
     }
@@ -250,7 +250,7 @@ static void centre_add_tangents(const ff_integrand *k, centres *c, ff_vec2 a, do
     const double m01 = a.x * a.y - level * k->l21 * k->l22, m11 = a.y * a.y - level * k->l22 * k->l22;
     double root[2]; /* tan psi */
     const int n = ff_quadratic_roots(m00, 2 * m01, m11, root);
-    for (int i = 0; i < n; ++i) centre_add_line(c, atan(root[i]));
+    for (int i = 0; i < n; i++) centre_add_line(c, atan(root[i]));
 }
 
 /* psi of the ray whose slopes point along d. */
@@ -299,8 +299,8 @@ static void find_centres(const ff_integrand *k, centres *c)
         sharpness *= aspect;
     }
     c->levels = (int)fmin(16, 2 + ceil(log2(sharpness)));
-    for (int i = 1; i < c->n; ++i)
-        for (int j = i; j > 0 && c->psi[j] < c->psi[j - 1]; --j) {
+    for (int i = 1; i < c->n; i++)
+        for (int j = i; j > 0 && c->psi[j] < c->psi[j - 1]; j--) {
             const double swap = c->psi[j];
             c->psi[j] = c->psi[j - 1];
             c->psi[j - 1] = swap;
@@ -310,7 +310,7 @@ static void find_centres(const ff_integrand *k, centres *c)
 static void integrate_panel(ff_integrand *k, const ff_gauss *g, double a, double b)
 {
     const double mid = (a + b) / 2, half = (b - a) / 2;
-    for (int i = 0; i < g->n; ++i) {
+    for (int i = 0; i < g->n; i++) {
         const double psi = mid + half * g->x[i], weight = fabs(half) * g->w[i];
         if (k->kind == FF_INTEGRAL_FURNACE) {
             integrate_furnace_ray(k, g, psi, weight);
@@ -324,7 +324,7 @@ static void integrate_panel(ff_integrand *k, const ff_gauss *g, double a, double
 static void integrate_half_arc(ff_integrand *k, const ff_gauss *g, double centre, double middle, int levels)
 {
     double outer = 1;
-    for (int l = 0; l < levels; ++l) {
+    for (int l = 0; l < levels; l++) {
         const double inner = l + 1 < levels ? outer / 2 : 0;
         integrate_panel(k, g, centre + (middle - centre) * inner, centre + (middle - centre) * outer);
         outer = inner;
@@ -333,7 +333,7 @@ static void integrate_half_arc(ff_integrand *k, const ff_gauss *g, double centre
 
 static void integrate_circle(ff_integrand *k, const ff_gauss *g, const centres *c)
 {
-    for (int i = 0; i < c->n; ++i) {
+    for (int i = 0; i < c->n; i++) {
         const double a = c->psi[i], b = i + 1 < c->n ? c->psi[i + 1] : c->psi[0] + 2 * PI;
         if (b - a < 1e-12) continue;
         integrate_half_arc(k, g, a, (a + b) / 2, c->levels);
@@ -348,16 +348,16 @@ static void integrate_hemisphere(ff_integrand *k, const ff_gauss *g)
     double edge[] = {0, 0.1, 0.2, 0.35, 0.55, 0.8, 1, cbrt(k->o[2])};
     enum { EDGES = sizeof edge / sizeof edge[0] };
     const double towards = atan2(k->o[1], k->o[0]);
-    for (int i = EDGES - 1; i > 0 && edge[i] < edge[i - 1]; --i) {
+    for (int i = EDGES - 1; i > 0 && edge[i] < edge[i - 1]; i--) {
         const double swap = edge[i];
         edge[i] = edge[i - 1];
         edge[i - 1] = swap;
     }
-    for (int panel = 0; panel + 1 < EDGES; ++panel)
-        for (int i = 0; i < g->n; ++i) {
+    for (int panel = 0; panel + 1 < EDGES; panel++)
+        for (int i = 0; i < g->n; i++) {
             const double half = (edge[panel + 1] - edge[panel]) / 2, x = edge[panel] + half * (1 + g->x[i]);
             const double z = x * x * x, r = sqrt((1 - z) * (1 + z)), weight = half * g->w[i] * 3 * x * x * z;
-            for (int j = 0; j < 4 * g->n; ++j) {
+            for (int j = 0; j < 4 * g->n; j++) {
                 const int quarter = j / g->n, node = j % g->n;
                 const double phi = towards + PI / 4 * (2 * quarter + 1 + g->x[node]);
                 add_point(k, (const double[]){r * cos(phi), r * sin(phi), z}, k->o, weight * PI / 4 * g->w[node]);
@@ -387,7 +387,7 @@ void ff_integrand_integrate(ff_integrand *k, ff_integral out[FF_INTEGRAL_GROUP])
     for (int order = ORDER_FIRST; order <= ORDER_LAST && !(worst < tolerance); order *= 2) {
         ff_integrand_sum(k, order);
         worst = order > ORDER_FIRST ? 0 : INFINITY;
-        for (size_t i = 0; i < k->n_channels; ++i) {
+        for (size_t i = 0; i < k->n_channels; i++) {
             out[i] = (ff_integral){k->sum[i], fabs(k->sum[i] - before[i])};
             before[i] = k->sum[i];
             worst = fmax(worst, out[i].error);
@@ -402,12 +402,12 @@ static double profile_width(const ff_prepared *p)
 {
     const ff_lobe_pass *lobe = &p->lobe[0];
     double q[FF_BLOCK], q2[FF_BLOCK], value[FF_BLOCK], slope[FF_BLOCK];
-    for (int i = 0; i < FF_BLOCK; ++i) {
+    for (int i = 0; i < FF_BLOCK; i++) {
         q[i] = 1e-6 * exp2(0.25 * i); /* to 3e3 */
         q2[i] = q[i] * q[i];
     }
     p->kernels->ndf[lobe->ndf]->profile(&lobe->ndf_pass, FF_BLOCK, q2, value, slope, NULL);
-    for (int i = 1; i < FF_BLOCK; ++i)
+    for (int i = 1; i < FF_BLOCK; i++)
         if (!(value[i] > 0.25 * value[0] && value[i] < 4 * value[0])) return q[i];
     return 1;
 }

@@ -516,7 +516,7 @@ const ff_conversion *ff_conversion_at(size_t i)
 
 int ff_conversion_find(const char *from, const char *to, const char *by, size_t start)
 {
-    for (size_t i = start; i < ff_conversion_count(); ++i) {
+    for (size_t i = start; i < ff_conversion_count(); i++) {
         const ff_conversion *c = &conversions[i];
         if (!strcmp(c->from, from) && !strcmp(c->to, to) && (!by || !strcmp(c->by, by))) return (int)i;
     }
@@ -543,11 +543,11 @@ static ff_status refuse(const ff_conversion *c, const ff_conversion_value *v, do
 ff_status ff_conversion_apply(const ff_conversion *c, const double *in, double *out, ff_error *err)
 {
     double result[FF_CONVERSION_VALUES] = {0};
-    for (uint32_t k = 0; k < c->n_in; ++k)
+    for (uint32_t k = 0; k < c->n_in; k++)
         if (!inside(&c->in[k], in[k])) return refuse(c, &c->in[k], in[k], in, err);
     const char *reason = c->apply(in, result);
     if (reason) return ff_error_set(err, FF_ERR_RANGE, NULL, 0, -1, "%s", reason);
-    for (uint32_t k = 0; k < c->n_out; ++k)
+    for (uint32_t k = 0; k < c->n_out; k++)
         if (!inside(&c->out[k], result[k]))
             return ff_error_set(err, FF_ERR_RANGE, NULL, 0, -1, "%s = %g is outside %c%g, %g): %s has no usable answer here",
                                 c->out[k].name, result[k], c->out[k].lo_included ? '[' : '(', c->out[k].lo, c->out[k].hi,

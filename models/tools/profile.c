@@ -213,8 +213,8 @@ ff_status ff_profile_make(ff_profile_kind kind, size_t n, const double *x, const
                           ff_error *err)
 {
     points p = {.kind = kind, .n = n, .x = x, .y = y};
-    const ff_status s = check_points(&p, bad, err);
-    if (s) return s;
+    const ff_status status = check_points(&p, bad, err);
+    if (status) return status;
     double most = 0;
     for (size_t i = 0; i < n; i++) most = fmax(most, y[i]);
     p.least = 1e-30 * most;
@@ -244,12 +244,12 @@ ff_status ff_profile_new(ff_profile_kind kind, size_t n, const double *x, const 
     ff_profile_table *made = malloc(sizeof *made);
     if (bad) *bad = n;
     if (!made) return ff_error_set(err, FF_ERR_MEMORY, NULL, 0, -1, "out of memory");
-    const ff_status s = ff_profile_make(kind, n, x, y, made, bad, err);
-    if (s)
+    const ff_status status = ff_profile_make(kind, n, x, y, made, bad, err);
+    if (status)
         ff_profile_free(made);
     else
         *out = made;
-    return s;
+    return status;
 }
 
 void ff_profile_free(ff_profile_table *t)

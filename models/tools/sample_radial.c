@@ -84,8 +84,8 @@ static ff_status radial_extend(ff_sample_component *k, double y, double whole, i
     quintic(&a, &b, c);
     const double error = fmax(fabs(left + right - whole), fabs(quintic_at(c, 0.5) - (a.mass + left)));
     if (depth == 0 || !(error >= tolerance)) return radial_push(&k->radial, b);
-    const ff_status s = radial_extend(k, middle, left, depth - 1);
-    return s ? s : radial_extend(k, y, right, depth - 1);
+    const ff_status status = radial_extend(k, middle, left, depth - 1);
+    return status ? status : radial_extend(k, y, right, depth - 1);
 }
 
 /* Does no more than `nothing` lie beyond the last node? What falls as a power law there holds slope^2 / -curve. */
@@ -104,9 +104,10 @@ ff_status ff_sample_radial_make(ff_sample_component *k)
     radial_density(k, 1, &zero, &w, &dlnw);
     r->middle = FF_PI * w;
     double y = log(nothing / r->middle);
-    ff_status s = radial_push(r, node_at(k, y, nothing));
-    for (; !s && y < far && !radial_ends(r, nothing); y += 1) s = radial_extend(k, y + 1, radial_mass(k, y, y + 1), DEEPEST);
-    if (s) return s;
+    ff_status status = radial_push(r, node_at(k, y, nothing));
+    for (; !status && y < far && !radial_ends(r, nothing); y += 1)
+        status = radial_extend(k, y + 1, radial_mass(k, y, y + 1), DEEPEST);
+    if (status) return status;
     const ff_sample_node last = r->node[r->n - 1];
     r->fall = last.slope > 0 ? -last.curve / last.slope : INFINITY;
     r->total = last.mass + (r->fall > 0 ? last.slope / r->fall : 0);

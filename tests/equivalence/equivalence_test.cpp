@@ -143,9 +143,9 @@ Point CompressedPoint(const ff_problem *problem, const ff_model &m, const ff_fit
     double shape[FF_MAX_SHAPE];
     ff_model_defaults(&m, 1, shape, nullptr);
     for (int k = 0; k < SHAPE; k++) shape[k] = p.shape[k];
-    const ff_status st =
+    const ff_status status =
         compressed_point(problem, &m, &o, CHANNELS, shape, Channels(p).data(), &out.cost, out.gradient.data(), out.gram.data());
-    FF_CHECK(st == FF_OK, "%s", ff_status_str(st));
+    FF_CHECK(status == FF_OK, "%s", ff_status_str(status));
     return out;
 }
 
@@ -256,17 +256,17 @@ void Compare(const Setting &setting)
     o.weighting = setting.weighting;
     o.max_theta = 90 * FIT_DEGREE;
     o.shape = FF_SHAPE_CORRELATED;
-    ff_status st = ff_model_parse("ggx+lambert", &m, &err);
-    if (!st) st = ff_problem_make(&t, &m, 1, &o, &compressed, &err);
-    FF_CHECK(st == FF_OK, "%s: %s", setting.what, err.message);
-    if (!st) {
+    ff_status status = ff_model_parse("ggx+lambert", &m, &err);
+    if (!status) status = ff_problem_make(&t, &m, 1, &o, &compressed, &err);
+    FF_CHECK(status == FF_OK, "%s: %s", setting.what, err.message);
+    if (!status) {
         Parameters p = {{0.3, 0.35, 0.1}, {{0.7, 0.2}, {0.5, 0.1}, {0.4, 0.05}}};
         ceres::Problem plain;
         AddResiduals(t, setting, &p, &plain);
         ComparePoints(setting.what, CompressedPoint(compressed, m, o, p), PlainPoint(&plain, &p));
-        st = ff_problem_fit_into(compressed, &m, &o, &r, &err);
-        FF_CHECK(st == FF_OK, "%s: %s", setting.what, err.message);
-        if (!st) {
+        status = ff_problem_fit_into(compressed, &m, &o, &r, &err);
+        FF_CHECK(status == FF_OK, "%s: %s", setting.what, err.message);
+        if (!status) {
             CompareOptima(setting.what, r, SolvePlain(&plain, &p), p);
             ff_fit_result_clear(&r);
         }

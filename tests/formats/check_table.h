@@ -60,10 +60,10 @@ __attribute__((unused)) static void check_pipe(const char *format, const unsigne
         if (system(command) != 0) exit(1);
         ff_table t;
         ff_error err = {0};
-        ff_status s = ff_table_read_into(fifo, format, &t, &err);
-        FF_CHECK(s == cases[k].status && (s == FF_OK || err.byte == cases[k].byte), "%s: %d at %lld %s", cases[k].filter, s,
-                 (long long)err.byte, err.message);
-        if (s == FF_OK) ff_table_clear(&t);
+        ff_status status = ff_table_read_into(fifo, format, &t, &err);
+        FF_CHECK(status == cases[k].status && (status == FF_OK || err.byte == cases[k].byte), "%s: %d at %lld %s", cases[k].filter,
+                 status, (long long)err.byte, err.message);
+        if (status == FF_OK) ff_table_clear(&t);
     }
 }
 

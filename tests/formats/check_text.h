@@ -13,9 +13,9 @@ __attribute__((unused)) static int check_reads_with(const char *label, const cha
     ff_test_write(path, text, strlen(text));
     ff_error err = {0};
     char all[FF_ERROR_PATH + FF_ERROR_MESSAGE + 64];
-    ff_status s = ff_table_read_with_into(path, o, t, &err);
+    ff_status status = ff_table_read_with_into(path, o, t, &err);
     ff_error_format(&err, all, sizeof all);
-    if (!FF_CHECK(s == FF_OK, "%s: %s", label, all)) return 0;
+    if (!FF_CHECK(status == FF_OK, "%s: %s", label, all)) return 0;
     if (FF_CHECK(strcmp(t->format, format) == 0, "%s: read as %s", label, t->format)) return 1;
     ff_table_clear(t);
     return 0;

@@ -479,8 +479,9 @@ static void test_round_trip(void)
     static const char *const bad[] = {"", "a,b", "a\"", " a", "a ", "a\n"};
     for (size_t k = 0; k < sizeof bad / sizeof bad[0]; k++) {
         strcpy(t.channels[0].name, bad[k]);
-        ff_status s = ff_table_write(path, NULL, &t, &err);
-        FF_CHECK(s == FF_ERR_UNSUPPORTED && strstr(err.message, "expected a name"), "'%s': %d %s", bad[k], s, err.message);
+        ff_status status = ff_table_write(path, NULL, &t, &err);
+        FF_CHECK(status == FF_ERR_UNSUPPORTED && strstr(err.message, "expected a name"), "'%s': %d %s", bad[k], status,
+                 err.message);
     }
     ff_table_clear(&t);
     FF_CHECK(check_leftovers() == 0, "%d unfinished files", check_leftovers());

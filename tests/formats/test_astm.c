@@ -134,12 +134,12 @@ static void round_trip(void)
         ff_table_clear(&back);
     }
     strcpy(t.channels[0].name, "a b");
-    ff_status s = ff_table_write(path, NULL, &t, &err);
-    FF_CHECK(s == FF_ERR_UNSUPPORTED && strstr(err.message, "'a b'"), "%d %s", s, err.message);
+    ff_status status = ff_table_write(path, NULL, &t, &err);
+    FF_CHECK(status == FF_ERR_UNSUPPORTED && strstr(err.message, "'a b'"), "%d %s", status, err.message);
     ff_table_clear(&t);
     if (!FF_CHECK(ff_table_init(1, 1, NULL, 1, 0, &t, &err) == FF_OK, "%s", err.message)) return;
-    s = ff_table_write(path, NULL, &t, &err);
-    FF_CHECK(s == FF_ERR_UNSUPPORTED && strstr(err.message, "standard deviations"), "%d %s", s, err.message);
+    status = ff_table_write(path, NULL, &t, &err);
+    FF_CHECK(status == FF_ERR_UNSUPPORTED && strstr(err.message, "standard deviations"), "%d %s", status, err.message);
     ff_table_clear(&t);
     FF_CHECK(check_leftovers() == 0, "%d unfinished files", check_leftovers());
 }

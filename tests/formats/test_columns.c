@@ -20,9 +20,9 @@ static int reads(const char *label, const char *text, const char *columns, const
 {
     ff_error err = {0};
     char all[2048];
-    ff_status s = read_mapped(text, strlen(text), columns, part, -1, t, &err);
+    ff_status status = read_mapped(text, strlen(text), columns, part, -1, t, &err);
     ff_error_format(&err, all, sizeof all);
-    if (!FF_CHECK(s == FF_OK, "%s: %s", label, all)) return 0;
+    if (!FF_CHECK(status == FF_OK, "%s: %s", label, all)) return 0;
     return FF_CHECK(strcmp(t->format, "csv") == 0, "%s: read as %s", label, t->format);
 }
 
@@ -32,10 +32,10 @@ static void refuses(const char *text, const char *columns, const char *part, ff_
     ff_error err = {0};
     char all[FF_ERROR_PATH + FF_ERROR_MESSAGE + 64];
     memset(&t, 0x5A, sizeof t);
-    ff_status s = read_mapped(text, strlen(text), columns, part, -1, &t, &err);
+    ff_status status = read_mapped(text, strlen(text), columns, part, -1, &t, &err);
     ff_error_format(&err, all, sizeof all);
-    if (!FF_CHECK(s == code && err.code == code, "'%s': status %d, expected %d: %s", columns, s, code, all)) {
-        if (s == FF_OK) ff_table_clear(&t);
+    if (!FF_CHECK(status == code && err.code == code, "'%s': status %d, expected %d: %s", columns, status, code, all)) {
+        if (status == FF_OK) ff_table_clear(&t);
         return;
     }
     FF_CHECK(err.line == line && err.path[0], "'%s': line %ld, expected %ld: %s", columns, err.line, line, all);
@@ -420,8 +420,8 @@ static void prefixes_and_damage(void)
     for (size_t n = 0; n < sizeof text; n++) {
         ff_table t;
         ff_error err = {0};
-        ff_status s = read_mapped(text, n, columns, NULL, -1, &t, &err);
-        if (s == FF_OK) {
+        ff_status status = read_mapped(text, n, columns, NULL, -1, &t, &err);
+        if (status == FF_OK) {
             FF_CHECK(n > 70 && (text[n - 1] == '\n' || strstr(t.note, "cut")), "prefix %zu: note '%s'", n, t.note);
             ff_table_clear(&t);
         } else {

@@ -11,9 +11,9 @@ static int reads_bytes(const char *label, const char *text, size_t n, ff_table *
     ff_test_write(path, text, n);
     ff_error err = {0};
     char all[2048];
-    ff_status s = ff_table_read_into(path, NULL, t, &err);
+    ff_status status = ff_table_read_into(path, NULL, t, &err);
     ff_error_format(&err, all, sizeof all);
-    if (!FF_CHECK(s == FF_OK, "%s: %s", label, all)) return 0;
+    if (!FF_CHECK(status == FF_OK, "%s: %s", label, all)) return 0;
     FF_CHECK(strcmp(t->format, "csv") == 0, "%s: format '%s'", label, t->format);
     return 1;
 }
@@ -305,8 +305,8 @@ static void prefixes(void)
         ff_test_write(path, text, n);
         ff_table t;
         ff_error err = {0};
-        ff_status s = ff_table_read_into(path, n % 2 ? "csv" : NULL, &t, &err);
-        if (s != FF_OK) {
+        ff_status status = ff_table_read_into(path, n % 2 ? "csv" : NULL, &t, &err);
+        if (status != FF_OK) {
             refused++;
             FF_CHECK(strcmp(err.path, path) == 0 && err.message[0], "prefix %zu: no message", n);
             continue;
@@ -352,8 +352,8 @@ static void names_that_cannot_be_written(void)
     static const char *const names[] = {"", "a\nb", "c0"};
     for (int k = 0; k < 3; k++) {
         strcpy(t.channels[1].name, names[k]);
-        ff_status s = ff_table_write(ff_test_path("names.csv"), NULL, &t, &err);
-        FF_CHECK(s == FF_ERR_UNSUPPORTED && strstr(err.message, "channel 1"), "'%s': %d %s", names[k], s, err.message);
+        ff_status status = ff_table_write(ff_test_path("names.csv"), NULL, &t, &err);
+        FF_CHECK(status == FF_ERR_UNSUPPORTED && strstr(err.message, "channel 1"), "'%s': %d %s", names[k], status, err.message);
     }
     ff_table_clear(&t);
 }

@@ -34,11 +34,12 @@ static void expect(const char *label, const void *bytes, size_t n, const char *n
     ff_test_write(path, bytes, n);
     const ff_format *f = NULL;
     ff_error err = {0};
-    ff_status s = ff_format_detect(path, &f, &err);
+    ff_status status = ff_format_detect(path, &f, &err);
     if (name)
-        FF_CHECK(s == FF_OK && f && strcmp(f->name, name) == 0, "%s: %d %s %s", label, s, f ? f->name : "none", err.message);
+        FF_CHECK(status == FF_OK && f && strcmp(f->name, name) == 0, "%s: %d %s %s", label, status, f ? f->name : "none",
+                 err.message);
     else
-        FF_CHECK(s != FF_OK && !f, "%s: claimed by %s", label, f ? f->name : "");
+        FF_CHECK(status != FF_OK && !f, "%s: claimed by %s", label, f ? f->name : "");
 }
 #define EXPECT(label, text, name) expect(label, text, sizeof(text) - 1, name)
 
@@ -133,15 +134,15 @@ static void writing_by_name(void)
     ff_table t;
     ff_error err = {0};
     if (!FF_CHECK(ff_table_init(1, 1, NULL, 0, 0, &t, &err) == FF_OK, "%s", err.message)) return;
-    ff_status s = ff_table_write(ff_test_path("x.dat"), NULL, &t, &err);
-    FF_CHECK(s == FF_ERR_UNKNOWN && strstr(err.message, "merl, astm, "), "%d %s", s, err.message);
-    s = ff_table_write(ff_test_path("x.csv"), "nonesuch", &t, &err);
-    FF_CHECK(s == FF_ERR_UNKNOWN && strstr(err.message, "nonesuch"), "%d %s", s, err.message);
+    ff_status status = ff_table_write(ff_test_path("x.dat"), NULL, &t, &err);
+    FF_CHECK(status == FF_ERR_UNKNOWN && strstr(err.message, "merl, astm, "), "%d %s", status, err.message);
+    status = ff_table_write(ff_test_path("x.csv"), "nonesuch", &t, &err);
+    FF_CHECK(status == FF_ERR_UNKNOWN && strstr(err.message, "nonesuch"), "%d %s", status, err.message);
     FF_CHECK(ff_table_write(ff_test_path("x.csv"), NULL, &t, &err) == FF_OK, "%s", err.message);
-    s = ff_table_write("/dev/full", "csv", &t, &err);
-    FF_CHECK(s == FF_ERR_WRITE && strcmp(err.path, "/dev/full") == 0, "%d %s", s, err.message);
-    s = ff_table_write(ff_test_path("none/x.csv"), NULL, &t, &err);
-    FF_CHECK(s == FF_ERR_WRITE, "%d %s", s, err.message);
+    status = ff_table_write("/dev/full", "csv", &t, &err);
+    FF_CHECK(status == FF_ERR_WRITE && strcmp(err.path, "/dev/full") == 0, "%d %s", status, err.message);
+    status = ff_table_write(ff_test_path("none/x.csv"), NULL, &t, &err);
+    FF_CHECK(status == FF_ERR_WRITE, "%d %s", status, err.message);
     static const double wrong[] = {NAN, INFINITY};
     for (size_t f = 0; f < ff_format_count(); f++) {
         const ff_format *format = ff_format_at(f);
@@ -149,20 +150,20 @@ static void writing_by_name(void)
         const char *path = ff_test_path("never");
         for (int k = 0; k < 2; k++) {
             t.value[0] = wrong[k];
-            s = format->write(path, &t, &err);
-            FF_CHECK(s == FF_ERR_DATA && strstr(err.message, "c0") && strstr(err.message, "finite") && access(path, F_OK) != 0,
-                     "%s: %d %s", format->name, s, err.message);
+            status = format->write(path, &t, &err);
+            FF_CHECK(status == FF_ERR_DATA && strstr(err.message, "c0") && strstr(err.message, "finite") && access(path, F_OK) != 0,
+                     "%s: %d %s", format->name, status, err.message);
         }
         t.value[0] = 1;
         t.angle[2][0] = NAN;
-        s = format->write(path, &t, &err);
-        FF_CHECK(s == FF_ERR_DATA && strstr(err.message, "theta_o") && access(path, F_OK) != 0, "%s: %d %s", format->name, s,
-                 err.message);
+        status = format->write(path, &t, &err);
+        FF_CHECK(status == FF_ERR_DATA && strstr(err.message, "theta_o") && access(path, F_OK) != 0, "%s: %d %s", format->name,
+                 status, err.message);
         t.angle[2][0] = 0;
         t.valid[0] = 0;
-        s = format->write(path, &t, &err);
-        FF_CHECK(s == FF_ERR_DATA && strstr(err.message, "valid") && access(path, F_OK) != 0, "%s: %d %s", format->name, s,
-                 err.message);
+        status = format->write(path, &t, &err);
+        FF_CHECK(status == FF_ERR_DATA && strstr(err.message, "valid") && access(path, F_OK) != 0, "%s: %d %s", format->name,
+                 status, err.message);
         t.valid[0] = 1;
     }
     ff_table_clear(&t);

@@ -152,9 +152,9 @@ static int read_ok(const char *label, const char *path, ff_table *t)
 {
     ff_error err = {0};
     char message[FF_ERROR_PATH + FF_ERROR_MESSAGE + 64];
-    const ff_status s = ff_table_read_into(path, NULL, t, &err);
+    const ff_status status = ff_table_read_into(path, NULL, t, &err);
     ff_error_format(&err, message, sizeof message);
-    return FF_CHECK(s == FF_OK, "%s: %s", label, message);
+    return FF_CHECK(status == FF_OK, "%s: %s", label, message);
 }
 
 static void check_list(const char *label, const char *path)
@@ -523,8 +523,8 @@ static void test_layouts(void)
                                         "incident-exit:1x2x3 "};
     for (size_t k = 0; k < sizeof wrong / sizeof wrong[0]; k++) {
         err = (ff_error){0};
-        const ff_status s = lay_out(&t, wrong[k], &made, &err);
-        FF_CHECK(s == FF_ERR_SYNTAX && strstr(err.message, "expected"), "grid '%s': %d %s", wrong[k], s, err.message);
+        const ff_status status = lay_out(&t, wrong[k], &made, &err);
+        FF_CHECK(status == FF_ERR_SYNTAX && strstr(err.message, "expected"), "grid '%s': %d %s", wrong[k], status, err.message);
     }
     FF_CHECK(lay_out(&t, "incident-exit:100000x100000x3", &made, &err) == FF_ERR_RANGE, "a grid beyond 2^31 samples");
     ff_table_clear(&t);
@@ -703,8 +703,8 @@ static void refusals(void)
     for (size_t k = 0; k < sizeof wrong / sizeof wrong[0]; k++) {
         t.value[2] = wrong[k].value;
         t.sigma[2] = wrong[k].sigma;
-        const ff_status s = ff_table_write(path, NULL, &t, &err);
-        FF_CHECK(s == wrong[k].code && strstr(err.message, wrong[k].words), "%zu: %d %s", k, s, err.message);
+        const ff_status status = ff_table_write(path, NULL, &t, &err);
+        FF_CHECK(status == wrong[k].code && strstr(err.message, wrong[k].words), "%zu: %d %s", k, status, err.message);
     }
     t.value[2] = t.sigma[2] = 1;
     name(&t, 1, "c0", NAN);
@@ -768,15 +768,15 @@ static ff_status check_sane(const char *label, const char *path)
     ff_table t;
     ff_error err = {0};
     const double begin = now();
-    const ff_status s = ff_table_read_into(path, "exr", &t, &err);
+    const ff_status status = ff_table_read_into(path, "exr", &t, &err);
     FF_CHECK(now() - begin < 1, "%s: took %g s", label, now() - begin);
-    if (s != FF_OK) {
-        FF_CHECK(err.code == s && err.message[0] && strcmp(err.path, path) == 0, "%s: an error without words", label);
-        return s;
+    if (status != FF_OK) {
+        FF_CHECK(err.code == status && err.message[0] && strcmp(err.path, path) == 0, "%s: an error without words", label);
+        return status;
     }
     FF_CHECK(ff_table_write("/dev/null", "csv", &t, &err) == FF_OK, "%s: a table that is none: %s", label, err.message);
     ff_table_clear(&t);
-    return s;
+    return status;
 }
 
 static void truncated(void)
@@ -844,11 +844,11 @@ static void hostile(const char *label, const image *m, const char *word, size_t 
     ff_test_write(path, bytes, n);
     ff_table t;
     ff_error err = {0};
-    const ff_status s = ff_table_read_into(path, "exr", &t, &err);
-    FF_CHECK(s == code && strstr(err.message, words), "%s: %d %s", label, s, err.message);
+    const ff_status status = ff_table_read_into(path, "exr", &t, &err);
+    FF_CHECK(status == code && strstr(err.message, words), "%s: %d %s", label, status, err.message);
     if (byte == -2) byte = (int64_t)at;
     if (byte >= 0) FF_CHECK(err.byte == byte, "%s: byte %lld, expected %lld", label, (long long)err.byte, (long long)byte);
-    if (s == FF_OK) ff_table_clear(&t);
+    if (status == FF_OK) ff_table_clear(&t);
     free(bytes);
 }
 

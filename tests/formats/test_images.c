@@ -23,9 +23,10 @@ static int read_ok(const char *label, const char *text, ff_table *t)
     ff_error err = {0};
     char message[FF_ERROR_PATH + FF_ERROR_MESSAGE + 64];
     csv("stack.csv", text);
-    const ff_status s = ff_table_read_into(ff_test_path("stack.csv"), NULL, t, &err);
+    const ff_status status = ff_table_read_into(ff_test_path("stack.csv"), NULL, t, &err);
     ff_error_format(&err, message, sizeof message);
-    return FF_CHECK(s == FF_OK, "%s: %s", label, message) && FF_CHECK(strcmp(t->format, "images") == 0, "%s: %s", label, t->format);
+    return FF_CHECK(status == FF_OK, "%s: %s", label, message) &&
+           FF_CHECK(strcmp(t->format, "images") == 0, "%s: %s", label, t->format);
 }
 
 static void fails(const char *label, const char *text, ff_status code, long line, const char *const *words)
@@ -434,15 +435,15 @@ static ff_status check_sane(const char *label, const char *path)
     ff_table t;
     ff_error err = {0};
     const double begin = now();
-    const ff_status s = ff_table_read_into(path, "images", &t, &err);
+    const ff_status status = ff_table_read_into(path, "images", &t, &err);
     FF_CHECK(now() - begin < soon, "%s: took %g s", label, now() - begin);
-    if (s != FF_OK) {
-        FF_CHECK(err.code == s && err.message[0] && strcmp(err.path, path) == 0, "%s: an error without words", label);
-        return s;
+    if (status != FF_OK) {
+        FF_CHECK(err.code == status && err.message[0] && strcmp(err.path, path) == 0, "%s: an error without words", label);
+        return status;
     }
     FF_CHECK(ff_table_write("/dev/null", "csv", &t, &err) == FF_OK, "%s: a table that is none: %s", label, err.message);
     ff_table_clear(&t);
-    return s;
+    return status;
 }
 
 static void damaged_csv(void)

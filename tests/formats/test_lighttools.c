@@ -113,9 +113,9 @@ static void parts(void)
         {both, "top", "'top'", FF_ERR_UNKNOWN},
         {HEAD KEYS("10", "532", "BTDF") ROWS, NULL, "1 blocks of transmission and none of reflection", FF_ERR_UNSUPPORTED}};
     for (size_t k = 0; k < sizeof wrong / sizeof wrong[0]; k++) {
-        ff_status s = read_part(wrong[k].text, wrong[k].part, &t, &err);
-        FF_CHECK(s == wrong[k].code && strstr(err.message, wrong[k].word), "part %zu: %d %s", k, s, err.message);
-        if (s == FF_OK) ff_table_clear(&t);
+        ff_status status = read_part(wrong[k].text, wrong[k].part, &t, &err);
+        FF_CHECK(status == wrong[k].code && strstr(err.message, wrong[k].word), "part %zu: %d %s", k, status, err.message);
+        if (status == FF_OK) ff_table_clear(&t);
     }
 }
 

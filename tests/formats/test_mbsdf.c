@@ -198,9 +198,10 @@ static void test_part(void)
         ff_read_options o;
         ff_read_options_init(&o);
         o.part = cases[k].part;
-        const ff_status s = ff_table_read_with_into(path, &o, &t, &err);
-        FF_CHECK(s == cases[k].status && strstr(err.message, cases[k].word), "part %s: %d %s", cases[k].part, s, err.message);
-        if (s == FF_OK) ff_table_clear(&t);
+        const ff_status status = ff_table_read_with_into(path, &o, &t, &err);
+        FF_CHECK(status == cases[k].status && strstr(err.message, cases[k].word), "part %s: %d %s", cases[k].part, status,
+                 err.message);
+        if (status == FF_OK) ff_table_clear(&t);
     }
     const made only = make("MBSDF_DATA_TRANSMISSION=\n", 2, 2, 1);
     ff_test_write(path, only.b, only.n);
@@ -216,11 +217,12 @@ static void expect_bytes(const char *label, const void *b, size_t n, ff_status c
     memset(&t, 0x5A, sizeof t);
     ff_error err = {0};
     ff_test_write(path, b, n);
-    const ff_status s = ff_table_read_into(path, "mbsdf", &t, &err);
-    FF_CHECK(s == code && err.byte == byte && err.line == 0 && strcmp(err.path, path) == 0,
-             "%s: %d at byte %lld, expected %d at %lld: %s", label, s, (long long)err.byte, code, (long long)byte, err.message);
+    const ff_status status = ff_table_read_into(path, "mbsdf", &t, &err);
+    FF_CHECK(status == code && err.byte == byte && err.line == 0 && strcmp(err.path, path) == 0,
+             "%s: %d at byte %lld, expected %d at %lld: %s", label, status, (long long)err.byte, code, (long long)byte,
+             err.message);
     for (; *words; words++) FF_CHECK(strstr(err.message, *words), "%s: no '%s' in: %s", label, *words, err.message);
-    if (s == FF_OK) {
+    if (status == FF_OK) {
         ff_table_clear(&t);
         return;
     }
@@ -325,23 +327,23 @@ static void damage(void)
         ff_table t;
         ff_error err = {0};
         ff_test_write(path, m.b, n);
-        const ff_status s = ff_table_read_into(path, "mbsdf", &t, &err);
-        FF_CHECK(n == reflection ? s == FF_OK : s == FF_ERR_READ && err.byte == (int64_t)n, "%zu bytes: %d at %lld %s", n, s,
-                 (long long)err.byte, err.message);
-        if (s == FF_OK) ff_table_clear(&t);
+        const ff_status status = ff_table_read_into(path, "mbsdf", &t, &err);
+        FF_CHECK(n == reflection ? status == FF_OK : status == FF_ERR_READ && err.byte == (int64_t)n, "%zu bytes: %d at %lld %s", n,
+                 status, (long long)err.byte, err.message);
+        if (status == FF_OK) ff_table_clear(&t);
     }
     for (size_t bit = 0; bit < 8 * m.n; bit++) {
         ff_table t;
         ff_error err = {0};
         m.b[bit / 8] ^= (unsigned char)(1 << bit % 8);
         ff_test_write(path, m.b, m.n);
-        const ff_status s = ff_table_read_into(path, "mbsdf", &t, &err);
+        const ff_status status = ff_table_read_into(path, "mbsdf", &t, &err);
         m.b[bit / 8] ^= (unsigned char)(1 << bit % 8);
-        if (s == FF_OK) {
+        if (status == FF_OK) {
             FF_CHECK(t.n == 8 && t.n_channels == 3, "bit %zu: %zu x %zu", bit, t.n, t.n_channels);
             ff_table_clear(&t);
         } else {
-            FF_CHECK(err.message[0] && strcmp(err.path, path) == 0, "bit %zu: %d", bit, s);
+            FF_CHECK(err.message[0] && strcmp(err.path, path) == 0, "bit %zu: %d", bit, status);
         }
     }
 }
@@ -379,9 +381,9 @@ static void pipes(void)
         if (system(command) != 0) exit(1);
         ff_table t;
         ff_error err = {0};
-        const ff_status s = ff_table_read_into(fifo, "mbsdf", &t, &err);
-        FF_CHECK(s == (cut ? FF_ERR_READ : FF_OK), "%d %s", s, err.message);
-        if (s != FF_OK) continue;
+        const ff_status status = ff_table_read_into(fifo, "mbsdf", &t, &err);
+        FF_CHECK(status == (cut ? FF_ERR_READ : FF_OK), "%d %s", status, err.message);
+        if (status != FF_OK) continue;
         check_table(&t, 4, 5, 1);
         ff_table_clear(&t);
     }

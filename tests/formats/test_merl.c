@@ -252,22 +252,22 @@ static void writing(void)
     }
     const char *never = ff_test_path("never.binary");
     t.value[N + 4] = -1e-9;
-    ff_status s = ff_table_write(never, NULL, &t, &err);
-    FF_CHECK(s == FF_ERR_DATA && strstr(err.message, "sample 4, channel c1") && strstr(err.message, "negative") &&
+    ff_status status = ff_table_write(never, NULL, &t, &err);
+    FF_CHECK(status == FF_ERR_DATA && strstr(err.message, "sample 4, channel c1") && strstr(err.message, "negative") &&
                  access(never, F_OK) != 0,
-             "%d %s", s, err.message);
+             "%d %s", status, err.message);
     t.value[N + 4] = NAN;
-    s = ff_table_write(never, NULL, &t, &err);
-    FF_CHECK(s == FF_ERR_DATA && strstr(err.message, "sample 4") && access(never, F_OK) != 0, "%d %s", s, err.message);
+    status = ff_table_write(never, NULL, &t, &err);
+    FF_CHECK(status == FF_ERR_DATA && strstr(err.message, "sample 4") && access(never, F_OK) != 0, "%d %s", status, err.message);
     t.value[N + 4] = 1;
-    s = ff_table_write("/dev/full", "merl", &t, &err);
-    FF_CHECK(s == FF_ERR_WRITE && strstr(err.message, "No space"), "%d %s", s, err.message);
+    status = ff_table_write("/dev/full", "merl", &t, &err);
+    FF_CHECK(status == FF_ERR_WRITE && strstr(err.message, "No space"), "%d %s", status, err.message);
     ff_table_clear(&t);
     if (!FF_CHECK(ff_table_init(10, 3, NULL, 0, 0, &t, &err) == FF_OK, "%s", err.message)) return;
-    s = ff_table_write(never, NULL, &t, &err);
-    FF_CHECK(s == FF_ERR_UNSUPPORTED && strstr(err.message, "3 channels") && strstr(err.message, "grid 'merl'") &&
+    status = ff_table_write(never, NULL, &t, &err);
+    FF_CHECK(status == FF_ERR_UNSUPPORTED && strstr(err.message, "3 channels") && strstr(err.message, "grid 'merl'") &&
                  strstr(err.message, "scattered") && access(never, F_OK) != 0,
-             "%d %s", s, err.message);
+             "%d %s", status, err.message);
     ff_table_clear(&t);
     FF_CHECK(check_leftovers() == 0, "%d unfinished files", check_leftovers());
 }
@@ -277,11 +277,12 @@ static void expect_bytes(const char *label, const char *path, ff_status code, in
 {
     ff_table t;
     ff_error err = {0};
-    ff_status s = ff_table_read_into(path, "merl", &t, &err);
-    FF_CHECK(s == code && err.byte == byte && err.line == 0 && strcmp(err.path, path) == 0,
-             "%s: %d at byte %lld, expected %d at %lld: %s", label, s, (long long)err.byte, code, (long long)byte, err.message);
+    ff_status status = ff_table_read_into(path, "merl", &t, &err);
+    FF_CHECK(status == code && err.byte == byte && err.line == 0 && strcmp(err.path, path) == 0,
+             "%s: %d at byte %lld, expected %d at %lld: %s", label, status, (long long)err.byte, code, (long long)byte,
+             err.message);
     for (; *words; words++) FF_CHECK(strstr(err.message, *words), "%s: no '%s' in: %s", label, *words, err.message);
-    if (s == FF_OK) ff_table_clear(&t);
+    if (status == FF_OK) ff_table_clear(&t);
 }
 
 static void patch(const char *path, long at, const void *bytes, size_t n)

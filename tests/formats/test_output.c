@@ -74,10 +74,10 @@ static void expect_refusal(const char *label, const char *path, const char *word
     ff_output out;
     memset(&out, 0x5A, sizeof out);
     ff_error err = {0};
-    ff_status s = ff_output_open(path, &out, &err);
-    FF_CHECK(s == FF_ERR_WRITE && strcmp(err.path, path) == 0 && strstr(err.message, word), "%s: %d %s: %s", label, s, err.path,
-             err.message);
-    if (s == FF_OK) ff_output_abort(&out);
+    ff_status status = ff_output_open(path, &out, &err);
+    FF_CHECK(status == FF_ERR_WRITE && strcmp(err.path, path) == 0 && strstr(err.message, word), "%s: %d %s: %s", label, status,
+             err.path, err.message);
+    if (status == FF_OK) ff_output_abort(&out);
 }
 
 static void refusals(void)
@@ -115,8 +115,9 @@ static void full_device(void)
             return;
         }
         fill(out.file, sizes[k]);
-        ff_status s = ff_output_commit(&out, &err);
-        FF_CHECK(s == FF_ERR_WRITE && strstr(err.message, strerror(ENOSPC)), "%zu bytes: %d %s", sizes[k], s, err.message);
+        ff_status status = ff_output_commit(&out, &err);
+        FF_CHECK(status == FF_ERR_WRITE && strstr(err.message, strerror(ENOSPC)), "%zu bytes: %d %s", sizes[k], status,
+                 err.message);
     }
     FF_CHECK(stat("/dev/full", &after) == 0 && S_ISCHR(after.st_mode), "/dev/full was replaced");
 }
@@ -131,8 +132,8 @@ static int write_beyond_limit(const char *path)
     ff_error err = {0};
     if (ff_output_open(path, &out, &err) != FF_OK) return 2;
     fill(out.file, 1000000);
-    ff_status s = ff_output_commit(&out, &err);
-    return s == FF_ERR_WRITE && strstr(err.message, strerror(EFBIG)) ? 0 : 3;
+    ff_status status = ff_output_commit(&out, &err);
+    return status == FF_ERR_WRITE && strstr(err.message, strerror(EFBIG)) ? 0 : 3;
 }
 
 static void disk_that_fills(void)

@@ -107,9 +107,9 @@ static int test_real(void)
     ff_error err = {0};
     ff_read_options o;
     ff_read_options_init(&o);
-    ff_status s = ff_table_read_with_into(path, &o, &t, &err);
-    FF_CHECK(s == FF_ERR_UNSUPPORTED && strstr(err.message, "uA") && err.hint == FF_HINT_SCALE, "%d %s, hint %d", s, err.message,
-             (int)err.hint);
+    ff_status status = ff_table_read_with_into(path, &o, &t, &err);
+    FF_CHECK(status == FF_ERR_UNSUPPORTED && strstr(err.message, "uA") && err.hint == FF_HINT_SCALE, "%d %s, hint %d", status,
+             err.message, (int)err.hint);
     o.scale = 2;
     if (!FF_CHECK(ff_table_read_with_into(path, &o, &t, &err) == FF_OK, "%s:%ld: %s", path, err.line, err.message)) return 1;
     size_t size, n = 0, negative = 0, brightest = 0;

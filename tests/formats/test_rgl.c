@@ -836,11 +836,11 @@ static void expect_bad(const char *label, const unsigned char *bytes, size_t n, 
     ff_error err = {0};
     memset(&t, 0x5A, sizeof t);
     ff_test_write(path, bytes, n);
-    const ff_status s = ff_table_read_into(path, "rgl", &t, &err);
-    FF_CHECK(s == code && err.byte == (int64_t)byte && err.line == 0 && strcmp(err.path, path) == 0,
-             "%s: %d at byte %lld, expected %d at %zu: %s", label, s, (long long)err.byte, code, byte, err.message);
+    const ff_status status = ff_table_read_into(path, "rgl", &t, &err);
+    FF_CHECK(status == code && err.byte == (int64_t)byte && err.line == 0 && strcmp(err.path, path) == 0,
+             "%s: %d at byte %lld, expected %d at %zu: %s", label, status, (long long)err.byte, code, byte, err.message);
     for (; *words; words++) FF_CHECK(strstr(err.message, *words), "%s: no '%s' in: %s", label, *words, err.message);
-    if (s == FF_OK) ff_table_clear(&t);
+    if (status == FF_OK) ff_table_clear(&t);
 }
 
 static unsigned char spoilt[BIG];
@@ -973,9 +973,9 @@ static void mutations(void)
         ff_table t;
         ff_error err = {0};
         if (truncate(path, (off_t)k) != 0) exit(1);
-        const ff_status s = ff_table_read_into(path, "rgl", &t, &err);
-        FF_CHECK(s == FF_ERR_READ || s == FF_ERR_FORMAT, "%zu bytes: %d %s", k, s, err.message);
-        if (s == FF_OK) ff_table_clear(&t);
+        const ff_status status = ff_table_read_into(path, "rgl", &t, &err);
+        FF_CHECK(status == FF_ERR_READ || status == FF_ERR_FORMAT, "%zu bytes: %d %s", k, status, err.message);
+        if (status == FF_OK) ff_table_clear(&t);
     }
     size_t read = 0;
     for (size_t bit = 0; bit < 8 * data_at[PHI]; bit++) {
@@ -1221,8 +1221,8 @@ static void layouts(void)
                {"5x8x32", FF_ERR_RANGE, "1 azimuth"}, {"8x99999999999999999999", FF_ERR_RANGE, "2 to 512"},
                {"512x512", FF_ERR_RANGE, "268435456"}};
     for (size_t k = 0; k < sizeof bad / sizeof bad[0]; k++) {
-        const ff_status s = rgl->layout(&t, bad[k].grid, &out, &err);
-        FF_CHECK(s == bad[k].code && strstr(err.message, bad[k].word), "%s: %d %s", bad[k].grid, s, err.message);
+        const ff_status status = rgl->layout(&t, bad[k].grid, &out, &err);
+        FF_CHECK(status == bad[k].code && strstr(err.message, bad[k].word), "%s: %d %s", bad[k].grid, status, err.message);
     }
     if (FF_CHECK(rgl->layout(&t, "4x3", &out, &err) == FF_OK, "%s", err.message)) {
         const char *path = ff_test_path("black.bsdf");

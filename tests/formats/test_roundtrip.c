@@ -110,18 +110,18 @@ static void trip(const char *name, const ff_table *t, const ff_format *f)
     ff_error err = {0};
     ff_resample_options_init(&o);
     snprintf(label, sizeof label, "%s to %s", name, f->name);
-    ff_status s = ff_resample_into(t, f, &o, &made, &report, &err);
-    if (s == FF_ERR_UNSUPPORTED && t->n_channels > 1) { /* fewer channels are held, for which the message asks */
+    ff_status status = ff_resample_into(t, f, &o, &made, &report, &err);
+    if (status == FF_ERR_UNSUPPORTED && t->n_channels > 1) { /* fewer channels are held, for which the message asks */
         FF_CHECK(err.message[0], "%s: refused without a word", label);
-        s = ff_table_reduce_into(t, "mean", &mean, &err);
-        if (s == FF_OK) s = ff_resample_into(&mean, f, &o, &made, &report, &err);
+        status = ff_table_reduce_into(t, "mean", &mean, &err);
+        if (status == FF_OK) status = ff_resample_into(&mean, f, &o, &made, &report, &err);
     }
-    if (s == FF_ERR_DATA) { /* one incidence, where the format has others */
+    if (status == FF_ERR_DATA) { /* one incidence, where the format has others */
         FF_CHECK(strstr(err.message, "extrapolated") != NULL, "%s: %s", label, err.message);
         o.beyond = 1;
-        s = ff_resample_into(t, f, &o, &made, &report, &err);
+        status = ff_resample_into(t, f, &o, &made, &report, &err);
     }
-    if (FF_CHECK(s == FF_OK, "%s: %s", label, err.message)) {
+    if (FF_CHECK(status == FF_OK, "%s: %s", label, err.message)) {
         there_and_back(label, f, &made);
         ff_table_clear(&made);
     }

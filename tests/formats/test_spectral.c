@@ -43,9 +43,9 @@ static void refuses(const ff_table *t, const char *text, ff_status code, const c
     ff_table out;
     ff_error err = {0};
     memset(&out, 0x5A, sizeof out);
-    ff_status s = ff_table_reduce_into(t, text, &out, &err);
-    if (!FF_CHECK(s == code, "%s: %d %s", text, s, err.message)) {
-        if (s == FF_OK) ff_table_clear(&out);
+    ff_status status = ff_table_reduce_into(t, text, &out, &err);
+    if (!FF_CHECK(status == code, "%s: %d %s", text, status, err.message)) {
+        if (status == FF_OK) ff_table_clear(&out);
         return;
     }
     FF_CHECK(out.n == 0x5A5A5A5A5A5A5A5Au, "%s: the table was touched", text);

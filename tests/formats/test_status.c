@@ -3,10 +3,10 @@
 
 static void names(void)
 {
-    for (ff_status s = FF_OK; s <= FF_ERR_INTERNAL; s++) {
-        FF_CHECK(strcmp(ff_status_str(s), ff_status_str(99)) != 0, "status %d has no name", s);
-        for (ff_status r = FF_OK; r < s; r++)
-            FF_CHECK(strcmp(ff_status_str(s), ff_status_str(r)) != 0, "%d and %d share a name", s, r);
+    for (ff_status status = FF_OK; status <= FF_ERR_INTERNAL; status++) {
+        FF_CHECK(strcmp(ff_status_str(status), ff_status_str(99)) != 0, "status %d has no name", status);
+        for (ff_status r = FF_OK; r < status; r++)
+            FF_CHECK(strcmp(ff_status_str(status), ff_status_str(r)) != 0, "%d and %d share a name", status, r);
     }
     FF_CHECK(ff_status_str(-1)[0] && ff_status_str(INT32_MAX)[0], "numbers that are no status");
 }
@@ -26,8 +26,8 @@ static void format(void)
     for (size_t k = 0; k < sizeof cases / sizeof cases[0]; k++) {
         ff_error err = {0};
         char out[64];
-        ff_status s = ff_error_set(&err, FF_ERR_DATA, cases[k].path, cases[k].line, cases[k].byte, "found %d", 1);
-        FF_CHECK(s == FF_ERR_DATA && err.code == FF_ERR_DATA, "code %d", s);
+        ff_status status = ff_error_set(&err, FF_ERR_DATA, cases[k].path, cases[k].line, cases[k].byte, "found %d", 1);
+        FF_CHECK(status == FF_ERR_DATA && err.code == FF_ERR_DATA, "code %d", status);
         ff_error_format(&err, out, sizeof out);
         FF_CHECK(strcmp(out, cases[k].text) == 0, "'%s', expected '%s'", out, cases[k].text);
         ff_error_format(&err, out, 5);

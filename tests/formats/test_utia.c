@@ -162,11 +162,12 @@ static void expect_bytes(const char *label, const char *path, const char *format
 {
     ff_table t;
     ff_error err = {0};
-    ff_status s = ff_table_read_into(path, format, &t, &err);
-    FF_CHECK(s == code && err.byte == byte && err.line == 0 && strcmp(err.path, path) == 0,
-             "%s: %d at byte %lld, expected %d at %lld: %s", label, s, (long long)err.byte, code, (long long)byte, err.message);
+    ff_status status = ff_table_read_into(path, format, &t, &err);
+    FF_CHECK(status == code && err.byte == byte && err.line == 0 && strcmp(err.path, path) == 0,
+             "%s: %d at byte %lld, expected %d at %lld: %s", label, status, (long long)err.byte, code, (long long)byte,
+             err.message);
     for (; *words; words++) FF_CHECK(strstr(err.message, *words), "%s: no '%s' in: %s", label, *words, err.message);
-    if (s == FF_OK) ff_table_clear(&t);
+    if (status == FF_OK) ff_table_clear(&t);
 }
 
 static void patch(const char *path, long at, const void *bytes, size_t n)
@@ -199,10 +200,11 @@ static void test_bad_numbers(const unsigned char *bytes)
         ff_table t;
         ff_error err = {0};
         patch(path, at, &flipped, 1);
-        const ff_status s = ff_table_read_into(path, "utia", &t, &err);
-        FF_CHECK(s == FF_OK || (s == FF_ERR_DATA && err.byte == at / 8 * 8), "bit in byte %ld: %d %s", at, s, err.message);
-        if (s == FF_OK) FF_CHECK(t.n == N && t.n_channels == 3, "bit in byte %ld", at);
-        if (s == FF_OK) ff_table_clear(&t);
+        const ff_status status = ff_table_read_into(path, "utia", &t, &err);
+        FF_CHECK(status == FF_OK || (status == FF_ERR_DATA && err.byte == at / 8 * 8), "bit in byte %ld: %d %s", at, status,
+                 err.message);
+        if (status == FF_OK) FF_CHECK(t.n == N && t.n_channels == 3, "bit in byte %ld", at);
+        if (status == FF_OK) ff_table_clear(&t);
         patch(path, at, bytes + at, 1);
     }
 }
@@ -244,8 +246,9 @@ static void expect_format(const char *label, const unsigned char *bytes, const c
     ff_test_write(path, bytes, BYTES);
     const ff_format *f = NULL;
     ff_error err = {0};
-    const ff_status s = ff_format_detect(path, &f, &err);
-    FF_CHECK(name ? s == FF_OK && strcmp(f->name, name) == 0 : s != FF_OK, "%s: %d %s", label, s, s == FF_OK ? f->name : "none");
+    const ff_status status = ff_format_detect(path, &f, &err);
+    FF_CHECK(name ? status == FF_OK && strcmp(f->name, name) == 0 : status != FF_OK, "%s: %d %s", label, status,
+             status == FF_OK ? f->name : "none");
 }
 
 static void test_recognition(const unsigned char *bytes)
@@ -273,8 +276,8 @@ static void expect_unwritable(const char *label, const ff_table *t, ff_status co
 {
     const char *never = ff_test_path("never.bin");
     ff_error err = {0};
-    const ff_status s = ff_table_write(never, NULL, t, &err);
-    FF_CHECK(s == code && access(never, F_OK) != 0, "%s: %d %s", label, s, err.message);
+    const ff_status status = ff_table_write(never, NULL, t, &err);
+    FF_CHECK(status == code && access(never, F_OK) != 0, "%s: %d %s", label, status, err.message);
     for (; *words; words++) FF_CHECK(strstr(err.message, *words), "%s: no '%s' in: %s", label, *words, err.message);
 }
 
@@ -316,8 +319,8 @@ static void test_layout(void)
     expect_unwritable("scattered", &one, FF_ERR_UNSUPPORTED, WORDS("3 channels", "found 1 channels", "resample"));
     free(t.sigma);
     t.sigma = NULL;
-    ff_status s = ff_table_write("/dev/full", "utia", &t, &err);
-    FF_CHECK(s == FF_ERR_WRITE && strstr(err.message, "No space"), "%d %s", s, err.message);
+    ff_status status = ff_table_write("/dev/full", "utia", &t, &err);
+    FF_CHECK(status == FF_ERR_WRITE && strstr(err.message, "No space"), "%d %s", status, err.message);
     ff_table_clear(&t);
     ff_table_clear(&one);
     if (!FF_CHECK(ff_table_init(1, 4, NULL, 0, 0, &one, &err) == FF_OK, "%s", err.message)) return;

@@ -99,9 +99,9 @@ static int reads_part(const char *label, const text *t, const char *part, ff_tab
     ff_read_options o;
     ff_read_options_init(&o);
     o.part = part;
-    const ff_status s = ff_table_read_with_into(put(t), &o, table, &err);
+    const ff_status status = ff_table_read_with_into(put(t), &o, table, &err);
     ff_error_format(&err, all, sizeof all);
-    if (!FF_CHECK(s == FF_OK, "%s: %s", label, all)) return 0;
+    if (!FF_CHECK(status == FF_OK, "%s: %s", label, all)) return 0;
     return FF_CHECK(strcmp(table->format, "window") == 0, "%s: read as %s", label, table->format);
 }
 
@@ -119,11 +119,11 @@ static void fails_part(const char *label, const text *t, const char *part, ff_st
     ff_read_options_init(&o);
     o.part = part;
     o.format = "window";
-    const ff_status s = ff_table_read_with_into(put(t), &o, &table, &err);
+    const ff_status status = ff_table_read_with_into(put(t), &o, &table, &err);
     ff_error_format(&err, all, sizeof all);
-    FF_CHECK(s == code, "%s: status %d, expected %d: %s", label, s, code, all);
+    FF_CHECK(status == code, "%s: status %d, expected %d: %s", label, status, code, all);
     for (; *words; words++) FF_CHECK(strstr(all, *words), "%s: no '%s' in: %s", label, *words, all);
-    if (s == FF_OK) ff_table_clear(&table);
+    if (status == FF_OK) ff_table_clear(&table);
 }
 
 /* ---- directions, computed independently ------------------------------------------------------ */
@@ -869,7 +869,7 @@ static void try_bytes(const char *label, const char *bytes, size_t n, int may_be
     ff_table table;
     ff_test_write(path, bytes, n);
     if (ff_table_read_into(path, "window", &table, &err) == FF_OK) {
-        ++*whole;
+        (*whole)++;
         FF_CHECK(may_be_read, "%s: was read", label);
         check_well_formed(label, &table);
         ff_table_clear(&table);
@@ -979,9 +979,9 @@ static void test_real_file(const char *name, const char *part, int block, double
     o.part = part;
     ff_error err = {0};
     ff_table t;
-    const ff_status s = ff_table_read_with_into(path, &o, &t, &err);
+    const ff_status status = ff_table_read_with_into(path, &o, &t, &err);
     ff_error_format(&err, all, sizeof all);
-    if (!FF_CHECK(s == FF_OK, "%s", all)) return;
+    if (!FF_CHECK(status == FF_OK, "%s", all)) return;
     size_t size;
     char *xml = ff_test_slurp(path, &size);
     double *value = calloc(145 * 145, sizeof *value);

@@ -256,9 +256,9 @@ static int lambert(int isotropic, const char *grid, ff_table *t)
     if (!FF_CHECK(ff_table_init(3, 1, NULL, 0, 0, &data, &err) == FF_OK, "%s", err.message)) return 0;
     for (size_t i = 0; i < 3; i++) data.angle[0][i] = 0.1 + 0.5 * (double)i, data.angle[1][i] = (double)i;
     data.isotropic = isotropic;
-    ff_status s = ff_format_find("zemax")->layout(&data, grid, t, &err);
+    ff_status status = ff_format_find("zemax")->layout(&data, grid, t, &err);
     ff_table_clear(&data);
-    if (!FF_CHECK(s == FF_OK, "%s", err.message)) return 0;
+    if (!FF_CHECK(status == FF_OK, "%s", err.message)) return 0;
     for (size_t i = 0; i < t->n; i++) {
         t->value[i] = 1 / pi;
         t->valid[i] = t->angle[2][i] < 90 - 1e-6;
@@ -369,9 +369,9 @@ static void test_tristimulus(void)
     const double *const node[4] = {rotation, incidence, azimuth, radial};
     if (!FF_CHECK(ff_table_init_axes(FF_AXES_SPECULAR, n, node, 1, 3, 0, &t, &err) == FF_OK, "%s", err.message)) return;
     for (size_t i = 0; i < 3 * t.n; i++) t.value[i] = ff_test_uniform() + 0.5;
-    ff_status s = ff_table_write(ff_test_path("rgb.zemax.bsdf"), NULL, &t, &err);
-    FF_CHECK(s == FF_ERR_UNSUPPORTED && strstr(err.message, "X, Y and Z") && strstr(err.message, "one file per channel"), "%d %s",
-             s, err.message);
+    ff_status status = ff_table_write(ff_test_path("rgb.zemax.bsdf"), NULL, &t, &err);
+    FF_CHECK(status == FF_ERR_UNSUPPORTED && strstr(err.message, "X, Y and Z") && strstr(err.message, "one file per channel"),
+             "%d %s", status, err.message);
     for (int c = 0; c < 3; c++) snprintf(t.channels[c].name, FF_CHANNEL_NAME, "%c", "XYZ"[c]);
     const char *path = ff_test_path("xyz.zemax.bsdf");
     FF_CHECK(ff_table_write(path, NULL, &t, &err) == FF_OK, "%s", err.message);
@@ -386,8 +386,8 @@ static void test_tristimulus(void)
 static void refuses_writing(const char *label, const ff_table *t, const char *word)
 {
     ff_error err = {0};
-    ff_status s = ff_table_write(ff_test_path("no.zemax.bsdf"), "zemax", t, &err);
-    FF_CHECK(s == FF_ERR_UNSUPPORTED && strstr(err.message, word), "%s: %d %s", label, s, err.message);
+    ff_status status = ff_table_write(ff_test_path("no.zemax.bsdf"), "zemax", t, &err);
+    FF_CHECK(status == FF_ERR_UNSUPPORTED && strstr(err.message, word), "%s: %d %s", label, status, err.message);
 }
 
 static void unwritable(void)
@@ -404,8 +404,8 @@ static void unwritable(void)
     free(t.sigma);
     t.sigma = NULL;
     t.value[0] = NAN;
-    ff_status s = ff_table_write(ff_test_path("no.zemax.bsdf"), "zemax", &t, &err);
-    FF_CHECK(s == FF_ERR_DATA && strstr(err.message, "sample 0"), "%d %s", s, err.message);
+    ff_status status = ff_table_write(ff_test_path("no.zemax.bsdf"), "zemax", &t, &err);
+    FF_CHECK(status == FF_ERR_DATA && strstr(err.message, "sample 0"), "%d %s", status, err.message);
     ff_table_clear(&t);
     FF_CHECK(check_leftovers() == 0, "%d unfinished files", check_leftovers());
     FF_CHECK(ff_format_for_writing("a.zemax.bsdf") == ff_format_find("zemax"), "extension");
@@ -417,9 +417,9 @@ static void refuses_grid(const ff_table *t, const char *grid, ff_status code, co
 {
     ff_table out;
     ff_error err = {0};
-    ff_status s = ff_format_find("zemax")->layout(t, grid, &out, &err);
-    FF_CHECK(s == code && strstr(err.message, word), "grid '%s': %d %s", grid, s, err.message);
-    if (s == FF_OK) ff_table_clear(&out);
+    ff_status status = ff_format_find("zemax")->layout(t, grid, &out, &err);
+    FF_CHECK(status == code && strstr(err.message, word), "grid '%s': %d %s", grid, status, err.message);
+    if (status == FF_OK) ff_table_clear(&out);
 }
 
 static void test_layout(void)

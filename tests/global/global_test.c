@@ -152,13 +152,13 @@ static void fits_free(fits *f)
 
 static ff_status default_fit(const ff_table *t, const ff_model *m, const ff_fit_options *o, fits *f, double *time_s, ff_error *err)
 {
-    ff_status st = ff_problem_make(t, m, 1, o, &f->p, err);
+    ff_status status = ff_problem_make(t, m, 1, o, &f->p, err);
     const double began = processor_seconds();
-    if (!st) st = ff_problem_fit_into(f->p, m, o, &f->found, err);
+    if (!status) status = ff_problem_fit_into(f->p, m, o, &f->found, err);
     *time_s = processor_seconds() - began;
-    if (!st) st = ff_layout_init(m, f->p->n_channels, f->found.shape, 0, &f->l, err);
-    if (!st) f->floor = nothing * power_of(f->p);
-    return st;
+    if (!status) status = ff_layout_init(m, f->p->n_channels, f->found.shape, 0, &f->l, err);
+    if (!status) f->floor = nothing * power_of(f->p);
+    return status;
 }
 
 static void random_starts(uint64_t state, const ff_fit_options *o, fits *f)

@@ -202,18 +202,18 @@ static void fit_all(const char *what, const ff_table *t, size_t f, size_t k, ver
     o.shape = FF_SHAPE_ISOTROPIC;
     o.std_errors = 0;
     compose(f, model);
-    ff_status st = ff_problem_make(t, model, extent.distributions, &o, &p, &err);
+    ff_status status = ff_problem_make(t, model, extent.distributions, &o, &p, &err);
     const double nothing = objective_of_nothing(t, &criteria[k], o.max_theta);
-    for (size_t d = 0; d < extent.distributions && !st; d++) {
+    for (size_t d = 0; d < extent.distributions && !status; d++) {
         ff_fit_result r;
-        st = ff_problem_fit_into(p, &model[d], &o, &r, &err);
-        if (st) break;
+        status = ff_problem_fit_into(p, &model[d], &o, &r, &err);
+        if (status) break;
         fits++;
         not_converged += r.outcome != FF_CONVERGED;
         v->residual[f][k][d] += r.residual.objective / nothing / CHANNELS;
         ff_fit_result_clear(&r);
     }
-    FF_CHECK(st == FF_OK, "%s, loss %s: %s", what, ff_loss_name((int)o.loss), err.message);
+    FF_CHECK(status == FF_OK, "%s, loss %s: %s", what, ff_loss_name((int)o.loss), err.message);
     ff_problem_free(p);
 }
 

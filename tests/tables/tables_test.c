@@ -89,13 +89,13 @@ static void recover(const char *what, const fit_surface *truth, counts *total)
     char name[64];
     ff_simulate_options_init(&so);
     so.sampling.kind = FF_SAMPLING_MERL;
-    ff_status st = ff_simulate_into(&truth->model, truth->n_channels, truth->shape, truth->channel, &so, &t, &err);
-    FF_CHECK(st == FF_OK, "%s: %s", what, err.message);
-    if (st) return;
+    ff_status status = ff_simulate_into(&truth->model, truth->n_channels, truth->shape, truth->channel, &so, &t, &err);
+    FF_CHECK(status == FF_OK, "%s: %s", what, err.message);
+    if (status) return;
     const ff_fit_options o = fit_options();
-    st = fit_table(&t, &truth->model, &o, &r, NULL, &err);
-    FF_CHECK(st == FF_OK, "%s: %s", what, err.message);
-    if (!st) {
+    status = fit_table(&t, &truth->model, &o, &r, NULL, &err);
+    FF_CHECK(status == FF_OK, "%s: %s", what, err.message);
+    if (!status) {
         const double error = worst_error(truth, &r, name), residual = r.residual.cosine_rmse / power_of(&t);
         const verdict v = error <= 0.01 ? FOUND : residual <= 1e-5 ? TRADED : MISSED;
         static const char *const words[] = {"found", "traded", "MISSED"};

@@ -44,14 +44,14 @@ static void one_repeat(void *context, size_t repeat, int worker)
     ff_places places = {0};
     ff_fit_result fit;
     ff_bootstrap b;
-    ff_status st = ff_problem_make(&table, &t->s->model, 1, &o, &p, NULL);
-    if (!st) st = ff_places_init(p, &table, &places, NULL);
-    if (!st) st = ff_problem_fit_into(p, &t->s->model, &o, &fit, NULL);
+    ff_status status = ff_problem_make(&table, &t->s->model, 1, &o, &p, NULL);
+    if (!status) status = ff_places_init(p, &table, &places, NULL);
+    if (!status) status = ff_problem_fit_into(p, &t->s->model, &o, &fit, NULL);
     for (size_t k = 0; k < MAX_PARAMETERS; k++)
         t->inside[repeat * MAX_PARAMETERS + k] = t->boot_inside[repeat * MAX_PARAMETERS + k] = -1;
-    for (int pass = 0; pass < (t->correlated ? 2 : 1) && !st; pass++) {
-        if (pass) st = ff_trust_bootstrap_into(p, &places, &o, REFITS, repeat, &fit, &b, NULL);
-        for (size_t k = 0; k < fit_parameter_count(&fit) && k < MAX_PARAMETERS && !st; k++) {
+    for (int pass = 0; pass < (t->correlated ? 2 : 1) && !status; pass++) {
+        if (pass) status = ff_trust_bootstrap_into(p, &places, &o, REFITS, repeat, &fit, &b, NULL);
+        for (size_t k = 0; k < fit_parameter_count(&fit) && k < MAX_PARAMETERS && !status; k++) {
             char name[64];
             double truth;
             const ff_fit_value *v = fit_parameter(&fit, k, t->s, &truth, name);
@@ -60,7 +60,7 @@ static void one_repeat(void *context, size_t repeat, int worker)
             if (!pass) t->z[repeat * MAX_PARAMETERS + k] = (v->value - truth) / v->std_error;
         }
     }
-    if (!st) ff_fit_result_clear(&fit);
+    if (!status) ff_fit_result_clear(&fit);
     ff_places_clear(&places);
     ff_problem_free(p);
     ff_table_clear(&table);

@@ -86,28 +86,28 @@ static ff_table clean(const design *d, const fit_surface *s, uint64_t seed)
 {
     ff_table t;
     ff_error err = {0};
-    ff_status st = FF_OK;
+    ff_status status = FF_OK;
     if (d->grid) {
         ff_simulate_options o;
         ff_simulate_options_init(&o);
         o.seed = seed;
-        st = ff_sampling_parse(d->grid, &o.sampling, &err);
-        if (!st) st = ff_simulate_into(&s->model, s->n_channels, s->shape, s->channel, &o, &t, &err);
+        status = ff_sampling_parse(d->grid, &o.sampling, &err);
+        if (!status) status = ff_simulate_into(&s->model, s->n_channels, s->shape, s->channel, &o, &t, &err);
     } else {
         pairs *p = malloc(sizeof *p);
         if (!p) exit(1);
         directions(d->name, p);
-        st = ff_table_init(p->n, s->n_channels, NULL, 0, 0, &t, &err);
-        for (size_t i = 0; i < p->n && !st; i++)
+        status = ff_table_init(p->n, s->n_channels, NULL, 0, 0, &t, &err);
+        for (size_t i = 0; i < p->n && !status; i++)
             for (int k = 0; k < 4; k++) t.angle[k][i] = p->angle[i][k] * FIT_DEGREE;
         free(p);
-        if (!st) {
+        if (!status) {
             t.radians_per_unit = 1;
             t.isotropic = d->shape == FF_SHAPE_ISOTROPIC;
             fit_evaluate(s, &t);
         }
     }
-    if (st) {
+    if (status) {
         printf("the test itself is wrong: %s\n", err.message);
         exit(1);
     }
@@ -186,10 +186,10 @@ static void one_repeat(void *context, size_t repeat, int worker)
     o.errors = t->errors;
     ff_problem *p = NULL;
     ff_fit_result fit = {.n_channels = 0};
-    ff_status st = ff_problem_make(&table, &t->s->model, 1, &o, &p, NULL);
-    if (!st) st = ff_problem_fit_into(p, &t->s->model, &o, &fit, NULL);
+    ff_status status = ff_problem_make(&table, &t->s->model, 1, &o, &p, NULL);
+    if (!status) status = ff_problem_fit_into(p, &t->s->model, &o, &fit, NULL);
     for (size_t k = 0; k < MAX_PARAMETERS; k++) t->half[repeat * MAX_PARAMETERS + k] = NAN;
-    for (size_t k = 0; k < fit_parameter_count(&fit) && k < MAX_PARAMETERS && !st; k++) {
+    for (size_t k = 0; k < fit_parameter_count(&fit) && k < MAX_PARAMETERS && !status; k++) {
         char name[64];
         double truth;
         const size_t at = repeat * MAX_PARAMETERS + k;
@@ -199,7 +199,7 @@ static void one_repeat(void *context, size_t repeat, int worker)
         t->half[at] = 0.5 * (v->high - v->low);
         t->inside[at] = truth >= v->low && truth <= v->high;
     }
-    if (!st) ff_fit_result_clear(&fit);
+    if (!status) ff_fit_result_clear(&fit);
     ff_problem_free(p);
     ff_table_clear(&table);
 }

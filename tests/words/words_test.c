@@ -102,10 +102,11 @@ static void lists_without_memory(void)
         for (long at = 0; at < 10; at++) {
             allocations = 0;
             failing = at;
-            const ff_status s = ff_warnings_add(&list, &w);
+            const ff_status status = ff_warnings_add(&list, &w);
             failing = -1;
-            FF_CHECK(s == (allocations > at ? FF_ERR_MEMORY : FF_OK) && list.n == k + (s == FF_OK), "%d at %ld", (int)s, at);
-            if (s == FF_OK) break;
+            FF_CHECK(status == (allocations > at ? FF_ERR_MEMORY : FF_OK) && list.n == k + (status == FF_OK), "%d at %ld",
+                     (int)status, at);
+            if (status == FF_OK) break;
         }
     }
     ff_warnings_clear(&list);
@@ -139,11 +140,11 @@ static void fits_without_memory(void)
         memset(&r, 0x5A, sizeof r);
         allocations = 0;
         failing = at;
-        const ff_status st = ff_problem_fit_into(p, &s.model, &o, &r, &err);
+        const ff_status status = ff_problem_fit_into(p, &s.model, &o, &r, &err);
         failing = -1;
-        failed += st == FF_ERR_MEMORY;
-        FF_CHECK(st == FF_ERR_MEMORY || st == FF_OK, "allocation %ld of %ld: %s", at, all, err.message);
-        if (st == FF_OK) {
+        failed += status == FF_ERR_MEMORY;
+        FF_CHECK(status == FF_ERR_MEMORY || status == FF_OK, "allocation %ld of %ld: %s", at, all, err.message);
+        if (status == FF_OK) {
             FF_CHECK(r.warnings.n == said, "allocation %ld of %ld: %zu of %zu warnings", at, all, r.warnings.n, said);
             ff_fit_result_clear(&r);
         } else
@@ -268,10 +269,10 @@ static void hints_of_errors(void)
     for (int hint = 0; hint < FF_HINT_COUNT; hint++) {
         const char *words = ff_words_hint((ff_hint)hint);
         FF_CHECK(!words[0] == (hint == FF_HINT_NONE) && (!words[0] || strstr(words, " --")), "hint %d: '%s'", hint, words);
-        const ff_status s = ff_error_hint(&err, ff_error_set(&err, FF_ERR_DATA, "a", 3, -1, "found x"), (ff_hint)hint);
+        const ff_status status = ff_error_hint(&err, ff_error_set(&err, FF_ERR_DATA, "a", 3, -1, "found x"), (ff_hint)hint);
         ff_error_format(&err, plain, sizeof plain);
         ff_words_error(&err, text, sizeof text);
-        FF_CHECK(s == FF_ERR_DATA && !strcmp(plain, "a:3: found x") && !strncmp(text, plain, strlen(plain)) &&
+        FF_CHECK(status == FF_ERR_DATA && !strcmp(plain, "a:3: found x") && !strncmp(text, plain, strlen(plain)) &&
                      !strcmp(text + strlen(plain), words),
                  "'%s'", text);
         ff_words_error(&err, text, 6);
@@ -342,11 +343,11 @@ static void readers(void)
         ff_read_options_init(&o);
         o.scale = cases[k].scale;
         o.format = strstr(cases[k].text, "pgII") ? "pgii" : "alta";
-        const ff_status s = ff_table_read_with_into(path, &o, &t, &err);
-        FF_CHECK((s != FF_OK) == (cases[k].error != NULL), "case %zu: %s", k, err.message);
+        const ff_status status = ff_table_read_with_into(path, &o, &t, &err);
+        FF_CHECK((status != FF_OK) == (cases[k].error != NULL), "case %zu: %s", k, err.message);
         ff_words_error(&err, text, sizeof text);
-        if (s) FF_CHECK(cases[k].error && !strcmp(text + strlen(path), cases[k].error), "case %zu: '%s'", k, text);
-        if (s) continue;
+        if (status) FF_CHECK(cases[k].error && !strcmp(text + strlen(path), cases[k].error), "case %zu: '%s'", k, text);
+        if (status) continue;
         int found = 0;
         for (size_t i = 0; ff_words_note(&t, i, text); i++) found |= cases[k].note && !strcmp(text, cases[k].note);
         FF_CHECK(found, "case %zu: '%s'", k, t.note);

@@ -54,18 +54,18 @@ static ff_status need(ff_exr_file *f, size_t n, const char *what)
     unsigned char *bytes = realloc(f->bytes, larger);
     if (!bytes) return ff_error_set(f->err, FF_ERR_MEMORY, f->path, 0, -1, "no memory for a header of %zu bytes", larger);
     f->bytes = bytes;
-    const ff_status s = ff_exr_bytes_at(f, (int64_t)f->n_bytes, bytes + f->n_bytes, larger - f->n_bytes);
-    if (s == FF_OK) f->n_bytes = larger;
-    return s;
+    const ff_status status = ff_exr_bytes_at(f, (int64_t)f->n_bytes, bytes + f->n_bytes, larger - f->n_bytes);
+    if (status == FF_OK) f->n_bytes = larger;
+    return status;
 }
 
 static ff_status open_stream(ff_exr_file *f)
 {
     ff_bytes b = {.path = f->path, .err = f->err, .fd = f->fd, .size = -1};
-    const ff_status s = ff_bytes_rest(&b, STREAM_MAX, &f->bytes, &f->n_bytes);
+    const ff_status status = ff_bytes_rest(&b, STREAM_MAX, &f->bytes, &f->n_bytes);
     f->size = (int64_t)f->n_bytes;
     f->whole = 1;
-    return s;
+    return status;
 }
 
 /* ---- attributes ------------------------------------------------------------------------------ */
@@ -74,8 +74,8 @@ static ff_status open_stream(ff_exr_file *f)
 static ff_status read_name(ff_exr_file *f, size_t *at, const char *what, size_t *length)
 {
     for (size_t n = 0; n <= NAME_BYTES; n++) {
-        const ff_status s = need(f, *at + n + 1, what);
-        if (s != FF_OK) return s;
+        const ff_status status = need(f, *at + n + 1, what);
+        if (status != FF_OK) return status;
         if (f->bytes[*at + n]) continue;
         *length = n;
         *at += n + 1;
@@ -90,16 +90,16 @@ static ff_status read_attribute(ff_exr_file *f, size_t *at, size_t *end, ff_exr_
 {
     const size_t name = *at;
     size_t length = 0;
-    ff_status s = read_name(f, at, "the name of an attribute", &length);
-    if (s == FF_OK && length == 0) {
+    ff_status status = read_name(f, at, "the name of an attribute", &length);
+    if (status == FF_OK && length == 0) {
         *end = *at;
         *at = 0;
         return FF_OK;
     }
     const size_t type = *at;
-    if (s == FF_OK) s = read_name(f, at, "the type of an attribute", &length);
-    if (s == FF_OK) s = need(f, *at + 4, "the size of an attribute");
-    if (s != FF_OK) return s;
+    if (status == FF_OK) status = read_name(f, at, "the type of an attribute", &length);
+    if (status == FF_OK) status = need(f, *at + 4, "the size of an attribute");
+    if (status != FF_OK) return status;
     const uint32_t n = ff_uint32_of(f->bytes + *at);
     const int64_t left = f->size - (int64_t)*at - 4;
     if (n > INT32_MAX || n > left)
@@ -107,11 +107,11 @@ static ff_status read_attribute(ff_exr_file *f, size_t *at, size_t *end, ff_exr_
                             "found an attribute of %lu bytes, expected at most the %lld that the file still has", (unsigned long)n,
                             (long long)left);
     *at += 4;
-    s = need(f, *at + n, "the value of an attribute");
+    status = need(f, *at + n, "the value of an attribute");
     const char *text = (const char *)f->bytes;
-    if (s == FF_OK) *out = (ff_exr_attribute){text + name, text + type, f->bytes + *at, n, (int64_t)*at};
+    if (status == FF_OK) *out = (ff_exr_attribute){text + name, text + type, f->bytes + *at, n, (int64_t)*at};
     *at += n;
-    return s;
+    return status;
 }
 
 static ff_status check_doubled(const ff_exr_file *f)
@@ -132,8 +132,8 @@ static ff_status read_attributes(ff_exr_file *f, size_t *end)
     ff_exr_attribute a;
     size_t n = 0;
     for (size_t at = MAGIC_BYTES; at; n++) {
-        const ff_status s = read_attribute(f, &at, end, &a);
-        if (s != FF_OK) return s;
+        const ff_status status = read_attribute(f, &at, end, &a);
+        if (status != FF_OK) return status;
         if (n > ATTRIBUTES_MAX)
             return ff_error_set(f->err, FF_ERR_FORMAT, f->path, 0, a.offset, "found more than %d attributes, expected fewer",
                                 ATTRIBUTES_MAX);
@@ -229,8 +229,8 @@ static ff_status required(const ff_exr_file *f, const char *name, const char *ty
 static ff_status read_window(ff_exr_file *f)
 {
     const ff_exr_attribute *a = NULL;
-    const ff_status s = required(f, "dataWindow", "box2i", &a);
-    if (s != FF_OK) return s;
+    const ff_status status = required(f, "dataWindow", "box2i", &a);
+    if (status != FF_OK) return status;
     const int64_t x0 = (int32_t)ff_uint32_of(a->data), y0 = (int32_t)ff_uint32_of(a->data + 4);
     const int64_t x1 = (int32_t)ff_uint32_of(a->data + 8), y1 = (int32_t)ff_uint32_of(a->data + 12);
     f->width = x1 - x0 + 1;
@@ -254,8 +254,8 @@ int ff_exr_chunk_lines(int compression)
 static ff_status read_compression(ff_exr_file *f)
 {
     const ff_exr_attribute *a = NULL;
-    const ff_status s = required(f, "compression", "compression", &a);
-    if (s != FF_OK) return s;
+    const ff_status status = required(f, "compression", "compression", &a);
+    if (status != FF_OK) return status;
     if (a->data[0] > EXR_COMPRESSION_DWAB)
         return ff_error_set(f->err, FF_ERR_UNSUPPORTED, f->path, 0, a->offset,
                             "found the compression %d, expected 0 (none) to %d (DWAB)", a->data[0], EXR_COMPRESSION_DWAB);
@@ -294,13 +294,13 @@ static ff_status read_channel(ff_exr_file *f, const ff_exr_attribute *a, size_t 
 static ff_status read_channels(ff_exr_file *f)
 {
     const ff_exr_attribute *a = NULL;
-    ff_status s = required(f, "channels", "chlist", &a);
-    if (s != FF_OK) return s;
+    ff_status status = required(f, "channels", "chlist", &a);
+    if (status != FF_OK) return status;
     f->channel = calloc(a->n / 18 + 1, sizeof *f->channel);
     if (!f->channel) return ff_error_set(f->err, FF_ERR_MEMORY, f->path, 0, -1, "no memory for the channels of the image");
     size_t at = 0;
-    while (s == FF_OK && at < a->n && a->data[at]) s = read_channel(f, a, &at);
-    if (s != FF_OK) return s;
+    while (status == FF_OK && at < a->n && a->data[at]) status = read_channel(f, a, &at);
+    if (status != FF_OK) return status;
     if (f->n_channels == 0 || at + 1 != a->n) return bad_channel(f, a, at, "at least one, and an empty name that ends the list");
     return FF_OK;
 }
@@ -330,8 +330,8 @@ static ff_status check_chunk(ff_exr_file *f, int64_t k, uint64_t offset, int64_t
             f->err, FF_ERR_READ, f->path, 0, begin,
             "found chunk %lld of the image at byte %llu, expected it after the header and before the end of the file", (long long)k,
             (unsigned long long)offset);
-    const ff_status s = ff_exr_bytes_at(f, (int64_t)offset, head, sizeof head);
-    if (s != FF_OK) return s;
+    const ff_status status = ff_exr_bytes_at(f, (int64_t)offset, head, sizeof head);
+    if (status != FF_OK) return status;
     const int lines = ff_exr_chunk_lines(f->compression);
     const int64_t y = (int32_t)ff_uint32_of(head), n = (int32_t)ff_uint32_of(head + 4), expected_y = f->first_y + k * lines;
     if (y != expected_y)
@@ -360,10 +360,10 @@ static ff_status check_chunks(ff_exr_file *f, int64_t table)
     for (int64_t k = 0; k < n; k++) {
         enum { AT_ONCE = 512 };
         unsigned char offsets[8 * AT_ONCE];
-        ff_status s = FF_OK;
-        if (k % AT_ONCE == 0) s = ff_exr_bytes_at(f, table + 8 * k, offsets, 8 * (size_t)(n - k < AT_ONCE ? n - k : AT_ONCE));
-        if (s == FF_OK) s = check_chunk(f, k, ff_uint64_of(offsets + 8 * (k % AT_ONCE)), begin, &used);
-        if (s != FF_OK) return s;
+        ff_status status = FF_OK;
+        if (k % AT_ONCE == 0) status = ff_exr_bytes_at(f, table + 8 * k, offsets, 8 * (size_t)(n - k < AT_ONCE ? n - k : AT_ONCE));
+        if (status == FF_OK) status = check_chunk(f, k, ff_uint64_of(offsets + 8 * (k % AT_ONCE)), begin, &used);
+        if (status != FF_OK) return status;
     }
     if (used == f->size - begin) return FF_OK;
     return ff_error_set(f->err, FF_ERR_FORMAT, f->path, 0, begin,
@@ -374,8 +374,8 @@ static ff_status check_chunks(ff_exr_file *f, int64_t table)
 static ff_status check_version(ff_exr_file *f)
 {
     static const unsigned char magic[4] = {0x76, 0x2F, 0x31, 0x01};
-    const ff_status s = need(f, MAGIC_BYTES, "the header of an OpenEXR image");
-    if (s != FF_OK) return s;
+    const ff_status status = need(f, MAGIC_BYTES, "the header of an OpenEXR image");
+    if (status != FF_OK) return status;
     if (memcmp(f->bytes, magic, sizeof magic) != 0)
         return ff_error_set(f->err, FF_ERR_FORMAT, f->path, 0, 0,
                             "found the bytes %02x %02x %02x %02x, expected 76 2f 31 01 of OpenEXR", f->bytes[0], f->bytes[1],
@@ -398,21 +398,21 @@ ff_status ff_exr_open(const char *path, ff_exr_file *out, ff_error *err)
 {
     ff_exr_file f = {.path = path, .err = err};
     size_t end = 0;
-    ff_status s = ff_input_open(path, &f.fd, &f.size, err);
-    if (s != FF_OK) return s;
-    if (f.size < 0 || lseek(f.fd, 0, SEEK_CUR) != 0) s = open_stream(&f);
-    if (s == FF_OK) s = check_version(&f);
-    if (s == FF_OK) s = read_attributes(&f, &end);
-    if (s == FF_OK) s = check_types(&f);
-    if (s == FF_OK) s = read_window(&f);
-    if (s == FF_OK) s = read_compression(&f);
-    if (s == FF_OK) s = read_channels(&f);
-    if (s == FF_OK) s = check_chunks(&f, (int64_t)end);
-    if (s != FF_OK)
+    ff_status status = ff_input_open(path, &f.fd, &f.size, err);
+    if (status != FF_OK) return status;
+    if (f.size < 0 || lseek(f.fd, 0, SEEK_CUR) != 0) status = open_stream(&f);
+    if (status == FF_OK) status = check_version(&f);
+    if (status == FF_OK) status = read_attributes(&f, &end);
+    if (status == FF_OK) status = check_types(&f);
+    if (status == FF_OK) status = read_window(&f);
+    if (status == FF_OK) status = read_compression(&f);
+    if (status == FF_OK) status = read_channels(&f);
+    if (status == FF_OK) status = check_chunks(&f, (int64_t)end);
+    if (status != FF_OK)
         ff_exr_close(&f);
     else
         *out = f;
-    return s;
+    return status;
 }
 
 void ff_exr_close(ff_exr_file *f)

@@ -62,15 +62,15 @@ static ff_status new_product(ff_axes_kind kind, const size_t n[4], const ff_tabl
     if (samples > INT32_MAX)
         return ff_error_set(err, FF_ERR_RANGE, NULL, 0, -1, "found a grid of %.0f samples, expected at most %ld", samples,
                             (long)INT32_MAX);
-    ff_status s = FF_OK;
+    ff_status status = FF_OK;
     for (int k = 0; k < 4; k++) {
         node[k] = malloc(n[k] * sizeof(double));
-        if (!node[k]) s = ff_error_set(err, FF_ERR_MEMORY, NULL, 0, -1, "no memory for an axis of %zu nodes", n[k]);
+        if (!node[k]) status = ff_error_set(err, FF_ERR_MEMORY, NULL, 0, -1, "no memory for an axis of %zu nodes", n[k]);
         for (size_t i = 0; node[k] && i < n[k]; i++) node[k][i] = node_at(spaced[which][k], i, n[k], span[which][k]);
     }
-    if (s == FF_OK) s = ff_table_init_axes(kind, n, (const double *const *)node, degree, t->n_channels, 0, out, err);
+    if (status == FF_OK) status = ff_table_init_axes(kind, n, (const double *const *)node, degree, t->n_channels, 0, out, err);
     for (int k = 0; k < 4; k++) free(node[k]);
-    return s;
+    return status;
 }
 
 static ff_status product(const char *shape, const ff_table *t, ff_table *out, ff_error *err)
@@ -85,9 +85,9 @@ static ff_status product(const char *shape, const ff_table *t, ff_table *out, ff
         n[2] = n[1];
         n[1] = 1;
     }
-    const ff_status s = new_product(kind, n, t, out, err);
-    if (s == FF_OK) out->isotropic = counts == 3 || t->isotropic;
-    return s;
+    const ff_status status = new_product(kind, n, t, out, err);
+    if (status == FF_OK) out->isotropic = counts == 3 || t->isotropic;
+    return status;
 }
 
 /* The directions as they are: on a grid, on axes, or in a list. */
@@ -97,13 +97,13 @@ static ff_status own(const ff_table *t, int as_list, ff_table *out, ff_error *er
         return ff_error_set(err, FF_ERR_UNSUPPORTED, NULL, 0, -1, "found the grid '%s', expected 'merl', axes or directions",
                             t->grid->name);
     const int axes = t->axes.kind != FF_AXES_NONE && !as_list;
-    ff_status s;
+    ff_status status;
     if (axes)
-        s = ff_table_init_axes(t->axes.kind, t->axes.n, (const double *const *)t->axes.node, t->radians_per_unit, t->n_channels,
-                               t->weight != NULL, out, err);
+        status = ff_table_init_axes(t->axes.kind, t->axes.n, (const double *const *)t->axes.node, t->radians_per_unit,
+                                    t->n_channels, t->weight != NULL, out, err);
     else
-        s = ff_table_init(t->n, t->n_channels, as_list ? NULL : t->grid, 0, t->weight != NULL, out, err);
-    if (s != FF_OK) return s;
+        status = ff_table_init(t->n, t->n_channels, as_list ? NULL : t->grid, 0, t->weight != NULL, out, err);
+    if (status != FF_OK) return status;
     if (!axes && !out->grid) {
         out->radians_per_unit = t->grid ? degree : t->radians_per_unit;
         ff_table_angles(t, out->radians_per_unit, 0, t->n, out->angle);
@@ -125,22 +125,23 @@ ff_status ff_exr_layout(const ff_table *t, const char *grid, ff_table *out, ff_e
         shape[length] = '\0';
     }
     ff_table made;
-    ff_status s;
+    ff_status status;
     if (strcmp(shape, "own") == 0 || strcmp(shape, "list") == 0)
-        s = own(t, *shape == 'l', &made, err);
+        status = own(t, *shape == 'l', &made, err);
     else if (strcmp(shape, "merl") == 0)
-        s = ff_table_init(ff_grid_merl.n, t->n_channels, &ff_grid_merl, 0, 0, &made, err);
+        status = ff_table_init(ff_grid_merl.n, t->n_channels, &ff_grid_merl, 0, 0, &made, err);
     else if (strncmp(shape, "half-difference:", 16) == 0 || strncmp(shape, "incident-exit:", 14) == 0)
-        s = product(shape, t, &made, err);
+        status = product(shape, t, &made, err);
     else
-        s = bad_grid(asked, err);
-    if (s != FF_OK) return s;
+        status = bad_grid(asked, err);
+    if (status != FF_OK) return status;
     ff_table_name_channels_like(&made, t);
     const ff_exr_kept *kept = ff_exr_kept_of(t);
-    s = ff_exr_keep(&made, only_double || *comma == ',' || (!grid && kept && kept->doubles), kept ? kept->source : t->format, err);
-    if (s == FF_OK)
+    status =
+        ff_exr_keep(&made, only_double || *comma == ',' || (!grid && kept && kept->doubles), kept ? kept->source : t->format, err);
+    if (status == FF_OK)
         *out = made;
     else
         ff_table_clear(&made);
-    return s;
+    return status;
 }

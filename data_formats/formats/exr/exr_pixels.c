@@ -155,8 +155,8 @@ static ff_status take_plane(const pixels *p, const ff_exr_plane *plane, size_t f
 {
     enum { BLOCK = 256 };
     for (size_t at = 0; at < n; at += BLOCK) {
-        const ff_status s = take_block(p, plane, at, first + at, n - at < BLOCK ? n - at : BLOCK);
-        if (s != FF_OK) return s;
+        const ff_status status = take_block(p, plane, at, first + at, n - at < BLOCK ? n - at : BLOCK);
+        if (status != FF_OK) return status;
     }
     return FF_OK;
 }
@@ -241,14 +241,14 @@ static ff_status read_chunks(pixels *p)
         if (r != EXR_ERR_SUCCESS) return ff_exr_failed(&p->io, r, p->f->path, "a whole image", p->f->err);
         const size_t there = width * (size_t)lines, n = p->t->n - first < there ? p->t->n - first : there;
         for (size_t k = 0; k < p->n_planes; k++) {
-            const ff_status s = take_plane(p, &p->planes[k], first, n);
-            if (s != FF_OK) return s;
+            const ff_status status = take_plane(p, &p->planes[k], first, n);
+            if (status != FF_OK) return status;
         }
     }
     for (size_t k = 0; k < p->n_planes; k++) {
         const int later = p->planes[k].role == FF_EXR_SIGMA || p->planes[k].role == FF_EXR_WEIGHT;
-        const ff_status s = !later ? FF_OK : check_plane(p, &p->planes[k]);
-        if (s != FF_OK) return s;
+        const ff_status status = !later ? FF_OK : check_plane(p, &p->planes[k]);
+        if (status != FF_OK) return status;
     }
     return FF_OK;
 }
@@ -256,18 +256,18 @@ static ff_status read_chunks(pixels *p)
 ff_status ff_exr_pixels_read(ff_exr_file *f, const ff_exr_plane *planes, size_t n_planes, ff_table *t)
 {
     pixels p = {.f = f, .planes = planes, .n_planes = n_planes, .t = t, .io = {.in = f}};
-    ff_status s = set_lines(&p);
-    if (s == FF_OK) {
+    ff_status status = set_lines(&p);
+    if (status == FF_OK) {
         exr_context_initializer_t init = ff_exr_initializer(&p.io);
         init.read_fn = read_at;
         init.size_fn = size_of;
         init.flags = EXR_CONTEXT_FLAG_DISABLE_CHUNK_RECONSTRUCTION;
         const exr_result_t r = exr_start_read(&p.context, f->path, &init);
-        s = r == EXR_ERR_SUCCESS ? read_chunks(&p) : ff_exr_failed(&p.io, r, f->path, "an image", f->err);
+        status = r == EXR_ERR_SUCCESS ? read_chunks(&p) : ff_exr_failed(&p.io, r, f->path, "an image", f->err);
         if (p.open) exr_decoding_destroy(p.context, &p.pipe);
         if (p.context) exr_finish(&p.context);
     }
     free(p.line);
     free(p.storage);
-    return s;
+    return status;
 }

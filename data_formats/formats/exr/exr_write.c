@@ -315,25 +315,26 @@ static ff_status write_context(writer *w)
     init.write_fn = write_at;
     exr_result_t r = exr_start_write(&w->context, w->path, EXR_WRITE_FILE_DIRECTLY, &init);
     if (r != EXR_ERR_SUCCESS) return ff_exr_failed(&w->io, r, w->path, "to start an image", w->err);
-    const ff_status s = write_image(w);
+    const ff_status status = write_image(w);
     r = exr_finish(&w->context);
-    if (s == FF_OK && r != EXR_ERR_SUCCESS && !w->broken) return ff_exr_failed(&w->io, r, w->path, "to finish the image", w->err);
-    return s;
+    if (status == FF_OK && r != EXR_ERR_SUCCESS && !w->broken)
+        return ff_exr_failed(&w->io, r, w->path, "to finish the image", w->err);
+    return status;
 }
 
 static ff_status write_output(writer *w)
 {
-    ff_status s = ff_output_open(w->path, &w->out, w->err);
-    if (s != FF_OK) return s;
+    ff_status status = ff_output_open(w->path, &w->out, w->err);
+    if (status != FF_OK) return status;
     const int scratch = !w->out.temporary;
     w->file = scratch ? tmpfile() : w->out.file;
-    if (!w->file) s = ff_error_set(w->err, FF_ERR_WRITE, w->path, 0, -1, "no scratch file can be made: %s", strerror(errno));
-    if (s == FF_OK) s = write_context(w);
-    if (s == FF_OK && scratch) s = copy_scratch(w);
+    if (!w->file) status = ff_error_set(w->err, FF_ERR_WRITE, w->path, 0, -1, "no scratch file can be made: %s", strerror(errno));
+    if (status == FF_OK) status = write_context(w);
+    if (status == FF_OK && scratch) status = copy_scratch(w);
     if (scratch && w->file) fclose(w->file);
-    if (s == FF_OK) return ff_output_commit(&w->out, w->err);
+    if (status == FF_OK) return ff_output_commit(&w->out, w->err);
     ff_output_abort(&w->out);
-    return s;
+    return status;
 }
 
 /* ---- what can be written --------------------------------------------------------------------- */
@@ -392,16 +393,16 @@ ff_status ff_exr_write(const char *path, const ff_table *t, ff_error *err)
 {
     writer w = {.path = path, .err = err, .t = t};
     w.io.out = &w;
-    ff_status s = check_writable(&w);
-    if (s == FF_OK) {
+    ff_status status = check_writable(&w);
+    if (status == FF_OK) {
         choose_size(&w);
-        s = make_sources(&w);
+        status = make_sources(&w);
     }
-    if (s == FF_OK) s = check_floats(&w);
-    if (s == FF_OK) s = write_output(&w);
+    if (status == FF_OK) status = check_floats(&w);
+    if (status == FF_OK) status = write_output(&w);
     free(w.sources);
     free(w.parts);
     free(w.numbers);
     free(w.line);
-    return s;
+    return status;
 }

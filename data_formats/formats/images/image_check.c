@@ -76,24 +76,24 @@ static ff_status skip(ff_bytes *b, uint64_t n)
 static ff_status check_png(ff_bytes *b)
 {
     unsigned char head[8];
-    ff_status s = skip(b, 8);
-    while (s == FF_OK && b->size - b->offset >= 8) {
-        s = ff_bytes_read(b, head, sizeof head, "a chunk of a PNG image");
-        if (s != FF_OK) break;
+    ff_status status = skip(b, 8);
+    while (status == FF_OK && b->size - b->offset >= 8) {
+        status = ff_bytes_read(b, head, sizeof head, "a chunk of a PNG image");
+        if (status != FF_OK) break;
         const uint64_t n = (uint64_t)head[0] << 24 | (uint64_t)head[1] << 16 | (uint64_t)head[2] << 8 | head[3];
         if (n + 4 > (uint64_t)(b->size - b->offset)) return too_large(b, b->offset, "a chunk", n);
         if (memcmp(head + 4, "IEND", 4) == 0) break;
-        s = skip(b, n + 4);
+        status = skip(b, n + 4);
     }
-    return s;
+    return status;
 }
 
 /* A text of at most 255 bytes that ends in 0. */
 static ff_status read_text(ff_bytes *b, char text[256])
 {
     for (size_t length = 0; length < 256; length++) {
-        const ff_status s = ff_bytes_read(b, text + length, 1, "a name in the header of an OpenEXR image");
-        if (s != FF_OK || text[length] == '\0') return s;
+        const ff_status status = ff_bytes_read(b, text + length, 1, "a name in the header of an OpenEXR image");
+        if (status != FF_OK || text[length] == '\0') return status;
     }
     return ff_error_set(b->err, FF_ERR_FORMAT, b->path, 0, b->offset,
                         "found a name of more than 255 bytes, expected one in a header");
@@ -180,10 +180,10 @@ static ff_status check_attribute(ff_bytes *b, const char *type, uint32_t size)
         if (strcmp(type, lists[k].type) != 0) continue;
         unsigned char *value = malloc(size + 1);
         if (!value) return ff_error_set(b->err, FF_ERR_MEMORY, b->path, 0, b->offset, "no memory for an attribute");
-        const ff_status s = ff_bytes_read(b, value, size, "the value of an attribute");
-        const int sound = s == FF_OK && lists[k].is(value, size);
+        const ff_status status = ff_bytes_read(b, value, size, "the value of an attribute");
+        const int sound = status == FF_OK && lists[k].is(value, size);
         free(value);
-        return s != FF_OK ? s : sound ? FF_OK : wrong_attribute(b, type, size);
+        return status != FF_OK ? status : sound ? FF_OK : wrong_attribute(b, type, size);
     }
     if (strcmp(type, "idmanifest") == 0) return wrong_attribute(b, type, size); /* packed: it unfolds to any size */
     if (strcmp(type, "floatvector") == 0 && size % 4 != 0) return wrong_attribute(b, type, size);
@@ -195,23 +195,23 @@ static ff_status check_exr(ff_bytes *b)
 {
     unsigned char version[8], size[4];
     char name[256], type[256];
-    ff_status s = ff_bytes_read(b, version, sizeof version, "the header of an OpenEXR image");
+    ff_status status = ff_bytes_read(b, version, sizeof version, "the header of an OpenEXR image");
     const int parts = (version[5] & 0x10) != 0;
-    for (int in_part = 0; s == FF_OK;) {
-        s = read_text(b, name);
-        if (s == FF_OK && name[0] == '\0') {
+    for (int in_part = 0; status == FF_OK;) {
+        status = read_text(b, name);
+        if (status == FF_OK && name[0] == '\0') {
             if (!parts || !in_part) return FF_OK;
             in_part = 0;
             continue;
         }
         in_part = 1;
-        if (s == FF_OK) s = read_text(b, type);
-        if (s == FF_OK) s = ff_bytes_read(b, size, sizeof size, "the size of an attribute");
-        if (s != FF_OK) break;
+        if (status == FF_OK) status = read_text(b, type);
+        if (status == FF_OK) status = ff_bytes_read(b, size, sizeof size, "the size of an attribute");
+        if (status != FF_OK) break;
         if (ff_uint32_of(size) > b->size - b->offset) return too_large(b, b->offset, "an attribute", ff_uint32_of(size));
-        s = check_attribute(b, type, ff_uint32_of(size));
+        status = check_attribute(b, type, ff_uint32_of(size));
     }
-    return s;
+    return status;
 }
 
 static ff_status check_open(ff_bytes *b, const char **kind)
@@ -219,8 +219,8 @@ static ff_status check_open(ff_bytes *b, const char **kind)
     unsigned char head[HEAD] = {0};
     size_t n;
     char found[FF_QUOTE];
-    ff_status s = ff_input_read(b->fd, b->path, 0, head, sizeof head, &n, b->err);
-    if (s != FF_OK) return s;
+    ff_status status = ff_input_read(b->fd, b->path, 0, head, sizeof head, &n, b->err);
+    if (status != FF_OK) return status;
     const char *k = kind_of(head, b->path);
     if (k && strcmp(k, "tiff") == 0 && is_raw(b->path))
         return ff_error_set(b->err, FF_ERR_UNSUPPORTED, b->path, 0, 0,
@@ -232,19 +232,19 @@ static ff_status check_open(ff_bytes *b, const char **kind)
             "WebP image",
             ff_quote((const char *)head, n, found));
     if (b->size < 0) return ff_error_set(b->err, FF_ERR_UNSUPPORTED, b->path, 0, -1, "found a pipe or device, expected a file");
-    s = skip(b, 0);
-    if (s == FF_OK && strcmp(k, "png") == 0) s = check_png(b);
-    if (s == FF_OK && strcmp(k, "openexr") == 0) s = check_exr(b);
-    if (s == FF_OK) *kind = k;
-    return s;
+    status = skip(b, 0);
+    if (status == FF_OK && strcmp(k, "png") == 0) status = check_png(b);
+    if (status == FF_OK && strcmp(k, "openexr") == 0) status = check_exr(b);
+    if (status == FF_OK) *kind = k;
+    return status;
 }
 
 ff_status ff_image_check(const char *path, const char **kind, ff_error *err)
 {
     ff_bytes b;
-    ff_status s = ff_bytes_open(path, &b, err);
-    if (s != FF_OK) return s;
-    s = check_open(&b, kind);
+    ff_status status = ff_bytes_open(path, &b, err);
+    if (status != FF_OK) return status;
+    status = check_open(&b, kind);
     ff_bytes_close(&b);
-    return s;
+    return status;
 }

@@ -125,11 +125,11 @@ static ff_status read_comment(ff_image_stack *f, char *text)
 ff_status ff_stack_next_line(ff_image_stack *f, char **text, size_t *length)
 {
     for (;;) {
-        ff_status s = ff_lines_next(&f->lines, text, length, f->err);
-        if (s != FF_OK || !*text) return s;
+        ff_status status = ff_lines_next(&f->lines, text, length, f->err);
+        if (status != FF_OK || !*text) return status;
         char *start = *text + strspn(*text, " \t");
         if (*start == '"' && start[1] == '#') start++; /* a comment that a spreadsheet has quoted */
-        if (*start == '#' && (s = read_comment(f, start)) != FF_OK) return s;
+        if (*start == '#' && (status = read_comment(f, start)) != FF_OK) return status;
         if (*start != '#' && *start != '\0') return FF_OK;
     }
 }
@@ -170,16 +170,16 @@ ff_status ff_stack_read_header(ff_image_stack *f)
     char *text;
     size_t length;
     ff_names names;
-    ff_status s = ff_stack_next_line(f, &text, &length);
-    if (s != FF_OK) return s;
+    ff_status status = ff_stack_next_line(f, &text, &length);
+    if (status != FF_OK) return status;
     if (!text)
         return ff_error_set(f->err, FF_ERR_READ, f->path, f->lines.line, -1,
                             "found the end of the file, expected a header line image,theta_i,phi_i,theta_o,phi_o");
-    s = ff_names_read(text, length, f->path, f->lines.line, &names, f->err);
-    if (s != FF_OK) return s;
-    s = place_columns(f, &names);
+    status = ff_names_read(text, length, f->path, f->lines.line, &names, f->err);
+    if (status != FF_OK) return status;
+    status = place_columns(f, &names);
     ff_names_free(&names);
-    return s;
+    return status;
 }
 
 /* ---- cells ----------------------------------------------------------------------------------- */

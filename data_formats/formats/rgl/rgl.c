@@ -90,8 +90,8 @@ static ff_status check_numbers(const opening *o, const ff_tensor *t, int may_be_
 /* float32 field with checked numbers. */
 static ff_status numbers(const opening *o, const char *name, size_t n_dims, int may_be_negative, const ff_tensor **out)
 {
-    const ff_status s = find(o, name, FF_TENSOR_FLOAT32, n_dims, out);
-    return s == FF_OK ? check_numbers(o, *out, may_be_negative) : s;
+    const ff_status status = find(o, name, FF_TENSOR_FLOAT32, n_dims, out);
+    return status == FF_OK ? check_numbers(o, *out, may_be_negative) : status;
 }
 
 static ff_status copy_floats(const opening *o, const ff_tensor *t, float **out)
@@ -105,8 +105,8 @@ static ff_status copy_floats(const opening *o, const ff_tensor *t, float **out)
 static ff_status read_nodes(const opening *o, const char *name, double lo, double hi, size_t *n, double **out)
 {
     const ff_tensor *t;
-    const ff_status s = numbers(o, name, 1, 1, &t);
-    if (s != FF_OK) return s;
+    const ff_status status = numbers(o, name, 1, 1, &t);
+    if (status != FF_OK) return status;
     if (!(*out = malloc(t->count * sizeof **out))) return no_memory(o);
     *n = t->count;
     for (size_t i = 0; i < t->count; i++) {
@@ -139,14 +139,14 @@ static ff_status read_grids(const opening *o)
 {
     ff_rgl *r = o->r;
     const ff_tensor *ndf, *sigma, *jacobian;
-    ff_status s = numbers(o, "ndf", 2, 0, &ndf);
-    if (s == FF_OK) s = check_shape(o, ndf, 0, NULL);
-    if (s == FF_OK) s = numbers(o, "sigma", 2, 0, &sigma);
-    if (s == FF_OK) s = check_shape(o, sigma, 0, NULL);
-    if (s == FF_OK) s = copy_floats(o, ndf, &r->ndf);
-    if (s == FF_OK) s = copy_floats(o, sigma, &r->sigma);
-    if (s == FF_OK) s = find(o, "jacobian", FF_TENSOR_UINT8, 1, &jacobian);
-    if (s != FF_OK) return s;
+    ff_status status = numbers(o, "ndf", 2, 0, &ndf);
+    if (status == FF_OK) status = check_shape(o, ndf, 0, NULL);
+    if (status == FF_OK) status = numbers(o, "sigma", 2, 0, &sigma);
+    if (status == FF_OK) status = check_shape(o, sigma, 0, NULL);
+    if (status == FF_OK) status = copy_floats(o, ndf, &r->ndf);
+    if (status == FF_OK) status = copy_floats(o, sigma, &r->sigma);
+    if (status == FF_OK) status = find(o, "jacobian", FF_TENSOR_UINT8, 1, &jacobian);
+    if (status != FF_OK) return status;
     r->ndf_height = (size_t)ndf->shape[0], r->ndf_width = (size_t)ndf->shape[1];
     r->sigma_height = (size_t)sigma->shape[0], r->sigma_width = (size_t)sigma->shape[1];
     r->jacobian = ff_tensor_data(&r->file, jacobian)[0] != 0;
@@ -158,10 +158,10 @@ static ff_status read_vndf(const opening *o, int with_inverse)
     ff_rgl *r = o->r;
     const ff_tensor *t;
     float *density;
-    ff_status s = numbers(o, "vndf", 4, 0, &t);
-    if (s == FF_OK) s = check_shape(o, t, 2, (const size_t[]){r->n_phi, r->n_theta});
-    if (s == FF_OK) s = copy_floats(o, t, &density);
-    if (s != FF_OK) return s;
+    ff_status status = numbers(o, "vndf", 4, 0, &t);
+    if (status == FF_OK) status = check_shape(o, t, 2, (const size_t[]){r->n_phi, r->n_theta});
+    if (status == FF_OK) status = copy_floats(o, t, &density);
+    if (status != FF_OK) return status;
     const size_t size = (size_t)(t->shape[2] * t->shape[3]), parts = r->n_phi * r->n_theta;
     for (size_t part = 0, i = 0; part < parts; part++, i += size) {
         size_t k = 0;
@@ -214,25 +214,25 @@ static ff_status read_colours(const opening *o)
     const ff_tensor *wavelengths = NULL;
     double *nm = NULL;
     r->n_channels = 3;
-    ff_status s = FF_OK;
+    ff_status status = FF_OK;
     r->spectral = ff_tensor_find(&r->file, "spectra") != NULL;
     if (r->spectral) {
-        s = read_nodes(o, "wavelengths", 1, 1e6, &r->n_channels, &nm);
+        status = read_nodes(o, "wavelengths", 1, 1e6, &r->n_channels, &nm);
         free(nm);
         wavelengths = ff_tensor_find(&r->file, "wavelengths");
     }
-    if (s == FF_OK) s = numbers(o, r->spectral ? "spectra" : "rgb", 5, 1, &r->colour);
-    if (s == FF_OK) s = check_shape(o, r->colour, 3, (const size_t[]){r->n_phi, r->n_theta, r->n_channels});
-    if (s != FF_OK) return s;
+    if (status == FF_OK) status = numbers(o, r->spectral ? "spectra" : "rgb", 5, 1, &r->colour);
+    if (status == FF_OK) status = check_shape(o, r->colour, 3, (const size_t[]){r->n_phi, r->n_theta, r->n_channels});
+    if (status != FF_OK) return status;
     r->height = (size_t)r->colour->shape[3], r->width = (size_t)r->colour->shape[4];
-    s = numbers(o, "luminance", 4, 1, &r->luminance);
-    if (s == FF_OK) s = check_shape(o, r->luminance, 2, (const size_t[]){r->n_phi, r->n_theta});
-    if (s == FF_OK && (r->luminance->shape[2] != r->height || r->luminance->shape[3] != r->width))
+    status = numbers(o, "luminance", 4, 1, &r->luminance);
+    if (status == FF_OK) status = check_shape(o, r->luminance, 2, (const size_t[]){r->n_phi, r->n_theta});
+    if (status == FF_OK && (r->luminance->shape[2] != r->height || r->luminance->shape[3] != r->width))
         return ff_error_set(o->err, FF_ERR_FORMAT, o->path, 0, (int64_t)r->luminance->header,
                             "found the field 'luminance' with %llu x %llu samples, expected the %zu x %zu of '%s'",
                             (unsigned long long)r->luminance->shape[2], (unsigned long long)r->luminance->shape[3], r->height,
                             r->width, r->colour->name);
-    return s == FF_OK ? name_channels(o, wavelengths) : s;
+    return status == FF_OK ? name_channels(o, wavelengths) : status;
 }
 
 static ff_status read_description(const opening *o)
@@ -253,25 +253,25 @@ ff_status ff_rgl_of_file(ff_tensor_file *file, const char *path, int with_invers
     }
     o.r->file = *file;
     *file = (ff_tensor_file){0};
-    ff_status s = read_nodes(&o, "theta_i", 0, pi / 2 + 1e-6, &o.r->n_theta, &o.r->theta);
-    if (s == FF_OK) s = read_nodes(&o, "phi_i", -2 * pi - 1e-5, 2 * pi + 1e-5, &o.r->n_phi, &o.r->phi);
-    if (s == FF_OK) s = find_reduction(&o);
-    if (s == FF_OK) s = read_grids(&o);
-    if (s == FF_OK) s = read_colours(&o);
-    if (s == FF_OK) s = read_vndf(&o, with_inverse);
-    if (s == FF_OK) s = read_description(&o);
-    if (s != FF_OK)
+    ff_status status = read_nodes(&o, "theta_i", 0, pi / 2 + 1e-6, &o.r->n_theta, &o.r->theta);
+    if (status == FF_OK) status = read_nodes(&o, "phi_i", -2 * pi - 1e-5, 2 * pi + 1e-5, &o.r->n_phi, &o.r->phi);
+    if (status == FF_OK) status = find_reduction(&o);
+    if (status == FF_OK) status = read_grids(&o);
+    if (status == FF_OK) status = read_colours(&o);
+    if (status == FF_OK) status = read_vndf(&o, with_inverse);
+    if (status == FF_OK) status = read_description(&o);
+    if (status != FF_OK)
         ff_rgl_free(o.r);
     else
         *out = o.r;
-    return s;
+    return status;
 }
 
 ff_status ff_rgl_open(const char *path, ff_rgl **out, ff_error *err)
 {
     ff_tensor_file file;
-    const ff_status s = ff_tensor_file_read(path, &file, err);
-    return s == FF_OK ? ff_rgl_of_file(&file, path, 1, out, err) : s;
+    const ff_status status = ff_tensor_file_read(path, &file, err);
+    return status == FF_OK ? ff_rgl_of_file(&file, path, 1, out, err) : status;
 }
 
 void ff_rgl_free(ff_rgl *r)

@@ -137,18 +137,18 @@ static ff_status choose(const ff_table *t, const char *grid, sizes *z, ff_error 
 {
     *z = (sizes){.isotropic = t->isotropic || (t->grid && t->grid->isotropic), .n_theta = THETA_USUAL, .res = RES_USUAL};
     z->n_phi = z->isotropic ? 1 : PHI_USUAL;
-    ff_status s = choose_channels(t, z, err);
-    if (s == FF_OK && grid) s = parse(grid, z, err);
-    if (s == FF_OK) s = choose_theta(t, grid != NULL, z, err);
+    ff_status status = choose_channels(t, z, err);
+    if (status == FF_OK && grid) status = parse(grid, z, err);
+    if (status == FF_OK) status = choose_theta(t, grid != NULL, z, err);
     const double nodes = (double)z->n_phi * (double)z->n_theta;
-    if (s == FF_OK &&
+    if (status == FF_OK &&
         (nodes > INCIDENCES_MOST || nodes * (double)z->res * (double)z->res * (double)(z->n_colours + 1) > numbers_most))
-        s = ff_error_set(
+        status = ff_error_set(
             err, FF_ERR_RANGE, NULL, 0, -1,
             "found a grid of %zu x %zu incidences with %zu x %zu samples of %zu channels, expected at most 4096 incidences "
             "and 268435456 numbers",
             z->n_phi, z->n_theta, z->res, z->res, z->n_colours);
-    return s;
+    return status;
 }
 
 /* ---- the distribution of normals ------------------------------------------------------------- */

@@ -89,10 +89,10 @@ static ff_status wrong(const reader *r, size_t at, const char *found, const char
 
 static ff_status read_name(reader *r, ff_tensor *t)
 {
-    ff_status s = need(r, FIXED, "the description of a field");
-    if (s != FF_OK) return s;
+    ff_status status = need(r, FIXED, "the description of a field");
+    if (status != FF_OK) return status;
     const size_t length = ff_uint16_of(r->bytes + r->at);
-    if ((s = need(r, FIXED + length, "the description of a field")) != FF_OK) return s;
+    if ((status = need(r, FIXED + length, "the description of a field")) != FF_OK) return status;
     const unsigned char *text = r->bytes + r->at + 2;
     if (length == 0 || memchr(text, '\0', length))
         return wrong(r, r->at, length ? "a zero byte in the name of a field" : "a field without a name", "a name");
@@ -122,8 +122,8 @@ static ff_status read_description(reader *r, ff_tensor *t)
 {
     char found[96], quoted[FF_QUOTE];
     t->header = r->at;
-    ff_status s = read_name(r, t);
-    if (s != FF_OK) return s;
+    ff_status status = read_name(r, t);
+    if (status != FF_OK) return status;
     t->n_dims = ff_uint16_of(r->bytes + r->at);
     t->type = r->bytes[r->at + 2];
     const uint64_t offset = ff_uint64_of(r->bytes + r->at + 3);
@@ -137,9 +137,9 @@ static ff_status read_description(reader *r, ff_tensor *t)
     }
     const size_t offset_at = r->at + 3;
     r->at += FIXED - 2;
-    if ((s = need(r, 8 * t->n_dims, "the dimensions of a field")) != FF_OK) return s;
+    if ((status = need(r, 8 * t->n_dims, "the dimensions of a field")) != FF_OK) return status;
     if (!(t->shape = calloc(t->n_dims + 1, sizeof *t->shape))) return no_memory(r->path, r->err);
-    if ((s = read_shape(r, t)) != FF_OK) return s;
+    if ((status = read_shape(r, t)) != FF_OK) return status;
     const size_t size = t->count * ff_tensor_type_bytes(t->type);
     if (offset > r->n || size > r->n - (size_t)offset)
         return ff_error_set(r->err, FF_ERR_READ, r->path, 0, (int64_t)offset_at,
@@ -181,8 +181,8 @@ static ff_status check_places(const reader *r, const ff_tensor_file *f, size_t b
 static ff_status read_fields(reader *r, ff_tensor_file *f)
 {
     char found[64], quoted[FF_QUOTE];
-    ff_status s = need(r, FF_TENSOR_HEADER, "a header of 18 bytes");
-    if (s != FF_OK) return s;
+    ff_status status = need(r, FF_TENSOR_HEADER, "a header of 18 bytes");
+    if (status != FF_OK) return status;
     if (memcmp(r->bytes, ff_tensor_magic, FF_TENSOR_MAGIC) != 0)
         return wrong(r, 0, ff_quote((const char *)r->bytes, FF_TENSOR_MAGIC, quoted), "'tensor_file' and a zero byte");
     if (r->bytes[12] != 1 || r->bytes[13] != 0) {
@@ -198,7 +198,7 @@ static ff_status read_fields(reader *r, ff_tensor_file *f)
     r->at = FF_TENSOR_HEADER;
     for (uint32_t k = 0; k < n; k++) {
         f->n_fields = k + 1;
-        if ((s = read_description(r, &f->field[k])) != FF_OK) return s;
+        if ((status = read_description(r, &f->field[k])) != FF_OK) return status;
         if (ff_tensor_find(f, f->field[k].name) != &f->field[k])
             return wrong(r, f->field[k].header, ff_quote(f->field[k].name, strlen(f->field[k].name), quoted),
                          "a name that no field before has");
@@ -210,19 +210,19 @@ ff_status ff_tensor_file_read(const char *path, ff_tensor_file *out, ff_error *e
 {
     ff_bytes b;
     ff_tensor_file f = {0};
-    ff_status s = ff_bytes_open(path, &b, err);
-    if (s != FF_OK) return s;
-    s = ff_bytes_rest(&b, largest_file, &f.bytes, &f.n_bytes);
+    ff_status status = ff_bytes_open(path, &b, err);
+    if (status != FF_OK) return status;
+    status = ff_bytes_rest(&b, largest_file, &f.bytes, &f.n_bytes);
     ff_bytes_close(&b);
-    if (s == FF_OK) {
+    if (status == FF_OK) {
         reader r = {.path = path, .err = err, .bytes = f.bytes, .n = f.n_bytes};
-        s = read_fields(&r, &f);
+        status = read_fields(&r, &f);
     }
-    if (s != FF_OK)
+    if (status != FF_OK)
         ff_tensor_file_free(&f);
     else
         *out = f;
-    return s;
+    return status;
 }
 
 /* ---- making ---------------------------------------------------------------------------------- */
@@ -251,10 +251,10 @@ static ff_status copy_fields(const ff_tensor *from, size_t n, ff_tensor_file *f,
 ff_status ff_tensor_file_copy(const ff_tensor_file *from, ff_tensor_file *out, ff_error *err)
 {
     ff_tensor_file f = {.n_bytes = from->n_bytes, .bytes = malloc(from->n_bytes)};
-    ff_status s = f.bytes ? copy_fields(from->field, from->n_fields, &f, err) : no_memory(NULL, err);
-    if (s != FF_OK) {
+    ff_status status = f.bytes ? copy_fields(from->field, from->n_fields, &f, err) : no_memory(NULL, err);
+    if (status != FF_OK) {
         ff_tensor_file_free(&f);
-        return s;
+        return status;
     }
     memcpy(f.bytes, from->bytes, from->n_bytes);
     *out = f;
@@ -304,11 +304,11 @@ static void write_description(const ff_tensor *t, unsigned char *b)
 ff_status ff_tensor_file_make(const ff_tensor *fields, size_t n_fields, ff_tensor_file *out, ff_error *err)
 {
     ff_tensor_file f = {0};
-    ff_status s = copy_fields(fields, n_fields, &f, err);
-    if (s == FF_OK && (!place_fields(&f) || !(f.bytes = calloc(f.n_bytes, 1)))) s = no_memory(NULL, err);
-    if (s != FF_OK) {
+    ff_status status = copy_fields(fields, n_fields, &f, err);
+    if (status == FF_OK && (!place_fields(&f) || !(f.bytes = calloc(f.n_bytes, 1)))) status = no_memory(NULL, err);
+    if (status != FF_OK) {
         ff_tensor_file_free(&f);
-        return s;
+        return status;
     }
     memcpy(f.bytes, ff_tensor_magic, FF_TENSOR_MAGIC);
     f.bytes[12] = 1;
