@@ -63,12 +63,12 @@ static void put_channels(sentence *s)
     for (size_t k = 0; k < w->n_channels; k++) put(s, "%s%s", k ? ", " : "", channel_name(s, w->channel[k]));
 }
 
-/* "f0", "f0 (r)" */
+/* "f0", "f0[r]" */
 static void put_parameter(sentence *s, size_t k)
 {
     const ff_warning_parameter *p = &s->w->parameter[k];
     put(s, "%s", ff_words_parameter(s->of->fit, p));
-    if (p->channel != FF_NO_CHANNEL) put(s, " (%s)", channel_name(s, p->channel));
+    if (p->channel != FF_NO_CHANNEL) put(s, "[%s]", channel_name(s, p->channel));
 }
 
 /* Those of the warning, with the channels in which it is so. */
@@ -79,9 +79,10 @@ static void put_parameters(sentence *s, const char *between)
         put_parameter(s, k);
     }
     if (s->w->n_channels == 0) return;
-    put(s, " (");
+    const int one = s->w->n_parameters == 1 && s->w->n_channels == 1; /* as tables have it */
+    put(s, one ? "[" : " (");
     put_channels(s);
-    put(s, ")");
+    put(s, one ? "]" : ")");
 }
 
 /* ---- of fits --------------------------------------------------------------------------------- */

@@ -239,7 +239,7 @@ def warnings(directory, path):
     w = of("prior-disagrees", "--prior", "f0=0.1+-0.0001", "--channels", "mean")
     check(w["parameter"] == "f0" and "channel" not in w and w["values"]["mean"] == 0.1 and w["values"]["sd"] == 1e-4, "prior: %s" % w)
     w = of("prior-disagrees", "--prior", "f0=0.1+-0.0001")
-    check(w["parameter"] == "f0" and w["channel"] == "r" and w["text"].startswith("data and prior disagree about f0 (r)"), "prior: %s" % w)
+    check(w["parameter"] == "f0" and w["channel"] == "r" and w["text"].startswith("data and prior disagree about f0[r]"), "prior: %s" % w)
     w = of("correlated", "--free", "ks", "--channels", "mean")
     check(len(w["parameters"]) == 2 and abs(w["values"]["correlation"]) > 0.99, "a pair: %s" % w)
     w = of("correlated", "--free", "ks")

@@ -232,9 +232,9 @@ static void channels_in_sentences(void)
     check_sentence(&s, unknown, "kd (400nm, 420nm) is not determined by these data; --profile says how far it may go");
     check_sentence(&s, both, "kd and f0 are correlated by -0.9951: these data hardly tell them apart");
     both.parameter = own;
-    check_sentence(&s, both, "kd (400nm) and f0 (420nm) are correlated by -0.9951: these data hardly tell them apart");
+    check_sentence(&s, both, "kd[400nm] and f0[420nm] are correlated by -0.9951: these data hardly tell them apart");
     check_sentence(&s, (ff_warning){.code = FF_WARNING_TRADE_OFF, .n_parameters = 3, .parameter = own, .value = {250}},
-                   "kd (400nm), f0 (420nm), alpha_x trade off: along one combination of them the data say 250 times less than of "
+                   "kd[400nm], f0[420nm], alpha_x trade off: along one combination of them the data say 250 times less than of "
                    "each alone");
     dark.n_channels = 1;
     check_sentence(
