@@ -118,6 +118,21 @@ static ff_status look_there(const ff_plan *plan, const ff_point *from, ff_point 
     return status ? status : ff_information_new(plan, &at->normal, at->at_bound, info);
 }
 
+/* The noise that the part shows by itself, with the rest left out: where the rest goes wrong, what it leaves is no noise, and would
+ * hide that it does. *out: of the whole fit, copied, where it was given, or where the part shows none. */
+static ff_status noise_of_part(const ff_plan *plan, const ff_point *at, const ff_noise_found *found, struct ff_problem *few,
+                               ff_noise_found **out)
+{
+    struct ff_problem within = *plan->p;
+    const ff_plan on = ff_plan_on(plan, &within);
+    within.sparse = few;
+    *out = NULL;
+    const ff_status status = plan->noise ? FF_OK : ff_noise_find(&on, at, out);
+    if (status || *out) return status;
+    *out = ff_noise_found_copy(found);
+    return *out ? FF_OK : FF_ERR_MEMORY;
+}
+
 ff_status ff_noise_difference(const ff_plan *plan, const ff_point *at, const ff_noise_found *found, const float *part, double *out,
                               double *dof)
 {
@@ -129,6 +144,7 @@ ff_status ff_noise_difference(const ff_plan *plan, const ff_point *at, const ff_
     ff_plan all = ff_plan_on(plan, search), of_part = ff_plan_on(plan, &few);
     ff_point there = {0}, in_part = {0};
     ff_information *info = NULL, *info_part = NULL;
+    ff_noise_found *noise = NULL;
     ff_carriers c;
     ff_status status = multiplier && deviation && memory ? FF_OK : FF_ERR_MEMORY;
     all.errors = of_part.errors = 0;
@@ -136,15 +152,17 @@ ff_status ff_noise_difference(const ff_plan *plan, const ff_point *at, const ff_
     few.multiplier = multiplier;
     if (!status) status = look_there(&all, at, &there, &info);
     if (!status) status = look_there(&of_part, at, &in_part, &info_part);
+    if (!status) status = noise_of_part(plan, at, found, &few, &noise);
     if (!status) {
-        ff_point where = {.channel = found->channel};
-        memcpy(where.shape, found->shape, sizeof where.shape);
-        status = ff_noise_deviations(plan, search, &where, found->noise, deviation);
+        ff_point where = {.channel = noise->channel};
+        memcpy(where.shape, noise->shape, sizeof where.shape);
+        status = ff_noise_deviations(plan, search, &where, noise->noise, deviation);
     }
     if (!status) {
         ff_carriers_lay_out(memory, P, &c);
-        status = ff_carriers_of_difference(plan, at, found->noise, deviation, info, info_part, part, &c);
+        status = ff_carriers_of_difference(plan, at, noise->noise, deviation, info, info_part, part, &c);
     }
+    free(noise);
     for (size_t k = 0; k < P && !status; k++) {
         out[k] = c.error[k] * c.along[k] * c.between[k];
         dof[k] = degrees_of(c.sway[k], (double)(search->n * search->n_channels));

@@ -81,7 +81,7 @@ static void derivatives(const struct ff_problem *p, size_t block, size_t c, size
     const double *w = ff_problem_plane(p, block, p->weight + p->weight_stride * (int)c);
     ff_loss_slopes(p->loss, n, f, x, j);
     for (size_t i = 0; i < n; i++) {
-        j[i] *= w[i] * factor_of(p, c, block * FF_BLOCK + i);
+        j[i] *= w[i] * factor_of(p, c, block * FF_BLOCK + i) * (p->multiplier ? (double)p->multiplier[block * FF_BLOCK + i] : 1);
         if (p->side >= 0 && ff_problem_plane(p, block, p->side + (int)c)[i] != 0) j[i] = 0;
     }
     for (size_t i = n; i < FF_BLOCK; i++) j[i] = 0;
