@@ -25,10 +25,10 @@ static int read_noise(const cli_args *args, cli_fitting *f)
 {
     const char *text = cli_value(args, FLAG_NOISE_MODEL, NULL);
     ff_error err = {0};
-    f->options.errors = (ff_error_source)cli_word(args, FLAG_ERRORS, text ? FF_ERRORS_NOISE : FF_ERRORS_RESIDUALS);
+    f->options.errors = (ff_error_source)cli_word(args, FLAG_ERRORS, FF_ERRORS_NOISE);
     if (text && f->options.errors == FF_ERRORS_RESIDUALS)
         return cli_usage(args, "--noise-model has no effect on errors that rest on residuals: leave out --errors residuals");
-    if (f->options.errors == FF_ERRORS_NOISE && f->options.robust != FF_ROBUST_NONE)
+    if (f->options.robust != FF_ROBUST_NONE && (text || cli_value(args, FLAG_ERRORS, NULL)) && f->options.errors == FF_ERRORS_NOISE)
         return cli_usage(args, "errors by the noise of the data are of sums of squares: leave out --robust, or %s",
                          text ? "--noise-model" : "--errors noise");
     if (!text) return EXIT_DONE;

@@ -7,6 +7,14 @@
 #include "models/tools/internal_albedo.h"
 #include "pass_of.h"
 
+/* What is compared by hand here is the covariance by the residuals. */
+static ff_fit_options by_residuals(void)
+{
+    ff_fit_options o = fit_options();
+    o.errors = FF_ERRORS_RESIDUALS;
+    return o;
+}
+
 /* ---- one fit --------------------------------------------------------------------------------- */
 
 /* The fit has to work. */
@@ -94,7 +102,7 @@ static void bounds_hold(void)
     const fit_surface s = fit_surface_make("ggx+lambert", 2, "alpha=0.3 f0=0.6:0.3 kd=0.1:0.3");
     const fit_sampling how = {.n = 3000, .max_theta = 75, .noise = 0.03, .seed = 3};
     ff_table t = fit_measure(&s, &how);
-    ff_fit_options o = fit_options();
+    ff_fit_options o = by_residuals();
     o.shape = FF_SHAPE_ISOTROPIC;
     ff_fit_result plain = fitted("no bounds", &t, &s.model, &o);
     /* bounds that nothing runs into change nothing */
@@ -159,7 +167,7 @@ static void bounds_in_the_search(void)
         const fit_surface s = fit_surface_make(cases[i].model, 1, cases[i].set);
         const fit_sampling how = {.n = 3000, .max_theta = 75, .noise = 0.02, .glossy = 0.3, .seed = 4 + i};
         ff_table t = fit_measure(&s, &how);
-        ff_fit_options o = fit_options();
+        ff_fit_options o = by_residuals();
         o.shape = FF_SHAPE_ISOTROPIC;
         ff_model m = s.model;
         if (cases[i].free_name) ff_model_vary(&m, cases[i].free_name, NULL);
@@ -194,7 +202,7 @@ static void what_is_held_stays(void)
     const fit_surface s = fit_surface_make("ggx+lambert", 1, "alpha_x=0.2 alpha_y=0.4 r_xy=0.3 f0=0.6 kd=0.1");
     const fit_sampling how = {.n = 2000, .max_theta = 75, .noise = 0.05, .seed = 6};
     ff_table t = fit_measure(&s, &how);
-    const ff_fit_options o = fit_options();
+    const ff_fit_options o = by_residuals();
     for (int k = 0; k < 3; k++) {
         ff_model m = s.model;
         ff_model_hold(&m, names[k], 0.25, NULL);
@@ -214,7 +222,7 @@ static void two_axes_are_one(void)
     const fit_surface s = fit_surface_make("ggx+lambert", 3, "alpha_x=0.25 alpha_y=0.35 f0=0.9:0.6:0.3 kd=0.1:0.05:0.02");
     const fit_sampling how = {.n = 3000, .max_theta = 75, .noise = 0.05, .seed = 9};
     ff_table t = fit_measure(&s, &how);
-    ff_fit_options o = fit_options();
+    ff_fit_options o = by_residuals();
     o.shape = FF_SHAPE_ISOTROPIC;
     ff_fit_result one = fitted("isotropic", &t, &s.model, &o);
     const ff_tie tie = {"alpha_y", "alpha_x"};
@@ -314,7 +322,7 @@ static void ties_against_brute_force(void)
         const fit_surface s = fit_surface_make(t->model, t->n_channels, t->set);
         const fit_sampling how = {.n = 3000, .max_theta = 75, .noise = 0.02, .glossy = 0.3, .seed = 40 + i};
         ff_table table = fit_measure(&s, &how);
-        ff_fit_options o = fit_options();
+        ff_fit_options o = by_residuals();
         ff_constraints c = {.tie = t->tie};
         ff_model m = s.model;
         for (; c.n_ties < 3 && t->tie[c.n_ties].name; c.n_ties++) {
@@ -449,7 +457,7 @@ static void coordinates_of_tied_parameters(void)
     const ff_tie tie[] = {{"alpha_y", "alpha_x"}, {"r_xy", "lobe2.r_xy"}, {"lobe2.f0", "kd"}, {"f0", NULL}};
     const ff_constraints c = {.n_ties = 4, .tie = tie};
     ff_table t = fit_measure(&s, &how);
-    ff_fit_options o = fit_options();
+    ff_fit_options o = by_residuals();
     ff_problem *p = NULL;
     ff_model m = s.model;
     ff_layout l;
@@ -520,7 +528,7 @@ static void order_of_lobes(void)
     const fit_surface s = fit_surface_make("ggx+ggx", 1, "alpha=0.1 lobe2.alpha=0.5 f0=0.3 lobe2.f0=0.4");
     const fit_sampling how = {.n = 3000, .max_theta = 75, .noise = 0.02, .glossy = 0.3, .seed = 5};
     ff_table t = fit_measure(&s, &how);
-    ff_fit_options o = fit_options();
+    ff_fit_options o = by_residuals();
     o.shape = FF_SHAPE_ISOTROPIC;
     const ff_tie tie = {"lobe2.f0", "f0"};
     const ff_bound wide_first[] = {{"alpha", 0.3, 1, NULL}, {"lobe2.alpha", 0.02, 0.25, NULL}};
@@ -629,7 +637,7 @@ static void prior_by_hand(void)
 {
     for (int sigma = 0; sigma < 2; sigma++) {
         linear_case l = linear_make(sigma, 8);
-        ff_fit_options o = fit_options();
+        ff_fit_options o = by_residuals();
         o.shape = FF_SHAPE_ISOTROPIC;
         ff_model m = l.s.model;
         ff_model_hold(&m, "alpha", 0.3, NULL);
@@ -684,7 +692,7 @@ static void priors_in_their_limits(void)
     const fit_surface s = fit_surface_make("ggx+lambert", 2, "alpha_x=0.2 alpha_y=0.4 r_xy=0.3 f0=0.6:0.3 kd=0.1:0.3");
     const fit_sampling how = {.n = 3000, .max_theta = 75, .noise = 0.05, .seed = 12};
     ff_table t = fit_measure(&s, &how);
-    ff_fit_options o = fit_options();
+    ff_fit_options o = by_residuals();
     ff_fit_result plain = fitted("no prior", &t, &s.model, &o);
     ff_prior prior[] = {{"alpha", 0.3, 1e6, NULL}, {"f0", 0.5, 1e6, NULL}};
     const ff_constraints c = {.n_priors = 2, .prior = prior};
@@ -721,7 +729,7 @@ static void prior_for_what_the_data_do_not_say(void)
     const fit_surface s = fit_surface_make("ggx", 1, "alpha=0.1 f0=0.5");
     const fit_sampling how = {.n = 2000, .max_theta = 12, .noise = 0.01, .seed = 14};
     ff_table t = fit_measure(&s, &how);
-    ff_fit_options o = fit_options();
+    ff_fit_options o = by_residuals();
     o.shape = FF_SHAPE_ISOTROPIC;
     ff_model m = s.model;
     ff_model_vary(&m, "ks", NULL);
@@ -743,7 +751,7 @@ static void cover_with_a_prior(const char *what, const fit_sampling *sampling, d
 {
     enum { REPEATS = 150 };
     const fit_surface s = fit_surface_make("ggx+lambert", 1, "alpha=0.3 f0=0.5 kd=0.2");
-    ff_fit_options o = fit_options();
+    ff_fit_options o = by_residuals();
     o.shape = FF_SHAPE_ISOTROPIC;
     uint64_t state = ff_test_stream("prior %s", what);
     double sum_z2[3] = {0}, plain_z2 = 0, gain = 0;
@@ -896,7 +904,7 @@ static void energy_is_conserved(void)
         const fit_sampling how = {.n = 4000, .max_theta = 75, .noise = 0.03, .glossy = 0.3, .seed = 60 + i};
         ff_table t = fit_measure(&s, &how);
         for (size_t k = 0; k < t.n * t.n_channels; k++) t.value[k] *= cases[i].scale;
-        ff_fit_options o = fit_options();
+        ff_fit_options o = by_residuals();
         o.shape = cases[i].shape;
         ff_model m = s.model;
         if (cases[i].free_name) ff_model_vary(&m, cases[i].free_name, NULL);
@@ -925,7 +933,7 @@ static void energy_against_brute_force(void)
     const fit_surface s = fit_surface_make("ggx+lambert", 1, "alpha=0.3 f0=0.6 kd=0.6");
     const fit_sampling how = {.n = 2000, .max_theta = 75, .noise = 0.03, .seed = 71};
     ff_table t = fit_measure(&s, &how);
-    ff_fit_options o = fit_options();
+    ff_fit_options o = by_residuals();
     o.shape = FF_SHAPE_ISOTROPIC;
     ff_model m = s.model;
     ff_model_hold(&m, "alpha", 0.3, NULL);
@@ -968,7 +976,7 @@ static void energy_that_does_not_bind(void)
     const fit_surface s = fit_surface_make("ggx", 2, "alpha=0.3 f0=0.6:0.3");
     const fit_sampling how = {.n = 2000, .max_theta = 75, .noise = 0.03, .seed = 72};
     ff_table t = fit_measure(&s, &how);
-    ff_fit_options o = fit_options();
+    ff_fit_options o = by_residuals();
     ff_fit_result plain = fitted("plain", &t, &s.model, &o);
     const ff_constraints c = {.energy_conserving = 1};
     o.constraints = &c;
@@ -1035,7 +1043,7 @@ static void errors(void)
     const fit_surface s = fit_surface_make("ggx+beckmann", 1, "alpha=0.1 lobe2.alpha=0.4 f0=0.3 lobe2.f0=0.3");
     const fit_sampling how = {.n = 1000, .max_theta = 70, .noise = 0.02, .glossy = 0.3, .seed = 2};
     ff_table t = fit_measure(&s, &how);
-    ff_fit_options o = fit_options();
+    ff_fit_options o = by_residuals();
     const ff_constraints both = {.n_ties = 1, .tie = other.tie, .n_priors = 1, .prior = &(ff_prior){"f0", 0.3, 0.1, NULL}};
     ff_model two = s.model;
     ff_model_hold(&two, "lobe2.f0", 0.31, NULL);

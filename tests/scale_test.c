@@ -78,11 +78,20 @@ static void dark_surface(void)
     const fit_surface s = fit_surface_make("ggx/smith-height-correlated/none", 1, "");
     ff_model m = s.model;
     ff_fit_options o = fit_options();
+    double by_noise[2] = {0};
     ff_model_vary(&m, "ks", NULL);
     o.shape = FF_SHAPE_ISOTROPIC;
     for (size_t i = 0; i < sizeof scales / sizeof *scales; i++) {
         ff_table t = ten_samples();
         multiply(&t, scales[i]);
+        o.errors = FF_ERRORS_NOISE;
+        ff_fit_result n = fitted("ten samples", &t, &m, &o);
+        const double now[2] = {n.shape_value[0].std_error, n.channel_value[0].std_error / scales[i]};
+        for (int k = 0; k < 2 && i == 0; k++) by_noise[k] = now[k];
+        for (int k = 0; k < 2; k++) FF_CHECK_CLOSE(now[k], by_noise[k], 1e-3, 0);
+        FF_CHECK(now[0] > 0.0025 && now[0] < 0.006, "x %g: alpha +- %g", scales[i], now[0]);
+        ff_fit_result_clear(&n);
+        o.errors = FF_ERRORS_RESIDUALS;
         ff_fit_result r = fitted("ten samples", &t, &m, &o);
         const ff_fit_value *alpha = &r.shape_value[0], *ks = &r.channel_value[0];
         FF_CHECK_CLOSE(alpha->value, 0.1390, 0, 5e-5);

@@ -63,6 +63,7 @@ static ff_table data_of(const experiment *e, const fit_surface *s)
 static ff_fit_options options_of(const experiment *e, size_t dense_channels)
 {
     ff_fit_options o = fit_options();
+    o.errors = FF_ERRORS_RESIDUALS; /* noise_test compares the two paths where errors rest on the noise */
     o.loss = e->loss;
     o.robust = e->robust;
     o.robust_scale = e->robust_scale > 0 ? e->robust_scale : 1;

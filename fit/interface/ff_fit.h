@@ -160,7 +160,7 @@ typedef struct ff_fit_options {
     /** Up to this many channels all parameters are solved for together, and all their correlations are given. Beyond, time and
      * memory are linear in the channels: see ff_fit_result. The optimum and the standard errors are the same. FF_DENSE_CHANNELS. */
     size_t dense_channels;
-    ff_error_source errors; /**< FF_ERRORS_RESIDUALS                                                             */
+    ff_error_source errors; /**< FF_ERRORS_NOISE                                                                 */
     const ff_noise *noise;  /**< the noise of the data, borrowed; NULL: estimated from the residuals. Its levels are one, or one
                                  for each channel of the problem                                                 */
 } ff_fit_options;

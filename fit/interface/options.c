@@ -81,7 +81,7 @@ void ff_fit_options_init_size(ff_fit_options *o, size_t size)
                                      .only_channel = -1,
                                      .max_iterations = 100,
                                      .std_errors = 1,
-                                     .errors = FF_ERRORS_RESIDUALS,
+                                     .errors = FF_ERRORS_NOISE,
                                      .dense_channels = FF_DENSE_CHANNELS};
     ff_options_init(o, size, &defaults, sizeof defaults);
 }
