@@ -47,6 +47,23 @@ static int is_tied(const ff_report_fits *r, const ff_fit_result *f, const ff_fit
     return v && f != best && !v->told_apart;
 }
 
+/* The simplest fit of a problem that is not told apart from the best, the one with the lowest objective of several; best where that
+ * is not known. */
+static const ff_fit_result *simplest_of(const ff_report_fits *r, const ff_fit_result *best)
+{
+    const size_t models = r->n_fits / r->n_problems, first = (size_t)(best - r->fit) / models * models;
+    const ff_fit_result *found = NULL;
+    for (size_t i = first; i < first + models; i++) {
+        const ff_fit_result *f = &r->fit[i];
+        const ff_versus *v = versus_of(r, f);
+        if (!v || v->told_apart) continue;
+        if (!found || f->n_free < found->n_free ||
+            (f->n_free == found->n_free && f->residual.objective < found->residual.objective))
+            found = f;
+    }
+    return found ? found : best;
+}
+
 static const ff_versus *versus_at(const ranking *t, size_t row)
 {
     return versus_of(t->r, fit_at(t, row));
@@ -70,7 +87,8 @@ static void mark_cell(ff_cell *out, ff_where w)
 {
     const ranking *t = w.of;
     const ff_fit_result *f = fit_at(t, w.row), *best = best_at(t, w.row);
-    ff_cell_text(out, "%s", f == best ? "*" : is_tied(t->r, f, best) ? "~" : "");
+    const ff_versus *v = versus_at(t, w.row);
+    ff_cell_text(out, "%s", f == simplest_of(t->r, best) ? "*" : v && !v->told_apart ? "~" : "");
 }
 
 /* From 1 for the best of its problem. */
@@ -457,29 +475,53 @@ static int any_on_bound(const ff_fit_result *f)
     return any;
 }
 
+static const ff_fit_result *best_of(const ff_report_fits *r, size_t p)
+{
+    const size_t models = r->n_fits / r->n_problems;
+    size_t best = p * models;
+    for (size_t i = best; i < (p + 1) * models; i++)
+        if (r->fit[i].residual.objective < r->fit[best].residual.objective) best = i;
+    return &r->fit[best];
+}
+
+/* What a model that contains the simplest gains by its parameter: nothing that these data show. */
+static void put_no_better(const ff_report_fits *r, size_t p, FILE *out)
+{
+    const size_t models = r->n_fits / r->n_problems;
+    for (size_t i = p * models; i < (p + 1) * models; i++) {
+        const ff_versus *v = versus_of(r, &r->fit[i]);
+        if (!v || !v->by_parameter || v->told_apart) continue;
+        fprintf(out, "%s/%s: the model with the lowest residuals becomes it with one parameter held, and is no better for it\n",
+                ff_report_ndf_name(&r->fit[i]), ff_report_masking_name(&r->fit[i]));
+    }
+}
+
 static void put_legend(const ff_report_fits *r, FILE *out)
 {
     int any = 0, tied = 0;
     for (size_t i = 0; i < r->n_fits; i++) any |= any_on_bound(&r->fit[i]);
-    for (size_t p = 0; p < r->n_problems && r->trust; p++) {
-        size_t best = p * (r->n_fits / r->n_problems);
-        for (size_t i = best; i < (p + 1) * (r->n_fits / r->n_problems); i++)
-            if (r->fit[i].residual.objective < r->fit[best].residual.objective) best = i;
+    for (size_t p = 0; p < r->n_problems && r->trust; p++)
         for (size_t i = p * (r->n_fits / r->n_problems); i < (p + 1) * (r->n_fits / r->n_problems); i++)
-            tied |= is_tied(r, &r->fit[i], &r->fit[best]);
-    }
+            tied |= is_tied(r, &r->fit[i], best_of(r, p));
     if (any || tied) fputc('\n', out);
     if (any) fputs("! on its bound\n", out);
-    if (tied) fputs("~ cannot be told apart from the best by these data\n", out);
+    if (tied) fputs("~ cannot be told apart from the best by these data; * is the simplest of them\n", out);
+    for (size_t p = 0; p < r->n_problems && r->trust; p++) {
+        const ff_versus *v = versus_of(r, &r->fit[p * (r->n_fits / r->n_problems)]);
+        put_no_better(r, p, out);
+        if (v && v->weighted && v->incidences < 3)
+            fprintf(out, "no model can be ruled out: that takes 3 incidences at least, found %zu\n", v->incidences);
+    }
 }
 
-/* Warnings are many in a comparison: those of the winner. */
+/* Warnings are many in a comparison: those of the one that is marked. */
 static void put_winner(const ff_report_fits *r, size_t i, FILE *out)
 {
     const ff_fit_result *f = &r->fit[i];
     char expression[FF_MODEL_NAME];
     ff_model_expression(&f->model, expression, sizeof expression);
-    fprintf(out, "\n* best: %s, %s\n", expression, ff_shape_name((int)f->shape));
+    const char *what = f == best_of(r, i / (r->n_fits / r->n_problems)) ? "best" : "simplest that is not told apart from the best";
+    fprintf(out, "\n* %s: %s, %s\n", what, expression, ff_shape_name((int)f->shape));
     ff_report_fit_warnings(r, i, out);
 }
 
@@ -511,7 +553,7 @@ ff_status ff_report_compare_text(const ff_report_fits *r, FILE *out)
         if (status == FF_OK) status = put_maskings(r, p, out);
         if (status != FF_OK) break;
         if (r->trust && r->trust[best].has_outliers) ff_report_outliers_text(r, best, out);
-        put_winner(r, best, out);
+        put_winner(r, (size_t)(simplest_of(r, &r->fit[best]) - r->fit), out);
     }
     if (status == FF_OK) put_legend(r, out);
     return status;

@@ -43,6 +43,7 @@ static void put_versus(ff_json *j, const ff_versus *v)
     ff_json_number(j, "delta_bic", v->bic);
     ff_json_number(j, "vuong_z", v->vuong_z);
     ff_json_number(j, "vuong_p", v->vuong_p);
+    ff_json_string(j, "test", v->by_parameter ? "parameter" : v->weighted ? "incidences" : "objective");
     if (v->has_validation) {
         ff_json_object(j, "cross_validation", FF_JSON_LINE);
         ff_json_number(j, "difference", v->validation);

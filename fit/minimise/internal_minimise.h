@@ -1,5 +1,6 @@
 /* From a start to the optimum. solve.c moves all coordinates, project.c those of the shape with the channels following, settle.c
- * those of dark channels, wake.c those without effect on their bound; minimise.c does what a fit needs of them. */
+ * those of dark channels, wake.c those without effect on their bound; way.c chooses; minimise.c does what a fit needs of them.
+ */
 #ifndef FF_INTERNAL_MINIMISE_H
 #define FF_INTERNAL_MINIMISE_H
 #include "ceres_bridge.h"

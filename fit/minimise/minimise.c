@@ -1,14 +1,8 @@
-/* The minimisation of a fit: the way that fits its layout, and lobes of one kind in their order. */
+/* The minimisation of a fit: lobes of one kind in their order, what has no effect on its bound, what is dark beside the rest. */
 #include "internal_minimise.h"
 
 /* How far all samples are minimised. */
 #define FF_EXACT 1e-11
-
-ff_status ff_solve(const ff_plan *plan, const ff_effort *effort, ff_point *at, ff_error *err)
-{
-    ff_point_forget(at);
-    return plan->l.arrowhead ? ff_solve_projected(plan, effort, at, err) : ff_solve_dense(plan, effort, at, err);
-}
 
 /* Should the lobes have changed places on the way, once more from there, which takes a pass; and what is dark beside the rest. */
 ff_status ff_minimise(const ff_plan *plan, ff_point *at, ff_error *err)

@@ -138,21 +138,34 @@ FF_API void ff_cut_off_free(ff_cut_off *c); /**< NULL is allowed */
 
 /* ---- comparison ------------------------------------------------------------------------------ */
 
-/** What a fit differs from the winner by, positive where the winner is better.
+/** What a fit differs from the best by, positive where the best is better.
  *
- *  vuong_z is the difference of the objective, with the penalty of AIC, over its standard deviation: Vuong 1989 in the form of
- * Rivers and Vuong 2002. The variance is that over clusters of neighbours or, from 10 on, over groups, whichever leaves more doubt;
- * p is by Student's t, whose degrees of freedom are the clusters that count less one. */
+ *  Is it worse? Where errors rest on the noise of the data, all models are fitted again by common weights, residuals in standard
+ *  deviations of the data by the noise of the model that makes them most likely, and the differences of the squares to the best of
+ *  these fits are summed over whole incidences: vuong_z is the sum over its standard deviation, vuong_p one-sided by Student's t of
+ *  incidences - 1 (Rivers and Vuong 2002, with clusters). A model that the best one becomes where a parameter has a certain value
+ *  (by_parameter) is judged by Wald's test of that parameter, two-sided. told_apart is p below 0.05, corrected for the number of
+ *  models that lead (p of 0.05 or more; Sidak 1967, with n^2 / sum r^2 of their correlations over incidences for their number).
+ * Fewer than 3 incidences: no test is possible, z and p are NaN.
+ *
+ *  Where errors rest on residuals: vuong_z is the difference of the objective, with the penalty of AIC, over its standard deviation
+ *  (Vuong 1989). The variance is that over clusters of neighbours or, from 10 on, over groups, whichever leaves more doubt; p is
+ *  two-sided by Student's t, whose degrees of freedom are the clusters that count less one. */
 typedef struct ff_versus {
     double objective; /**< difference                                                              */
-    double aic, bic;  /**< differences, with the effective number of values of the winner           */
+    double aic, bic;  /**< differences, with the effective number of values of the winner; by common weights those of the
+                           likelihood of residuals in standard deviations */
     double vuong_z;
-    double vuong_p; /**< two-sided                                                               */
+    double vuong_p;
     int has_validation;
     double validation, validation_error; /**< held-out objective: difference, its standard error over incident directions */
-    /** 0: the data cannot tell the two apart: vuong_p of 0.05 or more, or held-out samples that do not say the same by more
-     *  than their standard error. */
+    /** 0: the data cannot tell the two apart: vuong_p is too large, or (where errors rest on residuals) held-out samples do not say
+     *  the same by more than their standard error. */
     int told_apart;
+    int weighted;        /**< 1: by common weights                                                     */
+    int by_parameter;    /**< 1: by the parameter that the best one has more                            */
+    double standardised; /**< sum of squares in standard deviations: difference                         */
+    size_t incidences;   /**< that were summed over                                                   */
 } ff_versus;
 
 /** Each of n fits to p against fits[winner].

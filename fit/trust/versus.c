@@ -4,7 +4,7 @@
  * adds to the objective that was minimised, whatever that is, and a variance that knows of dependent samples. With residuals in
  * standard deviations the two are the same, otherwise they are to first order in the difference. */
 #include "base/internal_statistics.h"
-#include "internal_trust.h"
+#include "internal_versus.h"
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -161,7 +161,7 @@ static void compare_one(const struct ff_problem *p, const ff_places *places, con
         v->vuong_z = z;
         v->vuong_p = doubt;
     }
-    v->told_apart = v->vuong_p < 0.05;
+    v->told_apart = v->vuong_p < FF_VERSUS_LEVEL;
 }
 
 static ff_status compare_all(const ff_problem *p, const ff_places *places, const ff_fit_options *o, const ff_fit_result *fits,
@@ -180,6 +180,7 @@ static ff_status compare_all(const ff_problem *p, const ff_places *places, const
         if (status) break;
         compare_validation(a, places->n_directions, &out[k]);
     }
+    if (!status && ff_versus_has_noise(fits, n)) status = ff_versus_by_common_weights(p, places, o, fits, n, winner, out, err);
     return status;
 }
 

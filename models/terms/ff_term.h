@@ -41,6 +41,14 @@ typedef struct ff_param {
     double offset;       /**< of FF_PARAM_LOG; lo + offset > 0                    */
 } ff_param;
 
+/** A simpler term that a term becomes where one of its parameters has a value: then the larger one is never worse, and whether it
+ * is better is a question about the parameter. */
+typedef struct ff_contains {
+    const char *name;      /**< of the same kind; NULL: none */
+    const char *parameter; /**< bare name                    */
+    double value;
+} ff_contains;
+
 /** Everything a person is told about one term. Immutable, static storage. */
 typedef struct ff_term {
     const char *name;       /**< stable, lower case: "ggx", "smith-height-correlated"        */
@@ -50,5 +58,6 @@ typedef struct ff_term {
     uint32_t claims;        /**< FF_RECIPROCAL | ...                                          */
     uint32_t n_params;      /**< length of params                                             */
     const ff_param *params; /**< of this term alone; NULL when n_params = 0                   */
+    ff_contains contains;   /**< {NULL} when it contains no other                             */
 } ff_term;
 #endif
