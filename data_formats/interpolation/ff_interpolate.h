@@ -1,6 +1,7 @@
 /** @file ff_interpolate.h  Values of a table between its samples, with word of how each was found.
  *
- *  Method   Where a table is the product of axes in which the mirror direction stands still (half and difference angles, the MERL
+ *  Method   Where a table's values are means over cells (Klems' patches, tensor trees), the value of the cell, constant up to its
+ * border. Where a table is the product of axes in which the mirror direction stands still (half and difference angles, the MERL
  * grid, polar angles about the specular direction): linear along each axis between the neighbouring nodes, periodic azimuths
  *           joined, samples that were not measured left out and the others' weights raised to make up for them.
  *           Where samples come in slices of one incident direction each (goniometers): in every slice, local regression of second

@@ -47,7 +47,14 @@ typedef struct ff_resample_report {
     size_t raised;              /**< negative values that became 0                                               */
     char method[96];            /**< of interpolation; "" when as_it_is                                          */
     ff_prediction near, across; /**< what interpolation is worth at a measured incidence, and between incidences */
+    size_t incidences;          /**< at which reflectances were compared; 0: as it is, or none                   */
+    double lost;                /**< 1 - (reflectance of the result / of the data) over the directions that the data cover, of all
+                                     these incidences; negative: gained; NaN: not compared                       */
+    double lost_most, lost_at;  /**< the same where it is furthest from 0, and that theta_i, degrees             */
 } ff_resample_report;
+
+/** A loss or gain above this is worth a warning. */
+#define FF_RESAMPLE_LOSS 0.02
 
 /** Makes *out from t for the format `to`, which must be writable. *out is written only on FF_OK; release it with ff_table_free.
  *  @param o       NULL: the defaults

@@ -21,7 +21,7 @@ typedef struct ff_slice {
     ff_neighbours *tree;
 } ff_slice;
 
-typedef enum ff_interpolation { FF_PRODUCT, FF_SLICES, FF_SCATTERED } ff_interpolation;
+typedef enum ff_interpolation { FF_PRODUCT, FF_SLICES, FF_SCATTERED, FF_CELLS } ff_interpolation;
 
 struct ff_interpolant {
     const ff_table *t;
@@ -38,6 +38,8 @@ struct ff_interpolant {
  * channel, value[c * stride], for unit vectors above the horizon, as seen without the sample `without` (UINT32_MAX: none). */
 int ff_product_find(ff_interpolant *p);
 ff_found ff_product_at(const ff_interpolant *p, const double wi[3], const double wo[3], double *value, size_t stride);
+/** Of a table that has cells. */
+ff_found ff_cells_at(const ff_interpolant *p, const double wi[3], const double wo[3], double *value, size_t stride);
 int ff_slices_find(ff_interpolant *p);
 ff_found ff_slices_at(const ff_interpolant *p, const double wi[3], const double wo[3], uint32_t without, double *value,
                       size_t stride);

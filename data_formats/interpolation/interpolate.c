@@ -39,6 +39,8 @@ static ff_status choose(ff_interpolant *p, int scattered, ff_error *err)
     if (p->t->n > UINT32_MAX / FF_SCATTERED_COPIES)
         return ff_error_set(err, FF_ERR_UNSUPPORTED, NULL, 0, -1, "found %zu samples, expected at most %u to interpolate between",
                             p->t->n, UINT32_MAX / FF_SCATTERED_COPIES);
+    p->method = FF_CELLS;
+    if (p->t->cells && !scattered) return FF_OK;
     int found = scattered ? 0 : ff_product_find(p);
     p->method = FF_PRODUCT;
     p->mirrored = found == 0 && is_one_sided(p->t);
@@ -81,12 +83,13 @@ void ff_interpolant_free(ff_interpolant *p)
 
 int ff_interpolant_regresses(const ff_interpolant *p)
 {
-    return p->method != FF_PRODUCT;
+    return p->method == FF_SLICES || p->method == FF_SCATTERED;
 }
 
 const char *ff_interpolant_method(const ff_interpolant *p)
 {
-    return p->method == FF_PRODUCT  ? "linear along the axes of the grid"
+    return p->method == FF_CELLS    ? "constant over each cell, as the data are"
+           : p->method == FF_PRODUCT  ? "linear along the axes of the grid"
            : p->method == FF_SLICES ? "local regression over half vectors at each incidence, linear between incidences"
                                     : "local regression over the nearest samples";
 }
@@ -98,7 +101,8 @@ static ff_found value_at(const ff_interpolant *p, const double wi[3], const doub
         for (size_t c = 0; c < p->t->n_channels; c++) value[c * stride] = 0;
         return FF_FOUND_BELOW;
     }
-    return p->method == FF_PRODUCT  ? ff_product_at(p, wi, wo, value, stride)
+    return p->method == FF_CELLS    ? ff_cells_at(p, wi, wo, value, stride)
+           : p->method == FF_PRODUCT ? ff_product_at(p, wi, wo, value, stride)
            : p->method == FF_SLICES ? ff_slices_at(p, wi, wo, without, value, stride)
                                     : ff_scattered_at(p, wi, wo, without, value, stride);
 }
