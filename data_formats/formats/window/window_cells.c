@@ -215,9 +215,10 @@ static void visit_leaves(const ff_cells *cells, const double wi[3], ff_cells_vis
     }
 }
 
+/* None on a border between cells, as the normal and the sine of 30 degrees are. */
 static double tree_theta(const ff_cells *cells, size_t k)
 {
-    static const double theta[] = {0, 15, 30, 45, 60, 75, 82.5};
+    static const double theta[] = {5, 15, 25, 45, 60, 75, 82.5};
     (void)cells;
     return k < sizeof theta / sizeof theta[0] ? theta[k] : NAN;
 }
@@ -226,7 +227,8 @@ static double tree_theta(const ff_cells *cells, size_t k)
 static size_t tree_azimuths(const ff_cells *cells, double theta_i, double *phi_i)
 {
     enum { AZIMUTHS = 24 };
-    const size_t n = inside(cells)->rank == 3 || theta_i == 0 ? 1 : AZIMUTHS;
+    (void)theta_i;
+    const size_t n = inside(cells)->rank == 3 ? 1 : AZIMUTHS;
     for (size_t k = 0; k < n; k++) phi_i[k] = n == 1 ? 0 : 360 * ((double)k + 0.5) / AZIMUTHS;
     return n;
 }
