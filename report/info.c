@@ -103,6 +103,7 @@ static void put_coverage(const ff_survey *s, FILE *out)
     }
     fprintf(out, "half vectors within 1, 2, 5, 10 degrees of the normal: %zu, %zu, %zu, %zu samples\n", s->near_mirror[0],
             s->near_mirror[1], s->near_mirror[2], s->near_mirror[3]);
+    if (s->in_plane) fprintf(out, "all samples lie in the plane of incidence: beside it nothing was measured\n");
 }
 
 const char *ff_report_percent(double deviation, char *out)
@@ -259,6 +260,10 @@ static ff_status put_reflectances(const ff_table *t, const ff_survey *s, FILE *o
 {
     const reflectances of = {t, s};
     if (s->n_reflectances == 0) return FF_OK;
+    if (s->in_plane) {
+        fprintf(out, "\nreflectance into the hemisphere: not known, since nothing was measured beside the plane of incidence\n");
+        return FF_OK;
+    }
     fprintf(out, "\nreflectance into the covered part of the hemisphere (%s)\n", s->method);
     ff_status status = put_reflectance_table(&of, reflectance_cell, out);
     if (status == FF_OK && negatives_matter(t, s)) {
@@ -397,6 +402,7 @@ static void survey_json(ff_json *j, const ff_table *t, const ff_survey *s)
         ff_json_close(j);
     }
     ff_json_close(j);
+    ff_json_bool(j, "in_plane", s->in_plane);
     ff_json_integer(j, "surveyed_every", (int64_t)s->every);
     symmetry_json(j, "isotropy", &s->isotropy);
     symmetry_json(j, "reciprocity", &s->reciprocity);

@@ -2,6 +2,7 @@
 #include "internal_report.h"
 #include "internal_columns.h"
 #include <math.h>
+#include <string.h>
 
 static void put_prediction(const char *how, const ff_prediction *p, FILE *out)
 {
@@ -9,6 +10,18 @@ static void put_prediction(const char *how, const ff_prediction *p, FILE *out)
     if (p->n == 0) return;
     fprintf(out, "its error     %s: %s %% in the median, %s %% at 95 %%, %s %% at most\n", how, ff_report_percent(p->median, a),
             ff_report_percent(p->most, b), ff_report_percent(p->largest, c));
+}
+
+/* What was not measured, and that no error can be stated for it. */
+static void put_beyond(const ff_resample_report *r, FILE *out)
+{
+    if (r->beyond == 0) return;
+    const char *where = r->in_plane ? "beyond the data, which lie in the plane of incidence" : "beyond the data";
+    if (r->invalid > r->below_horizon)
+        fprintf(out, "extrapolated  %zu %s, marked as not measured\n", r->beyond, where);
+    else
+        fprintf(out, "extrapolated  %zu %s, %s; their error is not known\n", r->beyond, where,
+                r->in_plane ? "with the value of a half vector in it that leans as far" : "with the nearest value");
 }
 
 static void prediction_json(ff_json *j, const char *key, const ff_prediction *p)
@@ -59,7 +72,8 @@ void ff_report_resample_warning(const ff_resample_report *r, char out[FF_WORDS_S
     out[0] = '\0';
     if (!(fabs(r->lost_most) > FF_RESAMPLE_LOSS)) return;
     snprintf(out, FF_WORDS_SENTENCE,
-             "at theta_i = %s degrees the result has %s %% %s reflected energy than the data: a finer --grid, or a format that takes the "
+             "at theta_i = %s degrees the result has %s %% %s reflected energy than the data: a finer --grid, or a format that "
+             "takes the "
              "directions as they are, keeps it better",
              ff_text_number(r->lost_at, 4, at), share(r->lost_most, most), r->lost_most < 0 ? "more" : "less");
 }
@@ -75,12 +89,12 @@ ff_status ff_report_resample_text(const char *in, const char *out_path, const ff
         fprintf(out, "at a sample   %zu\ninterpolated  %zu\n", r->at_sample, r->between);
         if (r->reciprocal)
             fprintf(out, "exchanged     %zu, where only light and detector exchanged were measured\n", r->reciprocal);
-        if (r->beyond)
-            fprintf(out, "extrapolated  %zu beyond the data%s\n", r->beyond,
-                    r->invalid > r->below_horizon ? ", marked as not measured" : ", with the nearest value");
+        put_beyond(r, out);
         if (r->below_horizon) fprintf(out, "below horizon %zu, marked as not measured\n", r->below_horizon);
         put_prediction("each sample predicted from the others", &r->near, out);
         put_prediction("from the incidences on both sides, twice as far apart", &r->across, out);
+        if (r->across.n == 0 && strstr(r->method, "between incidences"))
+            fprintf(out, "its error     between incidences: not known, no incidence can be predicted from those on both sides\n");
         put_energy(r, out);
     }
     char warning[FF_WORDS_SENTENCE];
@@ -109,6 +123,7 @@ ff_status ff_report_resample_json(const ff_report_head *head, const char *in, co
     ff_json_integer(&j, "between", (int64_t)r->between);
     ff_json_integer(&j, "reciprocal", (int64_t)r->reciprocal);
     ff_json_integer(&j, "beyond", (int64_t)r->beyond);
+    ff_json_bool(&j, "in_plane", r->in_plane);
     ff_json_integer(&j, "below_horizon", (int64_t)r->below_horizon);
     prediction_json(&j, "error_at_incidence", &r->near);
     prediction_json(&j, "error_between_incidences", &r->across);

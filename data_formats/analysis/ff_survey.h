@@ -52,8 +52,9 @@ typedef struct ff_survey {
                          than 1 %. Of values that are means over cells the exact sum over all cells; of an RGL file the sum over
                          its samples, which is the integral of its function                                             */
     double *albedo_raised; /**< [n_reflectances][n_channels]: the same with negative values as 0                             */
-    size_t azimuths_of[FF_SURVEY_INCIDENCES];       /**< azimuths of incidence that the reflectance is the mean over    */
+    size_t azimuths_of[FF_SURVEY_INCIDENCES];      /**< azimuths of incidence that the reflectance is the mean over    */
     double over_azimuths[FF_SURVEY_INCIDENCES][2]; /**< least and most over these, of the channel mean                  */
+    int in_plane; /**< 1: all samples lie in the plane of incidence: no reflectance into the hemisphere was measured      */
 } ff_survey;
 
 /** FF_ERR_MEMORY. *out is written only on FF_OK; release it with ff_survey_free. A table without a usable sample has an empty

@@ -239,6 +239,7 @@ static ff_status survey_reflectance(const ff_table *t, const ff_interpolant *p, 
     s->method = t->cells            ? "exact sums over the cells of the data"
                 : t->kept_incidence ? "sums over the samples, whose weights are those of the file's function"
                                     : ff_interpolant_method(p);
+    s->in_plane = ff_interpolant_is_in_plane(p);
     s->n_reflectances = ff_reflectance_incidences(t, p, FF_SURVEY_INCIDENCES, theta, phi);
     for (size_t k = 0; k < s->n_reflectances; k++) {
         ff_reflected r;

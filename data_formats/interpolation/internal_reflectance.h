@@ -43,8 +43,8 @@ size_t ff_reflectance_azimuths(const ff_table *t, double theta_i, size_t most, d
 
 /** What a table made of t by interpolation has of its reflectance. */
 typedef struct ff_energy {
-    size_t incidences;      /**< compared                                                              */
-    double lost, most, at;  /**< 1 - made / t: of all, where it is furthest from 0, and that theta_i   */
+    size_t incidences;     /**< compared                                                              */
+    double lost, most, at; /**< 1 - made / t: of all, where it is furthest from 0, and that theta_i   */
 } ff_energy;
 
 /** Compares channel means at a few incidences, over what t covers. p: interpolant of t. FF_ERR_MEMORY. */

@@ -125,10 +125,11 @@ static void drop(ff_table *t, const ff_format *to, ff_resample_report *r)
     if (r->as_it_is && !(holds & FF_HOLDS_INVALID) && count_invalid(t))
         ff_table_note(t, "%zu samples that were not measured are left out", count_invalid(t));
     if (t->cells && r->as_it_is)
-        ff_table_note(t,
-                      "values are means over cells of directions, whose extent the format '%s' does not hold: read again they stand "
-                      "at the centres, and the reflectance between them is guessed",
-                      to->name);
+        ff_table_note(
+            t,
+            "values are means over cells of directions, whose extent the format '%s' does not hold: read again they stand "
+            "at the centres, and the reflectance between them is guessed",
+            to->name);
     int named = 0;
     for (size_t c = 0; c < t->n_channels; c++) named |= isfinite(t->channels[c].wavelength_nm);
     if (named && !(holds & FF_HOLDS_NAMES))
@@ -149,9 +150,10 @@ typedef struct filling {
     size_t (*found)[FF_FOUND_BELOW + 1]; /* [threads] counts            */
 } filling;
 
-/* Patches differ from azimuth to azimuth even of an isotropic surface: light at the border of one is not seen as that at its centre.
- * What knows no azimuth gets the mean over all: it has the mean reflectance. */
-static void eval_turned(const filling *f, const double *const planes[6], size_t n, double *value, double *turned, unsigned char *found)
+/* Patches differ from azimuth to azimuth even of an isotropic surface: light at the border of one is not seen as that at its
+ * centre. What knows no azimuth gets the mean over all: it has the mean reflectance. */
+static void eval_turned(const filling *f, const double *const planes[6], size_t n, double *value, double *turned,
+                        unsigned char *found)
 {
     enum { TURNS = 48 };
     const size_t size = f->t->n_channels * n;
@@ -265,6 +267,7 @@ static ff_status interpolate(const ff_table *t, const ff_format *to, const ff_re
     ff_status status = ff_interpolant_new(t, 0, &p, err);
     if (status != FF_OK) return status;
     snprintf(r->method, sizeof r->method, "%s", ff_interpolant_method(p));
+    r->in_plane = ff_interpolant_is_in_plane(p);
     status = fill(t, p, to, o, out, r, err);
     if (status == FF_OK) status = weigh_energy(t, p, out, r, err);
     if (status == FF_OK) status = predict(t, p, ff_interpolant_without, &r->near, err);

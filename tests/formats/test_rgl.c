@@ -1316,7 +1316,8 @@ static void surveys(void)
     FF_CHECK(ff_table_write(path, NULL, &made, &err) == FF_OK, "%s", err.message);
     ff_table_clear(&made);
     ff_table_clear(&t);
-    if (!FF_CHECK(ff_table_read_into(path, NULL, &t, &err) == FF_OK && ff_rgl_open(path, &r, &err) == FF_OK, "%s", err.message)) exit(1);
+    if (!FF_CHECK(ff_table_read_into(path, NULL, &t, &err) == FF_OK && ff_rgl_open(path, &r, &err) == FF_OK, "%s", err.message))
+        exit(1);
     check_surveyed("as it is", &t, r);
     if (FF_CHECK(ff_table_reduce_into(&t, "mean", &mean, &err) == FF_OK, "%s", err.message)) {
         check_surveyed("mean", &mean, r);
@@ -1543,7 +1544,7 @@ static void measured(void)
 
 static const ff_test_case cases[] = {FF_TEST(evaluators),     FF_TEST(test_reading), FF_TEST(test_validity), FF_TEST(test_grids),
                                      FF_TEST(test_container), FF_TEST(content),      FF_TEST(mutations),     FF_TEST(round_trips),
-                                     FF_TEST(layouts),        FF_TEST(surveys),       FF_TEST(reflectances),  FF_TEST(measured)};
+                                     FF_TEST(layouts),        FF_TEST(surveys),      FF_TEST(reflectances),  FF_TEST(measured)};
 
 int main(int argc, char **argv)
 {

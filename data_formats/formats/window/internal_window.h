@@ -74,7 +74,7 @@ typedef struct ff_scattering {
     int closed;         /**< the tree is complete                          */
     ff_tree_cell *cell; /**< of the present leaf                           */
     size_t n_cells;
-    ff_rows leaves; /**< theta_i, phi_i, theta_o, phi_o (degrees), value, d wi d wo */
+    ff_rows leaves;       /**< theta_i, phi_i, theta_o, phi_o (degrees), value, d wi d wo */
     ff_tree_place *place; /**< [leaves.n] */
     size_t place_room;
 } ff_scattering;

@@ -27,7 +27,8 @@ static const window_cells *inside(const ff_cells *cells)
     return (const window_cells *)cells;
 }
 
-/* Azimuths of the file, degrees, of those of the table: incidence is where the light goes, and x of a front points the other way. */
+/* Azimuths of the file, degrees, of those of the table: incidence is where the light goes, and x of a front points the other way.
+ */
 static double file_phi_i(const window_cells *w, double phi)
 {
     return w->front ? -phi : phi - 180;
