@@ -38,6 +38,7 @@ static void energy_json(ff_json *j, const ff_resample_report *r)
 {
     ff_json_object(j, "energy", FF_JSON_LINE);
     ff_json_integer(j, "incidences", (int64_t)r->incidences);
+    ff_json_integer(j, "missed", (int64_t)r->missed);
     ff_json_number(j, "lost", r->lost);
     ff_json_number(j, "lost_most", r->lost_most);
     ff_json_number(j, "lost_most_theta_i_deg", r->lost_at);
@@ -59,6 +60,9 @@ static const char *share(double lost, char out[FF_TEXT_NUMBER])
 static void put_energy(const ff_resample_report *r, FILE *out)
 {
     char all[FF_TEXT_NUMBER], most[FF_TEXT_NUMBER], at[FF_TEXT_NUMBER];
+    if (r->missed)
+        fprintf(out, "energy        of %zu incidence%s of the data that were looked at the result has nothing\n", r->missed,
+                r->missed > 1 ? "s" : "");
     if (r->incidences == 0) return;
     share(r->lost, all), share(r->lost_most, most);
     ff_text_number(r->lost_at, 4, at);

@@ -25,6 +25,10 @@ static ff_status compare_theta(comparison *c, const ff_table *own, double theta_
         after += b / (double)n;
     }
     if (!(before > 0)) return FF_OK;
+    if (after == 0) {
+        c->out->missed++;
+        return FF_OK;
+    }
     const double lost = 1 - after / before;
     if (c->out->incidences++ == 0 || fabs(lost) > fabs(c->out->most)) c->out->most = lost, c->out->at = theta_i;
     c->before += before;
@@ -37,7 +41,7 @@ ff_status ff_energy_compare(const ff_table *t, const ff_interpolant *p, const ff
     ff_interpolant *q = NULL;
     double theta[THETAS], phi[THETAS];
     const ff_table *own = ff_reflectance_is_own(made) ? made : ff_reflectance_is_own(t) ? t : NULL;
-    *out = (ff_energy){0, NAN, NAN, NAN};
+    *out = (ff_energy){0, 0, NAN, NAN, NAN};
     ff_status status = ff_interpolant_new(made, 0, &q, err);
     if (status == FF_ERR_DATA) return FF_OK; /* nothing in it, which others say */
     comparison c = {t, made, p, q, 0, 0, out};

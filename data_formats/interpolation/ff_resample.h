@@ -52,6 +52,7 @@ typedef struct ff_resample_report {
     double lost;                /**< 1 - (reflectance of the result / of the data) over the directions that the data cover, of all
                                      these incidences; negative: gained; NaN: not compared                       */
     double lost_most, lost_at;  /**< the same where it is furthest from 0, and that theta_i, degrees             */
+    size_t missed;              /**< further incidences of the data of which the result has nothing                          */
     int in_plane;               /**< 1: all samples lie in the plane of incidence; those of the result beside it are beyond    */
 } ff_resample_report;
 

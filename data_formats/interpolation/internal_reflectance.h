@@ -44,6 +44,7 @@ size_t ff_reflectance_azimuths(const ff_table *t, double theta_i, size_t most, d
 /** What a table made of t by interpolation has of its reflectance. */
 typedef struct ff_energy {
     size_t incidences;     /**< compared                                                              */
+    size_t missed;         /**< of which made has nothing: not among these                            */
     double lost, most, at; /**< 1 - made / t: of all, where it is furthest from 0, and that theta_i   */
 } ff_energy;
 

@@ -262,9 +262,11 @@ size_t ff_reflectance_azimuths(const ff_table *t, double theta_i, size_t most, d
 
 /* ---- one polar angle ------------------------------------------------------------------------- */
 
-static void not_covered(const ff_reflected *r, size_t n, double *albedo, double *raised)
+static void not_covered(ff_reflected *r, size_t n, double *albedo, double *raised)
 {
-    for (size_t c = 0; c < n && !(r->covered >= ff_reflectance_least_covered); c++) albedo[c] = raised[c] = NAN;
+    if (r->covered >= ff_reflectance_least_covered) return;
+    for (size_t c = 0; c < n; c++) albedo[c] = raised[c] = NAN;
+    r->range[0] = r->range[1] = NAN;
 }
 
 /* room: [3 n_channels] */

@@ -254,6 +254,7 @@ static ff_status weigh_energy(const ff_table *t, const ff_interpolant *p, const 
     const ff_status status = ff_energy_compare(t, p, out, &e, err);
     if (status != FF_OK) return status;
     r->incidences = e.incidences;
+    r->missed = e.missed;
     r->lost = e.lost;
     r->lost_most = e.most;
     r->lost_at = e.at;
