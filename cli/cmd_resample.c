@@ -27,6 +27,9 @@ static int report_conversion(const result *r)
 {
     const char *json = cli_value(r->args, FLAG_JSON, NULL);
     if (strcmp(r->args->word[1], "-")) return cli_write_both(r->args, write_json, write_text, r);
+    char warning[FF_WORDS_SENTENCE];
+    ff_report_resample_warning(r->report, warning);
+    if (warning[0]) cli_message("%s: warning: %s", r->args->word[0], warning);
     cli_notes(r->args->word[0], r->out);
     return json ? cli_write(json, write_json, r) : EXIT_DONE;
 }

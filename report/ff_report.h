@@ -142,6 +142,8 @@ ff_status ff_report_resample_text(const char *in, const char *out_path, const ff
 ff_status ff_report_resample_json(const ff_report_head *head, const char *in, const char *out_path, const ff_format *to,
                                   const ff_table *t, const ff_table *made, const ff_resample_report *r,
                                   FILE *out); /**< FF_SCHEMA_RESAMPLE */
+/** A sentence about energy that was lost or gained; "" where that is little. */
+void ff_report_resample_warning(const ff_resample_report *r, char out[FF_WORDS_SENTENCE]);
 
 /** The registries. */
 ff_status ff_report_models_text(FILE *out);

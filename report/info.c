@@ -103,10 +103,10 @@ static void put_coverage(const ff_survey *s, FILE *out)
     }
     fprintf(out, "half vectors within 1, 2, 5, 10 degrees of the normal: %zu, %zu, %zu, %zu samples\n", s->near_mirror[0],
             s->near_mirror[1], s->near_mirror[2], s->near_mirror[3]);
+    if (s->in_plane) fprintf(out, "all samples lie in the plane of incidence: beside it nothing was measured\n");
 }
 
-/* A deviation of logarithms as a percentage. */
-static const char *percent(double deviation, char out[FF_TEXT_NUMBER])
+const char *ff_report_percent(double deviation, char *out)
 {
     const double x = 100 * expm1(deviation);
     return x < 100 ? ff_text_number(x, 2, out) : ff_text_fixed(x, 0, out);
@@ -120,8 +120,8 @@ static void put_symmetry(const char *name, const char *what, const ff_symmetry *
     } else if (s->pairs == 0) {
         fprintf(out, "%s not to be told: no pairs of samples to compare\n", name);
     } else {
-        fprintf(out, "%s %s differ by %s %% (median of %zu pairs", name, what, percent(s->deviation, a), s->pairs);
-        if (isfinite(s->interpolation)) fprintf(out, "; interpolation alone: %s %%", percent(s->interpolation, b));
+        fprintf(out, "%s %s differ by %s %% (median of %zu pairs", name, what, ff_report_percent(s->deviation, a), s->pairs);
+        if (isfinite(s->interpolation)) fprintf(out, "; interpolation alone: %s %%", ff_report_percent(s->interpolation, b));
         fprintf(out, ")\n");
     }
 }
@@ -135,13 +135,13 @@ static void put_cosine(const ff_survey *s, FILE *out)
             out,
             "warning: is a cosine counted in the values? Taken as f cos(theta_o) they differ from reciprocity by %s %%, as they "
             "are by %s %%; --quantity brdf-cos\n",
-            percent(s->with_cosine, a), percent(s->reciprocity.deviation, b));
+            ff_report_percent(s->with_cosine, a), ff_report_percent(s->reciprocity.deviation, b));
     if (cosine < 0)
         fprintf(
             out,
             "warning: was a cosine divided out that was not there? Multiplied by it the values differ from reciprocity by %s %%, "
             "as they are by %s %%; --quantity brdf\n",
-            percent(s->without_cosine, a), percent(s->reciprocity.deviation, b));
+            ff_report_percent(s->without_cosine, a), ff_report_percent(s->reciprocity.deviation, b));
 }
 
 enum { SHOWN = 6 };
@@ -168,15 +168,47 @@ static void theta_cell(ff_cell *out, ff_where w)
     ff_cell_number(out, reflectance_at(w)->theta_i, 4);
 }
 
+static void phi_cell(ff_cell *out, ff_where w)
+{
+    const size_t n = ((const reflectances *)w.of)->s->azimuths_of[w.row];
+    if (n > 1)
+        ff_cell_text(out, "mean of %zu", n);
+    else
+        ff_cell_number(out, reflectance_at(w)->phi_i, 4);
+}
+
+static void over_azimuths_cell(ff_cell *out, ff_where w)
+{
+    const ff_survey *s = ((const reflectances *)w.of)->s;
+    char a[FF_TEXT_NUMBER], b[FF_TEXT_NUMBER];
+    const double *range = s->over_azimuths[w.row];
+    if (s->azimuths_of[w.row] > 1)
+        ff_cell_text(out, "%s to %s", ff_text_number(range[0], 3, a), ff_text_number(range[1], 3, b));
+    else
+        ff_cell_text(out, "%s", "");
+}
+
 static void covered_cell(ff_cell *out, ff_where w)
 {
     ff_cell_text(out, "%.0f %%", 100 * reflectance_at(w)->covered);
 }
 
+/* index: the channel; raised: of values whose negative ones count as 0. */
+static void put_reflectance(ff_cell *out, ff_where w, const double *albedo)
+{
+    const double value = albedo[w.row * ((const reflectances *)w.of)->t->n_channels + w.index];
+    ff_cell_number(out, value, 3);
+    if (isnan(value)) ff_cell_rounded(out, NAN, "-");
+}
+
 static void reflectance_cell(ff_cell *out, ff_where w)
 {
-    const reflectances *t = w.of;
-    ff_cell_number(out, t->s->albedo[w.row * t->t->n_channels + w.index], 3);
+    put_reflectance(out, w, ((const reflectances *)w.of)->s->albedo);
+}
+
+static void raised_cell(ff_cell *out, ff_where w)
+{
+    put_reflectance(out, w, ((const reflectances *)w.of)->s->albedo_raised);
 }
 
 static void warn_of_reflectance(const ff_table *t, const ff_survey *s, FILE *out)
@@ -197,19 +229,47 @@ static void warn_of_reflectance(const ff_table *t, const ff_survey *s, FILE *out
             ff_text_number(largest, 4, n), ff_text_number(at, 4, m));
 }
 
+/* Whether negative values change a reflectance by more than is to be noticed. */
+static int negatives_matter(const ff_table *t, const ff_survey *s)
+{
+    for (size_t k = 0; k < s->n_reflectances * t->n_channels; k++)
+        if (s->albedo_raised[k] - s->albedo[k] > 0.002) return 1;
+    return 0;
+}
+
+static ff_status put_reflectance_table(const reflectances *of, void (*cell)(ff_cell *, ff_where), FILE *out)
+{
+    ff_column column[4 + SHOWN] = {{.head = "theta_i", .align = FF_RIGHT, .cell = theta_cell}};
+    size_t n = 1;
+    int several = 0;
+    for (size_t k = 0; k < of->s->n_reflectances; k++) several |= of->s->azimuths_of[k] > 1;
+    if (!of->t->isotropic) column[n++] = (ff_column){.head = "phi_i", .align = FF_RIGHT, .cell = phi_cell};
+    column[n++] = (ff_column){.head = "covered", .align = FF_RIGHT, .cell = covered_cell};
+    for (size_t k = 0; k < SHOWN && k < of->t->n_channels; k++) {
+        const size_t c = channel_shown(of->t, k);
+        column[n++] = (ff_column){.head = of->t->channels[c].name, .align = FF_RIGHT, .cell = cell, .index = c};
+    }
+    if (several && cell == reflectance_cell)
+        column[n++] = (ff_column){.head = of->t->n_channels > 1 ? "mean of channels, by phi_i" : "by phi_i",
+                                  .align = FF_RIGHT,
+                                  .cell = over_azimuths_cell};
+    return ff_columns_print(column, n, of, of->s->n_reflectances, FF_TABLE_TEXT, "  ", out);
+}
+
 static ff_status put_reflectances(const ff_table *t, const ff_survey *s, FILE *out)
 {
     const reflectances of = {t, s};
-    ff_column column[2 + SHOWN] = {{.head = "theta_i", .align = FF_RIGHT, .cell = theta_cell},
-                                   {.head = "covered", .align = FF_RIGHT, .cell = covered_cell}};
-    size_t n = 2;
     if (s->n_reflectances == 0) return FF_OK;
-    fprintf(out, "\nreflectance into the covered part of the hemisphere (%s)\n", s->method);
-    for (size_t k = 0; k < SHOWN && k < t->n_channels; k++) {
-        const size_t c = channel_shown(t, k);
-        column[n++] = (ff_column){.head = t->channels[c].name, .align = FF_RIGHT, .cell = reflectance_cell, .index = c};
+    if (s->in_plane) {
+        fprintf(out, "\nreflectance into the hemisphere: not known, since nothing was measured beside the plane of incidence\n");
+        return FF_OK;
     }
-    const ff_status status = ff_columns_print(column, n, &of, s->n_reflectances, FF_TABLE_TEXT, "  ", out);
+    fprintf(out, "\nreflectance into the covered part of the hemisphere (%s)\n", s->method);
+    ff_status status = put_reflectance_table(&of, reflectance_cell, out);
+    if (status == FF_OK && negatives_matter(t, s)) {
+        fprintf(out, "the same with negative values as 0, as renderers take them\n");
+        status = put_reflectance_table(&of, raised_cell, out);
+    }
     if (status == FF_OK) warn_of_reflectance(t, s, out);
     return status;
 }
@@ -253,7 +313,7 @@ static ff_status put_channels(const ff_table *t, const table_summary *s, ff_tabl
     return ff_columns_print(channel_columns, FF_COUNT(channel_columns), &of, t->n_channels, form, indent, out);
 }
 
-static void put_notes(const ff_table *t, FILE *out)
+void ff_report_put_notes(const ff_table *t, FILE *out)
 {
     char text[FF_WORDS_SENTENCE];
     for (size_t k = 0; ff_words_note(t, k, text); k++) fprintf(out, "note: %s\n", text);
@@ -289,7 +349,7 @@ ff_status ff_report_table_text(const char *path, const ff_table *t, FILE *out)
     put_symmetry("reciprocity", "values with light and detector exchanged", &s.survey.reciprocity, out);
     put_cosine(&s.survey, out);
     if (t->note[0]) fputc('\n', out);
-    put_notes(t, out);
+    ff_report_put_notes(t, out);
     summary_free(&s);
     return status;
 }
@@ -342,6 +402,7 @@ static void survey_json(ff_json *j, const ff_table *t, const ff_survey *s)
         ff_json_close(j);
     }
     ff_json_close(j);
+    ff_json_bool(j, "in_plane", s->in_plane);
     ff_json_integer(j, "surveyed_every", (int64_t)s->every);
     symmetry_json(j, "isotropy", &s->isotropy);
     symmetry_json(j, "reciprocity", &s->reciprocity);
@@ -357,12 +418,17 @@ static void survey_json(ff_json *j, const ff_table *t, const ff_survey *s)
         ff_json_array(j, "value", FF_JSON_LINE);
         for (size_t c = 0; c < t->n_channels; c++) ff_json_number(j, NULL, s->albedo[k * t->n_channels + c]);
         ff_json_close(j);
+        ff_json_array(j, "negative_as_zero", FF_JSON_LINE);
+        for (size_t c = 0; c < t->n_channels; c++) ff_json_number(j, NULL, s->albedo_raised[k * t->n_channels + c]);
+        ff_json_close(j);
+        ff_json_integer(j, "azimuths", (int64_t)s->azimuths_of[k]);
+        range_json(j, "over_azimuths", s->over_azimuths[k]);
         ff_json_close(j);
     }
     ff_json_close(j);
 }
 
-static void notes_json(ff_json *j, const ff_table *t)
+void ff_report_notes_json(ff_json *j, const ff_table *t)
 {
     char text[FF_WORDS_SENTENCE];
     ff_json_array(j, "notes", FF_JSON_BLOCK);
@@ -404,81 +470,9 @@ ff_status ff_report_table_json(const ff_report_head *head, const char *path, con
     }
     ff_json_close(&j);
     survey_json(&j, t, &s.survey);
-    notes_json(&j, t);
+    ff_report_notes_json(&j, t);
     ff_json_close(&j);
     ff_json_end(&j);
     summary_free(&s);
-    return FF_OK;
-}
-
-/* ---- conversions ----------------------------------------------------------------------------- */
-
-static void put_prediction(const char *how, const ff_prediction *p, FILE *out)
-{
-    char a[FF_TEXT_NUMBER], b[FF_TEXT_NUMBER], c[FF_TEXT_NUMBER];
-    if (p->n == 0) return;
-    fprintf(out, "its error     %s: %s %% in the median, %s %% at 95 %%, %s %% at most\n", how, percent(p->median, a),
-            percent(p->most, b), percent(p->largest, c));
-}
-
-static void prediction_json(ff_json *j, const char *key, const ff_prediction *p)
-{
-    ff_json_object(j, key, FF_JSON_LINE);
-    ff_json_integer(j, "samples", (int64_t)p->n);
-    ff_json_number(j, "median", expm1(p->median));
-    ff_json_number(j, "percentile_95", expm1(p->most));
-    ff_json_number(j, "largest", expm1(p->largest));
-    ff_json_close(j);
-}
-
-ff_status ff_report_resample_text(const char *in, const char *out_path, const ff_format *to, const ff_table *t,
-                                  const ff_table *made, const ff_resample_report *r, FILE *out)
-{
-    fprintf(out, "%s: %s, %zu samples -> %s: %s, %zu samples\n", in, t->format, t->n, out_path, to->name, made->n);
-    if (r->as_it_is) {
-        fprintf(out, "directions    as they were, nothing interpolated\n");
-    } else {
-        fprintf(out, "interpolation %s\n", r->method);
-        fprintf(out, "at a sample   %zu\ninterpolated  %zu\n", r->at_sample, r->between);
-        if (r->reciprocal)
-            fprintf(out, "exchanged     %zu, where only light and detector exchanged were measured\n", r->reciprocal);
-        if (r->beyond)
-            fprintf(out, "extrapolated  %zu beyond the data%s\n", r->beyond,
-                    r->invalid > r->below_horizon ? ", marked as not measured" : ", with the nearest value");
-        if (r->below_horizon) fprintf(out, "below horizon %zu, marked as not measured\n", r->below_horizon);
-        put_prediction("each sample predicted from the others", &r->near, out);
-        put_prediction("from the incidences on both sides, twice as far apart", &r->across, out);
-    }
-    put_notes(made, out);
-    return FF_OK;
-}
-
-ff_status ff_report_resample_json(const ff_report_head *head, const char *in, const char *out_path, const ff_format *to,
-                                  const ff_table *t, const ff_table *made, const ff_resample_report *r, FILE *out)
-{
-    ff_json j;
-    ff_json_begin(&j, out);
-    ff_json_object(&j, NULL, FF_JSON_BLOCK);
-    ff_report_head_json(&j, FF_SCHEMA_RESAMPLE, head);
-    ff_json_string(&j, "from", in);
-    ff_json_string(&j, "from_format", t->format);
-    ff_json_integer(&j, "from_samples", (int64_t)t->n);
-    ff_json_string(&j, "to", out_path);
-    ff_json_string(&j, "to_format", to->name);
-    ff_json_integer(&j, "samples", (int64_t)r->n);
-    ff_json_bool(&j, "interpolated", !r->as_it_is);
-    ff_json_string(&j, "method", r->method);
-    ff_json_integer(&j, "at_sample", (int64_t)r->at_sample);
-    ff_json_integer(&j, "between", (int64_t)r->between);
-    ff_json_integer(&j, "reciprocal", (int64_t)r->reciprocal);
-    ff_json_integer(&j, "beyond", (int64_t)r->beyond);
-    ff_json_integer(&j, "below_horizon", (int64_t)r->below_horizon);
-    prediction_json(&j, "error_at_incidence", &r->near);
-    prediction_json(&j, "error_between_incidences", &r->across);
-    ff_json_integer(&j, "invalid", (int64_t)r->invalid);
-    ff_json_integer(&j, "negative_raised", (int64_t)r->raised);
-    notes_json(&j, made);
-    ff_json_close(&j);
-    ff_json_end(&j);
     return FF_OK;
 }

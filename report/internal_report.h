@@ -32,4 +32,11 @@ void ff_report_trust_of_fit(const ff_report_fits *r, size_t i, FILE *out); /* li
 void ff_report_outliers_text(const ff_report_fits *r, size_t i, FILE *out);
 ff_status ff_report_bands_text(const ff_report_fits *r, const size_t *row, size_t n, FILE *out); /* of the fits row [n] */
 void ff_report_trust_json(ff_json *j, const ff_report_fits *r, size_t i); /* keys of a fit's open object            */
+
+/* Lines "note: ..." of a table, and its key "notes": info.c. */
+void ff_report_put_notes(const ff_table *t, FILE *out);
+void ff_report_notes_json(ff_json *j, const ff_table *t);
+
+/* A deviation of logarithms as a percentage. Returns out [FF_TEXT_NUMBER of internal_text.h]. */
+const char *ff_report_percent(double deviation, char *out);
 #endif

@@ -30,7 +30,7 @@ typedef struct ff_symmetry {
 
 /** Reflectance into the part of the hemisphere that the data cover, for one incidence. */
 typedef struct ff_reflectance {
-    double theta_i, phi_i; /**< degrees                                                             */
+    double theta_i, phi_i; /**< degrees; phi_i NaN: the mean over all azimuths of incidence at that theta_i */
     double covered;        /**< part of the projected hemisphere between samples, 0..1             */
 } ff_reflectance;
 
@@ -48,8 +48,13 @@ typedef struct ff_survey {
     double without_cosine; /**< ... if the reader had divided by a cosine that was not there                               */
     size_t n_reflectances;
     ff_reflectance reflectance[FF_SURVEY_INCIDENCES];
-    double *albedo; /**< [n_reflectances][n_channels]: integral of f cos(theta_o) over the covered part; where the table has a
-                         kept_incidence, the sum over its samples                                                */
+    double *albedo; /**< [n_reflectances][n_channels]: integral of f cos(theta_o) over the covered part; NaN where that is less
+                         than 1 %. Of values that are means over cells the exact sum over all cells; of an RGL file the sum over
+                         its samples, which is the integral of its function                                             */
+    double *albedo_raised; /**< [n_reflectances][n_channels]: the same with negative values as 0                             */
+    size_t azimuths_of[FF_SURVEY_INCIDENCES];      /**< azimuths of incidence that the reflectance is the mean over    */
+    double over_azimuths[FF_SURVEY_INCIDENCES][2]; /**< least and most over these, of the channel mean                  */
+    int in_plane; /**< 1: all samples lie in the plane of incidence: no reflectance into the hemisphere was measured      */
 } ff_survey;
 
 /** FF_ERR_MEMORY. *out is written only on FF_OK; release it with ff_survey_free. A table without a usable sample has an empty

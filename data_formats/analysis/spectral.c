@@ -421,6 +421,13 @@ static ff_status copy_frame(const reduction *r, ff_table *out)
     out->radians_per_unit = t->radians_per_unit;
     out->isotropic = t->isotropic;
     out->quantity = t->quantity;
+    if (t->cells) out->cells = t->cells->share(t->cells);
+    if (t->kept_incidence && t->kept_share) { /* the quadrature, without what would write the channels of the file again */
+        out->kept = t->kept_share(t->kept);
+        if (!out->kept) return no_memory(r);
+        out->kept_free = t->kept_free;
+        out->kept_incidence = t->kept_incidence;
+    }
     out->axes.kind = t->axes.kind;
     for (int k = 0; k < 4 && t->axes.kind != FF_AXES_NONE; k++) {
         out->axes.n[k] = t->axes.n[k];

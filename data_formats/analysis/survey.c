@@ -1,6 +1,7 @@
 /* What the samples of a table say of themselves. */
 #include "survey_struct.h"
 #include "ff_interpolate.h"
+#include "data_formats/interpolation/internal_reflectance.h"
 #include "models/model_struct.h"
 #include "base/internal_order.h"
 #include "data_formats/table/internal_table.h"
@@ -8,7 +9,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-static const double pi = 3.14159265358979323846;
 static const double degrees = 180 / 3.14159265358979323846;
 
 enum { BLOCK = 512, PAIRS = 2000 };
@@ -229,87 +229,36 @@ int ff_survey_cosine(const ff_survey *s)
 
 /* ---- reflectance ----------------------------------------------------------------------------- */
 
-/* Integral of f cos(theta_o) by the midpoint rule in polar angles about the mirror direction, the nodes denser near it. */
-static void integrate(const ff_table *t, const ff_interpolant *p, double *value, ff_reflectance *r, double *albedo)
-{
-    enum { RADII = 96, TURNS = 48 };
-    const double theta_i = r->theta_i / degrees, phi_i = r->phi_i / degrees;
-    const double wi[3] = {sin(theta_i) * cos(phi_i), sin(theta_i) * sin(phi_i), cos(theta_i)};
-    double all = 0, covered = 0;
-    for (size_t c = 0; c < t->n_channels; c++) albedo[c] = 0;
-    for (int a = 0; a < RADII; a++)
-        for (int b = 0; b < TURNS; b++) {
-            const double x = (a + 0.5) / RADII, radius = pi * x * x, measure = sin(radius) * 2 * pi * x / RADII * 2 * pi / TURNS;
-            const double q[4] = {-pi / 2 - phi_i, theta_i, 2 * pi * (b + 0.5) / TURNS, radius};
-            double angle[4];
-            ff_axes_angles(FF_AXES_SPECULAR, 1, q, angle);
-            const double wo[3] = {sin(angle[2]) * cos(angle[3]), sin(angle[2]) * sin(angle[3]), cos(angle[2])};
-            if (!(wo[2] > FF_COS_MIN)) continue;
-            const double *const w[6] = {&wi[0], &wi[1], &wi[2], &wo[0], &wo[1], &wo[2]};
-            unsigned char found;
-            ff_interpolant_eval(p, w, 1, value, &found);
-            all += measure * wo[2];
-            if (found != FF_FOUND_SAMPLE && found != FF_FOUND_BETWEEN) continue;
-            covered += measure * wo[2];
-            for (size_t c = 0; c < t->n_channels; c++) albedo[c] += measure * wo[2] * value[c];
-        }
-    r->covered = covered / all;
-}
-
-/* Nodes of incidence that are the same one: azimuths do not matter to an isotropic file, or to light from the normal. */
-static int is_incidence(const ff_table *t, size_t i, const ff_reflectance *r)
-{
-    const double unit = t->radians_per_unit * degrees;
-    if (fabs(t->angle[0][i] * unit - r->theta_i) > 1e-4) return 0;
-    return t->isotropic || r->theta_i < 1e-4 || fabs(remainder(t->angle[1][i] * unit - r->phi_i, 360)) < 1e-4;
-}
-
-/* The same integral by the file's own quadrature, where r is an incidence of the file; 0 where not. */
-static int sum_up(const ff_table *t, const ff_reflectance *r, double *albedo)
-{
-    double incidence = 0, phi = NAN;
-    for (size_t i = 0; i < t->n; i++) {
-        if (!t->valid[i] || !is_incidence(t, i, r)) continue;
-        if (incidence == 0)
-            for (size_t c = 0; c < t->n_channels; c++) albedo[c] = 0;
-        if (t->angle[1][i] != phi) incidence += t->kept_incidence(t->kept, i);
-        phi = t->angle[1][i];
-        const double w = t->weight[i] * cos(t->angle[2][i] * t->radians_per_unit);
-        for (size_t c = 0; c < t->n_channels; c++) albedo[c] += w * t->channels[c].scale * t->value[c * t->n + i];
-    }
-    for (size_t c = 0; c < t->n_channels && incidence > 0; c++) albedo[c] /= incidence;
-    return incidence > 0;
-}
-
 static ff_status survey_reflectance(const ff_table *t, const ff_interpolant *p, ff_survey *s, ff_error *err)
 {
     double theta[FF_SURVEY_INCIDENCES], phi[FF_SURVEY_INCIDENCES];
-    size_t summed = 0;
-    double *value = malloc(t->n_channels * sizeof *value);
-    s->albedo = malloc(FF_SURVEY_INCIDENCES * t->n_channels * sizeof *s->albedo);
-    if (!value || !s->albedo) {
-        free(value);
-        return ff_error_set(err, FF_ERR_MEMORY, NULL, 0, -1, "no memory for %zu channels", t->n_channels);
-    }
-    s->method = ff_interpolant_method(p);
-    s->n_reflectances = ff_interpolant_incidences(p, FF_SURVEY_INCIDENCES, theta, phi);
+    const size_t n = t->n_channels;
+    s->albedo = malloc(2 * FF_SURVEY_INCIDENCES * n * sizeof *s->albedo);
+    if (!s->albedo) return ff_error_set(err, FF_ERR_MEMORY, NULL, 0, -1, "no memory for %zu channels", n);
+    s->albedo_raised = s->albedo + FF_SURVEY_INCIDENCES * n;
+    s->method = t->cells            ? "exact sums over the cells of the data"
+                : t->kept_incidence ? "sums over the samples, whose weights are those of the file's function"
+                                    : ff_interpolant_method(p);
+    s->in_plane = ff_interpolant_is_in_plane(p);
+    s->n_reflectances = ff_reflectance_incidences(t, p, FF_SURVEY_INCIDENCES, theta, phi);
     for (size_t k = 0; k < s->n_reflectances; k++) {
-        s->reflectance[k] = (ff_reflectance){theta[k], phi[k], 0};
-        integrate(t, p, value, &s->reflectance[k], s->albedo + k * t->n_channels);
-        summed += t->kept_incidence && sum_up(t, &s->reflectance[k], s->albedo + k * t->n_channels);
+        ff_reflected r;
+        const ff_status status = ff_reflectance_find(t, p, theta[k], phi[k], &r, s->albedo + k * n, s->albedo_raised + k * n, err);
+        if (status != FF_OK) return status;
+        s->reflectance[k] = (ff_reflectance){r.theta_i, r.phi_i, r.covered};
+        s->azimuths_of[k] = r.azimuths;
+        s->over_azimuths[k][0] = r.range[0], s->over_azimuths[k][1] = r.range[1];
     }
-    if (summed > 0 && summed == s->n_reflectances)
-        s->method = "sums over the samples, whose weights are those of the file's function";
-    free(value);
     return FF_OK;
 }
 
-/* Reflectance by the best interpolation there is, symmetries by regression, whose error can be measured. */
-static ff_status survey_values(const ff_table *t, ff_survey *s, ff_error *err)
+/* Reflectance by the best interpolation there is, or the quadrature of all samples; symmetries by regression, whose error can be
+ * measured. t: as many samples as interpolation may have of all. */
+static ff_status survey_values(const ff_table *all, const ff_table *t, ff_survey *s, ff_error *err)
 {
     ff_interpolant *best = NULL, *regression = NULL;
-    ff_status status = ff_interpolant_new(t, 0, &best, err);
-    if (status == FF_OK) status = survey_reflectance(t, best, s, err);
+    ff_status status = ff_interpolant_new(all->cells ? all : t, 0, &best, err);
+    if (status == FF_OK) status = survey_reflectance(ff_reflectance_is_own(all) ? all : t, best, s, err);
     if (status == FF_OK && !s->reciprocity.given) {
         if (!ff_interpolant_regresses(best)) status = ff_interpolant_new(t, 1, &regression, err);
         if (status == FF_OK) status = survey_symmetries(t, regression ? regression : best, s, err);
@@ -351,7 +300,7 @@ ff_status ff_survey_init(const ff_table *t, ff_survey *out, ff_error *err)
     s.every = t->grid ? 1 : (t->n - 1) / FF_SURVEY_SAMPLES + 1;
     if (s.every > 1) status = thin_out(t, s.every, &few, err);
     const ff_table *of = s.every > 1 ? &few : t;
-    if (isfinite(s.theta_i[0]) && status == FF_OK) status = survey_values(of, &s, err);
+    if (isfinite(s.theta_i[0]) && status == FF_OK) status = survey_values(t, of, &s, err);
     if (status == FF_ERR_DATA) status = FF_OK; /* none of the few is usable: an empty survey */
     ff_table_clear(&few);
     if (status == FF_OK)

@@ -1,6 +1,7 @@
 /** @file ff_interpolate.h  Values of a table between its samples, with word of how each was found.
  *
- *  Method   Where a table is the product of axes in which the mirror direction stands still (half and difference angles, the MERL
+ *  Method   Where a table's values are means over cells (Klems' patches, tensor trees), the value of the cell, constant up to its
+ * border. Where a table is the product of axes in which the mirror direction stands still (half and difference angles, the MERL
  * grid, polar angles about the specular direction): linear along each axis between the neighbouring nodes, periodic azimuths
  *           joined, samples that were not measured left out and the others' weights raised to make up for them.
  *           Where samples come in slices of one incident direction each (goniometers): in every slice, local regression of second
@@ -12,8 +13,10 @@
  * degrees, with s = FF_INTERPOLATE_HALF_SCALE since reflectance changes faster with the half vector. Regressions:
  * FF_INTERPOLATE_NEIGHBOURS nearest samples (k-d tree), tricube weights, logarithms where all of them are positive, the result kept
  * within the range of their values. No reciprocity is assumed. An isotropic table with samples on one side of the plane of
- * incidence only is mirrored at it; no other mirror symmetry is assumed. Errors   ff_status and ff_error; outputs are written only
- * on FF_OK. Threads  an interpolant is immutable; any number of threads may evaluate it. The table must outlive it. */
+ * incidence only is mirrored at it; no other mirror symmetry is assumed. Where all samples lie in the plane of incidence (to half a
+ * degree of the half vector), what is beside it is beyond the data, and its value that of half vectors which lean as far within it.
+ * Errors   ff_status and ff_error; outputs are written only on FF_OK. Threads  an interpolant is immutable; any number of threads
+ * may evaluate it. The table must outlive it. */
 #ifndef FF_INTERPOLATE_H
 #define FF_INTERPOLATE_H
 #include "ff_api.h"
@@ -29,7 +32,7 @@ typedef enum ff_found {
     FF_FOUND_SAMPLE = 0,     /**< the pair of directions is a sample (to 1e-6 degrees): its value, the mean of several    */
     FF_FOUND_BETWEEN = 1,    /**< interpolated                                                                            */
     FF_FOUND_RECIPROCAL = 2, /**< beyond the data, but light and detector exchanged it is not: that value                 */
-    FF_FOUND_BEYOND = 3,     /**< outside of the data: the value of the nearest ones                                      */
+    FF_FOUND_BEYOND = 3,     /**< outside of the data: the value of the nearest ones, a guess whose error is not known    */
     FF_FOUND_BELOW = 4       /**< a direction at or below the horizon: 0                                                  */
 } ff_found;
 
@@ -55,6 +58,9 @@ FF_API const char *ff_interpolant_method(const ff_interpolant *p);
 
 /** 1 where values come from regression over neighbours, 0 where they are interpolated along axes. */
 FF_API int ff_interpolant_regresses(const ff_interpolant *p);
+
+/** 1 where all samples lie in the plane of incidence: what is beside it is extrapolated. 0 of products of axes and of cells. */
+FF_API int ff_interpolant_is_in_plane(const ff_interpolant *p);
 
 /** What the other samples say of sample i, by regression: value [n_channels]; an ff_found. Of a product of axes, the sample itself.
  */

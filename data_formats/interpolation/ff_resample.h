@@ -31,7 +31,8 @@ static inline void ff_resample_options_init(ff_resample_options *o)
     ff_resample_options_init_size(o, sizeof *o);
 }
 
-/** Samples predicted from others: |ln(predicted / measured)| of channel means; NaN where n is 0. */
+/** Samples predicted from others: |ln(predicted / measured)| of channel means; NaN where n is 0. Of what is beyond the data nothing
+ * can be said. */
 typedef struct ff_prediction {
     size_t n;
     double median, most, largest; /**< most: of 95 percent */
@@ -47,7 +48,16 @@ typedef struct ff_resample_report {
     size_t raised;              /**< negative values that became 0                                               */
     char method[96];            /**< of interpolation; "" when as_it_is                                          */
     ff_prediction near, across; /**< what interpolation is worth at a measured incidence, and between incidences */
+    size_t incidences;          /**< at which reflectances were compared; 0: as it is, or none                   */
+    double lost;                /**< 1 - (reflectance of the result / of the data) over the directions that the data cover, of all
+                                     these incidences; negative: gained; NaN: not compared                       */
+    double lost_most, lost_at;  /**< the same where it is furthest from 0, and that theta_i, degrees             */
+    size_t missed;              /**< further incidences of the data of which the result has nothing                          */
+    int in_plane;               /**< 1: all samples lie in the plane of incidence; those of the result beside it are beyond    */
 } ff_resample_report;
+
+/** A loss or gain above this is worth a warning. */
+#define FF_RESAMPLE_LOSS 0.02
 
 /** Makes *out from t for the format `to`, which must be writable. *out is written only on FF_OK; release it with ff_table_free.
  *  @param o       NULL: the defaults

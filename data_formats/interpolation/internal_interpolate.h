@@ -21,12 +21,21 @@ typedef struct ff_slice {
     ff_neighbours *tree;
 } ff_slice;
 
-typedef enum ff_interpolation { FF_PRODUCT, FF_SLICES, FF_SCATTERED } ff_interpolation;
+/** Whether all half vectors lie in the plane of incidence, as those of a scan in that plane do. */
+typedef struct ff_plane {
+    int all_in;            /**< 1: nothing was measured beside the plane                                        */
+    int one_at_normal;     /**< 1: those of light from the normal lie in one plane as well                      */
+    double normal_azimuth; /**< its azimuth, radians                                                            */
+    double widest;         /**< how far half vectors lie beside the plane, as the sine of an angle              */
+} ff_plane;
+
+typedef enum ff_interpolation { FF_PRODUCT, FF_SLICES, FF_SCATTERED, FF_CELLS } ff_interpolation;
 
 struct ff_interpolant {
     const ff_table *t;
     ff_interpolation method;
     int mirrored;      /**< the table is isotropic and has one side of the plane of incidence only */
+    ff_plane plane;    /**< regressions: are all samples in the plane of incidence?                */
     ff_axes_kind kind; /**< product   */
     ff_axis axis[4];
     size_t n_slices;     /**< slices    */
@@ -38,6 +47,8 @@ struct ff_interpolant {
  * channel, value[c * stride], for unit vectors above the horizon, as seen without the sample `without` (UINT32_MAX: none). */
 int ff_product_find(ff_interpolant *p);
 ff_found ff_product_at(const ff_interpolant *p, const double wi[3], const double wo[3], double *value, size_t stride);
+/** Of a table that has cells. */
+ff_found ff_cells_at(const ff_interpolant *p, const double wi[3], const double wo[3], double *value, size_t stride);
 int ff_slices_find(ff_interpolant *p);
 ff_found ff_slices_at(const ff_interpolant *p, const double wi[3], const double wo[3], uint32_t without, double *value,
                       size_t stride);
@@ -46,6 +57,13 @@ size_t ff_slices_incidences(const ff_interpolant *p, size_t most, double *theta_
 int ff_scattered_find(ff_interpolant *p);
 ff_found ff_scattered_at(const ff_interpolant *p, const double wi[3], const double wo[3], uint32_t without, double *value,
                          size_t stride);
+
+/** in_plane.c: fills p->plane; says whether a pair lies beside the plane of the samples (then all that can be done is to
+ * extrapolate); and its two pairs in the plane whose half vectors lean as far, on either side: to [2], the exits, with shares that
+ * add up to 1, 0 of one that would look below the horizon. 0: both do. */
+void ff_plane_find(ff_interpolant *p);
+int ff_plane_is_beside(const ff_plane *plane, const double wi[3], const double wo[3]);
+int ff_plane_turn(const ff_plane *plane, const double wi[3], const double wo[3], double to[2][3], double share[2]);
 
 /** A sample that scattered_find adds to its tree may stand there this often. */
 enum { FF_SCATTERED_COPIES = 24 };

@@ -39,6 +39,8 @@ static ff_status choose(ff_interpolant *p, int scattered, ff_error *err)
     if (p->t->n > UINT32_MAX / FF_SCATTERED_COPIES)
         return ff_error_set(err, FF_ERR_UNSUPPORTED, NULL, 0, -1, "found %zu samples, expected at most %u to interpolate between",
                             p->t->n, UINT32_MAX / FF_SCATTERED_COPIES);
+    p->method = FF_CELLS;
+    if (p->t->cells && !scattered) return FF_OK;
     int found = scattered ? 0 : ff_product_find(p);
     p->method = FF_PRODUCT;
     p->mirrored = found == 0 && is_one_sided(p->t);
@@ -50,6 +52,7 @@ static ff_status choose(ff_interpolant *p, int scattered, ff_error *err)
         p->method = FF_SCATTERED;
         found = ff_scattered_find(p);
     }
+    if (p->method != FF_PRODUCT) ff_plane_find(p);
     if (found == 0)
         return ff_error_set(err, FF_ERR_DATA, NULL, 0, -1,
                             "found no measured sample above the horizon, expected at least one to interpolate from");
@@ -81,14 +84,47 @@ void ff_interpolant_free(ff_interpolant *p)
 
 int ff_interpolant_regresses(const ff_interpolant *p)
 {
-    return p->method != FF_PRODUCT;
+    return p->method == FF_SLICES || p->method == FF_SCATTERED;
+}
+
+int ff_interpolant_is_in_plane(const ff_interpolant *p)
+{
+    return p->plane.all_in;
 }
 
 const char *ff_interpolant_method(const ff_interpolant *p)
 {
-    return p->method == FF_PRODUCT  ? "linear along the axes of the grid"
-           : p->method == FF_SLICES ? "local regression over half vectors at each incidence, linear between incidences"
-                                    : "local regression over the nearest samples";
+    return p->method == FF_CELLS     ? "constant over each cell, as the data are"
+           : p->method == FF_PRODUCT ? "linear along the axes of the grid"
+           : p->method == FF_SLICES  ? "local regression over half vectors at each incidence, linear between incidences"
+                                     : "local regression over the nearest samples";
+}
+
+static ff_found regressed_at(const ff_interpolant *p, const double wi[3], const double wo[3], uint32_t without, double *value,
+                             size_t stride)
+{
+    return p->method == FF_SLICES ? ff_slices_at(p, wi, wo, without, value, stride)
+                                  : ff_scattered_at(p, wi, wo, without, value, stride);
+}
+
+/* Beside the plane that all samples are in: the value of half vectors that lean as far within it, as if normals leaned to all sides
+ * alike. A guess, and called so. */
+static ff_found beside_at(const ff_interpolant *p, const double wi[3], const double wo[3], double *value, size_t stride)
+{
+    double to[2][3], share[2];
+    const size_t n = p->t->n_channels;
+    if (!ff_plane_turn(&p->plane, wi, wo, to, share)) {
+        regressed_at(p, wi, wo, UINT32_MAX, value, stride);
+        return FF_FOUND_BEYOND;
+    }
+    const int first = share[0] > 0 ? 0 : 1;
+    regressed_at(p, wi, to[first], UINT32_MAX, value, stride);
+    double *second = first == 0 && share[1] > 0 ? malloc(n * sizeof *second) : NULL;
+    if (!second) return FF_FOUND_BEYOND;
+    regressed_at(p, wi, to[1], UINT32_MAX, second, 1);
+    for (size_t c = 0; c < n; c++) value[c * stride] = share[0] * value[c * stride] + share[1] * second[c];
+    free(second);
+    return FF_FOUND_BEYOND;
 }
 
 static ff_found value_at(const ff_interpolant *p, const double wi[3], const double wo[3], uint32_t without, double *value,
@@ -98,9 +134,10 @@ static ff_found value_at(const ff_interpolant *p, const double wi[3], const doub
         for (size_t c = 0; c < p->t->n_channels; c++) value[c * stride] = 0;
         return FF_FOUND_BELOW;
     }
-    return p->method == FF_PRODUCT  ? ff_product_at(p, wi, wo, value, stride)
-           : p->method == FF_SLICES ? ff_slices_at(p, wi, wo, without, value, stride)
-                                    : ff_scattered_at(p, wi, wo, without, value, stride);
+    return p->method == FF_CELLS                   ? ff_cells_at(p, wi, wo, value, stride)
+           : p->method == FF_PRODUCT               ? ff_product_at(p, wi, wo, value, stride)
+           : ff_plane_is_beside(&p->plane, wi, wo) ? beside_at(p, wi, wo, value, stride)
+                                                   : regressed_at(p, wi, wo, without, value, stride);
 }
 
 ff_found ff_interpolant_without(const ff_interpolant *p, size_t i, double *value)

@@ -1,6 +1,7 @@
 /* Tables on other directions. */
 #include "resample_struct.h"
 #include "ff_interpolate.h"
+#include "internal_reflectance.h"
 #include "models/model_struct.h"
 #include "base/internal_options.h"
 #include "base/internal_order.h"
@@ -54,6 +55,7 @@ ff_status ff_table_copy_into(const ff_table *t, ff_table *out, ff_error *err)
     memcpy(c.format, t->format, sizeof c.format);
     memcpy(c.note, t->note, sizeof c.note);
     memcpy(c.note_hint, t->note_hint, sizeof c.note_hint);
+    if (t->cells) c.cells = t->cells->share(t->cells);
     if (t->kept && t->kept_share) {
         c.kept = t->kept_share(t->kept);
         c.kept_free = t->kept_free;
@@ -122,6 +124,12 @@ static void drop(ff_table *t, const ff_format *to, ff_resample_report *r)
     if (!(holds & FF_HOLDS_NEGATIVE)) raise_negative(t, r);
     if (r->as_it_is && !(holds & FF_HOLDS_INVALID) && count_invalid(t))
         ff_table_note(t, "%zu samples that were not measured are left out", count_invalid(t));
+    if (t->cells && r->as_it_is)
+        ff_table_note(
+            t,
+            "values are means over cells of directions, whose extent the format '%s' does not hold: read again they stand "
+            "at the centres, and the reflectance between them is guessed",
+            to->name);
     int named = 0;
     for (size_t c = 0; c < t->n_channels; c++) named |= isfinite(t->channels[c].wavelength_nm);
     if (named && !(holds & FF_HOLDS_NAMES))
@@ -136,23 +144,48 @@ typedef struct filling {
     const ff_table *t;
     const ff_interpolant *p;
     ff_table *out;
-    int keep_beyond;
+    int keep_beyond, turns;
     const volatile int *cancel;
-    double *value;                       /* [threads][n_channels][BLOCK] */
+    double *value;                       /* [threads][2][n_channels][BLOCK] */
     size_t (*found)[FF_FOUND_BELOW + 1]; /* [threads] counts            */
 } filling;
+
+/* Patches differ from azimuth to azimuth even of an isotropic surface: light at the border of one is not seen as that at its
+ * centre. What knows no azimuth gets the mean over all: it has the mean reflectance. */
+static void eval_turned(const filling *f, const double *const planes[6], size_t n, double *value, double *turned,
+                        unsigned char *found)
+{
+    enum { TURNS = 48 };
+    const size_t size = f->t->n_channels * n;
+    double w[6][BLOCK], *const at[6] = {w[0], w[1], w[2], w[3], w[4], w[5]};
+    for (size_t i = 0; i < size; i++) value[i] = 0;
+    for (int k = 0; k < TURNS; k++) {
+        const double angle = 2 * 3.14159265358979323846 * (k + 0.5) / TURNS, c = cos(angle), s = sin(angle);
+        for (int side = 0; side < 6; side += 3)
+            for (size_t i = 0; i < n; i++) {
+                at[side][i] = c * planes[side][i] - s * planes[side + 1][i];
+                at[side + 1][i] = s * planes[side][i] + c * planes[side + 1][i];
+                at[side + 2][i] = planes[side + 2][i];
+            }
+        ff_interpolant_eval(f->p, (const double *const *)at, n, turned, found);
+        for (size_t i = 0; i < size; i++) value[i] += turned[i] / TURNS;
+    }
+}
 
 static void fill_block(void *context, size_t block, int worker)
 {
     const filling *f = context;
     const size_t channels = f->t->n_channels, first = block * BLOCK, n = f->out->n - first < BLOCK ? f->out->n - first : BLOCK;
     double plane[6][BLOCK], *const planes[6] = {plane[0], plane[1], plane[2], plane[3], plane[4], plane[5]};
-    double *value = f->value + (size_t)worker * channels * BLOCK;
+    double *value = f->value + 2 * (size_t)worker * channels * BLOCK;
     unsigned char found[BLOCK];
     ff_table *out = f->out;
     if (f->cancel && *f->cancel) return;
     ff_table_directions(out, first, n, planes);
-    ff_interpolant_eval_reciprocal(f->p, (const double *const *)planes, n, value, found);
+    if (f->turns)
+        eval_turned(f, (const double *const *)planes, n, value, value + channels * BLOCK, found);
+    else
+        ff_interpolant_eval_reciprocal(f->p, (const double *const *)planes, n, value, found);
     for (size_t i = 0; i < n; i++) {
         f->found[worker][found[i]]++;
         if (found[i] == FF_FOUND_BELOW || (found[i] == FF_FOUND_BEYOND && !f->keep_beyond)) out->valid[first + i] = 0;
@@ -166,8 +199,9 @@ static ff_status fill(const ff_table *t, const ff_interpolant *p, const ff_forma
 {
     ff_pool *pool = ff_pool_new(o->threads ? o->threads : ff_threads_default());
     filling f = {.t = t, .p = p, .out = out, .keep_beyond = o->beyond || !(to->holds & FF_HOLDS_INVALID), .cancel = o->cancel};
+    f.turns = t->cells && !t->isotropic && (out->isotropic || out->grid == &ff_grid_merl);
     const size_t threads = pool ? (size_t)ff_pool_threads(pool) : 0;
-    f.value = malloc((threads + 1) * t->n_channels * BLOCK * sizeof *f.value);
+    f.value = malloc(2 * (threads + 1) * t->n_channels * BLOCK * sizeof *f.value);
     f.found = calloc(threads + 1, sizeof *f.found);
     ff_status status = FF_OK;
     if (pool && f.value && f.found) {
@@ -214,6 +248,19 @@ static ff_status predict(const ff_table *t, const ff_interpolant *p, ff_found (*
     return FF_OK;
 }
 
+static ff_status weigh_energy(const ff_table *t, const ff_interpolant *p, const ff_table *out, ff_resample_report *r, ff_error *err)
+{
+    ff_energy e;
+    const ff_status status = ff_energy_compare(t, p, out, &e, err);
+    if (status != FF_OK) return status;
+    r->incidences = e.incidences;
+    r->missed = e.missed;
+    r->lost = e.lost;
+    r->lost_most = e.most;
+    r->lost_at = e.at;
+    return FF_OK;
+}
+
 static ff_status interpolate(const ff_table *t, const ff_format *to, const ff_resample_options *o, ff_table *out,
                              ff_resample_report *r, ff_error *err)
 {
@@ -221,7 +268,9 @@ static ff_status interpolate(const ff_table *t, const ff_format *to, const ff_re
     ff_status status = ff_interpolant_new(t, 0, &p, err);
     if (status != FF_OK) return status;
     snprintf(r->method, sizeof r->method, "%s", ff_interpolant_method(p));
+    r->in_plane = ff_interpolant_is_in_plane(p);
     status = fill(t, p, to, o, out, r, err);
+    if (status == FF_OK) status = weigh_energy(t, p, out, r, err);
     if (status == FF_OK) status = predict(t, p, ff_interpolant_without, &r->near, err);
     if (status == FF_OK) status = predict(t, p, ff_interpolant_without_incidence, &r->across, err);
     ff_interpolant_free(p);
@@ -253,6 +302,7 @@ ff_status ff_resample_into(const ff_table *t, const ff_format *to, const ff_resa
                            ff_resample_report *report, ff_error *err)
 {
     ff_resample_report r = {.size = sizeof r, .as_it_is = 1, .near = {0, NAN, NAN, NAN}, .across = {0, NAN, NAN, NAN}};
+    r.lost = r.lost_most = r.lost_at = NAN;
     ff_table made = {0};
     if (!to->write) return ff_error_set(err, FF_ERR_UNSUPPORTED, NULL, 0, -1, "the format '%s' can only be read", to->name);
     if (!to->layout && o->grid)

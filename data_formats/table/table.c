@@ -23,6 +23,7 @@ void ff_table_clear(ff_table *t)
     for (int k = 0; k < 4; k++) free(t->axes.node[k]);
     free(t->weight);
     if (t->kept && t->kept_free) t->kept_free(t->kept);
+    if (t->cells) t->cells->release(t->cells);
     memset(t, 0, sizeof *t);
 }
 

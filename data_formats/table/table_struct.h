@@ -2,6 +2,7 @@
 #ifndef FF_TABLE_STRUCT_H
 #define FF_TABLE_STRUCT_H
 #include "ff_table.h"
+#include "internal_cells.h"
 #ifdef __cplusplus
 extern "C" {
 #endif
@@ -59,6 +60,7 @@ struct ff_table {
     /** The part of weight[sample] that its incidence has, where the other part makes the sum of f cos(theta_o) over an incidence
      * its reflectance; NULL: the weights are solid angles and no more. */
     double (*kept_incidence)(const void *kept, size_t sample);
+    ff_cells *cells; /**< the cells over which the values are means, constant within each; NULL: values at points. Owned */
 };
 
 /** Releases what the table owns and zeroes it. A zeroed table and NULL are legal. */

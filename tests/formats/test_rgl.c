@@ -3,6 +3,7 @@
 #include "check_table.h"
 #include "data_formats/formats/rgl/internal_rgl.h"
 #include "data_formats/analysis/survey_struct.h"
+#include "data_formats/analysis/spectral_struct.h"
 #include <dirent.h>
 
 static const double pi = 3.14159265358979323846;
@@ -1267,6 +1268,65 @@ static void layouts(void)
     ff_table_clear(&t);
 }
 
+/* Mean over the azimuths of incidence of the function's own reflectance, and their range, of the mean of the channels. */
+static double mean_reflectance(const ff_rgl *r, size_t theta, double range[2])
+{
+    double sum = 0, weight = 0, one[40];
+    range[0] = INFINITY, range[1] = -INFINITY;
+    for (size_t p = 0; p < r->n_phi; p++) {
+        const double w = ff_rgl_incidence_weight(r, p, theta);
+        reflectance(r, r->theta[theta], r->phi[p], 300, one);
+        const double mean = (one[0] + one[1] + one[2]) / 3;
+        sum += w * mean, weight += w;
+        range[0] = fmin(range[0], mean), range[1] = fmax(range[1], mean);
+    }
+    return sum / weight;
+}
+
+static void check_surveyed(const char *label, const ff_table *t, const ff_rgl *r)
+{
+    ff_survey s;
+    if (!FF_CHECK(ff_survey_init(t, &s, NULL) == FF_OK && s.n_reflectances == r->n_theta, "%s: no survey", label)) return;
+    for (size_t k = 0; k < s.n_reflectances; k++) {
+        double range[2];
+        const double expected = mean_reflectance(r, k, range), *found = s.over_azimuths[k];
+        double mean = 0;
+        for (size_t c = 0; c < t->n_channels; c++) mean += s.albedo[k * t->n_channels + c] / (double)t->n_channels;
+        FF_CHECK(fabs(mean - expected) < 0.002 + 0.005 * expected, "%s: at %g degrees %g, expected %g", label,
+                 s.reflectance[k].theta_i, mean, expected);
+        FF_CHECK(s.azimuths_of[k] == r->n_phi && isnan(s.reflectance[k].phi_i), "%s: %zu azimuths", label, s.azimuths_of[k]);
+        FF_CHECK(fabs(found[0] - range[0]) < 0.01 && fabs(found[1] - range[1]) < 0.01, "%s: %g to %g, expected %g to %g", label,
+                 found[0], found[1], range[0], range[1]);
+    }
+    ff_survey_clear(&s);
+}
+
+/* `info` of an anisotropic file, which has several azimuths for each angle of incidence; of channels that were made of others; and
+ * with a narrow peak, between whose samples regression finds another reflectance. */
+static void surveys(void)
+{
+    const ff_format *rgl = ff_format_find("rgl");
+    const char *path = ff_test_path("survey.bsdf");
+    ff_table t, made, mean;
+    ff_rgl *r;
+    ff_error err = {0};
+    scattered(0.03, 0.06, 3, &t);
+    if (!FF_CHECK(rgl->layout(&t, "9x6x32", &made, &err) == FF_OK, "%s", err.message)) exit(1);
+    fill_lobe(0.03, 0.06, &made);
+    FF_CHECK(ff_table_write(path, NULL, &made, &err) == FF_OK, "%s", err.message);
+    ff_table_clear(&made);
+    ff_table_clear(&t);
+    if (!FF_CHECK(ff_table_read_into(path, NULL, &t, &err) == FF_OK && ff_rgl_open(path, &r, &err) == FF_OK, "%s", err.message))
+        exit(1);
+    check_surveyed("as it is", &t, r);
+    if (FF_CHECK(ff_table_reduce_into(&t, "mean", &mean, &err) == FF_OK, "%s", err.message)) {
+        check_surveyed("mean", &mean, r);
+        ff_table_clear(&mean);
+    }
+    ff_rgl_free(r);
+    ff_table_clear(&t);
+}
+
 /* ---- real files ------------------------------------------------------------------------------ */
 
 static const char *data_dir(void)
@@ -1372,6 +1432,26 @@ static int test_real(void)
     return 1;
 }
 
+/* With negative values as 0 they are what the loader's f cos(theta_o) adds up to. */
+static void check_raised(const char *path, const ff_rgl *r, const ff_reflectance *at, const double *raised)
+{
+    double sum[3] = {0}, wi[3], wo[3], m[3], f[3];
+    const int n = 400, around = 200;
+    unit(at->theta_i * pi / 180, at->phi_i * pi / 180, wi);
+    for (int k = 0; k < n * around; k++) {
+        const double u = (k % n + 0.5) / n, theta_m = pi / 2 * u * u;
+        unit(theta_m, at->phi_i * pi / 180 + 2 * pi * (k / n + 0.5) / around, m);
+        const double along = wi[0] * m[0] + wi[1] * m[1] + wi[2] * m[2];
+        for (int j = 0; j < 3; j++) wo[j] = 2 * along * m[j] - wi[j];
+        if (along <= 0 || wo[2] <= 1e-6) continue;
+        eval_one(r, wi, wo, f, NULL);
+        for (int c = 0; c < 3; c++) sum[c] += fmax(f[c], 0) * wo[2] * 4 * along * sin(theta_m) * pi * u / n * 2 * pi / around;
+    }
+    for (int c = 0; c < 3; c++)
+        FF_CHECK(fabs(raised[c] - sum[c]) < fmax(0.002, 0.02 * sum[c]), "%s: at %g degrees, channel %d: %g, the loader's %g", path,
+                 at->theta_i, c, raised[c], sum[c]);
+}
+
 /* `info` has the same reflectances. */
 static void check_survey(const char *path, const ff_table *t, const ff_rgl *r)
 {
@@ -1384,6 +1464,7 @@ static void check_survey(const char *path, const ff_table *t, const ff_rgl *r)
         const double theta = v.reflectance[k].theta_i * pi / 180;
         const double e = apart(r, theta, v.reflectance[k].phi_i * pi / 180, 400, v.albedo + k * t->n_channels, &uncertain);
         FF_CHECK(e < 1e-3 + uncertain, "%s: at %g degrees the survey's reflectance is %g off", path, v.reflectance[k].theta_i, e);
+        check_raised(path, r, &v.reflectance[k], v.albedo_raised + k * t->n_channels);
     }
     ff_survey_clear(&v);
 }
@@ -1463,7 +1544,7 @@ static void measured(void)
 
 static const ff_test_case cases[] = {FF_TEST(evaluators),     FF_TEST(test_reading), FF_TEST(test_validity), FF_TEST(test_grids),
                                      FF_TEST(test_container), FF_TEST(content),      FF_TEST(mutations),     FF_TEST(round_trips),
-                                     FF_TEST(layouts),        FF_TEST(reflectances), FF_TEST(measured)};
+                                     FF_TEST(layouts),        FF_TEST(surveys),      FF_TEST(reflectances),  FF_TEST(measured)};
 
 int main(int argc, char **argv)
 {

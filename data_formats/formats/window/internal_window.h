@@ -40,6 +40,12 @@ typedef struct ff_tree_node {
     unsigned children; /**< nodes closed in it so far                    */
 } ff_tree_node;
 
+/** Where the cell of a sample of a tree lies: a cube of FF_TREE_LEVELS levels whose corner is in units of the smallest cell. */
+typedef struct ff_tree_place {
+    uint32_t corner[4];
+    unsigned char level;
+} ff_tree_place;
+
 /** A cell of the directions on one side. Degrees. */
 typedef struct ff_tree_cell {
     double theta, phi, omega;
@@ -68,7 +74,9 @@ typedef struct ff_scattering {
     int closed;         /**< the tree is complete                          */
     ff_tree_cell *cell; /**< of the present leaf                           */
     size_t n_cells;
-    ff_rows leaves; /**< theta_i, phi_i, theta_o, phi_o (degrees), value, d wi d wo */
+    ff_rows leaves;       /**< theta_i, phi_i, theta_o, phi_o (degrees), value, d wi d wo */
+    ff_tree_place *place; /**< [leaves.n] */
+    size_t place_room;
 } ff_scattering;
 
 /** Takes the next piece. FF_ERR_DATA for what is no finite number, FF_ERR_FORMAT for too many of them or a tree that is none. */
@@ -76,4 +84,12 @@ ff_status ff_scattering_text(ff_scattering *s, const char *text, size_t n);
 /** The text is over. FF_ERR_FORMAT where numbers or braces are missing. */
 ff_status ff_scattering_end(ff_scattering *s);
 void ff_scattering_free(ff_scattering *s);
+
+/* ---- window_cells.c: which cell a pair of directions is in ------------------------------------ */
+
+/** The cells of a matrix with these bases (copied), rows: incidence by incidence; front: azimuths mirrored. NULL: no memory. */
+ff_cells *ff_window_matrix_cells(const ff_window_basis *incident, const ff_window_basis *exit, int rows, int front);
+
+/** The cells of a tree: takes over place [n] (malloc'ed), also on failure. NULL: no memory. */
+ff_cells *ff_window_tree_cells(int rank, int front, size_t n, ff_tree_place *place);
 #endif

@@ -157,6 +157,23 @@ static ff_status make_cells(ff_scattering *s, const double *corner, double w, si
     return FF_OK;
 }
 
+/* Index of a cell of a leaf's grid along each axis, the last one fastest. */
+static ff_status place_leaf(ff_scattering *s, const double *corner, unsigned level, size_t m, size_t index)
+{
+    if (s->leaves.n == s->place_room) {
+        const size_t room = s->place_room ? 2 * s->place_room : 1 << 10;
+        ff_tree_place *larger = realloc(s->place, room * sizeof *larger);
+        if (!larger) return ff_error_set(s->err, FF_ERR_MEMORY, s->path, line_of(s), -1, "no memory for %zu leaves", room);
+        s->place = larger;
+        s->place_room = room;
+    }
+    ff_tree_place *p = &s->place[s->leaves.n];
+    *p = (ff_tree_place){.level = (unsigned char)level};
+    for (int axis = s->rank - 1; axis >= 0; axis--, index /= m)
+        p->corner[axis] = (uint32_t)ldexp(corner[axis] + ldexp((double)(index % m), -(int)level), FF_TREE_LEVELS);
+    return FF_OK;
+}
+
 static ff_status take_leaf(ff_scattering *s, const ff_tree_cell *incident, const ff_tree_cell *exit, double value)
 {
     double *row = ff_rows_add(&s->leaves);
@@ -186,8 +203,10 @@ static ff_status close_leaf(ff_scattering *s, const ff_tree_node *node)
     ff_status status = make_cells(s, node->corner, ldexp(1, -(int)(above + k)), m, n_incident);
     for (size_t i = 0; i < n_incident && status == FF_OK; i++) {
         if (s->cell[i].omega == 0) continue;
-        for (size_t o = 0; o < n_exit && status == FF_OK; o++)
-            status = take_leaf(s, &s->cell[i], &s->cell[n_incident + o], s->value[i * n_exit + o]);
+        for (size_t o = 0; o < n_exit && status == FF_OK; o++) {
+            status = place_leaf(s, node->corner, above + k, m, i * n_exit + o);
+            if (status == FF_OK) status = take_leaf(s, &s->cell[i], &s->cell[n_incident + o], s->value[i * n_exit + o]);
+        }
     }
     s->n = 0;
     return status;
@@ -372,7 +391,9 @@ void ff_scattering_free(ff_scattering *s)
 {
     free(s->value);
     free(s->cell);
+    free(s->place);
     s->value = NULL;
     s->cell = NULL;
+    s->place = NULL;
     ff_rows_free(&s->leaves);
 }

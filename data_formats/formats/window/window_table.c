@@ -86,8 +86,26 @@ static ff_status matrix_to_table(ff_window_file *w, ff_table *t)
         ff_scattering_free(&w->blocks[c].data);
     }
     status = matrix_directions(w, t);
+    const ff_window_block *b = &w->blocks[0];
+    if (status == FF_OK) {
+        t->cells = ff_window_matrix_cells(w->bases[b->incident], w->bases[b->exit], w->structure == FF_WINDOW_ROWS,
+                                          b->face == FF_WINDOW_FRONT);
+        if (!t->cells) status = ff_window_fails(w, FF_ERR_MEMORY, "no memory for the patches");
+    }
     if (status != FF_OK) ff_table_clear(t);
     return status;
+}
+
+static ff_status tree_to_table(ff_window_file *w, ff_table *t)
+{
+    ff_scattering *data = &w->blocks[0].data;
+    const ff_status status = ff_rows_to_table(&data->leaves, 1, 0, 1, t, w->xml.err);
+    if (status != FF_OK) return status;
+    t->cells = ff_window_tree_cells(data->rank, data->mirrored, t->n, data->place);
+    data->place = NULL;
+    if (t->cells) return FF_OK;
+    ff_table_clear(t);
+    return ff_window_fails(w, FF_ERR_MEMORY, "no memory for the cells of the tree");
 }
 
 static void describe(const ff_window_file *w, size_t dropped, ff_table *t)
@@ -120,8 +138,7 @@ ff_status ff_window_to_table(ff_window_file *w, ff_table *out)
     if (w->n_blocks == 0) return nothing_wanted(w);
     const size_t dropped = drop_others(w);
     ff_table t;
-    ff_status status = w->structure < FF_WINDOW_TREE_3 ? matrix_to_table(w, &t)
-                                                       : ff_rows_to_table(&w->blocks[0].data.leaves, 1, 0, 1, &t, w->xml.err);
+    const ff_status status = w->structure < FF_WINDOW_TREE_3 ? matrix_to_table(w, &t) : tree_to_table(w, &t);
     if (status != FF_OK) return status;
     describe(w, dropped, &t);
     return ff_table_hand_out(&t, w->xml.path, out, w->xml.err);
