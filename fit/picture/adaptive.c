@@ -25,7 +25,7 @@ static ff_status compare(const ff_picture *p, ff_adaptive_candidate *c, ff_error
 }
 
 /* A picture this near to a black one, in parts of that one's difference, shows nothing of the data. */
-#define AS_BLACK 0.98
+#define AS_BLACK 0.9
 
 /* May the fit be chosen? It has converged, unless none has, and its picture is not as good as black. */
 static int may_be_chosen(const ff_adaptive *a, size_t k, int any, double black)
