@@ -154,6 +154,7 @@ static int say_outcomes(const ff_report_fits *r)
     for (size_t p = 0; p < r->n_problems; p++) {
         ff_report_rank(r, p, rank);
         if (r->fit[rank[0]].outcome != FF_CONVERGED) status = EXIT_ANSWER_IS_NO;
+        if (status == EXIT_DONE) status = cli_fitting_say_determined(&r->fit[rank[0]]);
     }
     for (size_t i = 0; i < r->n_fits; i++) cli_fitting_say_outcome(&r->fit[i]);
     free(rank);

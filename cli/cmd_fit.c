@@ -46,6 +46,7 @@ static int finish(const cli_args *args, cli_fitting *f, ff_fit_result *fit, size
         for (size_t i = 0; i < n; i++) {
             const int outcome = cli_fitting_say_outcome(&fit[i]);
             if (status == EXIT_DONE) status = outcome;
+            if (status == EXIT_DONE) status = cli_fitting_say_determined(&fit[i]);
         }
     }
     cli_trust_free(&trust);

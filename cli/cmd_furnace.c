@@ -51,6 +51,12 @@ static ff_status put_weak(furnace *u, const double wo[3], ff_error *err)
     for (uint32_t l = 0; l < m->n_lobes && status == FF_OK; l++) {
         ff_integral value;
         status = ff_albedo_weak_furnace(m, u->isa, u->scene.shape, l, wo, &value, err);
+        if (status == FF_OK && !isfinite(value.value))
+            status =
+                ff_error_set(err, FF_ERR_UNSUPPORTED, NULL, 0, -1,
+                             "the weak white furnace integral of %s does not exist here: the area of its steepest normals grows "
+                             "without bound, and with it Smith's Lambda ('facetfit models' says from where)",
+                             ff_term_at(FF_NDF, (size_t)m->lobe[l].ndf)->name);
         if (status != FF_OK) break;
         u->missed |= ff_albedo_weak_furnace_claimed(m, l) && !(fabs(value.value - 1) <= furnace_tolerance);
         cli_rows_number(&u->rows, value.value);

@@ -273,6 +273,7 @@ static int check_models(const ff_model *model, size_t n, int where_present, cons
 
 int cli_constraints_read(const cli_args *args, const ff_model *model, size_t n, int where_present, cli_constraints *out)
 {
+    enum { ASSUMED = 16 };
     size_t words = 0;
     int status;
     *out = (cli_constraints){.c = {.where_present = where_present}};
@@ -280,12 +281,15 @@ int cli_constraints_read(const cli_args *args, const ff_model *model, size_t n, 
     cli_each_word(args, FLAG_PRIOR, count_word, &words);
     cli_each_word(args, FLAG_TIE, count_word, &words);
     cli_each_word(args, FLAG_FIX, count_word, &words);
-    out->bound = calloc(words + 1, sizeof *out->bound);
+    out->n_room = words + ASSUMED;
+    out->bound = calloc(out->n_room, sizeof *out->bound);
+    out->because = calloc(out->n_room, sizeof *out->because);
     out->prior = calloc(words + 1, sizeof *out->prior);
     out->tie = calloc(words + 1, sizeof *out->tie);
     out->fixed = calloc(words + 1, sizeof *out->fixed);
-    if (!out->bound || !out->prior || !out->tie || !out->fixed) return cli_failed(FF_ERR_MEMORY, NULL);
+    if (!out->bound || !out->because || !out->prior || !out->tie || !out->fixed) return cli_failed(FF_ERR_MEMORY, NULL);
     out->c.bound = out->bound;
+    out->c.because = out->because;
     out->c.prior = out->prior;
     out->c.tie = out->tie;
     out->c.fixed = out->fixed;
@@ -294,6 +298,7 @@ int cli_constraints_read(const cli_args *args, const ff_model *model, size_t n, 
         (status = cli_each_word(args, FLAG_TIE, add_tie, out)) || (status = cli_each_word(args, FLAG_FIX, add_fixed, out)) ||
         (status = check_names(args, model, n, &out->c)))
         return status;
+    cli_boxes_assume(args, model, n, out);
     return check_models(model, n, where_present, &out->c);
 }
 
@@ -302,6 +307,7 @@ void cli_constraints_free(cli_constraints *constraints)
     for (size_t i = 0; i < constraints->n_names; i++) free(constraints->names[i]);
     free(constraints->names);
     free(constraints->bound);
+    free(constraints->because);
     free(constraints->prior);
     free(constraints->tie);
     free(constraints->fixed);

@@ -197,6 +197,26 @@ ff_status cli_fitting_choose(cli_fitting *f, const ff_model *m, const char *labe
     return status;
 }
 
+/* Is there a parameter whose lobe or base came out as nothing? Its name; NULL: none. */
+static const char *first_weightless(const ff_fit_result *fit)
+{
+    for (uint32_t k = 0; k < fit->model.n_shape; k++)
+        if (fit->shape_value[k].weightless) return fit->model.shape[k].name;
+    for (size_t k = 0; k < fit->n_channels * fit->model.n_channel; k++)
+        if (fit->channel_value[k].weightless) return fit->model.channel[k % fit->model.n_channel].name;
+    return NULL;
+}
+
+int cli_fitting_say_determined(const ff_fit_result *fit)
+{
+    char expression[FF_MODEL_NAME];
+    const char *name = first_weightless(fit);
+    if (!name) return EXIT_DONE;
+    ff_model_expression(&fit->model, expression, sizeof expression);
+    cli_message("%s: %s is not determined: what it belongs to reflects nothing in these data", expression, name);
+    return EXIT_ANSWER_IS_NO;
+}
+
 int cli_fitting_say_outcome(const ff_fit_result *fit)
 {
     char expression[FF_MODEL_NAME];

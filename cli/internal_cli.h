@@ -45,12 +45,18 @@ typedef struct cli_constraints {
     ff_prior *prior;
     ff_tie *tie;
     ff_fixed *fixed;
+    const char **because; /* of each bound */
+    size_t n_room;        /* of bound      */
     size_t n_names, n_values;
     char **names;
     double **values;
 } cli_constraints;
 int cli_constraints_read(const cli_args *args, const ff_model *model, size_t n, int where_present, cli_constraints *out);
 void cli_constraints_free(cli_constraints *constraints);
+
+/* Adds the bounds beyond 1 that --reduce srgb and --free ks ask for, of n models, which must outlive the constraints; as many as
+ * there is room for. */
+void cli_boxes_assume(const cli_args *args, const ff_model *model, size_t n, cli_constraints *c);
 
 /* A usage error for a name of --free or --fix that none of n models has. */
 int cli_names_known(const cli_args *args, const ff_model *model, size_t n);
@@ -143,6 +149,8 @@ ff_status cli_fitting_run(cli_fitting *f, size_t problem, const ff_model *m, con
 ff_status cli_fitting_choose(cli_fitting *f, const ff_model *m, const char *label, ff_adaptive *out, ff_error *err);
 /* Says so when the fit did not converge; EXIT_DONE or EXIT_ANSWER_IS_NO. */
 int cli_fitting_say_outcome(const ff_fit_result *fit);
+/* Says so when a parameter has nothing to act on: its lobe or base came out as nothing. Likewise. */
+int cli_fitting_say_determined(const ff_fit_result *fit);
 /* Fits for the report; `fit` [n_fits]. */
 ff_report_fits cli_fitting_report(const cli_args *args, const cli_fitting *f, const ff_fit_result *fit, size_t n_fits);
 

@@ -79,9 +79,11 @@ FF_API void ff_model_expression(const ff_model *m, char *out, size_t size);
 FF_API ff_status ff_model_hold(ff_model *m, const char *name, double value, ff_error *err);
 FF_API ff_status ff_model_vary(ff_model *m, const char *name, ff_error *err);
 
-/** Narrows the range in which a fit may move a parameter, by name, "alpha" for both axes; its initial value moves inside.
- * Evaluation knows nothing of it. FF_ERR_UNKNOWN; FF_ERR_RANGE when not lo < hi, when they lie outside the parameter's box (the
- * message has it), or when the parameter is held outside them. m is changed only on FF_OK. */
+/** Says in which range a fit may move a parameter, by name, "alpha" for both axes; its initial value moves inside. Evaluation knows
+ * nothing of it. The range lies inside the parameter's box; that of a reflectance in which the model is affine (the F0 and F82 of
+ * Schlick's terms, kd), unless a base depends on what the lobes reflect, may go beyond 1, as colours outside the gamut and
+ * uncalibrated data do: up to 1e15. FF_ERR_UNKNOWN; FF_ERR_RANGE when not lo < hi, when they lie outside (the message has the
+ * range), or when the parameter is held outside them. m is changed only on FF_OK. */
 FF_API ff_status ff_model_bound(ff_model *m, const char *name, double lo, double hi, ff_error *err);
 
 struct ff_profile_table;
@@ -107,7 +109,8 @@ FF_API const ff_model_param *ff_model_param_at(const ff_model *m, ff_param_ref r
 FF_API ff_status ff_model_set(const ff_model *m, size_t n_channels, const char *assignment, double *shape, double *channel,
                               ff_error *err);
 
-/** Checks that every value is finite and in its box and that the combination has a meaning (V-cavity with a mean slope has none).
+/** Checks that every value is finite and in its box (a reflectance also beyond 1, as ff_model_bound) and that the combination has a
+ * meaning (V-cavity with a mean slope has none).
  *  @param shape    [n_shape]
  *  @param channel  [n_channels][n_channel] */
 FF_API ff_status ff_model_check(const ff_model *m, size_t n_channels, const double *shape, const double *channel, ff_error *err);

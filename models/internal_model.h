@@ -31,6 +31,15 @@ void ff_model_lobe(const ff_model *m, uint32_t l, const double *shape, ff_lobe_p
 /* Weight of each lobe [n_lobes], and its derivatives by the lobes' parameters `weight`, dw[parameter's lobe][lobe]; may be NULL. */
 void ff_model_weights(const ff_model *m, const double *shape, double *weight, double dw[][FF_MAX_LOBES]);
 
+/* ---- box.c ----------------------------------------------------------------------------------- */
+
+/* Where the values of a parameter of m have a meaning: its own descriptor, or of a reflectance that the model is affine in one that
+ * goes beyond 1. */
+const ff_param *ff_model_param_domain(const ff_model *m, const ff_model_param *p);
+
+/* The upper end of the box that a fit keeps to unless it is told otherwise. */
+double ff_param_box_end(const ff_param *info);
+
 /* ---- parameters.c ---------------------------------------------------------------------------- */
 
 /* Do both mean the same parameter of a model? */

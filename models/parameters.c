@@ -46,14 +46,16 @@ static int has(const ff_model *m, const char *name)
     return ff_model_param_find(m, name).kind != FF_PARAM_NONE;
 }
 
-static ff_status out_of_box(const ff_model_param *p, double value, ff_error *err)
+static ff_status out_of_box(const ff_model *m, const ff_model_param *p, double value, ff_error *err)
 {
-    return ff_error_set(err, FF_ERR_RANGE, NULL, 0, -1, "%s = %g lies outside [%g, %g]", p->name, value, p->info->lo, p->info->hi);
+    const ff_param *domain = ff_model_param_domain(m, p);
+    return ff_error_set(err, FF_ERR_RANGE, NULL, 0, -1, "%s = %g lies outside [%g, %g]", p->name, value, domain->lo, domain->hi);
 }
 
-static int inside(const ff_param *p, double v)
+static int inside(const ff_model *m, const ff_model_param *p, double v)
 {
-    return v >= p->lo && v <= p->hi; /* false for NaN */
+    const ff_param *domain = ff_model_param_domain(m, p);
+    return v >= domain->lo && v <= domain->hi; /* false for NaN */
 }
 
 ff_status ff_model_unknown_param(const ff_model *m, const char *name, ff_error *err)
@@ -88,7 +90,8 @@ static ff_status hold_one(ff_model *m, const char *name, int held, double value,
     const ff_param_ref at = ff_model_param_find(m, name);
     if (at.kind == FF_PARAM_NONE) return ff_model_unknown_param(m, name, err);
     ff_model_param *p = ff_model_param_of(m, at);
-    if (held && !inside(p->info, value)) return out_of_box(p, value, err);
+    if (held && !inside(m, p, value)) return out_of_box(m, p, value, err);
+    if (held && value > p->info->hi) p->info = ff_model_param_domain(m, p);
     if (held) p->init = value;
     p->flags = held ? p->flags | FF_PARAM_HELD : p->flags & ~(uint32_t)FF_PARAM_HELD;
     return FF_OK;
@@ -120,13 +123,15 @@ static ff_status bound_one(ff_model *m, const char *name, double lo, double hi, 
     ff_model_param *p = ff_model_param_of(m, at);
     if (!(lo < hi))
         return ff_error_set(err, FF_ERR_RANGE, NULL, 0, -1, "the bounds of %s must rise, found %g and %g", p->name, lo, hi);
-    if (!inside(p->info, lo) || !inside(p->info, hi))
+    const ff_param *domain = ff_model_param_domain(m, p);
+    if (!inside(m, p, lo) || !inside(m, p, hi))
         return ff_error_set(err, FF_ERR_RANGE, NULL, 0, -1, "the bounds of %s, %g and %g, must lie inside [%g, %g]", p->name, lo,
-                            hi, p->info->lo, p->info->hi);
+                            hi, domain->lo, domain->hi);
     const double start = fmin(fmax(p->init, lo), hi);
     if ((p->flags & FF_PARAM_HELD) && start != p->init)
         return ff_error_set(err, FF_ERR_RANGE, NULL, 0, -1, "%s is held at %g, outside its bounds [%g, %g]", p->name, p->init, lo,
                             hi);
+    if (hi > p->info->hi) p->info = domain;
     p->init = start;
     p->lo = lo;
     p->hi = hi;
@@ -156,7 +161,7 @@ static ff_status set_one(const ff_model *m, size_t n_channels, const char *name,
         return ff_error_set(err, FF_ERR_SYNTAX, NULL, 0, -1, "%s takes one value or one per channel (%zu), found %zu", name,
                             n_channels, n_values);
     for (size_t i = 0; i < n_values; i++)
-        if (!inside(p->info, values[i])) return out_of_box(p, values[i], err);
+        if (!inside(m, p, values[i])) return out_of_box(m, p, values[i], err);
     if (at.kind == FF_PARAM_SHAPE)
         shape[at.index] = values[0];
     else
@@ -202,10 +207,10 @@ ff_status ff_model_set(const ff_model *m, size_t n_channels, const char *assignm
 ff_status ff_model_check(const ff_model *m, size_t n_channels, const double *shape, const double *channel, ff_error *err)
 {
     for (uint32_t k = 0; k < m->n_shape; k++)
-        if (!inside(m->shape[k].info, shape[k])) return out_of_box(&m->shape[k], shape[k], err);
+        if (!inside(m, &m->shape[k], shape[k])) return out_of_box(m, &m->shape[k], shape[k], err);
     for (size_t i = 0; i < n_channels * m->n_channel; i++) {
         const ff_model_param *p = &m->channel[i % m->n_channel];
-        if (!inside(p->info, channel[i])) return out_of_box(p, channel[i], err);
+        if (!inside(m, p, channel[i])) return out_of_box(m, p, channel[i], err);
     }
     for (uint32_t l = 0; l < m->n_lobes; l++) {
         ff_lobe_pass pass;

@@ -75,6 +75,7 @@ static const char *value_note(const ff_problem *p, const ff_fit_result *f, const
         snprintf(out, FF_CELL, "= %s", followed);
         return out;
     }
+    if (v->weightless) return "not determined";
     if (v->at_bound) return v->at_bound < 0 ? "on its lower bound" : "on its upper bound";
     if (v->held) return "held";
     if (isnan(v->prior_sd)) return "";

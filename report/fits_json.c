@@ -21,6 +21,7 @@ static void put_selection(ff_json *j, const ff_report_fits *r)
     ff_json_integer(j, "grazing", (int64_t)s.grazing);
     ff_json_integer(j, "below_horizon", (int64_t)s.below_horizon);
     ff_json_integer(j, "negative", (int64_t)s.dropped);
+    ff_json_integer(j, "copies", (int64_t)s.copies);
     ff_json_close(j);
     ff_json_integer(j, "negative", (int64_t)s.negative);
     ff_json_integer(j, "saturated_values", (int64_t)s.saturated);

@@ -28,15 +28,28 @@ static void put_fixed(const ff_fixed *f, const char *separator, FILE *out)
     if (f->n > SHOWN) fprintf(out, ":... (%zu values)", f->n);
 }
 
+/* Bounds that nobody asked for, and why they are assumed. */
+static void put_assumed(const ff_constraints *c, FILE *out)
+{
+    char a[FF_TEXT_NUMBER], b[FF_TEXT_NUMBER];
+    for (size_t i = 0; i < c->n_bounds; i++)
+        if (c->because && c->because[i])
+            fprintf(out, "assumed: %s in [%s, %s], since %s; --bound says otherwise\n", c->bound[i].name,
+                    ff_text_number(c->bound[i].lo, 6, a), ff_text_number(c->bound[i].hi, 6, b), c->because[i]);
+}
+
 /* A line of what was given besides the data. */
 static void put_constraints(const ff_constraints *c, FILE *out)
 {
     char a[FF_TEXT_NUMBER], b[FF_TEXT_NUMBER], key[FF_REPORT_KEY];
     const char *separator = "given: ";
     if (!c) return;
-    for (size_t i = 0; i < c->n_bounds; i++, separator = "; ")
+    for (size_t i = 0; i < c->n_bounds; i++) {
+        if (c->because && c->because[i]) continue;
         fprintf(out, "%s%s in [%s, %s]", separator, ff_report_key(c->bound[i].name, c->bound[i].channel, key),
                 ff_text_number(c->bound[i].lo, 6, a), ff_text_number(c->bound[i].hi, 6, b));
+        separator = "; ";
+    }
     for (size_t i = 0; i < c->n_priors; i++, separator = "; ")
         fprintf(out, "%s%s = %s +- %s", separator, ff_report_key(c->prior[i].name, c->prior[i].channel, key),
                 ff_text_number(c->prior[i].mean, 6, a), ff_text_number(c->prior[i].sd, 6, b));
@@ -46,6 +59,7 @@ static void put_constraints(const ff_constraints *c, FILE *out)
     for (size_t i = 0; i < c->n_fixed; i++, separator = "; ") put_fixed(&c->fixed[i], separator, out);
     if (c->energy_conserving) fprintf(out, "%senergy is conserved", separator), separator = "; ";
     if (*separator == ';') fputc('\n', out);
+    put_assumed(c, out);
 }
 
 void ff_report_selection_text(const ff_report_fits *r, FILE *out)
@@ -60,6 +74,7 @@ void ff_report_selection_text(const ff_report_fits *r, FILE *out)
     put_count(out, &separator, s.below_horizon, "below the horizon");
     put_count(out, &separator, s.grazing, grazing);
     put_count(out, &separator, s.dropped, "negative");
+    put_count(out, &separator, s.copies, s.copies == 1 ? "copy of another one" : "copies of others");
     fputc('\n', out);
     fprintf(out, "loss %s%s, weights by %s", ff_loss_name((int)r->options->loss), r->adaptive ? " (chosen)" : "",
             ff_weighting_name((int)s.weighting));
@@ -73,6 +88,9 @@ void ff_report_selection_text(const ff_report_fits *r, FILE *out)
         fprintf(out, "; %zu used sample%s with a negative value (kept as noise)", s.negative, ff_report_plural(s.negative));
     fputc('\n', out);
     put_constraints(r->options->constraints, out);
+    const ff_side odd = ff_brightest_odd(&s.brightest);
+    if (odd != FF_SIDE_NONE)
+        fprintf(out, "brightest samples %s, not about the mirror direction: %s\n", ff_words_side(odd), ff_words_side_hint(odd));
 }
 
 void ff_report_problem_text(const ff_report_fits *r, size_t p, FILE *out)

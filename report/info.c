@@ -106,6 +106,30 @@ static void put_coverage(const ff_survey *s, FILE *out)
     if (s->in_plane) fprintf(out, "all samples lie in the plane of incidence: beside it nothing was measured\n");
 }
 
+/* At which incidences the brightest sample lies on which side, up to 80 degrees, as fits have it unless they are told otherwise. */
+static ff_status put_brightest(const ff_table *t, FILE *out)
+{
+    const double up_to = 80 * 3.14159265358979323846 / 180;
+    ff_brightest b;
+    char number[FF_TEXT_NUMBER];
+    const ff_status status = ff_brightest_find(t, up_to, &b);
+    if (status != FF_OK) return status;
+    for (int side = FF_SIDE_MIRROR; side < FF_SIDES; side++) {
+        if (b.count[side] == 0) continue;
+        const char *separator = "";
+        fprintf(out, "brightest samples %s at theta_i ", ff_words_side((ff_side)side));
+        for (int row = 0; row < FF_BRIGHTEST_ROWS; row++) {
+            if ((int)b.side[row] != side) continue;
+            fprintf(out, "%s%s", separator, ff_text_number(b.theta_i[row], 3, number));
+            separator = ", ";
+        }
+        fprintf(out, " degrees\n");
+    }
+    const ff_side odd = ff_brightest_odd(&b);
+    if (odd != FF_SIDE_NONE) fprintf(out, "  %s\n", ff_words_side_hint(odd));
+    return FF_OK;
+}
+
 const char *ff_report_percent(double deviation, char *out)
 {
     const double x = 100 * expm1(deviation);
@@ -342,6 +366,7 @@ ff_status ff_report_table_text(const char *path, const ff_table *t, FILE *out)
     fputc('\n', out);
     status = put_channels(t, &s, FF_TABLE_TEXT, "  ", out);
     put_coverage(&s.survey, out);
+    if (status == FF_OK) status = put_brightest(t, out);
     if (status == FF_OK) status = put_reflectances(t, &s.survey, out);
     fputc('\n', out);
     if (s.survey.every > 1) fprintf(out, "from one sample in %zu:\n", s.survey.every);

@@ -432,10 +432,9 @@ static void senseless(void)
     const fit_sampling how = sampling(14);
     ff_table t = fit_measure(&s, &how);
     const char *name = t.channels[1].name;
-    const double v[4] = {0.1, 0.2, 0.3, 1.5};
-    const ff_fixed two = {"f0", 2, v, NULL}, three = {"f0", 3, v, NULL}, high = {"f0", 1, v + 3, name},
-                   lacking = {"g0", 1, v, name}, nobody = {"f0", 1, v, "uv"}, shape = {"alpha_x", 1, v, name},
-                   one = {"f0", 1, v, name};
+    const double v[4] = {0.1, 0.2, 0.3, -0.5};
+    const ff_fixed two = {"f0", 2, v, NULL}, three = {"f0", 3, v, NULL}, low = {"f0", 1, v + 3, name}, lacking = {"g0", 1, v, name},
+                   nobody = {"f0", 1, v, "uv"}, shape = {"alpha_x", 1, v, name}, one = {"f0", 1, v, name};
     const ff_bound box = {"f0", 0.25, 0.9, NULL}, of_one = {"f0", 0.2, 0.1, name}, of_nobody = {"f0", 0, 0.5, "uv"};
     const ff_prior prior = {"f0", 0.5, 0.1, "uv"};
     const ff_tie shared = {"f0", NULL};
@@ -443,7 +442,7 @@ static void senseless(void)
 #define FIXED(f) {.n_fixed = 1, .fixed = &f}
     refused(&t, &s.model, (ff_constraints)FIXED(two), rgb, FF_ERR_RANGE, "2 values; expected 3");
     refused(&t, &s.model, (ff_constraints)FIXED(three), FF_CHANNELS_MEAN, FF_ERR_RANGE, "3 values; expected 1");
-    refused(&t, &s.model, (ff_constraints)FIXED(high), rgb, FF_ERR_RANGE, "outside [0, 1]");
+    refused(&t, &s.model, (ff_constraints)FIXED(low), rgb, FF_ERR_RANGE, "outside [0, 1e+15]");
     refused(&t, &s.model, (ff_constraints)FIXED(lacking), rgb, FF_ERR_UNKNOWN, "no parameter 'g0'");
     refused(&t, &s.model, (ff_constraints)FIXED(nobody), rgb, FF_ERR_UNKNOWN, "no channel 'uv'");
     refused(&t, &s.model, (ff_constraints)FIXED(one), FF_CHANNELS_MEAN, FF_ERR_UNSUPPORTED, "averaged");

@@ -93,7 +93,8 @@ static void bounds_of_a_model(void)
     FF_CHECK(ff_model_bound(&m, "alhpa", 0.4, 0.5, &err) == FF_ERR_UNKNOWN, "an unknown name");
     FF_CHECK(ff_model_bound(&m, "f0", 0.5, 0.5, &err) == FF_ERR_RANGE && strstr(err.message, "must rise"), "%s", err.message);
     FF_CHECK(ff_model_bound(&m, "f0", 0.5, NAN, &err) == FF_ERR_RANGE, "a bound that is no number");
-    FF_CHECK(ff_model_bound(&m, "f0", 0, 1.5, &err) == FF_ERR_RANGE && strstr(err.message, "[0, 1]"), "%s", err.message);
+    FF_CHECK(ff_model_bound(&m, "r_xy", 0, 1.5, &err) == FF_ERR_RANGE && strstr(err.message, "[-0.999, 0.999]"), "%s", err.message);
+    FF_CHECK(ff_model_bound(&m, "f0", -0.5, 1.5, &err) == FF_ERR_RANGE && strstr(err.message, "[0, 1e+15]"), "%s", err.message);
     FF_CHECK(ff_model_bound(&m, "ks", 2, 3, &err) == FF_ERR_RANGE && strstr(err.message, "held at 1"), "%s", err.message);
 }
 

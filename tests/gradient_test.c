@@ -631,8 +631,7 @@ static void residuals(const objective *b, const double *x, double *r)
     const size_t n = b->w.n;
     evaluate(&s, &b->w, r, NULL);
     for (size_t c = 0; c < s.n_channels; c++) {
-        double mean = 0;
-        for (size_t i = 0; i < n; i++) mean += fabs(b->t.value[c * n + i]) / (double)n;
+        const double least = loss_least(&b->t.value[c * n], n);
         for (size_t i = 0; i < n; i++) {
             const double y = b->t.value[c * n + i], cos_i = b->w.w[2][i];
             double *ri = &r[c * n + i];
@@ -640,7 +639,7 @@ static void residuals(const objective *b, const double *x, double *r)
             if (b->o.weighting == FF_WEIGHT_SIGMA) /* standard deviations, whatever the loss is scaled by */
                 *ri /= b->t.sigma[c * n + i] * loss_slope(b->o.loss, y, cos_i);
             else
-                *ri *= sqrt(b->weight[i]) * loss_factor(b->o.loss, y, cos_i, mean);
+                *ri *= sqrt(b->weight[i]) * loss_factor(b->o.loss, y, cos_i, least);
         }
     }
 }
@@ -788,6 +787,7 @@ static void dark_data(void)
                 setting g = settings[1];
                 objective b;
                 double x[MAX_COORDINATES];
+                if (!ff_loss_has_value((ff_loss)loss, 0, 1)) continue; /* it leaves dark data out */
                 g.dark = 1;
                 objective_make(&g, 3, 300, (ff_loss)loss, (ff_robust)robust, weightings[w], &b);
                 coordinates(&b, x);

@@ -7,6 +7,7 @@
 #include "fit/losses/robust/internal_robust.h"
 #include "models/internal_model.h"
 #include <math.h>
+#include <stdlib.h>
 
 /** The odd cube root with a finite slope at 0. */
 static inline double loss_cube_root(double t)
@@ -37,14 +38,36 @@ static inline double loss_slope(ff_loss loss, double f, double x)
     return slope;
 }
 
-/** What multiplies g(f) - g(y). mean: of |y| over the channel. */
-static inline double loss_factor(ff_loss loss, double y, double x, double mean)
+static inline int loss_ascending(const void *a, const void *b)
+{
+    const double x = *(const double *)a, y = *(const double *)b;
+    return (x > y) - (x < y);
+}
+
+/** What a datum counts as at least where a loss divides by it: of a channel y [n]. */
+static inline double loss_least(const double *y, size_t n)
+{
+    double mean = 0, *v = (double *)malloc((n + 1) * sizeof *v), least;
+    size_t count = 0;
+    if (!v) exit(1);
+    for (size_t i = 0; i < n; i++) {
+        mean += fabs(y[i]) / (double)n;
+        if (y[i] != 0) v[count++] = fabs(y[i]);
+    }
+    qsort(v, count, sizeof *v, loss_ascending);
+    least = count ? fmin(0.001 * mean, v[count / 20]) : 0;
+    free(v);
+    return least;
+}
+
+/** What multiplies g(f) - g(y). least: of the channel. */
+static inline double loss_factor(ff_loss loss, double y, double x, double least)
 {
     double factor;
     if (loss == FF_LOSS_COSINE) return x;
-    if (loss == FF_LOSS_RELATIVE) return 1 / fmax(fmax(y, 0.001 * mean), 1e-12);
+    if (loss == FF_LOSS_RELATIVE) return 1 / fmax(fmax(y, least), 1e-12);
     if (loss == FF_LOSS_LOG || loss == FF_LOSS_CUBE_ROOT || loss == FF_LOSS_PLAIN) return 1;
-    ff_loss_factors(loss, 1, &y, &x, mean, &factor);
+    ff_loss_factors(loss, 1, &y, &x, least, &factor);
     return factor;
 }
 

@@ -110,7 +110,7 @@ static double residual_by_hand(ff_loss loss, int i, double f)
     case FF_LOSS_PLAIN:
         return f - y;
     default:
-        return loss_factor(loss, y, X[i], mean_by_hand()) * (loss_g(loss, f, X[i]) - loss_g(loss, y, X[i]));
+        return loss_factor(loss, y, X[i], 0.001 * mean_by_hand()) * (loss_g(loss, f, X[i]) - loss_g(loss, y, X[i]));
     }
 }
 

@@ -21,6 +21,7 @@
 #ifndef FF_FIT_H
 #define FF_FIT_H
 #include "ff_api.h"
+#include "ff_brightest.h"
 #include "ff_loss.h"
 #include "ff_model.h"
 #include "ff_noise.h"
@@ -110,12 +111,14 @@ typedef struct ff_tie {
 /** Borrowed by the options; must outlive the fit. */
 typedef struct ff_constraints {
     size_t n_bounds, n_priors, n_ties, n_fixed;
-    const ff_bound *bound; /**< [n_bounds]                                                             */
-    const ff_prior *prior; /**< [n_priors]                                                             */
-    const ff_tie *tie;     /**< [n_ties]                                                               */
-    const ff_fixed *fixed; /**< [n_fixed]                                                              */
-    int energy_conserving; /**< 1: no channel reflects more than arrives, at any incidence: albedo <= 1 + 1e-4 */
-    int where_present;     /**< 1: what names a parameter that the model lacks is left out             */
+    const ff_bound *bound;      /**< [n_bounds]                                                             */
+    const ff_prior *prior;      /**< [n_priors]                                                             */
+    const ff_tie *tie;          /**< [n_ties]                                                               */
+    const ff_fixed *fixed;      /**< [n_fixed]                                                              */
+    int energy_conserving;      /**< 1: no channel reflects more than arrives, at any incidence: albedo <= 1 + 1e-4 */
+    int where_present;          /**< 1: what names a parameter that the model lacks is left out             */
+    const char *const *because; /**< [n_bounds] why a bound is assumed, in half a sentence, for reports; an entry, or all of it,
+                                     NULL: the caller says so                                           */
 } ff_constraints;
 
 /** Whether the constraints make sense for m. FF_ERR_UNKNOWN names the parameter that m lacks (not with where_present); FF_ERR_RANGE
@@ -192,6 +195,8 @@ typedef struct ff_selection {
     size_t n_channels;      /**< of the problem                                                            */
     ff_weighting weighting; /**< the one AUTO stood for                                                   */
     int isotropic;          /**< of the table                                                              */
+    size_t copies;          /**< left out: the same directions and values as another sample, to the last bit  */
+    ff_brightest brightest; /**< where the data are brightest, and how much they reflect at least            */
 } ff_selection;
 
 /** Samples ready to be fitted to. Closed. */
@@ -240,6 +245,8 @@ typedef struct ff_fit_value {
                           where it was not counted                                       */
     double
         residual_error; /**< its standard error by the residuals alone, HC3 (MacKinnon and White 1985), independent; NaN likewise */
+    int weightless;     /**< 1: what it belongs to adds nothing to the model here, as a lobe whose ks or F0 is 0: its value means
+                           nothing */
 } ff_fit_value;
 
 /** Orientation-free description of the roughness of the first lobe: alpha_major >= alpha_minor along phi and phi + pi/2. */

@@ -42,6 +42,13 @@ static ff_status check_per_channel(const ff_model *m, const char *name, ff_error
     return ff_error_set(err, FF_ERR_UNSUPPORTED, NULL, 0, -1, "%s has one value for all channels", name);
 }
 
+/* A channel that may go beyond the box takes the parameter there; the others have their bounds. */
+static void take_box(const ff_model *from, const char *name, ff_model *m)
+{
+    const ff_param_ref at = ff_model_param_find(from, name);
+    if (at.kind == FF_PARAM_CHANNEL) m->channel[at.index].info = from->channel[at.index].info;
+}
+
 /* Holds m where every channel is held, and nothing where that is one of them. All values have to lie in the box and in the bounds.
  */
 static ff_status apply_fixed(const ff_constraints *c, ff_model *m, ff_error *err)
@@ -53,6 +60,7 @@ static ff_status apply_fixed(const ff_constraints *c, ff_model *m, ff_error *err
         if (!known && c->where_present) continue;
         ff_model one = *m;
         for (size_t k = f->n; k-- > 0 && !status;) status = ff_model_hold(&one, f->name, f->value[k], err);
+        if (!status && f->channel) take_box(&one, f->name, m);
         if (!status) status = check_per_channel(m, f->name, err);
         if (!status && !f->channel) *m = one;
     }
@@ -66,8 +74,9 @@ static ff_status check_fixed(const ff_constraints *c, const ff_model *m, ff_erro
         const ff_param_ref at = ff_model_param_find(m, c->fixed[i].name);
         if (at.kind != FF_PARAM_CHANNEL) continue;
         const ff_model_param *p = &m->channel[at.index];
+        const double hi = p->hi == ff_param_box_end(p->info) ? p->info->hi : p->hi;
         for (size_t k = 0; k < c->fixed[i].n; k++)
-            if (!(c->fixed[i].value[k] >= p->lo && c->fixed[i].value[k] <= p->hi))
+            if (!(c->fixed[i].value[k] >= p->lo && c->fixed[i].value[k] <= hi))
                 return ff_error_set(err, FF_ERR_RANGE, NULL, 0, -1, "%s is held at %g, outside its bounds [%g, %g]", p->name,
                                     c->fixed[i].value[k], p->lo, p->hi);
     }
@@ -82,6 +91,7 @@ static ff_status apply_bounds(const ff_constraints *c, ff_shape shape, ff_model 
         const int named = c->bound[i].channel != NULL;
         status = ff_model_bound(named ? &one : m, c->bound[i].name, c->bound[i].lo, c->bound[i].hi, err);
         if (!status && named) status = check_per_channel(m, c->bound[i].name, err);
+        if (!status && named) take_box(&one, c->bound[i].name, m);
         if (status == FF_ERR_UNKNOWN && c->where_present) status = FF_OK;
     }
     for (uint32_t k = 0; k < m->n_shape && !status && shape == FF_SHAPE_ISOTROPIC; k++)

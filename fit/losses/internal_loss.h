@@ -20,10 +20,11 @@ typedef struct ff_loss_planes {
 typedef struct ff_loss_descriptor {
     ff_loss_info info;
 
-    /* What multiplies g(f) - g(y) for a sample of unit weight, [n]; at most one of them, none: 1. mean: of |y| over the channel.
-     * With weights by standard deviations it says nothing: a residual is then in its standard deviations. */
+    /* What multiplies g(f) - g(y) for a sample of unit weight, [n]; at most one of them, none: 1. least: what a datum of the
+     * channel counts as at least, 1/sr; 0 of a channel that is dark. With weights by standard deviations it says nothing: a
+     * residual is then in its standard deviations. */
     void (*factor)(size_t n, const double *x, double *factor);
-    void (*factor_of_datum)(size_t n, const double *y, const double *x, double mean, double *factor);
+    void (*factor_of_datum)(size_t n, const double *y, const double *x, double least, double *factor);
 
     /* Linear losses, g(f) = f, have none of what follows; curved ones have target, slope and residuals. */
 
@@ -53,6 +54,6 @@ int ff_loss_has_value(ff_loss loss, double y, double x);
 /* g(y), dg/df at f = y, and the factor, [n]. x may be NULL where the loss does not read it; the factor has x. */
 void ff_loss_targets(ff_loss loss, size_t n, const double *y, const double *x, double *g);
 void ff_loss_slopes(ff_loss loss, size_t n, const double *y, const double *x, double *slope);
-void ff_loss_factors(ff_loss loss, size_t n, const double *y, const double *x, double mean, double *factor);
+void ff_loss_factors(ff_loss loss, size_t n, const double *y, const double *x, double least, double *factor);
 
 #endif

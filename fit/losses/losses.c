@@ -85,13 +85,13 @@ void ff_loss_slopes(ff_loss loss, size_t n, const double *y, const double *x, do
         ones(n, slope);
 }
 
-void ff_loss_factors(ff_loss loss, size_t n, const double *y, const double *x, double mean, double *factor)
+void ff_loss_factors(ff_loss loss, size_t n, const double *y, const double *x, double least, double *factor)
 {
     const ff_loss_descriptor *d = ff_losses_scalar[loss];
     if (d->factor)
         d->factor(n, x, factor);
     else if (d->factor_of_datum)
-        d->factor_of_datum(n, y, x, mean, factor);
+        d->factor_of_datum(n, y, x, least, factor);
     else
         ones(n, factor);
 }

@@ -24,19 +24,35 @@ static ff_status compare(const ff_picture *p, ff_adaptive_candidate *c, ff_error
     return status;
 }
 
-/* The first of those that differ least; fits that did not converge only where none did. */
-static size_t choose(const ff_adaptive *a)
+/* A picture this near to a black one, in parts of that one's difference, shows nothing of the data. */
+#define AS_BLACK 0.9
+
+/* May the fit be chosen? It has converged, unless none has, and its picture is not as good as black. */
+static int may_be_chosen(const ff_adaptive *a, size_t k, int any, double black)
+{
+    const ff_adaptive_candidate *c = &a->candidate[k];
+    return (!any || c->fit.outcome == FF_CONVERGED) && c->difference < AS_BLACK * black;
+}
+
+/* The first of those that differ least; a->n where there is none. black: what a black picture differs by. */
+static size_t choose(const ff_adaptive *a, double black)
 {
     double least = INFINITY;
-    size_t chosen = 0;
+    size_t chosen = a->n;
     int any = 0;
     for (size_t k = 0; k < a->n; k++) any |= a->candidate[k].fit.outcome == FF_CONVERGED;
     for (size_t k = a->n; k-- > 0;)
-        if (!any || a->candidate[k].fit.outcome == FF_CONVERGED) least = fmin(least, a->candidate[k].difference);
+        if (may_be_chosen(a, k, any, black)) least = fmin(least, a->candidate[k].difference);
     for (size_t k = a->n; k-- > 0;)
-        if ((!any || a->candidate[k].fit.outcome == FF_CONVERGED) && a->candidate[k].difference <= least + FF_PICTURE_SAME)
-            chosen = k;
+        if (may_be_chosen(a, k, any, black) && a->candidate[k].difference <= least + FF_PICTURE_SAME) chosen = k;
     return chosen;
+}
+
+static ff_status nothing_chosen(ff_error *err)
+{
+    return ff_error_set(err, FF_ERR_DATA, NULL, 0, -1,
+                        "under every loss the picture of the model is as far from the data's as a black one: this model does not "
+                        "hold these data, or they span too many decades for pictures; name a loss instead of auto, e.g. ln");
 }
 
 /* One more candidate; *weighting: what the weighting of its samples is. */
@@ -47,6 +63,7 @@ static ff_status add(ff_adaptive *a, const ff_table *t, const ff_model *m, const
     ff_problem *problem = NULL;
     ff_selection selection;
     ff_status status = ff_problem_make(t, m, 1, o, &problem, err);
+    if (status == FF_ERR_DATA && a->n > 0) return FF_OK; /* a loss that no sample has a value under says nothing */
     if (status) return status;
     ff_problem_selection(problem, &selection);
     *weighting = selection.weighting;
@@ -94,8 +111,11 @@ ff_status ff_fit_adaptive_into(const ff_table *t, const ff_model *m, const ff_fi
         if (!stands_for_another(one.loss, weighting)) status = add(&a, t, m, picture, &one, &weighting, err);
     }
     if (!status) {
-        a.chosen = choose(&a);
+        a.chosen = choose(&a, ff_picture_black(picture));
         a.coverage = ff_picture_covered(picture);
+        status = a.chosen < a.n ? FF_OK : nothing_chosen(err);
+    }
+    if (!status) {
         status = warn_of_coverage(&a);
         if (status) ff_error_set(err, status, NULL, 0, -1, "out of memory");
         /* The samples once more rather than those of every loss all along: there may be millions. */

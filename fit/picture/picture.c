@@ -257,6 +257,17 @@ double ff_picture_exposure(const ff_picture *p)
     return p->exposure;
 }
 
+double ff_picture_black(const ff_picture *p)
+{
+    const size_t total = p->n * p->n_channels;
+    double sum = 0;
+    for (size_t k = 0; k < total; k++) {
+        const double d = ff_picture_tone(p->exposure * p->radiance[k]);
+        sum += d * d;
+    }
+    return sqrt(sum / (double)total);
+}
+
 /* ---- and of a model -------------------------------------------------------------------------- */
 
 ff_status ff_picture_difference(const ff_picture *p, const ff_model *m, const double *shape, const double *channel, double *out,

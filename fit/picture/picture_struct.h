@@ -22,6 +22,9 @@ struct ff_adaptive {
     ff_problem *problem; /**< the samples as the chosen loss has them                                */
 };
 
+/* What a black picture differs from those of the table by. */
+double ff_picture_black(const ff_picture *p);
+
 /* ff_fit_adaptive into what is the caller's; and what releases what it owns. The options are as long as they are here. */
 ff_status ff_fit_adaptive_into(const ff_table *t, const ff_model *m, const ff_fit_options *o, ff_adaptive *out, ff_error *err);
 void ff_adaptive_clear(ff_adaptive *a);

@@ -19,6 +19,10 @@ double ff_problem_stands_for(const struct ff_problem *p, const struct ff_problem
 /* Memory for blocks, aligned, in large pages where the system has them; NULL when there is none. Released with free. */
 double *ff_block_memory(size_t bytes);
 
+/* Leaves out of index [*n] what only repeats an earlier sample, unless the table is a grid or has weights; copies: how many.
+ * FF_ERR_MEMORY. */
+ff_status ff_copies_leave_out(const ff_table *t, uint32_t *index, size_t *n, size_t *copies);
+
 /* Puts the used samples of a table, index [n], in an order in which neighbours are alike, unless they come on axes or in scans of
  * one incident direction, or are very many. FF_ERR_MEMORY. */
 ff_status ff_order_by_place(const ff_table *t, ff_pool *pool, uint32_t *index, size_t n);

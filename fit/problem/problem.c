@@ -44,6 +44,7 @@ typedef struct build {
     slab_result *slab;
     block_result *block;
     double *channel_sum; /* [slabs][n_channels] of |y| over used samples */
+    double *least;       /* [n_channels] what a datum counts as at least where a loss divides by it */
     double weight_scale; /* 1 / mean weight */
     double *buffer;      /* [threads][per_thread] */
     float *size;         /* [used] largest weighted value of each sample */
@@ -87,9 +88,10 @@ static void weights_of(const build *b, size_t first, size_t n, double *out)
         for (size_t i = 0; i < n; i++) out[i] = 1;
 }
 
+/* What lies below the noise floor is only known to be at most that. */
 static int acceptable(const build *b, double y, double x)
 {
-    return isfinite(y) && ff_loss_has_value(b->o->loss, y, x);
+    return isfinite(y) && ff_loss_has_value(b->o->loss, fmax(y, b->o->noise_floor), x);
 }
 
 static void look_at_slab(void *context, size_t s, int worker)
@@ -215,7 +217,7 @@ static void fill_targets(const build *b, size_t block, const uint32_t *index, si
             ff_loss_slopes(p->loss, FF_BLOCK, value, x, scratch);
             for (size_t i = 0; i < FF_BLOCK; i++) weight[i] = i < n ? 1 / (sigma[i] * scratch[i]) : 0;
         } else {
-            ff_loss_factors(p->loss, FF_BLOCK, value, x, p->channel_mean[c], scratch);
+            ff_loss_factors(p->loss, FF_BLOCK, value, x, b->least[c], scratch);
             for (size_t i = 0; i < FF_BLOCK; i++) weight[i] = i < n ? sample_weight[i] * scratch[i] : 0;
         }
     }
@@ -347,13 +349,50 @@ static void pack_index(build *b, size_t slabs)
 
 static ff_status nothing_left(const ff_selection *s, const ff_fit_options *o, ff_error *err)
 {
-    char dropped[64] = "";
+    char dropped[64] = "", positive[64] = "";
+    if (!ff_loss_has_value(o->loss, 0, 1))
+        snprintf(positive, sizeof positive, "; the loss %s has no value at or below 0", ff_loss_name((int)o->loss));
     if (s->dropped) snprintf(dropped, sizeof dropped, "%zu are negative", s->dropped);
     return ff_error_set(err, FF_ERR_DATA, NULL, 0, -1,
                         "no sample is left to fit: of %zu, %zu are not valid measurements, %zu lie at or below the horizon, %zu "
-                        "beyond %g degrees%s%s",
+                        "beyond %g degrees%s%s%s",
                         s->samples, s->invalid, s->below_horizon, s->grazing, o->max_theta * (180 / 3.14159265358979323846),
-                        s->dropped ? ", " : "", dropped);
+                        s->dropped ? ", " : "", dropped, positive);
+}
+
+#define LEAST_OF_MEAN 1e-3
+#define LEAST_SHARE   0.05 /* of the values above 0 that may lie below it */
+enum { LEAST_LOOKED_AT = 20000 };
+
+/* What a datum counts as at least where a loss divides by it: little beside the mean, but of data that span many decades no more
+ * than what is among their darkest. v [LEAST_LOOKED_AT]. */
+static double least_of_channel(const build *b, size_t c, double *v)
+{
+    const size_t n = b->p->selection.used, step = n / LEAST_LOOKED_AT + 1;
+    size_t count = 0;
+    double one, scratch;
+    for (size_t i = 0; i < n; i += step) {
+        values_of(b, c, b->index[i], 1, &one, &scratch);
+        if (one != 0) v[count++] = fabs(one);
+    }
+    const double mean = LEAST_OF_MEAN * b->p->channel_mean[c];
+    if (count == 0) return mean;
+    qsort(v, count, sizeof *v, ff_ascending);
+    return fmin(mean, v[(size_t)(LEAST_SHARE * (double)count)]);
+}
+
+static ff_status find_least(build *b)
+{
+    const int looks = ff_loss_weighs_data(b->p->loss);
+    double *v = looks ? malloc(LEAST_LOOKED_AT * sizeof *v) : NULL;
+    b->least = calloc(b->p->n_channels, sizeof *b->least);
+    if (!b->least || (looks && !v)) {
+        free(v);
+        return FF_ERR_MEMORY;
+    }
+    for (size_t c = 0; c < b->p->n_channels && looks; c++) b->least[c] = least_of_channel(b, c, v);
+    free(v);
+    return FF_OK;
 }
 
 /* Values that are further apart than 0.01, of n; sorted here. */
@@ -423,6 +462,9 @@ static ff_status build_all(build *b, const ff_model *models, size_t n_models, ff
     p->tan2_hi = fmax(1 / (cos_lo * cos_lo) - 1, 1e-12);
     p->tan2_lo = cos_hi < 1 - 1e-12 ? 1 / (cos_hi * cos_hi) - 1 : 0;
     pack_index(b, slabs);
+    if (ff_copies_leave_out(t, b->index, &sel->used, &sel->copies))
+        return ff_error_set(err, FF_ERR_MEMORY, NULL, 0, -1, "out of memory");
+    if (find_least(b)) return ff_error_set(err, FF_ERR_MEMORY, NULL, 0, -1, "out of memory");
     if (ff_order_by_place(t, p->pool, b->index, sel->used)) return ff_error_set(err, FF_ERR_MEMORY, NULL, 0, -1, "out of memory");
     p->n = sel->used;
     p->n_blocks = (p->n + FF_BLOCK - 1) / FF_BLOCK;
@@ -487,10 +529,13 @@ ff_status ff_problem_make(const ff_table *t, const ff_model *models, size_t n_mo
         (ff_selection){.samples = t->n, .n_channels = p->n_channels, .weighting = b.weighting, .isotropic = t->isotropic};
     status = name_channels(t, p, o, channel) ? ff_error_set(err, FF_ERR_MEMORY, NULL, 0, -1, "out of memory")
                                              : build_all(&b, models, n_models, err);
+    if (!status && ff_brightest_find(t, o->max_theta, &p->selection.brightest))
+        status = ff_error_set(err, FF_ERR_MEMORY, NULL, 0, -1, "out of memory");
     free(b.index);
     free(b.slab);
     free(b.block);
     free(b.channel_sum);
+    free(b.least);
     free(b.buffer);
     free(b.size);
     free(channel);

@@ -18,7 +18,7 @@ static void standard_errors(const ff_plan *plan, const ff_information *info, con
     r->n_columns = 0;
     for (size_t k = 0; k < l->P; k++) {
         ff_fit_value *v = ff_result_value(l, r, k);
-        if (!info->determined[k]) continue;
+        if (!info->determined[k] || v->weightless) continue;
         v->std_error = sqrt(fmax(info->variance[k], 0)); /* rounding may leave -1e-30 where the residuals vanish */
         if (!l->arrowhead || k < l->n_shared) v->column = (int)r->n_columns++;
         if (!noise) continue;
@@ -72,8 +72,9 @@ ff_status ff_result_errors(const ff_plan *plan, ff_point *at, ff_fit_result *r)
 {
     const ff_layout *l = &plan->l;
     const ff_information *info = at->information;
-    standard_errors(plan, info, at->noise, r);
-    ff_status status = make_room(l, r);
+    ff_status status = ff_result_weightless(plan, at, r);
+    if (!status) standard_errors(plan, info, at->noise, r);
+    if (!status) status = make_room(l, r);
     if (!status && at->noise && !(r->noise = ff_noise_found_copy(at->noise))) status = FF_ERR_MEMORY;
     if (status) return status;
     fill_correlations(l, info, r);
@@ -83,6 +84,7 @@ ff_status ff_result_errors(const ff_plan *plan, ff_point *at, ff_fit_result *r)
     r->correlation_settled = info->clusters.settled;
     status = ff_intervals_fill(plan, at, r);
     if (!status) status = ff_condition_fill(plan, at, r);
+    ff_result_forget_weightless(plan, r);
     ff_result_copy_tied(l, r);
     return status;
 }

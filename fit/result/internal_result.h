@@ -8,6 +8,14 @@
 /* Standard errors, correlations, intervals, condition, from the information of the point. FF_ERR_MEMORY. */
 ff_status ff_result_errors(const ff_plan *plan, ff_point *at, ff_fit_result *r);
 
+/* Marks the parameters that have nothing to act on, at a point that has the sums of a pass; and takes back what was said of their
+ * errors, and of everything where all data are 0. FF_ERR_MEMORY. */
+ff_status ff_result_weightless(const ff_plan *plan, const ff_point *at, ff_fit_result *r);
+void ff_result_forget_weightless(const ff_plan *plan, ff_fit_result *r);
+
+/* Are all data 0? */
+int ff_problem_is_dark(const struct ff_problem *p);
+
 /* The warnings of a result that has everything else. FF_ERR_MEMORY. */
 ff_status ff_result_warnings(const ff_plan *plan, ff_fit_result *r);
 

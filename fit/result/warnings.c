@@ -35,15 +35,15 @@ static ff_warning_parameter of_channel(uint32_t k)
 /* Is the bound one that the caller gave? */
 static int is_given(const ff_model_param *p, int bound)
 {
-    return bound < 0 ? p->lo != p->info->lo : p->hi != p->info->hi;
+    return bound < 0 ? p->lo != p->info->lo : p->hi != ff_param_box_end(p->info);
 }
 
-static ff_status warn_at_bound(const ff_layout *l, size_t k, ff_fit_result *r)
+static ff_status warn_at_bound(const ff_layout *l, double reflects, size_t k, ff_fit_result *r)
 {
     const ff_model_param *param = ff_layout_param(l, k, NULL);
     const ff_fit_value *v = ff_result_value(l, r, k);
-    if (ff_is_of_channel(l->m, param) || !v->at_bound) return FF_OK; /* those of channels are named together */
-    const double value[] = {v->value, v->at_bound, is_given(param, v->at_bound)};
+    if (ff_is_of_channel(l->m, param) || !v->at_bound || v->weightless) return FF_OK; /* those of channels are named together */
+    const double value[] = {v->value, v->at_bound, is_given(param, v->at_bound), reflects};
     return ff_layout_warn(l, k, FF_WARNING_AT_BOUND, value, &r->warnings);
 }
 
@@ -56,16 +56,16 @@ static double bound_at(const ff_layout *l, size_t c, uint32_t k, int bound)
 static int is_on_bound(const ff_layout *l, const ff_fit_result *r, uint32_t k, int bound, size_t first, size_t c)
 {
     const ff_fit_value *v = &r->channel_value[c * l->m->n_channel + k];
-    return v->at_bound == bound && !v->tied && bound_at(l, c, k, bound) == bound_at(l, first, k, bound);
+    return v->at_bound == bound && !v->tied && !v->weightless && bound_at(l, c, k, bound) == bound_at(l, first, k, bound);
 }
 
 /* One warning for all channels whose parameter k lies on the same bound as in channel `first`, unless an earlier one does. */
-static ff_status warn_channels_at_bound(const ff_layout *l, uint32_t k, int bound, size_t first, ff_fit_result *r)
+static ff_status warn_channels_at_bound(const ff_layout *l, double reflects, uint32_t k, int bound, size_t first, ff_fit_result *r)
 {
     const ff_warning_parameter parameter = of_channel(k);
     const ff_param *info = l->m->channel[k].info;
     const double value[] = {r->channel_value[first * l->m->n_channel + k].value, bound,
-                            bound_at(l, first, k, bound) != (bound < 0 ? info->lo : info->hi)};
+                            bound_at(l, first, k, bound) != (bound < 0 ? info->lo : ff_param_box_end(info)), reflects};
     channels on;
     if (!is_on_bound(l, r, k, bound, first, first)) return FF_OK;
     ff_status status = channels_new(r, &on);
@@ -74,7 +74,7 @@ static ff_status warn_channels_at_bound(const ff_layout *l, uint32_t k, int boun
     const int one_for_all = r->n_channels == 1 || ff_param_is(r->channel_value[l->m->n_channel + k].follows, parameter.parameter),
               said = !status && on.at[0] < first;
     const ff_warning w = {
-        .code = FF_WARNING_AT_BOUND, .n_parameters = 1, .parameter = &parameter, .value = {value[0], value[1], value[2]}};
+        .code = FF_WARNING_AT_BOUND, .n_parameters = 1, .parameter = &parameter, .value = {value[0], value[1], value[2], value[3]}};
     if (!status && !said && one_for_all) status = ff_warnings_add(&r->warnings, &w);
     if (!status && !said && !one_for_all) status = say_of_channels(FF_WARNING_AT_BOUND, &parameter, 1, &on, value, r);
     free(on.at);
@@ -83,11 +83,17 @@ static ff_status warn_channels_at_bound(const ff_layout *l, uint32_t k, int boun
 
 /* ---- what the data say nothing of ------------------------------------------------------------ */
 
+static int is_undetermined(const ff_fit_value *v)
+{
+    return v->weightless || (!v->at_bound && !v->held && isnan(v->std_error));
+}
+
 static ff_status warn_undetermined(const ff_layout *l, size_t k, ff_fit_result *r)
 {
     const ff_fit_value *v = ff_result_value(l, r, k);
-    if (v->at_bound || v->held || !r->correlation || !isnan(v->std_error)) return FF_OK;
-    return ff_layout_warn(l, k, FF_WARNING_NOT_DETERMINED, NULL, &r->warnings);
+    const double weightless = v->weightless;
+    if (!is_undetermined(v) || !r->correlation) return FF_OK;
+    return ff_layout_warn(l, k, FF_WARNING_NOT_DETERMINED, &weightless, &r->warnings);
 }
 
 /* Index in the model of a channel's own coordinate k. */
@@ -96,17 +102,18 @@ static uint32_t own_index(const ff_layout *l, size_t k)
     return (uint32_t)(ff_layout_param(l, l->n_shared + k, NULL) - l->m->channel);
 }
 
-/* One warning for all channels whose own coordinate k is not determined. */
-static ff_status warn_channels_undetermined(const ff_layout *l, size_t k, ff_fit_result *r)
+/* One warning for all channels whose own coordinate k is not determined, for one of two reasons. */
+static ff_status warn_channels_undetermined(const ff_layout *l, size_t k, int weightless, ff_fit_result *r)
 {
+    const double reason = weightless;
     const ff_warning_parameter parameter = of_channel(own_index(l, k));
     channels in;
     ff_status status = channels_new(r, &in);
     for (size_t c = 0; c < r->n_channels && !status; c++) {
         const ff_fit_value *v = ff_result_value(l, r, l->n_shared + c * l->n_own + k);
-        if (!v->at_bound && !v->held && isnan(v->std_error)) in.at[in.n++] = c;
+        if (is_undetermined(v) && v->weightless == weightless) in.at[in.n++] = c;
     }
-    if (!status) status = say_of_channels(FF_WARNING_NOT_DETERMINED, &parameter, 1, &in, NULL, r);
+    if (!status) status = say_of_channels(FF_WARNING_NOT_DETERMINED, &parameter, 1, &in, &reason, r);
     free(in.at);
     return status;
 }
@@ -200,20 +207,21 @@ static ff_status warn_of_few(const ff_layout *l, ff_fit_result *r)
 
 /* ---- parameters ------------------------------------------------------------------------------ */
 
-static ff_status warn_of_parameters(const ff_layout *l, ff_fit_result *r)
+static ff_status warn_of_parameters(const ff_layout *l, double reflects, ff_fit_result *r)
 {
     const int many = l->arrowhead && l->n_channels > FF_CHANNELS_NAMED;
     ff_status status = FF_OK;
     for (size_t k = 0; k < l->P && !status; k++) {
-        status = warn_at_bound(l, k, r);
+        status = warn_at_bound(l, reflects, k, r);
         if (many && ff_is_of_channel(l->m, ff_layout_param(l, k, NULL))) continue; /* they are named together */
         if (!status) status = warn_undetermined(l, k, r);
     }
-    for (size_t k = 0; k < l->n_own && many && r->correlation && !status; k++) status = warn_channels_undetermined(l, k, r);
+    for (size_t k = 0; k < l->n_own && many && r->correlation; k++)
+        for (int weightless = 0; weightless < 2 && !status; weightless++) status = warn_channels_undetermined(l, k, weightless, r);
     for (uint32_t k = 0; k < l->m->n_channel && !status; k++) {
         if (l->m->channel[k].flags & FF_PARAM_HELD) continue;
         for (int bound = -1; bound <= 1; bound += 2)
-            for (size_t c = 0; c < l->n_channels && !status; c++) status = warn_channels_at_bound(l, k, bound, c, r);
+            for (size_t c = 0; c < l->n_channels && !status; c++) status = warn_channels_at_bound(l, reflects, k, bound, c, r);
     }
     if (status || !r->correlation) return status;
     return r->channel_correlation ? warn_channels_correlated(l, r) : warn_correlated(l, l->P, r);
@@ -247,13 +255,21 @@ static ff_status warn_of_sigma(const ff_layout *l, const struct ff_problem *p, f
 static ff_status warn_of_samples(const struct ff_problem *p, ff_fit_result *r)
 {
     const double run = (double)r->correlated_over, top[] = {(double)p->selection.at_top, p->selection.top},
-                 negative = (double)p->selection.negative;
-    ff_status status = FF_OK;
-    if (r->correlation && !r->correlation_settled) status = ff_warnings_say(&r->warnings, FF_WARNING_ERRORS_TOO_SMALL, &run);
+                 negative = (double)p->selection.negative, copies = (double)p->selection.copies;
+    ff_status status = copies > 0 ? ff_warnings_say(&r->warnings, FF_WARNING_COPIES, &copies) : FF_OK;
+    if (!status && r->correlation && !r->correlation_settled)
+        status = ff_warnings_say(&r->warnings, FF_WARNING_ERRORS_TOO_SMALL, &run);
     if (!status && p->selection.at_top) status = ff_warnings_say(&r->warnings, FF_WARNING_SATURATED, top);
     if (!status) status = warn_of_dark_channels(p, r);
     if (!status && negative > 0) status = ff_warnings_say(&r->warnings, FF_WARNING_NEGATIVE_VALUES, &negative);
     return status;
+}
+
+static ff_status warn_of_side(const struct ff_problem *p, ff_fit_result *r)
+{
+    const ff_side odd = ff_brightest_odd(&p->selection.brightest);
+    const double value[] = {(double)p->selection.brightest.count[odd], (double)odd};
+    return odd != FF_SIDE_NONE ? ff_warnings_say(&r->warnings, FF_WARNING_BRIGHTEST_ELSEWHERE, value) : FF_OK;
 }
 
 /* ---- the whole ------------------------------------------------------------------------------- */
@@ -271,7 +287,9 @@ ff_status ff_result_warnings(const ff_plan *plan, ff_fit_result *r)
     const struct ff_problem *p = plan->p;
     const int turns = r->correlation && r->has_ellipse && !l->m->lobe[0].isotropic && l->mode != FF_ISOTROPIC_MODE;
     ff_status status = warn_of_outcome(r);
-    if (!status) status = warn_of_parameters(l, r);
+    if (!status && ff_problem_is_dark(p)) status = ff_warnings_say(&r->warnings, FF_WARNING_NOTHING_TO_FIT, NULL);
+    if (!status) status = warn_of_side(p, r);
+    if (!status) status = warn_of_parameters(l, p->selection.brightest.reflects, r);
     if (!status) status = ff_penalties_warnings(plan, r->residual.objective, &r->warnings);
     if (!status && turns && !r->ellipse.phi_determined)
         status = ff_warnings_say(&r->warnings, FF_WARNING_ORIENTATION_NOT_DETERMINED, NULL);

@@ -68,9 +68,11 @@ enum { FF_STRETCH_COUNT = 5 };
     {"alpha_x", "1", "roughness along the tangent, alpha_x", 1e-4, 4, 0.3, FF_PARAM_LOG, 0},                                       \
         {"alpha_y", "1", "roughness across the tangent, alpha_y", 1e-4, 4, 0.3, FF_PARAM_LOG, 0},                                  \
         {"r_xy", "1", "correlation of the slopes, r_xy", -0.999, 0.999, 0, FF_PARAM_ATANH, 0},                                     \
-        {"slope_x", "1", "mean slope of the surface along x", -1, 1, 0, FF_PARAM_HELD, 0},                                         \
+        {"slope_x",     "1", "mean slope of the surface along x; where it is not 0 the model is not reciprocal", -1, 1, 0,         \
+         FF_PARAM_HELD, 0},                                                                                                        \
     {                                                                                                                              \
-        "slope_y", "1", "mean slope of the surface along y", -1, 1, 0, FF_PARAM_HELD, 0                                            \
+        "slope_y", "1", "mean slope of the surface along y; where it is not 0 the model is not reciprocal", -1, 1, 0,              \
+            FF_PARAM_HELD, 0                                                                                                       \
     }
 
 /* ---- geometry: what no parameter changes ----------------------------------------------------- */

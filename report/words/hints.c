@@ -35,3 +35,22 @@ const char *ff_words_note(const ff_table *t, size_t k, char out[FF_WORDS_SENTENC
     snprintf(out + used, FF_WORDS_SENTENCE - used, "%s", ff_words_hint(hint));
     return out;
 }
+
+const char *ff_words_side(ff_side side)
+{
+    static const char *const of[FF_SIDES] = {"nowhere in particular", "about the mirror direction", "on the side of the light",
+                                             "across the plane of incidence"};
+    return (int)side < FF_SIDES ? of[side] : "";
+}
+
+const char *ff_words_side_hint(ff_side side)
+{
+    switch (side) {
+    case FF_SIDE_LIGHT:
+        return "is the mirror direction azimuth 0 in this file? --columns with phi_i=180 says so";
+    case FF_SIDE_ACROSS:
+        return "--columns says which column is which angle";
+    default:
+        return "";
+    }
+}

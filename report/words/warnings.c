@@ -97,11 +97,11 @@ static void lower_objective(sentence *s)
     put(s, "the profile met an objective that is lower by %.2g of itself: the fit is not the best one", s->w->value[0]);
 }
 
-/* What multiplies the data and would be larger than it can be. */
+/* What multiplies the data and would be larger than it can be, of data that reflect more than arrives. */
 static int is_too_bright(const sentence *s)
 {
     const ff_warning_parameter *p = &s->w->parameter[0];
-    return p->parameter.kind == FF_PARAM_CHANNEL && s->w->value[1] > 0 && s->w->value[2] == 0 &&
+    return p->parameter.kind == FF_PARAM_CHANNEL && s->w->value[1] > 0 && s->w->value[2] == 0 && s->w->value[3] > 1 &&
            (param_of(s->of->fit, p)->info->flags & FF_PARAM_LINEAR) != 0;
 }
 
@@ -109,8 +109,12 @@ static void at_bound(sentence *s)
 {
     const double *v = s->w->value;
     put_parameters(s, ", ");
-    put(s, " is on %s %s bound, %g%s", v[2] != 0 ? "the given" : "its", v[1] < 0 ? "lower" : "upper", v[0],
-        is_too_bright(s) ? "; are the data in 1/sr?" : "");
+    put(s, " is on %s %s bound, %g", v[2] != 0 ? "the given" : "its", v[1] < 0 ? "lower" : "upper", v[0]);
+    if (is_too_bright(s))
+        put(s,
+            "; the data reflect at least %.3g of the light: are they in 1/sr? --quantity says what they are, --free ks fits their "
+            "scale",
+            v[3]);
 }
 
 /* A profile is for parameters that are looked at one by one. */
@@ -118,6 +122,10 @@ static void not_determined(sentence *s)
 {
     const int one = s->w->n_channels == 0 || channels_in_all(s) <= NAMED;
     put_parameters(s, ", ");
+    if (s->w->value[0] != 0) {
+        put(s, " is not determined by these data: what it belongs to reflects nothing here");
+        return;
+    }
     put(s, " is not determined by these data%s", one ? "; --profile says how far it may go" : "");
 }
 
@@ -206,6 +214,19 @@ static void dark_channel(sentence *s)
 static void negative_values(sentence *s)
 {
     put(s, "%.0f of the samples have negative values; they are kept as noise", s->w->value[0]);
+}
+
+static void copies(sentence *s)
+{
+    put(s,
+        "%.0f samples repeat another one, directions and values to the last digit: a copy is no measurement, and they are left out",
+        s->w->value[0]);
+}
+
+static void brightest_elsewhere(sentence *s)
+{
+    put(s, "the brightest samples lie %s, at %.0f incidences and at none about the mirror direction: %s",
+        ff_words_side((ff_side)s->w->value[1]), s->w->value[0], ff_words_side_hint((ff_side)s->w->value[1]));
 }
 
 static void sigma_mismatch(sentence *s)
@@ -317,6 +338,9 @@ static const words of[FF_WARNING_COUNT] = {
     [FF_WARNING_D_KEPT_LEVEL] = {NULL, d_kept_level},
     [FF_WARNING_SCALE_ABOVE_ONE] = {"the data ask for F0 > 1: F = 1 and a scale ks instead, in all fits; are the data in 1/sr?",
                                     NULL},
+    [FF_WARNING_BRIGHTEST_ELSEWHERE] = {NULL, brightest_elsewhere},
+    [FF_WARNING_COPIES] = {NULL, copies},
+    [FF_WARNING_NOTHING_TO_FIT] = {"all data are 0: there is nothing to fit", NULL},
     [FF_WARNING_DIRECTION_AVERAGED] =
         {"these data may show a direction; D is isotropic, the mean over the azimuths as the samples have them", NULL},
 };

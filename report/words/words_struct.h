@@ -24,6 +24,11 @@ const char *ff_words_warning(const ff_words_subject *s, const ff_warning *w, cha
 /** The k-th note of t with what its hint says behind it, into out; NULL when there are not so many. Returns out. */
 const char *ff_words_note(const ff_table *t, size_t k, char out[FF_WORDS_SENTENCE]);
 
+/** Where samples lie, "on the side of the light", and what of the command line mends it where they should not; "" for one that
+ * needs nothing. */
+const char *ff_words_side(ff_side side);
+const char *ff_words_side_hint(ff_side side);
+
 /** Name of a parameter of a fit: "alpha_x". */
 const char *ff_words_parameter(const ff_fit_result *fit, const ff_warning_parameter *p);
 

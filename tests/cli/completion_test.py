@@ -69,7 +69,7 @@ with tempfile.TemporaryDirectory() as directory:
             (["facetfit", "fit", "--no-"], ["--no-progress"]),
             (["facetfit", "fit", "--loss", "c"], ["cosine", "cube-root"]),
             (["facetfit", "fit", "--loss", "=", "c"], ["cosine", "cube-root"]),
-            (["facetfit", "fit", "--loss", "="], ["cosine", "log", "cube-root", "relative", "plain", "auto"]),
+            (["facetfit", "fit", "--loss", "="], ["cosine", "log", "cube-root", "relative", "plain", "ln", "auto"]),
             (["facetfit", "compare", "--loss", "a"], []),
             (["facetfit", "compare", "x", "--ndf", "ggx,bec"], ["ggx,beckmann", "ggx,beckmann-walter"]),
             (["facetfit", "fit", "p"], ["paint.csv"]),

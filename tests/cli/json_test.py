@@ -191,7 +191,7 @@ def fits(directory):
                {"name": "huber", "scale": 0.1}, 75)
     d = document("fit", path, "--model", "beckmann+lambert", "--loss", "auto")
     check_fits(d, path, 1, d["loss"]["name"])
-    check_choice(d, "cosine log cube-root relative plain".split())
+    check_choice(d, "cosine log cube-root relative plain ln".split())
     d = document("compare", path, "--ndf", "beckmann,ggx", "--masking", "v-cavity,smith-height-correlated")
     check_fits(d, path, 4)
     order = [(f["ndf"], f["masking"]) for f in d["fits"]]
@@ -238,9 +238,11 @@ def warnings(directory, path):
 
     w = of("at-bound", "--shape", "isotropic", "--bound", "alpha=0.01:0.1")
     check(abs(w["values"].pop("bound") - 0.1) < 1e-12, "the bound of a shared parameter")
+    check(0 < w["values"].pop("reflects") < 1, "what the data reflect at least")
     check(w == {"code": "at-bound", "severity": "warning", "parameter": "alpha_x", "values": {"side": 1, "given": 1},
                 "text": "alpha_x is on the given upper bound, 0.1"}, "of a shared parameter: %s" % w)
     w = of("at-bound", "--shape", "axis", "--bound", "kd=0.3:0.4")
+    check(0 < w["values"].pop("reflects") < 1, "what the data reflect at least, once more")
     check(w["parameter"] == "kd" and w["channels"] == ["r", "g", "b"] and w["values"] == {"bound": 0.3, "side": -1, "given": 1},
           "of several channels: %s" % w)
     w = of("prior-disagrees", "--prior", "f0=0.1+-0.0001", "--channels", "mean")

@@ -121,7 +121,7 @@ static void fits_without_memory(void)
     ff_table t = fit_measure(&s, &how);
     for (size_t i = 1; i < t.n; i++) { /* one sample again and again determines nothing */
         for (size_t k = 0; k < 4; k++) t.angle[k][i] = t.angle[k][0];
-        for (size_t c = 0; c < 3; c++) t.value[c * t.n + i] = t.value[c * t.n];
+        for (size_t c = 0; c < 3; c++) t.value[c * t.n + i] = t.value[c * t.n] * (1 + 1e-12 * (double)i); /* no mere copies */
     }
     ff_fit_options o = fit_options();
     ff_error err = {0};
@@ -220,15 +220,20 @@ static void channels_in_sentences(void)
                                own[] = {{kd, 0}, {f0, 2}, {{FF_PARAM_SHAPE, 0}, FF_NO_CHANNEL}};
     const size_t channel[] = {0, 2, 5, 11};
     const ff_warning on = {.code = FF_WARNING_AT_BOUND, .n_parameters = 1, .parameter = pair, .value = {1, 1, 0}};
-    ff_warning some = on, unknown = {.code = FF_WARNING_NOT_DETERMINED, .n_parameters = 1, .parameter = pair};
+    ff_warning more = on, some = on, unknown = {.code = FF_WARNING_NOT_DETERMINED, .n_parameters = 1, .parameter = pair};
     ff_warning both = {.code = FF_WARNING_CORRELATED, .n_parameters = 2, .parameter = pair, .value = {-0.9951}};
     ff_warning dark = {.code = FF_WARNING_DARK_CHANNEL, .n_channels = 2, .channel = channel};
     some.channel = unknown.channel = both.channel = channel;
     some.n_channels = unknown.n_channels = 2;
     ff_words_subject s = {.problem = problem_of(3, &fit.model), .fit = &fit};
     if (!s.problem) return;
-    check_sentence(&s, on, "kd is on its upper bound, 1; are the data in 1/sr?");
-    check_sentence(&s, some, "kd (400nm, 420nm) is on its upper bound, 1; are the data in 1/sr?");
+    more.value[3] = 1.885;
+    check_sentence(&s, on, "kd is on its upper bound, 1");
+    check_sentence(
+        &s, more,
+        "kd is on its upper bound, 1; the data reflect at least 1.89 of the light: are they in 1/sr? --quantity says what "
+        "they are, --free ks fits their scale");
+    check_sentence(&s, some, "kd (400nm, 420nm) is on its upper bound, 1");
     check_sentence(&s, unknown, "kd (400nm, 420nm) is not determined by these data; --profile says how far it may go");
     check_sentence(&s, both, "kd and f0 are correlated by -0.9951: these data hardly tell them apart");
     both.parameter = own;
