@@ -92,7 +92,7 @@ static void look_up_piece(void *context, size_t piece, int worker)
     for (size_t c = 0; c < l->n_channels; c++) {
         memcpy(l->value + c * l->n + first, values + c * n, n * sizeof *values);
         for (size_t i = 0; i < n; i++) /* as the fit has it: what is not finite is no measurement */
-            if (!isfinite(values[c * n + i])) l->found[first + i] = FF_FOUND_BEYOND;
+            if (!isfinite(values[c * n + i])) l->found[first + i] = FF_FOUND_BELOW;
     }
 }
 
@@ -108,9 +108,11 @@ static ff_status look_up_all(look_up *l)
     return status;
 }
 
-static int has_data(unsigned char found)
+/* Of a scan in the plane of incidence nothing is known beside it, and nearly all of a picture is: what the interpolant makes of the
+ * scan there serves every loss alike. */
+static int has_data(const look_up *l, unsigned char found)
 {
-    return found != FF_FOUND_BEYOND && found != FF_FOUND_BELOW;
+    return found != FF_FOUND_BELOW && (found != FF_FOUND_BEYOND || ff_interpolant_is_in_plane(l->interpolant));
 }
 
 /* Channel c of the picture at pixel i of the table's values [n_channels][n]: one of the table's, or their mean. */
@@ -127,14 +129,14 @@ static double pixel_value(const double *value, size_t n, size_t n_channels, cons
 static ff_status keep_measured(ff_picture *p, const look_up *l)
 {
     size_t n = 0;
-    for (size_t i = 0; i < l->n; i++) p->n += (size_t)has_data(l->found[i]);
+    for (size_t i = 0; i < l->n; i++) p->n += (size_t)has_data(l, l->found[i]);
     p->coverage = (ff_picture_coverage){l->n, p->n};
     for (size_t k = 0; k < 6; k++)
         if (!(p->w[k] = malloc((p->n + 1) * sizeof *p->w[k]))) return FF_ERR_MEMORY;
     p->radiance = malloc((p->n * p->n_channels + 1) * sizeof *p->radiance);
     if (!p->radiance) return FF_ERR_MEMORY;
     for (size_t i = 0; i < l->n; i++) {
-        if (!has_data(l->found[i])) continue;
+        if (!has_data(l, l->found[i])) continue;
         for (size_t k = 0; k < 6; k++) p->w[k][n] = l->w[k][i];
         for (size_t c = 0; c < p->n_channels; c++)
             p->radiance[c * p->n + n] = pixel_value(l->value, l->n, l->n_channels, l->o, c, i) * l->w[2][i];

@@ -225,7 +225,11 @@ static ff_status test_parameter(const field *f, ff_param_ref which, double value
         const ff_noise *noise = r.finished.at.noise->noise;
         double together = 1;
         for (int lag = 1; lag <= FF_NOISE_LAGS; lag++) together += 2 * noise->along_scan[lag];
-        v->vuong_z = (r.at.shape[which.index] - value) / sqrt(info->inverse[k] * fmax(together, 1));
+        /* in the coordinate that it is fitted in, in which its error does not grow with it */
+        const ff_param *param = l->m->shape[which.index].info;
+        const double now = r.at.shape[which.index], slope = ff_coordinate_slope(param, now),
+                     error = sqrt(info->inverse[k] * fmax(together, 1)) / slope;
+        v->vuong_z = (ff_coordinate(param, now) - ff_coordinate(param, value)) / error;
         v->vuong_p = ff_normal_two_sided(v->vuong_z);
         v->by_parameter = 1;
     }
