@@ -24,7 +24,7 @@ typedef struct field {
     double *total;            /* [n] */
     float *deviation, *other; /* [n_channels][n_blocks FF_BLOCK] */
     double *sums;             /* [n][n_directions]: differences to the best, of incidences that have samples */
-    double *value, *residual; /* [n_channels][search->n] */
+    double *value;            /* [n_channels][search->n] */
     int *used;                /* [n_directions] */
     ff_error *err;
 } field;
@@ -326,7 +326,7 @@ ff_status ff_versus_by_common_weights(const ff_problem *p, const ff_places *plac
     const struct ff_problem *search = p->sparse;
     const size_t values = search->n_channels * search->n, D = places->n_directions;
     field f = {.p = p, .search = search, .places = places, .o = o, .fits = fits, .n = n, .err = err};
-    double *memory = malloc((n * search->n + n + n * D + 2 * values + 1) * sizeof *memory);
+    double *memory = malloc((n * search->n + n + n * D + values + 1) * sizeof *memory);
     f.deviation = malloc(2 * size_of(search) * sizeof *f.deviation);
     f.used = malloc((D + 1) * sizeof *f.used);
     ff_status status = memory && f.deviation && f.used ? FF_OK : FF_ERR_MEMORY;
@@ -336,7 +336,6 @@ ff_status ff_versus_by_common_weights(const ff_problem *p, const ff_places *plac
         f.total = f.square + n * search->n;
         f.sums = f.total + n;
         f.value = f.sums + n * D;
-        f.residual = f.value + values;
         status = compare(&f, winner, out);
     }
     if (status) (void)ff_trust_ended(status, "the comparison by common weights", err);

@@ -1,5 +1,6 @@
 /* Values that are constant over cells: Klems' patches and tensor trees, made here with known reflectances; what interpolation,
  * `info` and `resample` make of them; measured files against sums over patches by another program. */
+#include "square.h"
 #include "check_table.h"
 #include "data_formats/analysis/survey_struct.h"
 #include "data_formats/interpolation/ff_interpolate.h"
@@ -182,36 +183,19 @@ static void grow(tree *t, const double *corner, double w, int levels)
     fprintf(t->file, " }");
 }
 
-/* Shirley and Chiu's square of a direction, by angles as Radiance has it. */
-static void square_of(double x, double y, double *u)
-{
-    const double r = hypot(x, y);
-    double phi = atan2(y, x), a, b;
-    if (phi < -pi / 4) phi += 2 * pi;
-    if (phi < pi / 4)
-        a = r, b = phi * r / (pi / 4);
-    else if (phi < 3 * pi / 4)
-        b = r, a = (pi / 2 - phi) * r / (pi / 4);
-    else if (phi < 5 * pi / 4)
-        a = -r, b = (phi - pi) * a / (pi / 4);
-    else
-        b = -r, a = -(phi - 3 * pi / 2) * b / (pi / 4);
-    u[0] = (a + 1) / 2, u[1] = (b + 1) / 2;
-}
-
 /* The point of the cube of a pair of directions of the table. */
 static void point_of(const tree *t, int front, const double wi[3], const double wo[3], double c[4])
 {
     const double x = front ? -1 : 1, s = hypot(wi[0], wi[1]);
     if (t->rank == 4) {
-        square_of(-x * wi[0], -wi[1], c);
-        square_of(x * wo[0], wo[1], c + 2);
+        square_of(-x * wi[0], -wi[1], &c[0], &c[1]);
+        square_of(x * wo[0], wo[1], &c[2], &c[3]);
         return;
     }
     /* turned until the light comes from -x of the sheet, that is from +x of a front and -x of a back */
     const double turn = (front ? 0 : pi) - (s > 0 ? atan2(wi[1], wi[0]) : 0);
     c[0] = 0.5 - 0.5 * s;
-    square_of(x * (cos(turn) * wo[0] - sin(turn) * wo[1]), sin(turn) * wo[0] + cos(turn) * wo[1], c + 1);
+    square_of(x * (cos(turn) * wo[0] - sin(turn) * wo[1]), sin(turn) * wo[0] + cos(turn) * wo[1], &c[1], &c[2]);
 }
 
 static const leaf *leaf_at(const tree *t, const double c[4])
@@ -405,6 +389,7 @@ static void measured(void)
         ff_table t;
         ff_survey s;
         snprintf(path, sizeof path, "%s/klems/%s", set ? set : FF_SOURCE_DIR "/../shared/data", file[k].name);
+        /* measured files are not part of the project: matrices and trees that the cases above write stand for them */
         if (access(path, R_OK) != 0) FF_SKIP("there is no %s", path);
         if (!reads(path, file[k].part, &t)) continue;
         if (FF_CHECK(ff_survey_init(&t, &s, NULL) == FF_OK && s.n_reflectances == 8, "%s: no survey", path)) {

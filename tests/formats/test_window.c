@@ -1,4 +1,5 @@
 /* WINDOW and Radiance XML, made here: matrices over all bases, trees of known functions, and files that are wrong or hostile. */
+#include "square.h"
 #include "check_table.h"
 #include <time.h>
 
@@ -473,24 +474,6 @@ static void test_borders(void)
 }
 
 /* ---- tensor trees ---------------------------------------------------------------------------- */
-
-/* Radiance's way from the disk to the square, with angles. */
-static void square_of(double x, double y, double *u, double *v)
-{
-    const double r = hypot(x, y);
-    double phi = atan2(y, x), a, b;
-    if (phi < -pi / 4) phi += 2 * pi;
-    if (phi < pi / 4)
-        a = r, b = phi * r / (pi / 4);
-    else if (phi < 3 * pi / 4)
-        b = r, a = (pi / 2 - phi) * r / (pi / 4);
-    else if (phi < 5 * pi / 4)
-        a = -r, b = (phi - pi) * a / (pi / 4);
-    else
-        b = -r, a = -(phi - 3 * pi / 2) * b / (pi / 4);
-    *u = (a + 1) / 2;
-    *v = (b + 1) / 2;
-}
 
 static double known(const double *c, int rank)
 {
