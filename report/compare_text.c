@@ -47,8 +47,8 @@ static int is_tied(const ff_report_fits *r, const ff_fit_result *f, const ff_fit
     return v && f != best && !v->told_apart;
 }
 
-/* The simplest fit of a problem that is not told apart from the best, the one with the lowest objective of several; best where that
- * is not known. */
+/* The simplest fit of a problem that is not told apart from the best, the one with the lowest objective of several; best where no
+ * test was possible, since being simple is no reason then. */
 static const ff_fit_result *simplest_of(const ff_report_fits *r, const ff_fit_result *best)
 {
     const size_t models = r->n_fits / r->n_problems, first = (size_t)(best - r->fit) / models * models;
@@ -56,6 +56,7 @@ static const ff_fit_result *simplest_of(const ff_report_fits *r, const ff_fit_re
     for (size_t i = first; i < first + models; i++) {
         const ff_fit_result *f = &r->fit[i];
         const ff_versus *v = versus_of(r, f);
+        if (v && f != best && isnan(v->vuong_p)) return best;
         if (!v || v->told_apart) continue;
         if (!found || f->n_free < found->n_free ||
             (f->n_free == found->n_free && f->residual.objective < found->residual.objective))
@@ -176,7 +177,9 @@ static int has_versus(const void *of)
 static void vuong_cell(ff_cell *out, ff_where w)
 {
     const ranking *t = w.of;
-    if (fit_at(t, w.row) != best_at(t, w.row)) ff_cell_number(out, versus_at(t, w.row)->vuong_z, 3);
+    if (fit_at(t, w.row) == best_at(t, w.row)) return;
+    const double z = versus_at(t, w.row)->vuong_z;
+    if (!isnan(z)) ff_cell_number(out, z, 3); /* else no test was possible */
 }
 
 static void apart_cell(ff_cell *out, ff_where w)
@@ -496,6 +499,13 @@ static void put_no_better(const ff_report_fits *r, size_t p, FILE *out)
     }
 }
 
+/* Are there too few incidences for any test? */
+static int is_untested(const ff_report_fits *r, size_t p)
+{
+    const ff_versus *v = versus_of(r, &r->fit[p * (r->n_fits / r->n_problems)]);
+    return v && v->weighted && v->incidences < 3;
+}
+
 static void put_legend(const ff_report_fits *r, FILE *out)
 {
     int any = 0, tied = 0;
@@ -505,12 +515,13 @@ static void put_legend(const ff_report_fits *r, FILE *out)
             tied |= is_tied(r, &r->fit[i], best_of(r, p));
     if (any || tied) fputc('\n', out);
     if (any) fputs("! on its bound\n", out);
-    if (tied) fputs("~ cannot be told apart from the best by these data; * is the simplest of them\n", out);
+    if (tied) fputs("~ cannot be told apart from the best by these data", out);
+    if (tied) fputs(is_untested(r, 0) ? "\n" : "; * is the simplest of them\n", out);
     for (size_t p = 0; p < r->n_problems && r->trust; p++) {
         const ff_versus *v = versus_of(r, &r->fit[p * (r->n_fits / r->n_problems)]);
         put_no_better(r, p, out);
-        if (v && v->weighted && v->incidences < 3)
-            fprintf(out, "no model can be ruled out: that takes 3 incidences at least, found %zu\n", v->incidences);
+        if (is_untested(r, p))
+            fprintf(out, "no model can be ruled out: that takes 3 incidences at least, found %zu; * is the best\n", v->incidences);
     }
 }
 

@@ -273,10 +273,14 @@ static ff_status test_all(const field *f, ff_versus *out)
 {
     for (size_t k = 0; k < f->n; k++) {
         double value = 0;
-        if (k == f->best) continue;
+        if (k == f->best) {
+            out[k].incidences = sum_incidences(f, k);
+            continue;
+        }
         test(f, k, &out[k]);
         const ff_param_ref apart = parameter_apart(&f->fits[f->best].model, &f->fits[k].model, &value);
-        const ff_status status = apart.kind != FF_PARAM_NONE ? test_parameter(f, apart, value, &out[k]) : FF_OK;
+        const int possible = apart.kind != FF_PARAM_NONE && out[k].incidences >= FEWEST_INCIDENCES;
+        const ff_status status = possible ? test_parameter(f, apart, value, &out[k]) : FF_OK;
         if (status) return status;
     }
     const double level = 1 - pow(1 - FF_VERSUS_LEVEL, 1 / independent_leaders(f, out));
