@@ -262,30 +262,42 @@ static void values(const fit_surface *s, const model_pairs *w, int swapped, doub
              "eval");
 }
 
-static void reciprocity(void)
+/* Largest relative difference of f with the directions exchanged, where a random surface of the model is; its claim in *claims. */
+static double not_reciprocal(fit_surface *s, model_freedom freedom, uint64_t *state, int *claims)
 {
     static model_pairs w;
     static double f[CHANNELS * MODEL_PAIRS], back[CHANNELS * MODEL_PAIRS];
-    long claimed = 0, not_claimed = 0, seen = 0;
+    model_random_parameters(&s->model, CHANNELS, freedom, 0.7, state, s->shape, s->channel);
+    w.n = 0;
+    model_pairs_random(&s->model, s->shape, state, 1000, &w);
+    values(s, &w, 0, f);
+    values(s, &w, 1, back);
+    *claims = (ff_model_claims(&s->model, s->shape) & FF_RECIPROCAL) != 0;
+    return worst_of(back, f, CHANNELS * w.n);
+}
+
+/* Masking of one direction alone is 1 where the surface is smooth, and f is reciprocal there by chance: a model that claims nothing
+ * has a surface among its next few that is not. */
+static void reciprocity(void)
+{
+    enum { SURFACES = 20 };
+    long claimed = 0, not_claimed = 0;
     for (size_t k = 0; k < model_combination_count(); k++)
         for (int freedom = MODEL_ROUND; freedom <= MODEL_TILTED; freedom++) {
             char label[MODEL_LABEL];
             fit_surface s = {.n_channels = CHANNELS};
             s.model = model_combination(k, label);
             uint64_t state = ff_test_stream("reciprocity %s %d", label, freedom);
-            model_random_parameters(&s.model, CHANNELS, (model_freedom)freedom, 0.7, &state, s.shape, s.channel);
-            w.n = 0;
-            model_pairs_random(&s.model, s.shape, &state, 1000, &w);
-            values(&s, &w, 0, f);
-            values(&s, &w, 1, back);
-            const double worst = worst_of(back, f, CHANNELS * w.n);
-            const int claims = (ff_model_claims(&s.model, s.shape) & FF_RECIPROCAL) != 0;
+            int claims;
+            double worst = not_reciprocal(&s, (model_freedom)freedom, &state, &claims);
             if (claims) FF_CHECK(worst <= 1e-12, "%s claims reciprocity; deviation %.3g", label, worst);
-            claimed += claims, not_claimed += !claims, seen += !claims && worst > 1e-6;
+            for (int i = 1; i < SURFACES && !claims && worst <= 1e-6; i++)
+                worst = not_reciprocal(&s, (model_freedom)freedom, &state, &claims);
+            if (!claims) FF_CHECK(worst > 1e-6, "%s does not claim reciprocity and %d surfaces are reciprocal", label, SURFACES);
+            claimed += claims, not_claimed += !claims;
         }
     FF_CHECK(claimed > 100, "only %ld settings claim reciprocity", claimed);
-    FF_CHECK(not_claimed > 0 && seen * 10 >= not_claimed * 9,
-             "of %ld settings that do not claim it, the test would have caught %ld", not_claimed, seen);
+    FF_CHECK(not_claimed > 100, "only %ld settings do not claim reciprocity", not_claimed);
 }
 
 /* Turns the surface by phi: covariance and mean slope of every lobe. 0 when a lobe has no direction to turn. */

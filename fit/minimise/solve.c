@@ -91,8 +91,17 @@ static ff_status evaluate(void *context, const double *x, double *residual, doub
     return FF_OK;
 }
 
-/* Converged when a Gauss-Newton step can gain nothing that counts (the Newton decrement): this needs no further pass to see it. The
- * last evaluation was made at the current point when its cost is the current one. */
+/* What all steps from here on can gain, of the objective: as much as a Gauss-Newton step (the Newton decrement), and where gains fall
+ * by a constant factor q, as under robust losses, 1 / (1 - q) times that. */
+static double left_to_gain(const solver *s)
+{
+    const double gain = s->explained / fmax(s->cost2, 1e-300);
+    const double q = s->gain[1] > 0 ? fmin(gain / s->gain[1], 0.99) : 0;
+    return gain / (1 - q);
+}
+
+/* Converged when nothing that counts is left: this needs no further pass to see it. The last evaluation was made at the current
+ * point when its cost is the current one. */
 static int iterated(void *context, int iteration, double cost)
 {
     solver *s = context;
@@ -101,7 +110,7 @@ static int iterated(void *context, int iteration, double cost)
     if (ff_plan_cancelled(plan)) return -1;
     if (s->left_box) return 1; /* to be taken up again with bounds */
     const int here = s->have_last && fabs(0.5 * s->cost2 - cost) <= 1e-12 * cost;
-    return here && s->explained <= s->effort->tolerance * s->cost2;
+    return here && left_to_gain(s) <= s->effort->tolerance;
 }
 
 /* ---- bounds ---------------------------------------------------------------------------------- */
@@ -166,7 +175,8 @@ static ff_status run_solver(solver *s, double *x, double *lower, double *upper, 
         lower[i] = walls ? s->lower[k] : -INFINITY;
         upper[i] = walls ? s->upper[k] : INFINITY;
     }
-    /* the gradient has the scale of the data, so only steps and the objective decide */
+    /* The gradient has the scale of the data, so only steps and the objective decide; and `iterated`, which knows more of it, where
+     * the objective still falls. */
     const ff_ceres_problem problem = {.n = s->n_moving,
                                       .lower = lower,
                                       .upper = upper,
@@ -174,7 +184,7 @@ static ff_status run_solver(solver *s, double *x, double *lower, double *upper, 
                                       .iterated = iterated,
                                       .context = s,
                                       .max_iterations = max_iterations,
-                                      .function_tolerance = s->effort->tolerance,
+                                      .function_tolerance = 1e-2 * s->effort->tolerance,
                                       .parameter_tolerance = sqrt(s->effort->tolerance) * 1e-2};
     ff_ceres_summary summary;
     s->status = FF_OK;
