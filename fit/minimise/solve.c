@@ -91,8 +91,8 @@ static ff_status evaluate(void *context, const double *x, double *residual, doub
     return FF_OK;
 }
 
-/* What all steps from here on can gain, of the objective: as much as a Gauss-Newton step (the Newton decrement), and where gains fall
- * by a constant factor q, as under robust losses, 1 / (1 - q) times that. */
+/* What all steps from here on can gain, of the objective: as much as a Gauss-Newton step (the Newton decrement), and where gains
+ * fall by a constant factor q, as under robust losses, 1 / (1 - q) times that. */
 static double left_to_gain(const solver *s)
 {
     const double gain = s->explained / fmax(s->cost2, 1e-300);

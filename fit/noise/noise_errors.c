@@ -45,9 +45,9 @@ static double degrees_of(double sway, double values)
     return fmax(fmin(2 / fmax(sway, 1e-6), values), 3);
 }
 
-/* Of the parameters, from the covariance by the noise as if all values were independent, which info has: errors that go together,
- * moderated by the residuals, and what priors add, which is known. before [P]: the variances by the residuals of all samples and
- * their clusters. */
+/* values: those that the fit leaves for the noise. Of the parameters, from the covariance by the noise as if all values were
+ * independent, which info has: errors that go together, moderated by the residuals, and what priors add, which is known. before
+ * [P]: the variances by the residuals of all samples and their clusters. */
 static void moderate(const ff_plan *plan, const ff_carriers *c, const double *before, double values, ff_information *info,
                      double *factor)
 {
@@ -82,7 +82,8 @@ static ff_status errors_of(const ff_plan *plan, const ff_point *at, const ff_noi
     if (!status) status = ff_information_from_scores(info, plan, &M);
     for (size_t k = 0; k < info->P && !status && few->n < p->n; k++)
         c->along[k] = sqrt(fmax((double)(p->n * p->n_channels) / info->effective, 1));
-    if (!status) moderate(plan, c, before, (double)(few->n * few->n_channels), info, factor);
+    const double values = (double)(few->n * few->n_channels), left = values - (double)info->P;
+    if (!status) moderate(plan, c, before, fmax(left, 1), info, factor);
     ff_gram_free(&M);
     return status;
 }

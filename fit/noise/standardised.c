@@ -195,12 +195,16 @@ static void correlations(const struct ff_problem *p, const struct ff_problem *wh
 
 /* ---- the whole --------------------------------------------------------------------------------- */
 
-static int is_rounding(const ff_scatter *s, double largest)
+/* Is what the fit leaves rounding, or less than one value, so that it says nothing of the noise? */
+static int shows_no_noise(const ff_scatter *s, double largest)
 {
-    double mean = 0, n = 0;
-    for (size_t k = 0; k < s->n * s->C; k++)
-        if (s->weight[k] > 0) mean += s->square[k], n++;
-    return !(n > 0 && sqrt(mean / n) > ROUNDING * largest);
+    double mean = 0, n = 0, left = 0;
+    for (size_t k = 0; k < s->n * s->C; k++) {
+        if (!(s->weight[k] > 0)) continue;
+        mean += s->square[k], n++;
+        left += s->weight[k];
+    }
+    return !(left >= 1 && sqrt(mean / n) > ROUNDING * largest);
 }
 
 /* In units of the largest value: what is small in a variance does not depend on the data's units. */
@@ -256,7 +260,7 @@ static ff_status iterate(const ff_plan *on_search, const struct ff_problem *whol
         ff_status status = residuals(round ? &plan : on_search, at, a->value, a->square, a->weight);
         double largest = 0;
         for (size_t k = 0; k < p->n * p->n_channels; k++) largest = fmax(largest, a->value[k]);
-        if (!status && (*nothing = !(largest > LEAST_VALUE && largest < 1 / LEAST_VALUE) || is_rounding(&scatter, largest)))
+        if (!status && (*nothing = !(largest > LEAST_VALUE && largest < 1 / LEAST_VALUE) || shows_no_noise(&scatter, largest)))
             return FF_OK;
         const int last = change < SETTLED || round + 1 == ROUNDS;
         if (!status) status = fit_scatter(&scatter, a->value, a->square, largest, round == 0, last, noise);

@@ -14,13 +14,14 @@ enum {
     MOST_VALUES = 4000,
     FEWEST_OF_CHANNEL = 300
 };
-#define FARTHEST      50.0 /* a square counts as at most so many times its expectation: one wild value is not the noise */
-#define SETTLED       1e-4 /* relative change                                                                           */
-#define ANGLE_SD      1.0  /* what the powers of the cosines are expected to be, before the data: 0 +- this              */
-#define ANGLE_MAX     4.0
-#define ANGLE_SETTLED 1e-3
-#define RIDGE         1e-10
-#define TINY          1e-30 /* of the square of the largest value */
+#define FARTHEST               50.0 /* a square counts as at most so many times its expectation: one wild value is not the noise */
+#define FEWEST_LEFT_OF_CHANNEL 10.0
+#define SETTLED                1e-4 /* relative change                                                                           */
+#define ANGLE_SD               1.0  /* what the powers of the cosines are expected to be, before the data: 0 +- this              */
+#define ANGLE_MAX              4.0
+#define ANGLE_SETTLED          1e-3
+#define RIDGE                  1e-10
+#define TINY                   1e-30 /* of the square of the largest value */
 
 /* ---- levels ---------------------------------------------------------------------------------- */
 
@@ -356,9 +357,20 @@ static ff_status gather(const ff_scatter *t, data *out)
     return FF_OK;
 }
 
-/* Levels for each channel instead of one for all, where they are worth their number. */
+/* What the fit has left of the values of channel c, as a number of values. */
+static double left_of_channel(const data *t, size_t c)
+{
+    double sum = 0;
+    for (const datum *d = t->at + t->first[c]; d < t->at + t->first[c + 1]; d++) sum += d->weight;
+    return sum;
+}
+
+/* Levels for each channel instead of one for all, where they are worth their number; a channel that the fit follows value by value
+ * shows no noise, whatever it has. */
 static ff_status try_each(const data *t, int final, double shared, ff_noise *noise)
 {
+    for (size_t c = 0; c < t->C; c++)
+        if (t->first[c + 1] > t->first[c] && left_of_channel(t, c) < FEWEST_LEFT_OF_CHANNEL) return FF_OK;
     ff_noise *each = ff_noise_make(t->C);
     if (!each) return FF_ERR_MEMORY;
     each->cos_i = noise->cos_i;
