@@ -109,18 +109,23 @@ static void take_inverse(ff_information *info)
     memcpy(info->covariance, info->whole, info->P * info->P * sizeof *info->covariance);
 }
 
+/* By the root of M, so that what cancels where parameters cannot be told apart cancels before it is squared: a variance stays one. */
 static ff_status sandwich(ff_information *info, const ff_gram *g)
 {
     const size_t P = info->P;
-    double *M = malloc((2 * P * P + P + 1) * sizeof *M), *T = M + P * P;
+    double *M = malloc((3 * P * P + 2 * P + 1) * sizeof *M), *root = M + P * P, *T = root + P * P, *D = T + P * P;
     if (!M) return FF_ERR_MEMORY;
-    ff_gram_dense(g, M, T + P * P);
+    ff_gram_dense(g, M, D);
     for (size_t i = 0; i < P; i++)
         for (size_t j = 0; j < P; j++) M[i * P + j] *= info->scale[i] * info->scale[j];
-    multiply_matrices(info->whole, M, P, T);
-    multiply_matrices(T, info->whole, P, M);
+    ff_scaled_cholesky(M, P, 0, root, D);
     for (size_t i = 0; i < P; i++)
-        for (size_t j = 0; j < P; j++) info->covariance[i * P + j] = 0.5 * (M[i * P + j] + M[j * P + i]);
+        for (size_t j = 0; j <= i; j++) root[i * P + j] *= D[i];
+    multiply_matrices(info->whole, root, P, T);
+    memset(info->covariance, 0, P * P * sizeof *info->covariance);
+    for (size_t i = 0; i < P; i++)
+        for (size_t j = 0; j < P; j++)
+            for (size_t k = 0; k < P; k++) info->covariance[i * P + j] += T[i * P + k] * T[j * P + k];
     free(M);
     return FF_OK;
 }
