@@ -116,6 +116,26 @@ static ff_status fit_all(cli_fitting *f, const ff_model *model, size_t n_models,
     return models > 0 ? FF_OK : ff_error_set(err, FF_ERR_UNSUPPORTED, NULL, 0, -1, "no combination is left to compare");
 }
 
+/* Weighs every problem by the noise of the model that makes its data most likely, and fits all of them again. */
+static ff_status fit_by_noise(cli_fitting *f, const ff_model *model, size_t n_models, ff_fit_result *fit, size_t *n_fits,
+                              ff_error *err)
+{
+    const size_t models = *n_fits / f->n_problems;
+    int any = 0;
+    for (size_t p = 0; p < f->n_problems; p++) {
+        int weighed = 0;
+        size_t best = 0;
+        ff_status status = ff_trust_likeliest_into(f->problem[p], &f->options, fit + p * models, models, &best, err);
+        if (status == FF_OK) status = cli_fitting_weigh(f, p, &fit[p * models + best], &weighed, err);
+        if (status != FF_OK) return status;
+        any |= weighed;
+    }
+    if (!any) return FF_OK;
+    for (size_t i = 0; i < *n_fits; i++) ff_fit_result_clear(&fit[i]);
+    *n_fits = 0;
+    return fit_all(f, model, n_models, fit, n_fits, err);
+}
+
 static ff_status write_json(const void *report, FILE *out)
 {
     return ff_report_fits_json(report, out);
@@ -179,7 +199,7 @@ static ff_status share_scale(cli_fitting *f, const ff_model *model, size_t n_mod
 }
 
 /* Comparisons with the best fits, their residuals by angle and, where asked for, by sample. */
-static int look_closer(const ff_report_fits *r, cli_trust *trust, cli_fitting *f)
+static int look_closer(const ff_report_fits *r, ff_fit_result *fit, cli_trust *trust, cli_fitting *f)
 {
     const size_t models = r->n_fits / r->n_problems;
     size_t *rank = malloc((models + r->n_problems) * sizeof *rank), *best = rank + models;
@@ -188,7 +208,7 @@ static int look_closer(const ff_report_fits *r, cli_trust *trust, cli_fitting *f
         ff_report_rank(r, p, rank);
         best[p] = rank[0];
     }
-    int status = cli_trust_compare(trust, f, r->fit, r->n_fits, best);
+    int status = cli_trust_compare(trust, f, fit, r->n_fits, best);
     if (status == EXIT_DONE) status = cli_residuals_write(trust, f, &r->fit[best[0]]);
     free(rank);
     return status;
@@ -204,10 +224,11 @@ static int compare(const cli_args *args, cli_fitting *f, const ff_model *model, 
     ff_fit_result *fit = calloc(n_models * f->n_problems + 1, sizeof *fit);
     ff_status failed = fit ? share_scale(f, model, n_models, &err) : FF_ERR_MEMORY;
     if (failed == FF_OK) failed = fit_all(f, model, n_models, fit, &n, &err);
+    if (failed == FF_OK && f->by_noise) failed = fit_by_noise(f, model, n_models, fit, &n, &err);
     if (failed == FF_OK) {
         ff_report_fits report = cli_fitting_report(args, f, fit, n);
         report.rows = (size_t)cli_integer(args, FLAG_ROWS, 25);
-        status = look_closer(&report, &trust, f);
+        status = look_closer(&report, fit, &trust, f);
         if (status == EXIT_DONE) {
             cli_trust_report(&trust, &report);
             status = cli_report(args, &(cli_form){write_json, write_text, write_table, say_warnings}, &report);

@@ -17,7 +17,8 @@ static ff_status write_text(const void *report, FILE *out)
 static int looks_at_samples(const cli_args *args)
 {
     return cli_given(args, FLAG_BOOTSTRAP) || cli_given(args, FLAG_RESIDUALS) ||
-           strcmp(cli_value(args, FLAG_ROBUST, "none"), "none") || cli_given(args, FLAG_JSON);
+           strcmp(cli_value(args, FLAG_ROBUST, "none"), "none") || cli_given(args, FLAG_JSON) ||
+           !strcmp(cli_value(args, FLAG_ERRORS, ""), "incidences") || !strcmp(cli_value(args, FLAG_WEIGHT, ""), "noise");
 }
 
 static ff_status write_table(const void *report, ff_table_form form, FILE *out)
@@ -53,6 +54,21 @@ static int finish(const cli_args *args, cli_fitting *f, ff_fit_result *fit, size
     return status;
 }
 
+/* The fit anew with weights by the noise that it has found. */
+static ff_status fit_by_noise(cli_fitting *f, size_t problem, const ff_model *model, const char *expression, ff_fit_result *fit,
+                              ff_error *err)
+{
+    int weighed = 0;
+    ff_fit_result again;
+    ff_status status = cli_fitting_weigh(f, problem, fit, &weighed, err);
+    if (status != FF_OK || !weighed) return status;
+    status = cli_fitting_run(f, problem, model, expression, &again, err);
+    if (status != FF_OK) return status;
+    ff_fit_result_clear(fit);
+    *fit = again;
+    return FF_OK;
+}
+
 /* One fit for each choice of channels, with the loss that was asked for. */
 static int fit_all(const cli_args *args, cli_fitting *f, const ff_model *model, const char *expression)
 {
@@ -64,6 +80,7 @@ static int fit_all(const cli_args *args, cli_fitting *f, const ff_model *model, 
         failed = cli_fitting_scale(f, n, model, &err);
         if (failed == FF_OK) failed = cli_fitting_run(f, n, model, expression, &fit[n], &err);
         n += failed == FF_OK;
+        if (failed == FF_OK && f->by_noise) failed = fit_by_noise(f, n - 1, model, expression, &fit[n - 1], &err);
     }
     const int status = failed == FF_OK ? finish(args, f, fit, n, NULL) : cli_failed(failed, &err);
     for (size_t i = 0; i < n; i++) ff_fit_result_clear(&fit[i]);

@@ -25,10 +25,19 @@ static int read_noise(const cli_args *args, cli_fitting *f)
 {
     const char *text = cli_value(args, FLAG_NOISE_MODEL, NULL);
     ff_error err = {0};
-    f->options.errors = (ff_error_source)cli_word(args, FLAG_ERRORS, FF_ERRORS_NOISE);
+    f->by_noise = f->options.weighting == FF_WEIGHT_NOISE;
+    f->options.errors = (ff_error_source)cli_word(args, FLAG_ERRORS, f->by_noise ? FF_ERRORS_INCIDENCES : FF_ERRORS_NOISE);
+    f->errors_given = cli_given(args, FLAG_ERRORS) > 0;
+    if (f->by_noise && f->options.errors == FF_ERRORS_RESIDUALS)
+        return cli_usage(args, "weights by the noise need the noise: --errors noise or incidences");
+    if (f->by_noise && f->options.robust != FF_ROBUST_NONE)
+        return cli_usage(args, "weights by the noise are of sums of squares: leave out --robust");
+    if (f->by_noise && f->choose_loss)
+        return cli_usage(args, "weights by the noise take the place of the loss: leave out --loss auto");
     if (text && f->options.errors == FF_ERRORS_RESIDUALS)
         return cli_usage(args, "--noise-model has no effect on errors that rest on residuals: leave out --errors residuals");
-    if (f->options.robust != FF_ROBUST_NONE && (text || cli_value(args, FLAG_ERRORS, NULL)) && f->options.errors == FF_ERRORS_NOISE)
+    if (f->options.robust != FF_ROBUST_NONE && (text || cli_value(args, FLAG_ERRORS, NULL)) &&
+        f->options.errors != FF_ERRORS_RESIDUALS)
         return cli_usage(args, "errors by the noise of the data are of sums of squares: leave out --robust, or %s",
                          text ? "--noise-model" : "--errors noise");
     if (!text) return EXIT_DONE;
@@ -181,6 +190,15 @@ ff_status cli_fitting_run(cli_fitting *f, size_t problem, const ff_model *m, con
     }
     if (status == FF_ERR_DATA && !err->path[0]) snprintf(err->path, sizeof err->path, "%s", f->path);
     return status;
+}
+
+ff_status cli_fitting_weigh(cli_fitting *f, size_t problem, const ff_fit_result *by, int *weighed, ff_error *err)
+{
+    const ff_fit_options o = options_of(f, problem);
+    *weighed = by->noise != NULL;
+    if (*weighed) return ff_problem_weigh_by_noise(f->problem[problem], &o, by, err);
+    cli_message("the first fit leaves nothing but rounding: there is no noise to weigh by, and weights are as by default");
+    return FF_OK;
 }
 
 ff_status cli_fitting_choose(cli_fitting *f, const ff_model *m, const char *label, ff_adaptive *out, ff_error *err)

@@ -136,6 +136,8 @@ typedef struct cli_fitting {
     int keeps_samples; /* 1: the table still has its samples; else only what a report says of it */
     ff_noise *noise;   /* of --noise-model, which the options borrow; NULL: estimated          */
     int choose_loss;   /* 1: --loss auto; cli_fitting_open leaves the problems to cli_fitting_choose */
+    int by_noise;      /* 1: --weight noise: fitted once more, after cli_fitting_weigh                  */
+    int errors_given;  /* 1: --errors is there                                                       */
 } cli_fitting;
 /* Reads args->word[0]; the n_models models are those that will be fitted. keep_samples: also where only the problems need
  * them. Exit status; close only after EXIT_DONE. */
@@ -145,6 +147,8 @@ void cli_fitting_close(cli_fitting *f);
 ff_status cli_fitting_scale(cli_fitting *f, size_t problem, const ff_model *m, ff_error *err);
 /* One fit with its progress; `label` names it there. */
 ff_status cli_fitting_run(cli_fitting *f, size_t problem, const ff_model *m, const char *label, ff_fit_result *out, ff_error *err);
+/* Weighs a problem by the noise that a fit to it has found; *weighed 0: there is none, which is said. */
+ff_status cli_fitting_weigh(cli_fitting *f, size_t problem, const ff_fit_result *by, int *weighed, ff_error *err);
 /* --loss auto: every loss, and the choice among them, which the options have afterwards. The problem is `out`'s. */
 ff_status cli_fitting_choose(cli_fitting *f, const ff_model *m, const char *label, ff_adaptive *out, ff_error *err);
 /* Says so when the fit did not converge; EXIT_DONE or EXIT_ANSWER_IS_NO. */
@@ -177,7 +181,7 @@ int cli_trust_read(const cli_args *args, const ff_fit_options *o, cli_trust *out
 /* After `fit`: fit i belongs to problem i; its errors and intervals are replaced as the flags ask. */
 int cli_trust_fit(cli_trust *t, cli_fitting *f, ff_fit_result *fit, size_t n_fits);
 /* After `compare`: best [n_problems] is the best fit of each problem. */
-int cli_trust_compare(cli_trust *t, cli_fitting *f, const ff_fit_result *fit, size_t n_fits, const size_t *best);
+int cli_trust_compare(cli_trust *t, cli_fitting *f, ff_fit_result *fit, size_t n_fits, const size_t *best);
 void cli_trust_report(const cli_trust *t, ff_report_fits *r);
 void cli_trust_free(cli_trust *t);
 /* Is the name of --residuals one that can be written? Then the residuals of a fit to the first problem. */

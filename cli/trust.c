@@ -85,11 +85,26 @@ static ff_status check_cut_off(cli_trust *t, ff_problem *p, const ff_fit_options
     return status;
 }
 
+/* Unasked, as with weights by the noise, only where there are incidences enough and the data are all that is known. */
+static ff_status leave_out_incidences(const cli_trust *t, const cli_fitting *f, size_t problem, ff_fit_result *fit, ff_error *err)
+{
+    ff_error reason = {0};
+    if (f->options.errors != FF_ERRORS_INCIDENCES) return FF_OK;
+    const ff_status status = ff_trust_jackknife(f->problem[problem], &t->places[problem], &f->options, fit, &reason);
+    if ((status == FF_ERR_DATA || status == FF_ERR_UNSUPPORTED) && !f->errors_given) {
+        cli_message("errors are by the noise of the data, not by whole incidences: %s", reason.message);
+        return FF_OK;
+    }
+    if (status != FF_OK) *err = reason;
+    return status;
+}
+
 static ff_status look_at_fit(cli_trust *t, cli_fitting *f, size_t problem, ff_fit_result *fit, ff_report_trust *each, ff_error *err)
 {
     ff_problem *p = f->problem[problem];
     const ff_fit_options *o = &f->options;
     ff_status status = check_cut_off(t, p, o, fit, each, err);
+    if (status == FF_OK) status = leave_out_incidences(t, f, problem, fit, err);
     if (status == FF_OK && t->bootstrap) {
         status = ff_trust_bootstrap_into(p, &t->places[problem], o, t->bootstrap, t->seed, fit, &each->bootstrap, err);
         each->has_bootstrap = status == FF_OK;
@@ -141,7 +156,7 @@ int cli_trust_fit(cli_trust *t, cli_fitting *f, ff_fit_result *fit, size_t n_fit
     return status == FF_OK ? EXIT_DONE : cli_failed(status, &err);
 }
 
-int cli_trust_compare(cli_trust *t, cli_fitting *f, const ff_fit_result *fit, size_t n_fits, const size_t *best)
+int cli_trust_compare(cli_trust *t, cli_fitting *f, ff_fit_result *fit, size_t n_fits, const size_t *best)
 {
     const size_t models = n_fits / f->n_problems;
     ff_error err = {0};
@@ -156,6 +171,8 @@ int cli_trust_compare(cli_trust *t, cli_fitting *f, const ff_fit_result *fit, si
             ff_report_trust *each = &t->each[p * models + m];
             each->versus = versus[m];
             each->has_versus = 1;
+            status = leave_out_incidences(t, f, p, &fit[p * models + m], &err);
+            if (status != FF_OK) break;
             status = look_at_residuals(t, f, p, &fit[p * models + m], each, &err);
         }
     }

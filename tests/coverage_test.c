@@ -51,8 +51,8 @@ static void report(const char *what, const ff_fit_result *r, const coverage *c, 
         const double share = (double)c->inside[k] / n;
         snprintf(line + strlen(line), sizeof line - strlen(line), " %s %.1f %%", name, 100 * share);
         FF_CHECK(c->count[k] == n, "%s: %s has a standard error in %d of %d fits", what, name, c->count[k], n);
-        FF_CHECK(fabs(share - 0.95) <= around, "%s: %s lies in its interval in %.1f %% of the fits, expected 95 +- %.1f", what, name,
-                 100 * share, 100 * around);
+        FF_CHECK(fabs(share - 0.95) <= around, "%s: %s lies in its interval in %.1f %% of the fits, expected 95 +- %.1f", what,
+                 name, 100 * share, 100 * around);
         FF_CHECK(fabs(c->sum_z2[k] / n - 1) <= around_square, "%s: %s: mean square of error / standard error %.3f", what, name,
                  c->sum_z2[k] / n);
     }

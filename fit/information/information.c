@@ -61,22 +61,16 @@ static void look_at_inverse(const ff_plan *plan, ff_information *info)
     }
 }
 
-static ff_status invert(const ff_plan *plan, const ff_normal *n, const int *at_bound, int penalties, ff_information **out)
+static ff_status invert_gram(const ff_plan *plan, const ff_gram *g, const int *at_bound, ff_information **out)
 {
-    ff_gram g;
     ff_information *info = make(plan);
-    ff_status status = info ? gram_of(plan, n, penalties, &g) : FF_ERR_MEMORY;
-    if (status) {
-        free(info);
-        return status;
-    }
+    if (!info) return FF_ERR_MEMORY;
     for (size_t k = 0; k < info->P; k++) {
         info->use[k] = at_bound ? at_bound[k] == 0 : !ff_layout_is_fixed(&plan->l, k);
         info->used += (size_t)info->use[k];
     }
-    fill_scale(info, &g);
-    status = info->storage->invert(info, &g);
-    ff_gram_free(&g);
+    fill_scale(info, g);
+    const ff_status status = info->storage->invert(info, g);
     if (!status) look_at_inverse(plan, info);
     if (status)
         free(info);
@@ -85,9 +79,30 @@ static ff_status invert(const ff_plan *plan, const ff_normal *n, const int *at_b
     return status;
 }
 
+static ff_status invert(const ff_plan *plan, const ff_normal *n, const int *at_bound, int penalties, ff_information **out)
+{
+    ff_gram g;
+    ff_status status = gram_of(plan, n, penalties, &g);
+    if (status) return status;
+    status = invert_gram(plan, &g, at_bound, out);
+    ff_gram_free(&g);
+    return status;
+}
+
 ff_status ff_information_new(const ff_plan *plan, const ff_normal *n, const int *at_bound, ff_information **out)
 {
     return invert(plan, n, at_bound, 1, out);
+}
+
+ff_status ff_information_without(const ff_plan *plan, const ff_point *at, const ff_gram *part, ff_information **out)
+{
+    ff_gram g;
+    ff_status status = gram_of(plan, &at->normal, 1, &g);
+    if (status) return status;
+    for (size_t k = 0; k < g.C * g.tri; k++) g.local[k] -= part->local[k];
+    status = invert_gram(plan, &g, at->at_bound, out);
+    ff_gram_free(&g);
+    return status;
 }
 
 /* ---- the covariance -------------------------------------------------------------------------- */
@@ -230,6 +245,22 @@ ff_status ff_information_from_scores(ff_information *info, const ff_plan *plan, 
     const ff_status status = info->storage->sandwich(info, M);
     if (!status) ff_information_multiply(info, info->scale);
     return status;
+}
+
+ff_status ff_information_from_influences(ff_information *info, const double *influence, size_t n, double factor)
+{
+    const size_t P = info->P;
+    double *sums = calloc(info->storage->products(info) + P + 1, sizeof *sums);
+    if (!sums) return FF_ERR_MEMORY;
+    double *scaled = sums + info->storage->products(info);
+    for (size_t i = 0; i < n; i++) {
+        for (size_t k = 0; k < P; k++) scaled[k] = info->use[k] ? influence[i * P + k] / info->scale[k] : 0;
+        info->storage->add_products(info, scaled, factor, sums);
+    }
+    info->storage->take_products(info, sums);
+    ff_information_multiply(info, info->scale);
+    free(sums);
+    return FF_OK;
 }
 
 /* ---- what others ask ------------------------------------------------------------------------- */

@@ -109,7 +109,8 @@ static void take_inverse(ff_information *info)
     memcpy(info->covariance, info->whole, info->P * info->P * sizeof *info->covariance);
 }
 
-/* By the root of M, so that what cancels where parameters cannot be told apart cancels before it is squared: a variance stays one. */
+/* By the root of M, so that what cancels where parameters cannot be told apart cancels before it is squared: a variance stays one.
+ */
 static ff_status sandwich(ff_information *info, const ff_gram *g)
 {
     const size_t P = info->P;

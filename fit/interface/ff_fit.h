@@ -33,8 +33,14 @@ extern "C" {
 
 /** Weight of a sample. AUTO takes the first the file offers: solid angle, sigma, sample. SIGMA divides each residual by the
  *  standard deviation that the file gives (propagated through g). */
-typedef enum ff_weighting { FF_WEIGHT_AUTO = 0, FF_WEIGHT_SOLID_ANGLE = 1, FF_WEIGHT_SAMPLE = 2, FF_WEIGHT_SIGMA = 3 } ff_weighting;
-enum { FF_WEIGHT_COUNT = 4 };
+typedef enum ff_weighting {
+    FF_WEIGHT_AUTO = 0,
+    FF_WEIGHT_SOLID_ANGLE = 1,
+    FF_WEIGHT_SAMPLE = 2,
+    FF_WEIGHT_SIGMA = 3,
+    FF_WEIGHT_NOISE = 4
+} ff_weighting;
+enum { FF_WEIGHT_COUNT = 5 };
 
 /** Which roughness parameters are free. AUTO: isotropic where the table is, correlated otherwise. */
 typedef enum ff_shape {
@@ -62,10 +68,12 @@ FF_API int ff_channel_mode_find(const char *name);
  *  NOISE: the covariance H^-1 J' S J H^-1 with S the variance of the data by their noise (ff_noise.h), estimated from the residuals
  *  or given, moderated by the residuals where many values carry a parameter. RESIDUALS: the same with S the squares of the
  * residuals themselves over clusters of neighbours: right without a noise model, but only where tens of values carry each
- * parameter. With SIGMA weights and without a given noise, and with a robust loss, it is the latter. */
-typedef enum ff_error_source { FF_ERRORS_NOISE = 0, FF_ERRORS_RESIDUALS = 1 } ff_error_source;
-enum { FF_ERROR_SOURCE_COUNT = 2 };
-FF_API const char *ff_error_source_name(int source); /**< "noise", "residuals"; NULL for a number that is none */
+ * parameter. With SIGMA weights and without a given noise, and with a robust loss, it is the latter. INCIDENCES: what all samples
+ * of an incident direction have in common is an error too; it is for the caller, who asks ff_trust_jackknife for it after the fit,
+ * whose own errors are by the noise. */
+typedef enum ff_error_source { FF_ERRORS_NOISE = 0, FF_ERRORS_RESIDUALS = 1, FF_ERRORS_INCIDENCES = 2 } ff_error_source;
+enum { FF_ERROR_SOURCE_COUNT = 3 };
+FF_API const char *ff_error_source_name(int source); /**< "noise", "residuals", "incidences"; NULL for a number that is none */
 FF_API int ff_error_source_find(const char *name);   /**< -1 when unknown */
 
 /** How a fit ended. */
@@ -223,9 +231,10 @@ typedef enum ff_interval {
     FF_INTERVAL_ONE_SIDED = 2, /**< from the bound to where the objective, from its slope and curvature there, has
                                     risen by what one parameter's 95 % allow                            */
     FF_INTERVAL_PROFILE = 3,   /**< the profile of the objective: ff_trust_profile                      */
-    FF_INTERVAL_BOOTSTRAP = 4  /**< refits to resampled incident directions: ff_trust_bootstrap         */
+    FF_INTERVAL_BOOTSTRAP = 4, /**< refits to resampled incident directions: ff_trust_bootstrap         */
+    FF_INTERVAL_JACKKNIFE = 5  /**< one incident direction after another left out: ff_trust_jackknife   */
 } ff_interval;
-enum { FF_INTERVAL_COUNT = 5 };
+enum { FF_INTERVAL_COUNT = 6 };
 FF_API const char *ff_interval_name(int interval); /**< "standard-error", ...; NULL for a number that is none */
 
 /** One fitted number. Belongs to its result and is only looked at; later versions may have more members at its end. */
@@ -325,6 +334,13 @@ FF_API const ff_warning *ff_fit_result_warning(const ff_fit_result *r, size_t i)
  * residual of values of about its magnitude (Hampel 1974). It stays with p and serves all fits whose robust_scale is 0, so that
  * these minimise the same objective; a first such fit makes it by its own model when there is none. Errors as ff_problem_fit. */
 FF_API ff_status ff_problem_estimate_scale(ff_problem *p, const ff_model *m, const ff_fit_options *o, ff_error *err);
+
+/** Weighs every value of p by the noise that a fit to p has found, 1 / its standard deviation at the model's value: a fit to p is
+ * from now on the quasi-likelihood estimate (Carroll and Ruppert 1988), whatever the loss, which scatters less than any other where
+ * the noise is as it is taken to be, and most of all where few values lie on the lobe. For FF_WEIGHT_NOISE; again by another fit.
+ * FF_ERR_DATA where the fit has found no noise (its residuals are rounding, or its errors were not by the noise);
+ * FF_ERR_UNSUPPORTED with a robust loss; FF_ERR_MEMORY: p is as it was. */
+FF_API ff_status ff_problem_weigh_by_noise(ff_problem *p, const ff_fit_options *o, const ff_fit_result *fit, ff_error *err);
 
 /** Fits m to the samples of p. FF_ERR_UNKNOWN and others as ff_constraints_check. Options must be those p was made with, as far as
  * they concern the selection. FF_ERR_DATA (fewer residuals than parameters), FF_ERR_RANGE, FF_ERR_UNSUPPORTED (a shape the model

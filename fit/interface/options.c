@@ -4,11 +4,12 @@
 #include <math.h>
 #include <string.h>
 
-static const char *const weightings[FF_WEIGHT_COUNT] = {"auto", "solid-angle", "sample", "sigma"};
+static const char *const weightings[FF_WEIGHT_COUNT] = {"auto", "solid-angle", "sample", "sigma", "noise"};
 static const char *const shapes[FF_SHAPE_COUNT] = {"auto", "isotropic", "axis", "correlated"};
 static const char *const modes[FF_CHANNELS_COUNT] = {"rgb", "mean", "each"};
-static const char *const intervals[FF_INTERVAL_COUNT] = {"none", "standard-error", "one-sided", "profile", "bootstrap"};
-static const char *const sources[FF_ERROR_SOURCE_COUNT] = {"noise", "residuals"};
+static const char *const intervals[FF_INTERVAL_COUNT] = {"none",    "standard-error", "one-sided",
+                                                         "profile", "bootstrap",      "jackknife"};
+static const char *const sources[FF_ERROR_SOURCE_COUNT] = {"noise", "residuals", "incidences"};
 static const char *const outcomes[] = {"converged", "stalled", "limit", "cancelled"};
 
 static const char *name_of(const char *const *names, int count, int i)

@@ -16,13 +16,7 @@ ff_status ff_standardised_new(const struct ff_problem *p, ff_standardised *out)
     ff_standardised s = {.problem = *p};
     s.factor = calloc(p->n_channels * p->n_blocks * FF_BLOCK, sizeof *s.factor);
     if (!s.factor) return FF_ERR_MEMORY;
-    s.problem.loss = FF_LOSS_PLAIN;
-    s.problem.linearised = 0;
-    s.problem.weight = s.problem.sample_weight;
-    s.problem.weight_stride = 0;
-    s.problem.target = s.problem.value;
-    s.problem.unit = NULL;
-    s.problem.factor = s.factor;
+    ff_problem_by_factor(&s.problem, s.factor);
     *out = s;
     return FF_OK;
 }

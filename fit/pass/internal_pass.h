@@ -44,7 +44,7 @@ struct ff_problem {
     const float *unit;
     /* [n_channels][n_blocks FF_BLOCK] borrowed, NULL = 1: what multiplies each residual and its derivatives, as where residuals are
      * counted in standard deviations of their own. */
-    const float *factor;
+    const float *factor, *own_factor; /* the latter belongs to the problem: of weights by the noise */
     ff_pool *pool;
     ff_isa isa;
     /* What starts are searched on, and what they are then refined on before all samples are: see ff_problem_subsample. The last is
@@ -56,6 +56,18 @@ struct ff_problem {
 static inline double *ff_problem_plane(const struct ff_problem *p, size_t block, int plane)
 {
     return p->data + (block / FF_CHUNK * p->n_planes + (size_t)plane) * FF_PLANE_STRIDE + block % FF_CHUNK * FF_BLOCK;
+}
+
+/* From now on its residuals are (f - y) factor [n_channels][n_blocks FF_BLOCK], times the root of the weights of its samples. */
+static inline void ff_problem_by_factor(struct ff_problem *p, const float *factor)
+{
+    p->loss = FF_LOSS_PLAIN;
+    p->linearised = 0;
+    p->weight = p->sample_weight;
+    p->weight_stride = 0;
+    p->target = p->value;
+    p->unit = NULL;
+    p->factor = factor;
 }
 
 /* Blocks whose sums a pass over the pool makes in one go: a chunk, or less where there are so many channels that a few chunks would

@@ -289,6 +289,8 @@ static ff_status choose_weighting(const ff_table *t, ff_weighting asked, ff_weig
     *out = asked;
     if (asked == FF_WEIGHT_AUTO)
         *out = ff_table_has_weights(t) ? FF_WEIGHT_SOLID_ANGLE : t->sigma ? FF_WEIGHT_SIGMA : FF_WEIGHT_SAMPLE;
+    if (asked == FF_WEIGHT_NOISE) /* until a fit has shown the noise */
+        *out = ff_table_has_weights(t) ? FF_WEIGHT_SOLID_ANGLE : FF_WEIGHT_SAMPLE;
     return FF_OK;
 }
 
@@ -489,7 +491,7 @@ static ff_status build_all(build *b, const ff_model *models, size_t n_models, ff
     b->index = NULL;
     ff_status status = ff_problem_subsample(p, b->size, FF_SUBSAMPLE, 0, &p->subsample);
     p->sparse = p->subsample;
-    if (!status && p->n > FF_SPARSE && b->o->errors == FF_ERRORS_NOISE)
+    if (!status && p->n > FF_SPARSE && b->o->errors != FF_ERRORS_RESIDUALS)
         status = ff_problem_subsample(p, b->size, FF_SPARSE, 0, &p->sparse);
     p->subsample_linear = p->subsample; /* a linear loss is its own surrogate */
     if (!status && ff_loss_is_curved(p->loss)) status = ff_problem_subsample(p, b->size, FF_SUBSAMPLE, 1, &p->subsample_linear);
@@ -561,6 +563,7 @@ void ff_problem_free(ff_problem *p)
     free(p->channel_mean);
     free(p->index);
     free((float *)(uintptr_t)p->unit);
+    free((float *)(uintptr_t)p->own_factor);
     free(p->cosine[0]);
     free(p);
 }

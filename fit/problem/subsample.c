@@ -110,7 +110,7 @@ ff_status ff_problem_subsample(const struct ff_problem *p, const float *size, si
     t->channel_name = NULL;
     t->index = NULL;
     t->cosine[0] = t->cosine[1] = NULL;
-    t->multiplier = t->unit = t->factor = NULL;
+    t->multiplier = t->unit = t->factor = t->own_factor = NULL;
     t->subsample = t->subsample_linear = t->middle = t->sparse = NULL;
     for (size_t i = 0; i < p->n; i++) histogram[bin_of(size[i])]++;
     const size_t bin = p->n > wanted ? threshold_bin(histogram, wanted / 3) : 0;
@@ -152,6 +152,7 @@ void ff_problem_subsample_free(struct ff_problem *p)
     free(p->data);
     free(p->index);
     free((float *)(uintptr_t)p->unit);
+    free((float *)(uintptr_t)p->own_factor);
     free(p);
 }
 

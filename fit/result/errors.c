@@ -68,6 +68,13 @@ static ff_status make_room(const ff_layout *l, ff_fit_result *r)
     return r->channel_correlation ? FF_OK : FF_ERR_MEMORY;
 }
 
+void ff_result_correlations(const ff_plan *plan, const ff_information *info, ff_fit_result *r)
+{
+    const ff_layout *l = &plan->l;
+    fill_correlations(l, info, r);
+    for (size_t c = 0; c < l->n_channels && l->arrowhead; c++) correlations_of_channel(l, info, c, r);
+}
+
 ff_status ff_result_errors(const ff_plan *plan, ff_point *at, ff_fit_result *r)
 {
     const ff_layout *l = &plan->l;
@@ -77,8 +84,7 @@ ff_status ff_result_errors(const ff_plan *plan, ff_point *at, ff_fit_result *r)
     if (!status) status = make_room(l, r);
     if (!status && at->noise && !(r->noise = ff_noise_found_copy(at->noise))) status = FF_ERR_MEMORY;
     if (status) return status;
-    fill_correlations(l, info, r);
-    for (size_t c = 0; c < l->n_channels && l->arrowhead; c++) correlations_of_channel(l, info, c, r);
+    ff_result_correlations(plan, info, r);
     r->effective_samples = info->effective;
     r->correlated_over = info->clusters.run;
     r->correlation_settled = info->clusters.settled;

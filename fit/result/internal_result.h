@@ -8,6 +8,9 @@
 /* Standard errors, correlations, intervals, condition, from the information of the point. FF_ERR_MEMORY. */
 ff_status ff_result_errors(const ff_plan *plan, ff_point *at, ff_fit_result *r);
 
+/* Correlations of the parameters with a standard error anew, from info. */
+void ff_result_correlations(const ff_plan *plan, const ff_information *info, ff_fit_result *r);
+
 /* Marks the parameters that have nothing to act on, at a point that has the sums of a pass; and takes back what was said of their
  * errors, and of everything where all data are 0. FF_ERR_MEMORY. */
 ff_status ff_result_weightless(const ff_plan *plan, const ff_point *at, ff_fit_result *r);

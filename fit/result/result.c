@@ -93,7 +93,7 @@ static void fill_criteria(const struct ff_problem *p, size_t n_free, ff_fit_resu
 {
     const double n = (double)(p->n * p->n_channels), q = 2 * r->residual.objective, k = (double)n_free;
     r->n_free = n_free;
-    if (p->selection.weighting == FF_WEIGHT_SIGMA) {
+    if (p->selection.weighting == FF_WEIGHT_SIGMA || p->selection.weighting == FF_WEIGHT_NOISE) {
         r->aic = q + 2 * k;
         r->bic = q + k * log(n);
     } else {

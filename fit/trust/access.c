@@ -138,6 +138,19 @@ ff_status ff_trust_compare(const ff_problem *p, const ff_places *places, const f
     return status;
 }
 
+ff_status ff_trust_likeliest(const ff_problem *p, const ff_fit_options *o, const ff_fit_result *const *fits, size_t n, size_t *out,
+                             ff_error *err)
+{
+    ff_fit_options own;
+    o = ff_fit_options_take(o, &own, err);
+    if (!o) return FF_ERR_RANGE;
+    ff_fit_result *all = side_by_side(fits, n);
+    if (!all) return no_memory(err);
+    const ff_status status = ff_trust_likeliest_into(p, o, all, n, out, err);
+    free(all);
+    return status;
+}
+
 ff_status ff_trust_channels_differ(const ff_fit_result *const *fits, size_t n, ff_difference *out, ff_error *err)
 {
     ff_fit_result *all = side_by_side(fits, n);

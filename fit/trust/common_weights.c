@@ -57,8 +57,8 @@ static ff_status likelihood(const field *f, const ff_finished *finished, double 
     return status;
 }
 
-/* The deviations by the fit whose own noise makes the data most likely. */
-static ff_status choose_weights(const field *f)
+/* The fit whose own noise makes the data most likely; its deviations into f->deviation. */
+static ff_status choose_weights(const field *f, size_t *which)
 {
     double least = INFINITY, now;
     ff_status status = FF_OK;
@@ -69,6 +69,7 @@ static ff_status choose_weights(const field *f)
         status = likelihood(f, &finished, &now);
         if (!status && now < least) {
             least = now;
+            *which = k;
             memcpy(f->deviation, f->other, size_of(f->search) * sizeof *f->deviation);
         }
         ff_finished_close(&finished);
@@ -304,7 +305,8 @@ static void fill_criteria(const field *f, size_t winner, size_t k, ff_versus *v)
 
 static ff_status compare(field *f, size_t winner, ff_versus *out)
 {
-    ff_status status = choose_weights(f);
+    size_t which = 0;
+    ff_status status = choose_weights(f, &which);
     for (size_t k = 0; k < f->n && !status; k++) {
         status = fill_squares(f, k);
         if (!status && f->total[k] < f->total[f->best]) f->best = k;
@@ -322,6 +324,26 @@ int ff_versus_has_noise(const ff_fit_result *fits, size_t n)
     for (size_t k = 0; k < n; k++)
         if (!fits[k].noise) return 0;
     return n > 0;
+}
+
+ff_status ff_trust_likeliest_into(const ff_problem *p, const ff_fit_options *o, const ff_fit_result *fits, size_t n, size_t *out,
+                                  ff_error *err)
+{
+    const struct ff_problem *search = p->sparse;
+    field f = {.p = p, .search = search, .o = o, .fits = fits, .n = n, .err = err};
+    *out = 0;
+    if (!ff_versus_has_noise(fits, n)) return FF_OK;
+    f.deviation = malloc(2 * size_of(search) * sizeof *f.deviation);
+    f.value = malloc((search->n_channels * search->n + 1) * sizeof *f.value);
+    ff_status status = f.deviation && f.value ? FF_OK : FF_ERR_MEMORY;
+    if (!status) {
+        f.other = f.deviation + size_of(search);
+        status = choose_weights(&f, out);
+    }
+    if (status) (void)ff_trust_ended(status, "the comparison of noises", err);
+    free(f.deviation);
+    free(f.value);
+    return status;
 }
 
 ff_status ff_versus_by_common_weights(const ff_problem *p, const ff_places *places, const ff_fit_options *o,

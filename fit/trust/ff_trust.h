@@ -119,6 +119,14 @@ FF_API ff_status ff_trust_bootstrap(const ff_problem *p, const ff_places *places
  * the intervals of fit. Where a lower objective than that of the fit is found, a warning of fit says so. */
 FF_API ff_status ff_trust_profile(const ff_problem *p, const ff_fit_options *o, ff_fit_result *fit, ff_error *err);
 
+/** Errors by leaving out one incident direction after another (the cluster jackknife CR3, to first order; Bell and McCaffrey 2002;
+ * MacKinnon, Nielsen and Webb 2023), with Student's t of one less than their number: they allow for anything that all samples of an
+ * incidence have in common, as an error of its gain. Replaces the standard errors, correlations and intervals of fit, but those of
+ * parameters on a bound. A parameter that one incidence alone determines has no error, and a warning of fit says so. FF_ERR_DATA
+ * for fewer than 3 incident directions. */
+FF_API ff_status ff_trust_jackknife(const ff_problem *p, const ff_places *places, const ff_fit_options *o, ff_fit_result *fit,
+                                    ff_error *err);
+
 /** How the parameters moved. Made by ff_trust_cut_off and only looked at; later versions may have more members at its end. */
 typedef struct ff_cut_off {
     double max_theta;     /**< radians                              */
@@ -167,6 +175,11 @@ typedef struct ff_versus {
     double standardised; /**< sum of squares in standard deviations: difference                         */
     size_t incidences;   /**< that were summed over                                                   */
 } ff_versus;
+
+/** Which of n fits to p makes its data most likely, each by the noise that it has found? *out: its number, 0 where one of them has
+ * found none. Its noise is what ff_problem_weigh_by_noise should weigh all by that are to be compared. FF_ERR_MEMORY. */
+FF_API ff_status ff_trust_likeliest(const ff_problem *p, const ff_fit_options *o, const ff_fit_result *const *fits, size_t n,
+                                    size_t *out, ff_error *err);
 
 /** Each of n fits to p against fits[winner].
  *  @param folds  >= 2: cross-validation, each fold every folds-th incident direction; 0: none

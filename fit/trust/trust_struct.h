@@ -33,6 +33,8 @@ ff_status ff_trust_cut_off_into(const ff_problem *p, const ff_fit_options *o, co
 void ff_cut_off_clear(ff_cut_off *c);
 
 /* fits [n] */
+ff_status ff_trust_likeliest_into(const ff_problem *p, const ff_fit_options *o, const ff_fit_result *fits, size_t n, size_t *out,
+                                  ff_error *err);
 ff_status ff_trust_compare_into(const ff_problem *p, const ff_places *places, const ff_fit_options *o, const ff_fit_result *fits,
                                 size_t n, size_t winner, size_t folds, ff_versus *out, ff_error *err);
 ff_status ff_trust_channels_differ_into(const ff_fit_result *fits, size_t n, ff_difference *out, ff_error *err);

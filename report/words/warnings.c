@@ -152,6 +152,13 @@ static void few_carriers(sentence *s)
     put(s, " is %.2g", s->w->value[1]);
 }
 
+static void one_incidence(sentence *s)
+{
+    put_parameters(s, ", ");
+    put(s, " rest%s on one incident direction alone: without it the data do not determine %s, and no error can be given",
+        s->w->n_parameters == 1 ? "s" : "", s->w->n_parameters == 1 ? "it" : "them");
+}
+
 static void combination_not_determined(sentence *s)
 {
     put_parameters(s, ", ");
@@ -315,6 +322,7 @@ static const words of[FF_WARNING_COUNT] = {
     [FF_WARNING_CORRELATED] = {NULL, correlated},
     [FF_WARNING_TRADE_OFF] = {NULL, trade_off},
     [FF_WARNING_FEW_CARRIERS] = {NULL, few_carriers},
+    [FF_WARNING_ONE_INCIDENCE] = {NULL, one_incidence},
     [FF_WARNING_COMBINATION_NOT_DETERMINED] = {NULL, combination_not_determined},
     [FF_WARNING_ORIENTATION_NOT_DETERMINED] =
         {"the two roughness axes differ by less than their error: the orientation is undetermined", NULL},

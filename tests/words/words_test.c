@@ -185,7 +185,9 @@ static void every_code_has_a_sentence(void)
     const size_t channel[] = {1};
     for (int code = 0; code < FF_WARNING_COUNT; code++) {
         const ff_words_subject *of =
-            code < FF_WARNING_RETRIEVAL_NOT_CONVERGED || code == FF_WARNING_FEW_CARRIERS ? &of_fit : &of_ndf;
+            code < FF_WARNING_RETRIEVAL_NOT_CONVERGED || code == FF_WARNING_FEW_CARRIERS || code == FF_WARNING_ONE_INCIDENCE
+                ? &of_fit
+                : &of_ndf;
         const ff_warning w = {.code = (ff_warning_code)code,
                               .n_parameters = 2,
                               .parameter = both,
