@@ -34,7 +34,7 @@ static inline double fit_normal(uint64_t *state)
 
 /* ---- what is measured ------------------------------------------------------------------------ */
 
-enum { FIT_CHANNELS = 16 };
+enum { FIT_CHANNELS = 32 };
 
 /** A surface: a model and its parameters. */
 typedef struct fit_surface {

@@ -830,29 +830,37 @@ static void every_term_in_the_fit(void)
     printf("  %ld components, worst %.1e of the scale, %ld not resolved\n", t.checked, t.worst, t.unresolved);
 }
 
-/* J of the robust residuals sqrt(rho') r' [P][n_channels n] by differences, and sqrt(rho') r into rr. */
-static void numeric_jacobian(const objective *b, const double *at, double *J, double *rr)
+/* J of the robust residuals sqrt(rho') r' [P][n_channels n] by differences with what they may be off by, and sqrt(rho') r into rr.
+ */
+static void numeric_jacobian(const objective *b, const double *at, double *J, double *error, double *rr)
 {
     const size_t n = b->w.n * b->l.n_channels;
     double x[MAX_COORDINATES], *low = doubles(n), *high = doubles(n);
-    model_ridders *r = malloc(n * sizeof *r);
+    model_ridders *r = malloc(2 * n * sizeof *r);
     if (!r) exit(1);
     memcpy(x, at, b->l.P * sizeof *x);
     residuals(b, x, rr);
     for (size_t k = 0; k < b->l.P; k++) {
-        double step = 0.05;
-        for (size_t i = 0; i < n; i++) model_ridders_start(&r[i]);
-        for (int level = 0; level < 16; level++, step /= MODEL_RATIO) {
-            x[k] = at[k] + step;
-            residuals(b, x, high);
-            x[k] = at[k] - step;
-            residuals(b, x, low);
-            for (size_t i = 0; i < n; i++)
-                model_ridders_add(&r[i], (high[i] - low[i]) / (2 * step), ROUNDING * fabs(high[i]) / step);
+        for (size_t i = 0; i < 2 * n; i++) model_ridders_start(&r[i]);
+        for (int series = 0; series < 2; series++) { /* where a long step passes an edge of the model, a short one does not */
+            double step = series ? 0.002 : 0.05;
+            for (int level = 0; level < 16; level++, step /= MODEL_RATIO) {
+                x[k] = at[k] + step;
+                residuals(b, x, high);
+                x[k] = at[k] - step;
+                residuals(b, x, low);
+                for (size_t i = 0; i < n; i++)
+                    model_ridders_add(&r[(size_t)series * n + i], (high[i] - low[i]) / (2 * step), ROUNDING * fabs(high[i]) / step);
+            }
         }
         x[k] = at[k];
         for (size_t i = 0; i < n; i++)
-            J[k * n + i] = r[i].value * sqrt(loss_rho_slope(b->o.robust, rr[i] * rr[i], b->o.robust_scale));
+            if (!(r[i].error <= r[n + i].error)) r[i] = r[n + i];
+        for (size_t i = 0; i < n; i++) {
+            const double root = sqrt(loss_rho_slope(b->o.robust, rr[i] * rr[i], b->o.robust_scale));
+            J[k * n + i] = r[i].value * root;
+            error[k * n + i] = 10 * r[i].error * root;
+        }
     }
     for (size_t i = 0; i < n; i++) rr[i] *= sqrt(loss_rho_slope(b->o.robust, rr[i] * rr[i], b->o.robust_scale));
     free(low);
@@ -866,40 +874,56 @@ static double worse(double a, double b)
     return isnan(a) || isnan(b) ? NAN : fmax(a, b);
 }
 
+/* How far a difference is beyond what the numbers that it is of may be off by. */
+static double beyond(double difference, double off)
+{
+    return isnan(difference) || isnan(off) ? NAN : fmax(fabs(difference) - off, 0);
+}
+
 /* J^T J, J^T r and the outer products of the samples' scores of a final pass against products of numeric residuals and Jacobian.
  * Returns the largest deviation in units of the scales. */
 static double normal_deviation(const objective *b, const double *x)
 {
     const size_t P = b->l.P, n = b->w.n, N = n * b->l.n_channels;
     double slope[MAX_COORDINATES], g[MAX_COORDINATES], H[MAX_COORDINATES * MAX_COORDINATES], worst = 0;
-    double *J = doubles(P * N), *r = doubles(N), *score = doubles(P * n), norm2 = 0;
-    numeric_jacobian(b, x, J, r);
+    double *J = doubles(P * N), *error = doubles(P * N), *r = doubles(N), *score = doubles(P * n), norm2 = 0;
+    numeric_jacobian(b, x, J, error, r);
     slopes(b, x, slope);
     assemble(&b->l, &b->normal, slope, H, g);
     for (size_t i = 0; i < N; i++) norm2 += r[i] * r[i];
     for (size_t k = 0; k < P; k++)
         for (size_t i = 0; i < N; i++) score[k * n + i % n] += J[k * N + i] * r[i];
     for (size_t k = 0; k < P; k++) {
-        double gradient = 0, own = 0;
-        for (size_t i = 0; i < N; i++) gradient += J[k * N + i] * r[i], own += J[k * N + i] * J[k * N + i];
-        worst = worse(worst, fabs(gradient - g[k]) / sqrt(own * norm2));
+        double gradient = 0, own = 0, off = 0;
+        for (size_t i = 0; i < N; i++) {
+            gradient += J[k * N + i] * r[i];
+            own += J[k * N + i] * J[k * N + i];
+            off += error[k * N + i] * fabs(r[i]);
+        }
+        worst = worse(worst, beyond(gradient - g[k], off) / sqrt(own * norm2));
         for (size_t q = 0; q <= k; q++) {
-            double h = 0, score_products = 0, hk = 0, hq = 0, sk = 0, sq = 0;
+            double h = 0, h_off = 0, score_products = 0, products_off = 0, hk = 0, hq = 0, sk = 0, sq = 0;
             for (size_t i = 0; i < N; i++) {
+                const double both = error[k * N + i] * fabs(J[q * N + i]) + error[q * N + i] * fabs(J[k * N + i]);
                 h += J[k * N + i] * J[q * N + i];
+                h_off += both;
                 hk += J[k * N + i] * J[k * N + i], hq += J[q * N + i] * J[q * N + i];
             }
+            for (size_t i = 0; i < N; i++)
+                products_off +=
+                    fabs(r[i]) * (error[k * N + i] * fabs(score[q * n + i % n]) + error[q * N + i] * fabs(score[k * n + i % n]));
             for (size_t i = 0; i < n; i++) {
                 score_products += score[k * n + i] * score[q * n + i];
                 sk += score[k * n + i] * score[k * n + i], sq += score[q * n + i] * score[q * n + i];
             }
-            worst = worse(worst, fabs(h - H[k * P + q]) / sqrt(hk * hq));
-            worst = worse(worst, fabs(h - H[q * P + k]) / sqrt(hk * hq));
-            worst =
-                worse(worst, fabs(score_products - b->normal.score_products[ff_tri(k, q)] * slope[k] * slope[q]) / sqrt(sk * sq));
+            worst = worse(worst, beyond(h - H[k * P + q], h_off) / sqrt(hk * hq));
+            worst = worse(worst, beyond(h - H[q * P + k], h_off) / sqrt(hk * hq));
+            const double products = b->normal.score_products[ff_tri(k, q)] * slope[k] * slope[q];
+            worst = worse(worst, beyond(score_products - products, products_off) / sqrt(sk * sq));
         }
     }
     free(J);
+    free(error);
     free(r);
     free(score);
     return worst;
