@@ -121,6 +121,33 @@ static void found_from_residuals(void)
     }
 }
 
+/* Channels of which every one is of another brightness, all with 5 % of noise, have one level or their own, and 5 % in each; where
+ * one has 15 % it has that, and the others 5. */
+static void noises_of_channels(void)
+{
+    enum { CHANNELS = 6 };
+    const fit_surface s =
+        fit_surface_make("ggx+lambert", CHANNELS, "alpha=0.2 f0=0.5:0.4:0.3:0.2:0.1:0.04 kd=0.5:0.2:0.1:0.05:0.02:0.01");
+    for (int odd = 0; odd < 2; odd++) {
+        ff_table t = measured(&s, "goniometer:10", 0, 0.0025, 0, 7);
+        ff_table loud = measured(&s, "goniometer:10", 0, 0.0225, 0, 8);
+        for (size_t i = 0; i < t.n && odd; i++) t.value[2 * t.n + i] = loud.value[2 * t.n + i];
+        const ff_fit_options o = with_noise();
+        ff_fit_result r = fit_of(&t, &s.model, &o);
+        const ff_noise *n = ff_fit_result_noise(&r);
+        FF_CHECK(n != NULL, "no noise was found");
+        for (size_t c = 0; c < CHANNELS && n; c++)
+            for (int large = 0; large < 2; large++) {
+                const double f = s.channel[c * s.model.n_channel + 2] / 3.14159265 * (large ? 20 : 1),
+                             want = f * (odd && c == 2 ? 0.15 : 0.05), got = ff_noise_sd(n, c, f, 0.7, 0.7);
+                FF_CHECK(fabs(log(got / want)) < 0.28, "channel %zu: at %g the noise is %g, true %g", c, f, got, want);
+            }
+        ff_fit_result_clear(&r);
+        ff_table_clear(&t);
+        ff_table_clear(&loud);
+    }
+}
+
 /* Data without noise have none, and a surface of zeros neither. */
 static void nothing_but_rounding(void)
 {
@@ -277,6 +304,6 @@ static void cut_off_of_the_true_model(void)
     FF_CHECK(moved <= 12, "%d of %d", moved, TRIES);
 }
 
-FF_TEST_MAIN(FF_TEST(by_its_numbers), FF_TEST(what_is_no_noise), FF_TEST(found_from_residuals), FF_TEST(nothing_but_rounding),
-             FF_TEST(levels_of_other_channels), FF_TEST(truth_is_inside), FF_TEST(equal_values_carry_equally),
-             FF_TEST(many_channels_as_few), FF_TEST(cut_off_of_the_true_model))
+FF_TEST_MAIN(FF_TEST(by_its_numbers), FF_TEST(what_is_no_noise), FF_TEST(found_from_residuals), FF_TEST(noises_of_channels),
+             FF_TEST(nothing_but_rounding), FF_TEST(levels_of_other_channels), FF_TEST(truth_is_inside),
+             FF_TEST(equal_values_carry_equally), FF_TEST(many_channels_as_few), FF_TEST(cut_off_of_the_true_model))

@@ -69,6 +69,7 @@ static double level_at(const double x[LEVELS], double m)
 /* A squared error and what it depends on; s: the variance without the angles, angle: their factor. */
 typedef struct datum {
     double value, square, weight, log_i, log_o, angle, s;
+    size_t place; /* among all */
 } datum;
 
 /* Those of all channels, of channel c from first[c] on. */
@@ -109,7 +110,13 @@ static int by_value(const void *a, const void *b)
     return (x->value > y->value) - (x->value < y->value);
 }
 
-/* A first variance: means of the squares over values of about one magnitude. The data come out in the order of their values. */
+static int by_place(const void *a, const void *b)
+{
+    const datum *x = a, *y = b;
+    return (x->place > y->place) - (x->place < y->place);
+}
+
+/* A first variance: means of the squares over values of about one magnitude. */
 static void first_guess(datum *from, datum *end)
 {
     const size_t n = (size_t)(end - from), bins = n / 12 < 1 ? 1 : n / 12 > BINS ? BINS : n / 12;
@@ -120,6 +127,7 @@ static void first_guess(datum *from, datum *end)
         for (const datum *d = begin; d < stop; d++) mean += d->square / d->angle / (double)(stop - begin);
         for (datum *d = begin; d < stop; d++) d->s = fmax(mean, TINY);
     }
+    qsort(from, n, sizeof *from, by_place); /* channels together again */
 }
 
 static int is_known(const ff_noise_level *l)
@@ -138,12 +146,17 @@ static double deviance(const datum *from, const datum *end)
     return sum;
 }
 
+static void take_level(datum *from, datum *end, const ff_noise_level *level)
+{
+    for (datum *d = from; d < end; d++) d->s = fmax(ff_noise_variance(level, d->value), TINY);
+}
+
 /* The level of some data at given angles, from where it is. */
 static void fit_level(datum *from, datum *end, unsigned allowed, ff_noise_level *level)
 {
     double x[LEVELS] = {0};
     if (is_known(level))
-        for (datum *d = from; d < end; d++) d->s = fmax(ff_noise_variance(level, d->value), TINY);
+        take_level(from, end, level);
     else
         first_guess(from, end);
     for (int step = 0; step < STEPS; step++) {
@@ -180,7 +193,7 @@ static double simplify(datum *from, datum *end, ff_noise_level *level)
         left = without;
         *level = other;
     }
-    for (datum *d = from; d < end; d++) d->s = fmax(ff_noise_variance(level, d->value), TINY);
+    take_level(from, end, level);
     return sum;
 }
 
@@ -343,12 +356,14 @@ static ff_status gather(const ff_scatter *t, data *out)
             const int is_large = t->value[at] >= pick[c].large;
             if (!is_large && seen++ % pick[c].stride) continue;
             if (!(t->weight[at] > 0)) continue;
-            d.at[n++] = (datum){.value = fmax(t->value[at], 0),
-                                .square = t->square[at],
-                                .weight = t->weight[at] * (is_large ? 1 : (double)pick[c].stride),
-                                .log_i = t->log_i[i],
-                                .log_o = t->log_o[i],
-                                .angle = 1};
+            d.at[n] = (datum){.value = fmax(t->value[at], 0),
+                              .square = t->square[at],
+                              .weight = t->weight[at] * (is_large ? 1 : (double)pick[c].stride),
+                              .log_i = t->log_i[i],
+                              .log_o = t->log_o[i],
+                              .angle = 1,
+                              .place = n};
+            n++;
         }
         d.first[c + 1] = n;
     }
