@@ -30,6 +30,15 @@ static void add_block(void *context, const ff_visited *v)
     }
 }
 
+/* Is the step of a parameter so far that nothing is left of its first order: where it is fitted in a logarithm a factor of e? */
+static int is_lost(const ff_layout *l, size_t k, const ff_point *at, double step)
+{
+    const ff_model_param *p = ff_layout_param(l, k, NULL);
+    const int bent = (p->info->flags & (FF_PARAM_LOG | FF_PARAM_ATANH)) != 0;
+    return bent && k < l->n_shared && p >= l->m->shape && p < l->m->shape + l->m->n_shape &&
+           fabs(step) > ff_coordinate_slope(p->info, at->shape[p - l->m->shape]);
+}
+
 /* The steps [G][P]; out [P]: 1 where a parameter is not determined without one of them. */
 static ff_status find_steps(const ff_plan *plan, const ff_point *at, const by_incidence *b, size_t G, double *step, int *lost)
 {
@@ -42,7 +51,8 @@ static ff_status find_steps(const ff_plan *plan, const ff_point *at, const by_in
         if (status) break;
         ff_gram_gradient(&b->gram[g], gradient);
         status = ff_information_solve(without, gradient, step + g * P);
-        for (size_t k = 0; k < P; k++) lost[k] |= at->information->determined[k] && !without->determined[k];
+        for (size_t k = 0; k < P && !status; k++)
+            lost[k] |= at->information->determined[k] && (!without->determined[k] || is_lost(&plan->l, k, at, step[g * P + k]));
         free(without);
     }
     free(gradient);
