@@ -750,14 +750,16 @@ static void prior_for_what_the_data_do_not_say(void)
  * they say, which are narrower than without. */
 static void cover_with_a_prior(const char *what, const fit_sampling *sampling, double sd)
 {
-    enum { REPEATS = 600 }; /* the bounds are four standard deviations of a binomial, and of a mean of squares, away */
+    const int repeats =
+        fit_repeats(600); /* the bounds are four standard deviations of a binomial, and of a mean of squares, away */
+    const double around = 4 * sqrt(0.95 * 0.05 / repeats), around_square = 4 * sqrt(2.0 / repeats);
     const fit_surface s = fit_surface_make("ggx+lambert", 1, "alpha=0.3 f0=0.5 kd=0.2");
     ff_fit_options o = by_residuals();
     o.shape = FF_SHAPE_ISOTROPIC;
     uint64_t state = ff_test_stream("prior %s", what);
     double sum_z2[3] = {0}, plain_z2 = 0, gain = 0;
     int inside[3] = {0};
-    for (uint64_t i = 0; i < REPEATS; i++) {
+    for (uint64_t i = 0; i < (uint64_t)repeats; i++) {
         fit_sampling how = *sampling;
         how.seed = 700 + i;
         ff_table t = fit_measure(&s, &how);
@@ -771,21 +773,20 @@ static void cover_with_a_prior(const char *what, const fit_sampling *sampling, d
         const double truth[3] = {0.3, 0.5, 0.2};
         for (int k = 0; k < 3; k++) {
             const double z = (v[k]->value - truth[k]) / v[k]->std_error;
-            sum_z2[k] += z * z / REPEATS;
+            sum_z2[k] += z * z / repeats;
             inside[k] += fabs(z) < 1.959964;
         }
-        plain_z2 += pow((value_of(&plain, "f0", 0)->value - 0.5) / value_of(&plain, "f0", 0)->std_error, 2) / REPEATS;
-        gain += v[1]->std_error / value_of(&plain, "f0", 0)->std_error / REPEATS;
+        plain_z2 += pow((value_of(&plain, "f0", 0)->value - 0.5) / value_of(&plain, "f0", 0)->std_error, 2) / repeats;
+        gain += v[1]->std_error / value_of(&plain, "f0", 0)->std_error / repeats;
         ff_fit_result_clear(&r);
         ff_fit_result_clear(&plain);
         ff_table_clear(&t);
     }
     for (int k = 0; k < 3; k++) {
-        printf("    %s, parameter %d: %.1f %% inside, rms of error / standard error %.3f\n", what, k, 100.0 * inside[k] / REPEATS,
+        printf("    %s, parameter %d: %.1f %% inside, rms of error / standard error %.3f\n", what, k, 100.0 * inside[k] / repeats,
                sqrt(sum_z2[k]));
-        FF_CHECK(inside[k] >= 0.914 * REPEATS && inside[k] <= 0.986 * REPEATS, "parameter %d: %d of %d inside", k, inside[k],
-                 REPEATS);
-        FF_CHECK(sum_z2[k] > 0.76 && sum_z2[k] < 1.24, "parameter %d: mean square of error / standard error %.3f", k, sum_z2[k]);
+        FF_CHECK(fabs(inside[k] - 0.95 * repeats) <= around * repeats, "parameter %d: %d of %d inside", k, inside[k], repeats);
+        FF_CHECK(fabs(sum_z2[k] - 1) <= around_square, "parameter %d: mean square of error / standard error %.3f", k, sum_z2[k]);
     }
     printf("    standard error of f0 with the prior: %.3f of that without, where rms of error / standard error is %.3f\n", gain,
            sqrt(plain_z2));

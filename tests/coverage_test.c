@@ -12,13 +12,6 @@ typedef struct coverage {
     double sum_zz[MAX_PARAMETERS][MAX_PARAMETERS], sum_correlation[MAX_PARAMETERS][MAX_PARAMETERS]; /* by column */
 } coverage;
 
-static int repeats(void)
-{
-    const char *set = getenv("FACETFIT_REPEATS");
-    const int n = set ? atoi(set) : 0;
-    return n > 0 ? n : 400;
-}
-
 static void add_fit(const fit_surface *s, const ff_fit_result *r, coverage *c)
 {
     double column_z[MAX_PARAMETERS] = {0};
@@ -77,7 +70,7 @@ static void cover(const char *what, const fit_surface *s, fit_sampling how, cons
 {
     coverage c;
     ff_fit_result last = {0};
-    const int n = repeats();
+    const int n = fit_repeats(400);
     const uint64_t seed = how.seed;
     memset(&c, 0, sizeof c);
     for (int i = 0; i < n; i++) {
