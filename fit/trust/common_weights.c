@@ -230,7 +230,7 @@ static ff_status test_parameter(const field *f, ff_param_ref which, double value
         const ff_param *param = l->m->shape[which.index].info;
         const double now = r.at.shape[which.index], slope = ff_coordinate_slope(param, now),
                      error = sqrt(info->inverse[k] * fmax(together, 1)) / slope;
-        v->vuong_z = (ff_coordinate(param, now) - ff_coordinate(param, value)) / error;
+        v->vuong_z = fabs(ff_coordinate(param, now) - ff_coordinate(param, value)) / error; /* worse on either side */
         v->vuong_p = ff_normal_two_sided(v->vuong_z);
         v->by_parameter = 1;
     }
