@@ -369,7 +369,7 @@ static void judge(const trial *t, const char *line, const char *name, size_t k, 
     qsort(half, widths, sizeof *half, ascending);
     const double share = in / n, wide = half[widths / 2] / (FF_NORMAL_975 * sqrt(fmax(square / n - sum * sum / n / n, 1e-300))),
                  scatter = sqrt(0.95 * 0.05 / n),
-                 more = 3 * (scatter - sqrt(0.95 * 0.05 / 1000)) > 0 ? 3 * (scatter - sqrt(0.95 * 0.05 / 1000)) : 0;
+                 more = fmax(5 * (scatter - sqrt(0.95 * 0.05 / 1000)), 0);
     const int known = t->d->noise <= MIXED;
     printf("  %s %.1f (%.2f)", name, 100 * share, wide);
     sum_of_line[0] += share;
@@ -424,7 +424,7 @@ static void try_design(const design *d, method by, const char *line, size_t repe
 /* The mean of all cells of a design with independent noise. */
 static void judge_geometry(const geometry *g, const double *sum, method by, int repeats)
 {
-    const double mean = sum[0] / sum[1], more = 3 * (sqrt(0.95 * 0.05 / repeats) - sqrt(0.95 * 0.05 / 1000));
+    const double mean = sum[0] / sum[1], more = fmax(5 * (sqrt(0.95 * 0.05 / repeats) - sqrt(0.95 * 0.05 / 1000)), 0);
     if (!(sum[1] > 0)) return;
     printf("%-14s mean of %2.0f cells %.1f\n", g->name, sum[1], 100 * mean);
     if (by != RESIDUALS)
