@@ -19,8 +19,8 @@ void ff_result_forget_weightless(const ff_plan *plan, ff_fit_result *r);
 /* Are all data 0? */
 int ff_problem_is_dark(const struct ff_problem *p);
 
-/* The warnings of a result that has everything else. FF_ERR_MEMORY. */
-ff_status ff_result_warnings(const ff_plan *plan, ff_fit_result *r);
+/* The warnings of a result that has everything else; info: NULL where no errors were asked for. FF_ERR_MEMORY. */
+ff_status ff_result_warnings(const ff_plan *plan, const ff_information *info, ff_fit_result *r);
 
 /* Room for what is said of a fit by this plan. FF_ERR_MEMORY. */
 ff_status ff_result_new(const ff_plan *plan, ff_fit_result *out);

@@ -123,7 +123,7 @@ ff_status ff_result_fill(const ff_plan *plan, ff_point *at, int errors, ff_fit_r
     const ff_status status = errors ? ff_result_errors(plan, at, r) : FF_OK;
     if (status) return status;
     fill_ellipse(&plan->l, at->shape, errors ? at->information : NULL, r);
-    return ff_result_warnings(plan, r);
+    return ff_result_warnings(plan, errors ? at->information : NULL, r);
 }
 
 ff_status ff_result_new(const ff_plan *plan, ff_fit_result *out)

@@ -120,39 +120,52 @@ static ff_status warn_channels_undetermined(const ff_layout *l, size_t k, int we
 
 /* ---- what the data do not tell apart --------------------------------------------------------- */
 
+/* Can the data hardly tell parameters i and j apart, whose errors go together by so much? That they do is not enough: where all
+ * noise is in one value every error is that one's, and yet each parameter has values of its own. */
+static int hardly_apart(const ff_information *info, size_t i, size_t j, double correlation)
+{
+    const double scale = sqrt(info->inverse[i] * info->inverse[j]), by_weights = ff_information_inverse(info, i, j) / scale;
+    return fabs(correlation) >= FF_CORRELATED && (isnan(by_weights) || fabs(by_weights) >= FF_CORRELATED);
+}
+
 static ff_status warn_pair(ff_warning_parameter a, ff_warning_parameter b, double correlation, ff_fit_result *r)
 {
     const ff_warning_parameter pair[] = {a, b};
-    const ff_warning w = {.code = FF_WARNING_CORRELATED, .n_parameters = 2, .parameter = pair, .value = {correlation}};
-    return fabs(correlation) >= FF_CORRELATED ? ff_warnings_add(&r->warnings, &w) : FF_OK;
+    return ff_warnings_add(
+        &r->warnings, &(ff_warning){.code = FF_WARNING_CORRELATED, .n_parameters = 2, .parameter = pair, .value = {correlation}});
 }
 
 /* Pairs of the first n parameters. */
-static ff_status warn_correlated(const ff_layout *l, size_t n, ff_fit_result *r)
+static ff_status warn_correlated(const ff_layout *l, const ff_information *info, size_t n, ff_fit_result *r)
 {
     ff_status status = FF_OK;
     for (size_t i = 0; i < n; i++)
         for (size_t j = 0; j < i && !status; j++) {
             const int x = ff_result_value(l, r, i)->column, y = ff_result_value(l, r, j)->column;
             if (x < 0 || y < 0) continue;
-            status =
-                warn_pair(ff_layout_warned(l, j), ff_layout_warned(l, i), r->correlation[(size_t)x * r->n_columns + (size_t)y], r);
+            const double correlation = r->correlation[(size_t)x * r->n_columns + (size_t)y];
+            if (hardly_apart(info, i, j, correlation))
+                status = warn_pair(ff_layout_warned(l, j), ff_layout_warned(l, i), correlation, r);
         }
     return status;
 }
 
-/* One warning for all channels in which parameter k goes with `other`, a column of the shape or (from n_columns on) a parameter of
- * the channel. */
-static ff_status warn_channels_pair(const ff_layout *l, uint32_t k, size_t other, ff_warning_parameter name, ff_fit_result *r)
+/* One warning for all channels in which their own coordinate k goes with `with`, a shared one, or their own from n_shared on;
+ * column is where its correlation stands. */
+static ff_status warn_channels_pair(const ff_layout *l, const ff_information *info, size_t k, size_t with, size_t column,
+                                    ff_fit_result *r)
 {
+    const uint32_t own = own_index(l, k);
+    const ff_warning_parameter name = with < l->n_shared ? ff_layout_warned(l, with) : of_channel(own_index(l, with - l->n_shared));
     const size_t N = l->m->n_channel, width = r->n_columns + N;
-    const ff_warning_parameter pair[] = {name, of_channel(k)};
+    const ff_warning_parameter pair[] = {name, of_channel(own)};
     double most = 0;
     channels in;
     ff_status status = channels_new(r, &in);
     for (size_t c = 0; c < r->n_channels && !status; c++) {
-        const double v = r->channel_correlation[(c * N + k) * width + other];
-        if (!(fabs(v) >= FF_CORRELATED)) continue;
+        const double v = r->channel_correlation[(c * N + own) * width + column];
+        const size_t of = c * l->n_own;
+        if (!hardly_apart(info, l->n_shared + of + k, with < l->n_shared ? with : with + of, v)) continue;
         in.at[in.n++] = c;
         if (fabs(v) > fabs(most)) most = v;
     }
@@ -161,16 +174,16 @@ static ff_status warn_channels_pair(const ff_layout *l, uint32_t k, size_t other
     return status;
 }
 
-static ff_status warn_channels_correlated(const ff_layout *l, ff_fit_result *r)
+static ff_status warn_channels_correlated(const ff_layout *l, const ff_information *info, ff_fit_result *r)
 {
-    ff_status status = warn_correlated(l, l->n_shared, r);
+    ff_status status = warn_correlated(l, info, l->n_shared, r);
     for (size_t k = 0; k < l->n_own; k++) {
         for (size_t j = 0; j < l->n_shared && !status; j++) {
             const ff_fit_value *v = ff_result_value(l, r, j);
-            if (v->column >= 0) status = warn_channels_pair(l, own_index(l, k), (size_t)v->column, ff_layout_warned(l, j), r);
+            if (v->column >= 0) status = warn_channels_pair(l, info, k, j, (size_t)v->column, r);
         }
         for (size_t j = 0; j < k && !status; j++)
-            status = warn_channels_pair(l, own_index(l, k), r->n_columns + own_index(l, j), of_channel(own_index(l, j)), r);
+            status = warn_channels_pair(l, info, k, l->n_shared + j, r->n_columns + own_index(l, j), r);
     }
     return status;
 }
@@ -207,7 +220,7 @@ static ff_status warn_of_few(const ff_layout *l, ff_fit_result *r)
 
 /* ---- parameters ------------------------------------------------------------------------------ */
 
-static ff_status warn_of_parameters(const ff_layout *l, double reflects, ff_fit_result *r)
+static ff_status warn_of_parameters(const ff_layout *l, const ff_information *info, double reflects, ff_fit_result *r)
 {
     const int many = l->arrowhead && l->n_channels > FF_CHANNELS_NAMED;
     ff_status status = FF_OK;
@@ -224,7 +237,8 @@ static ff_status warn_of_parameters(const ff_layout *l, double reflects, ff_fit_
             for (size_t c = 0; c < l->n_channels && !status; c++) status = warn_channels_at_bound(l, reflects, k, bound, c, r);
     }
     if (status || !r->correlation) return status;
-    return r->channel_correlation ? warn_channels_correlated(l, r) : warn_correlated(l, l->P, r);
+    if (!info) return FF_OK;
+    return r->channel_correlation ? warn_channels_correlated(l, info, r) : warn_correlated(l, info, l->P, r);
 }
 
 /* ---- samples --------------------------------------------------------------------------------- */
@@ -281,7 +295,7 @@ static ff_status warn_of_outcome(ff_fit_result *r)
     return r->outcome == FF_STALLED ? ff_warnings_say(&r->warnings, FF_WARNING_STALLED, NULL) : FF_OK;
 }
 
-ff_status ff_result_warnings(const ff_plan *plan, ff_fit_result *r)
+ff_status ff_result_warnings(const ff_plan *plan, const ff_information *info, ff_fit_result *r)
 {
     const ff_layout *l = &plan->l;
     const struct ff_problem *p = plan->p;
@@ -289,7 +303,7 @@ ff_status ff_result_warnings(const ff_plan *plan, ff_fit_result *r)
     ff_status status = warn_of_outcome(r);
     if (!status && ff_problem_is_dark(p)) status = ff_warnings_say(&r->warnings, FF_WARNING_NOTHING_TO_FIT, NULL);
     if (!status) status = warn_of_side(p, r);
-    if (!status) status = warn_of_parameters(l, p->selection.brightest.reflects, r);
+    if (!status) status = warn_of_parameters(l, info, p->selection.brightest.reflects, r);
     if (!status) status = ff_penalties_warnings(plan, r->residual.objective, &r->warnings);
     if (!status && turns && !r->ellipse.phi_determined)
         status = ff_warnings_say(&r->warnings, FF_WARNING_ORIENTATION_NOT_DETERMINED, NULL);

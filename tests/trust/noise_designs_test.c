@@ -368,8 +368,7 @@ static void judge(const trial *t, const char *line, const char *name, size_t k, 
     }
     qsort(half, widths, sizeof *half, ascending);
     const double share = in / n, wide = half[widths / 2] / (FF_NORMAL_975 * sqrt(fmax(square / n - sum * sum / n / n, 1e-300))),
-                 scatter = sqrt(0.95 * 0.05 / n),
-                 more = fmax(5 * (scatter - sqrt(0.95 * 0.05 / 1000)), 0);
+                 scatter = sqrt(0.95 * 0.05 / n), more = fmax(5 * (scatter - sqrt(0.95 * 0.05 / 1000)), 0);
     const int known = t->d->noise <= MIXED;
     printf("  %s %.1f (%.2f)", name, 100 * share, wide);
     sum_of_line[0] += share;
