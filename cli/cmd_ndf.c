@@ -298,6 +298,9 @@ int cmd_ndf(const cli_args *args)
     read_options(args, &o);
     ff_status failed = ff_ndf_models(o.masking, models, &err);
     if (failed != FF_OK) return cli_failed(failed, &err);
+    if (!strcmp(cli_value(args, FLAG_WEIGHT, ""), "noise"))
+        return cli_usage(
+            args, "--weight noise is of the noise about a model, which is not known here: expected solid-angle, sigma or sample");
     int status = open_isotropic(args, models, &f);
     if (status != EXIT_DONE) return status;
     ff_fit_options fit = f.options;

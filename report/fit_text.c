@@ -184,7 +184,8 @@ static void carriers_cell(ff_cell *out, ff_where w)
     const ff_fit_value *v = value_of(w.of, w.row);
     char n[FF_TEXT_NUMBER];
     const double shown = v->tied || v->held ? NAN : v->carriers;
-    ff_cell_rounded(out, shown, isnan(shown) ? "-" : shown < 10 ? ff_text_fixed(shown, 1, n) : ff_text_number(round(shown), 2, n));
+    const double unit = shown >= 100 ? pow(10, floor(log10(shown)) - 1) : 1, two = round(shown / unit) * unit; /* digits */
+    ff_cell_rounded(out, shown, isnan(shown) ? "-" : shown < 10 ? ff_text_fixed(shown, 1, n) : ff_text_fixed(two, 0, n));
 }
 
 static void residual_error_cell(ff_cell *out, ff_where w)

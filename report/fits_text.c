@@ -76,8 +76,11 @@ void ff_report_selection_text(const ff_report_fits *r, FILE *out)
     put_count(out, &separator, s.dropped, "negative");
     put_count(out, &separator, s.copies, s.copies == 1 ? "copy of another one" : "copies of others");
     fputc('\n', out);
-    fprintf(out, "loss %s%s, weights by %s", ff_loss_name((int)r->options->loss), r->adaptive ? " (chosen)" : "",
-            ff_weighting_name((int)s.weighting));
+    if (s.weighting == FF_WEIGHT_NOISE)
+        fputs("in standard deviations of the noise that a first fit has found", out);
+    else
+        fprintf(out, "loss %s%s, weights by %s", ff_loss_name((int)r->options->loss), r->adaptive ? " (chosen)" : "",
+                ff_weighting_name((int)s.weighting));
     if (r->options->robust != FF_ROBUST_NONE)
         fprintf(out, ", robust %s at %s", ff_robust_name((int)r->options->robust),
                 r->options->robust_scale > 0 ? ff_text_number(r->options->robust_scale, 6, number)

@@ -60,12 +60,18 @@ static ff_table scan(const fit_surface *s, double step_i, double step_o)
     return t;
 }
 
-/* Directions that no scan was made for: in the plane, or anywhere. */
+/* Directions that no scan was made for: in the plane, or beside it by degrees. */
 static ff_table held_out(const fit_surface *s, size_t n, int in_plane)
 {
     ff_table t = empty(n);
-    for (size_t i = 0; i < n; i++)
-        place(&t, i, 10 + 60 * ff_test_uniform(), 160 * ff_test_uniform() - 80, in_plane ? 0 : 180 * ff_test_uniform() - 90);
+    for (size_t i = 0; i < n; i++) {
+        const double theta_i = 10 + 60 * ff_test_uniform(), theta_o = 160 * ff_test_uniform() - 80,
+                     phi = 170 * ff_test_uniform() - 85;
+        if (in_plane)
+            place(&t, i, theta_i, theta_o, 0);
+        else /* neither near the normal nor near the plane */
+            place(&t, i, theta_i, copysign(fmax(fabs(theta_o), 5), theta_o), phi + copysign(5, phi));
+    }
     fill(s, &t);
     return t;
 }
