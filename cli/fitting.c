@@ -36,8 +36,7 @@ static int read_noise(const cli_args *args, cli_fitting *f)
         return cli_usage(args, "weights by the noise take the place of the loss: leave out --loss auto");
     if (text && f->options.errors == FF_ERRORS_RESIDUALS)
         return cli_usage(args, "--noise-model has no effect on errors that rest on residuals: leave out --errors residuals");
-    if (f->options.robust != FF_ROBUST_NONE && (text || cli_value(args, FLAG_ERRORS, NULL)) &&
-        f->options.errors != FF_ERRORS_RESIDUALS)
+    if (f->options.robust != FF_ROBUST_NONE && (text || cli_value(args, FLAG_ERRORS, NULL)) && f->options.errors == FF_ERRORS_NOISE)
         return cli_usage(args, "errors by the noise of the data are of sums of squares: leave out --robust, or %s",
                          text ? "--noise-model" : "--errors noise");
     if (!text) return EXIT_DONE;

@@ -28,7 +28,7 @@ def programs(build, pattern):
             continue
         with open(path, "rb") as f:
             if b"FF_TEST_SEED" in f.read() and re.search(pattern, name):
-                found.append(path)
+                found.append(os.path.abspath(path))
     return found
 
 
@@ -39,7 +39,7 @@ def run(path, seed, limit, sites):
         environment["FF_TEST_SITES"] = "1"
     begin = time.time()
     try:
-        p = subprocess.run([path], env=environment, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, timeout=4 * limit)
+        p = subprocess.run([path], cwd=os.path.dirname(path), env=environment, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, timeout=4 * limit)
         return p.returncode, time.time() - begin, p.stdout.decode(errors="replace")
     except subprocess.TimeoutExpired as e:
         return 1, time.time() - begin, (e.stdout or b"").decode(errors="replace") + "\ntoo slow\n"

@@ -61,16 +61,22 @@ static void look_at_inverse(const ff_plan *plan, ff_information *info)
     }
 }
 
-static ff_status invert_gram(const ff_plan *plan, const ff_gram *g, const int *at_bound, ff_information **out)
+static ff_status invert(const ff_plan *plan, const ff_normal *n, const int *at_bound, int penalties, ff_information **out)
 {
+    ff_gram g;
     ff_information *info = make(plan);
-    if (!info) return FF_ERR_MEMORY;
+    ff_status status = info ? gram_of(plan, n, penalties, &g) : FF_ERR_MEMORY;
+    if (status) {
+        free(info);
+        return status;
+    }
     for (size_t k = 0; k < info->P; k++) {
         info->use[k] = at_bound ? at_bound[k] == 0 : !ff_layout_is_fixed(&plan->l, k);
         info->used += (size_t)info->use[k];
     }
-    fill_scale(info, g);
-    const ff_status status = info->storage->invert(info, g);
+    fill_scale(info, &g);
+    status = info->storage->invert(info, &g);
+    ff_gram_free(&g);
     if (!status) look_at_inverse(plan, info);
     if (status)
         free(info);
@@ -79,30 +85,9 @@ static ff_status invert_gram(const ff_plan *plan, const ff_gram *g, const int *a
     return status;
 }
 
-static ff_status invert(const ff_plan *plan, const ff_normal *n, const int *at_bound, int penalties, ff_information **out)
-{
-    ff_gram g;
-    ff_status status = gram_of(plan, n, penalties, &g);
-    if (status) return status;
-    status = invert_gram(plan, &g, at_bound, out);
-    ff_gram_free(&g);
-    return status;
-}
-
 ff_status ff_information_new(const ff_plan *plan, const ff_normal *n, const int *at_bound, ff_information **out)
 {
     return invert(plan, n, at_bound, 1, out);
-}
-
-ff_status ff_information_without(const ff_plan *plan, const ff_point *at, const ff_gram *part, ff_information **out)
-{
-    ff_gram g;
-    ff_status status = gram_of(plan, &at->normal, 1, &g);
-    if (status) return status;
-    for (size_t k = 0; k < g.C * g.tri; k++) g.local[k] -= part->local[k];
-    status = invert_gram(plan, &g, at->at_bound, out);
-    ff_gram_free(&g);
-    return status;
 }
 
 /* ---- the covariance -------------------------------------------------------------------------- */

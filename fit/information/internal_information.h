@@ -41,9 +41,6 @@ ff_status ff_information_new(const ff_plan *plan, const ff_normal *n, const int 
 ff_status ff_information_finish(ff_information *info, const ff_plan *plan, const ff_normal *n, size_t n_samples,
                                 const double *of_samples);
 
-/* The same without a part of the samples, whose sums are given. FF_ERR_MEMORY. */
-ff_status ff_information_without(const ff_plan *plan, const ff_point *at, const ff_gram *part, ff_information **out);
-
 /* The covariance as factor times the sum of the products of n influences [n][P]. dof are left alone. FF_ERR_MEMORY. */
 ff_status ff_information_from_influences(ff_information *info, const double *influence, size_t n, double factor);
 

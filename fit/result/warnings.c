@@ -194,7 +194,7 @@ static ff_status warn_channels_correlated(const ff_layout *l, const ff_informati
 enum { FEW_NAMED = 12 };
 
 /* One warning for all of them, those that the fewest carry first. */
-static ff_status warn_of_few(const ff_layout *l, ff_fit_result *r)
+static ff_status warn_of_few(const ff_layout *l, ff_weighting by, ff_fit_result *r)
 {
     ff_warning_parameter named[FEW_NAMED];
     double number[FEW_NAMED], error = NAN;
@@ -213,8 +213,10 @@ static ff_status warn_of_few(const ff_layout *l, ff_fit_result *r)
         named[at] = ff_layout_warned(l, k);
         if (at == 0) error = v->residual_error;
     }
-    const ff_warning w = {
-        .code = FF_WARNING_FEW_CARRIERS, .n_parameters = n, .parameter = named, .value = {n ? number[0] : 0, error}};
+    const ff_warning w = {.code = FF_WARNING_FEW_CARRIERS,
+                          .n_parameters = n,
+                          .parameter = named,
+                          .value = {n ? number[0] : 0, error, by == FF_WEIGHT_NOISE}};
     return n ? ff_warnings_add(&r->warnings, &w) : FF_OK;
 }
 
@@ -307,7 +309,7 @@ ff_status ff_result_warnings(const ff_plan *plan, const ff_information *info, ff
     if (!status) status = ff_penalties_warnings(plan, r->residual.objective, &r->warnings);
     if (!status && turns && !r->ellipse.phi_determined)
         status = ff_warnings_say(&r->warnings, FF_WARNING_ORIENTATION_NOT_DETERMINED, NULL);
-    if (!status) status = warn_of_few(l, r);
+    if (!status) status = warn_of_few(l, p->selection.weighting, r);
     if (!status) status = warn_of_samples(p, r);
     return status ? status : warn_of_sigma(l, p, r);
 }

@@ -119,11 +119,11 @@ FF_API ff_status ff_trust_bootstrap(const ff_problem *p, const ff_places *places
  * the intervals of fit. Where a lower objective than that of the fit is found, a warning of fit says so. */
 FF_API ff_status ff_trust_profile(const ff_problem *p, const ff_fit_options *o, ff_fit_result *fit, ff_error *err);
 
-/** Errors by leaving out one incident direction after another (the cluster jackknife CR3, to first order; Bell and McCaffrey 2002;
- * MacKinnon, Nielsen and Webb 2023), with Student's t of one less than their number: they allow for anything that all samples of an
- * incidence have in common, as an error of its gain. Replaces the standard errors, correlations and intervals of fit, but those of
- * parameters on a bound. A parameter that one incidence alone determines has no error, and a warning of fit says so. FF_ERR_DATA
- * for fewer than 3 incident directions. */
+/** Errors by leaving out one incident direction after another (the cluster jackknife CR3, by a fit without each; Bell and McCaffrey
+ * 2002; MacKinnon, Nielsen and Webb 2023), with Student's t of one less than their number: they allow for anything that all samples
+ * of an incidence have in common, as an error of its gain. Replaces the standard errors, correlations and intervals of fit, but
+ * those of parameters on a bound. A parameter that one incidence alone determines has no error, and a warning of fit says so.
+ * FF_ERR_DATA for fewer than 3 incident directions, FF_ERR_UNSUPPORTED with priors or conserved energy, FF_ERR_CANCELLED. */
 FF_API ff_status ff_trust_jackknife(const ff_problem *p, const ff_places *places, const ff_fit_options *o, ff_fit_result *fit,
                                     ff_error *err);
 

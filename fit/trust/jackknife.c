@@ -1,7 +1,8 @@
 /* Errors by leaving out one incidence after another: whatever goes wrong at one of them, a gain, a drift, an alignment, goes wrong
- * in all of its samples, and moves the fit as often as it is there. With H and s the sums of J'J and J'r over the samples of an
- * incidence, the fit without it is a step (H_all - H)^-1 s away, to first order; the variance is (G - 1) / G times the sum of the
- * squares of these steps (CR3: Bell and McCaffrey 2002; MacKinnon, Nielsen and Webb 2023), with Student's t of G - 1. */
+ * in all of its samples, and moves the fit as often as it is there. The fit is made again without each of them; the variance is
+ * (G - 1) / G times the sum of the squares of its moves (CR3: Bell and McCaffrey 2002; MacKinnon, Nielsen and Webb 2023), with
+ * Student's t of G - 1. A step of Gauss and Newton in the place of a fit would do where the model is the surface; where it is not,
+ * the residuals bend the objective, and the step is short by a quarter and more. */
 #include "base/internal_statistics.h"
 #include "fit/result/internal_result.h"
 #include "internal_trust.h"
@@ -9,53 +10,57 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { FEWEST = 3, NAMED = 16 };
+enum { FEWEST = 3, NAMED = 16, MOST_ITERATIONS = 50 };
+#define TOLERANCE 1e-8
 
-/* Sums over the samples of each incidence. */
-typedef struct by_incidence {
-    const ff_layout *l;
+/* The moves [G][P] of all parameters, and those that are not determined without one of the incidences: lost [P]. */
+typedef struct moves {
+    const ff_finished *fit;
     const uint32_t *incidence; /* [n] */
-    ff_gram *gram;             /* [G] */
-} by_incidence;
+    float *multiplier;         /* [n_blocks FF_BLOCK] 0 at the incidence that is left out */
+    double *x, *there;         /* [P] coordinates of the fit, and of the one without */
+    double *move;
+    int *lost;
+} moves;
 
-static void add_block(void *context, const ff_visited *v)
+/* What the fit without incidence g says of the parameters: how far they have moved, in the units of the parameter, to first order
+ * of its coordinate; whether something is known of them. One that is fitted in a logarithm and moves by a factor of e is lost. */
+static ff_status take_moves(const moves *m, const ff_plan *plan, const ff_point *at, size_t g)
 {
-    const by_incidence *b = context;
-    const size_t m = b->l->n_shared + b->l->n_own;
-    double row[FF_MAX_COLUMNS][FF_BLOCK], one[FF_MAX_COLUMNS];
-    ff_noise_rows(b->l, v, row);
-    for (size_t i = 0; i < v->n; i++) {
-        for (size_t k = 0; k < m; k++) one[k] = row[k][i];
-        ff_gram_add_row(&b->gram[b->incidence[v->first + i]], v->c, 1, v->j[i] * (v->f[i] - v->y[i]), one);
+    const ff_layout *l = &plan->l;
+    ff_information *without = NULL;
+    const ff_status status = ff_information_new(plan, &at->normal, at->at_bound, &without);
+    ff_layout_pack(l, at->shape, at->channel, m->there);
+    for (size_t k = 0; k < l->P && !status; k++) {
+        const ff_param *info = ff_layout_param(l, k, NULL)->info;
+        const double by = m->there[k] - m->x[k];
+        const int bent = (info->flags & (FF_PARAM_LOG | FF_PARAM_ATANH)) != 0,
+                  unknown = !without->determined[k] && !at->at_bound[k];
+        m->move[g * l->P + k] = by * ff_coordinate_slope(info, ff_coordinate_value(info, m->x[k]));
+        m->lost[k] |= m->fit->at.information->determined[k] && (unknown || (bent && k < l->n_shared && fabs(by) > 1));
     }
+    free(without);
+    return status;
 }
 
-/* Is the step of a parameter so far that nothing is left of its first order: where it is fitted in a logarithm a factor of e? */
-static int is_lost(const ff_layout *l, size_t k, const ff_point *at, double step)
+static ff_status leave_out(const moves *m, size_t g)
 {
-    const ff_model_param *p = ff_layout_param(l, k, NULL);
-    const int bent = (p->info->flags & (FF_PARAM_LOG | FF_PARAM_ATANH)) != 0;
-    return bent && k < l->n_shared && p >= l->m->shape && p < l->m->shape + l->m->n_shape &&
-           fabs(step) > ff_coordinate_slope(p->info, at->shape[p - l->m->shape]);
-}
-
-/* The steps [G][P]; out [P]: 1 where a parameter is not determined without one of them. */
-static ff_status find_steps(const ff_plan *plan, const ff_point *at, const by_incidence *b, size_t G, double *step, int *lost)
-{
-    const size_t P = plan->l.P;
-    double *gradient = malloc((P + 1) * sizeof *gradient);
-    ff_status status = gradient ? FF_OK : FF_ERR_MEMORY;
-    for (size_t g = 0; g < G && !status; g++) {
-        ff_information *without = NULL;
-        status = ff_information_without(plan, at, &b->gram[g], &without);
-        if (status) break;
-        ff_gram_gradient(&b->gram[g], gradient);
-        status = ff_information_solve(without, gradient, step + g * P);
-        for (size_t k = 0; k < P && !status; k++)
-            lost[k] |= at->information->determined[k] && (!without->determined[k] || is_lost(&plan->l, k, at, step[g * P + k]));
-        free(without);
-    }
-    free(gradient);
+    static const ff_effort effort = {.parallel = 1, .tolerance = TOLERANCE, .max_iterations = MOST_ITERATIONS};
+    const struct ff_problem *p = m->fit->plan.p;
+    struct ff_problem within = *p;
+    ff_plan plan = ff_plan_on(&m->fit->plan, &within);
+    ff_point at;
+    ff_status status = ff_point_new(&plan, &at);
+    if (status) return status;
+    for (size_t i = 0; i < p->n; i++) m->multiplier[i] = m->incidence[i] != g;
+    within.multiplier = m->multiplier;
+    plan.errors = 0;
+    plan.progress = NULL;
+    ff_point_set(&plan, m->fit->at.shape, m->fit->at.channel, &at);
+    status = ff_solve(&plan, &effort, &at, NULL);
+    if (!status) status = ff_point_pass(&plan, &at);
+    if (!status) status = take_moves(m, &plan, &at, g);
+    ff_point_free(&at);
     return status;
 }
 
@@ -85,18 +90,17 @@ static ff_status say_lost(const ff_layout *l, const int *lost, ff_fit_result *fi
     return w.n_parameters ? ff_warnings_add(&fit->warnings, &w) : FF_OK;
 }
 
-/* With room: gram [G], step [G][P], lost [P]. */
-static ff_status jackknife(ff_finished *f, const ff_places *places, const by_incidence *b, double *step, int *lost,
-                           ff_fit_result *fit)
+/* With room. */
+static ff_status jackknife(ff_finished *f, const moves *m, size_t G, ff_fit_result *fit)
 {
-    const size_t G = places->n_directions;
+    const ff_layout *l = &f->plan.l;
     ff_status status = ff_errors(&f->plan, &f->at);
-    if (!status) status = ff_point_visit(&f->plan, &f->at, add_block, (void *)(uintptr_t)b);
-    if (!status) status = find_steps(&f->plan, &f->at, b, G, step, lost);
-    if (!status) status = ff_information_from_influences(f->at.information, step, G, (double)(G - 1) / (double)G);
+    ff_layout_pack(l, f->at.shape, f->at.channel, m->x);
+    for (size_t g = 0; g < G && !status; g++) status = leave_out(m, g);
+    if (!status) status = ff_information_from_influences(f->at.information, m->move, G, (double)(G - 1) / (double)G);
     if (status) return status;
-    replace_errors(&f->plan, &f->at, G, lost, fit);
-    return say_lost(&f->plan.l, lost, fit);
+    replace_errors(&f->plan, &f->at, G, m->lost, fit);
+    return say_lost(l, m->lost, fit);
 }
 
 ff_status ff_trust_jackknife(const ff_problem *p, const ff_places *places, const ff_fit_options *o, ff_fit_result *fit,
@@ -113,16 +117,17 @@ ff_status ff_trust_jackknife(const ff_problem *p, const ff_places *places, const
     ff_status status = ff_finished_open_data(p, o, fit, "leaving out incidences", &f, err);
     if (status) return status;
     const size_t P = f.plan.l.P;
-    by_incidence b = {&f.plan.l, places->direction, calloc(G, sizeof *b.gram)};
-    double *step = malloc((G * P + 1) * sizeof *step);
+    double *memory = malloc(((G + 2) * P + 1) * sizeof *memory);
+    float *multiplier = calloc(p->n_blocks * FF_BLOCK, sizeof *multiplier);
     int *lost = calloc(P + 1, sizeof *lost);
-    status = b.gram && step && lost ? FF_OK : FF_ERR_MEMORY;
-    for (size_t g = 0; g < G && !status; g++) status = ff_gram_new(&f.plan.l, &b.gram[g]);
-    if (!status) status = jackknife(&f, places, &b, step, lost, fit);
+    status = memory && multiplier && lost ? FF_OK : FF_ERR_MEMORY;
+    if (!status) {
+        const moves m = {&f, places->direction, multiplier, memory, memory + P, memory + 2 * P, lost};
+        status = jackknife(&f, &m, G, fit);
+    }
     if (status) (void)ff_trust_ended(status, "leaving out incidences", err);
-    for (size_t g = 0; g < G && b.gram; g++) ff_gram_free(&b.gram[g]);
-    free(b.gram);
-    free(step);
+    free(memory);
+    free(multiplier);
     free(lost);
     ff_finished_close(&f);
     return status;

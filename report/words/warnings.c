@@ -149,7 +149,7 @@ static void few_carriers(sentence *s)
         "standard error of ",
         s->w->n_parameters == 1 ? "s" : "");
     if (s->w->n_parameters > 0) put_parameter(s, 0);
-    put(s, " is %.2g; --weight noise lets all values have a say", s->w->value[1]);
+    put(s, " is %.2g%s", s->w->value[1], s->w->value[2] > 0 ? "" : "; --weight noise lets all values have a say");
 }
 
 static void one_incidence(sentence *s)

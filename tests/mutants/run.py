@@ -37,7 +37,8 @@ def fails(build, test, seconds):
         words = test.split()
         command = [os.path.join(build, "tests", words[0])] + words[1:]
     try:
-        code = subprocess.run(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, timeout=seconds).returncode
+        code = subprocess.run(command, cwd=os.path.join(build, "tests"), stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
+                              timeout=seconds).returncode
         return code not in (0, 77), ""
     except subprocess.TimeoutExpired:
         return True, ", which did not end"
@@ -62,6 +63,7 @@ def main():
     a.add_argument("--seconds", type=float, default=60)
     a.add_argument("--until", default="")
     o = a.parse_args()
+    o.build = os.path.abspath(o.build)
     only = {int(n) for n in o.only.split(",") if n}
     survived = 0
     for n, (room, file, tests, old, new) in enumerate(faults(o.list), 1):

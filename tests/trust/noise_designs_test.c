@@ -33,8 +33,7 @@ static const geometry geometries[] = {{"goniometer:10", "goniometer:10", FF_SHAP
                                       {"plane, 7", NULL, FF_SHAPE_ISOTROPIC, 0.05, 0.02},
                                       {"572 at 4", NULL, FF_SHAPE_ISOTROPIC, 0.05, 0.02},
                                       {"scattered:300", "scattered:300:0.5", FF_SHAPE_ISOTROPIC, 0.05, 0.02},
-                                      {"brushed", NULL, FF_SHAPE_CORRELATED, 0.1, 0.02},
-                                      {"demo", "goniometer", FF_SHAPE_ISOTROPIC, 0.02, 0.02}};
+                                      {"brushed", NULL, FF_SHAPE_CORRELATED, 0.1, 0.02}};
 enum { GEOMETRIES = sizeof geometries / sizeof *geometries };
 
 typedef struct surface {
@@ -65,6 +64,11 @@ typedef struct surface {
         "ggx+lambert", NULL, "f0=0.5 kd=0.1", "alpha=0.2", MANY_CHANNELS                                                           \
     }
 #define REST "f0=0.5 kd=0.1"
+/* that of ./setup demo, on its grid */
+#define DEMO                                                                                                                       \
+    {                                                                                                                              \
+        "ggx/v-cavity+lambert", NULL, "f0=0.9:0.6:0.3 kd=0.1:0.05:0.02", "alpha=0.45", 3                                           \
+    }
 #define WRONG                                                                                                                      \
     {                                                                                                                              \
         "student-t+lambert", "ggx+lambert", "gamma=3 f0=0.5 kd=0.1", "alpha=0.2", 1                                                \
@@ -98,7 +102,7 @@ static size_t geometry_of(const char *name)
 /* Every geometry with five surfaces; every distribution at two; all kinds of noise at four. */
 static void all_designs(list *l)
 {
-    static const surface everywhere[] = {GGX, BECKMANN, STUDENT_T, TWO_LOBES, SPECTRUM}, wrong = WRONG, ggx = GGX;
+    static const surface everywhere[] = {GGX, BECKMANN, STUDENT_T, TWO_LOBES, SPECTRUM}, wrong = WRONG, ggx = GGX, demo = DEMO;
     static const surface distributions[] = {{"phong+lambert", NULL, REST, "n=60", 1},
                                             {"gtr+lambert", NULL, REST, "alpha=0.2 gamma=2.5", 1},
                                             {"vmf+lambert", NULL, REST, "kappa=60", 1},
@@ -113,6 +117,7 @@ static void all_designs(list *l)
     l->n = 0;
     for (size_t k = 0; k < sizeof everywhere / sizeof *everywhere; k++)
         for (size_t g = 0; g < GEOMETRIES; g++) add_design(l, g, everywhere[k], MULTIPLICATIVE);
+    add_design(l, geometry_of("goniometer:5"), demo, MULTIPLICATIVE);
     for (int kind = ADDITIVE; kind <= GAIN; kind++)
         for (size_t k = 0; k < sizeof by_kind / sizeof *by_kind; k++) add_design(l, geometry_of(by_kind[k]), ggx, (enum kind)kind);
     for (size_t k = 0; k < sizeof distributions / sizeof *distributions; k++) {
@@ -461,8 +466,10 @@ int main(int argc, char **argv)
     for (size_t k = 0; k < l.n; k++) {
         const design *d = &l.d[k];
         char line[160];
-        snprintf(line, sizeof line, "%-14s %-26s%-5s %-12s%s%s", d->at->name, d->s.expression, d->s.channels > 1 ? "x 31" : "",
-                 kind_name[d->noise], d->s.fitted ? " as " : "", d->s.fitted ? d->s.fitted : "");
+        char channels[32] = "";
+        if (d->s.channels > 1) snprintf(channels, sizeof channels, "x %zu", d->s.channels);
+        snprintf(line, sizeof line, "%-14s %-26s%-5s %-12s%s%s", d->at->name, d->s.expression, channels, kind_name[d->noise],
+                 d->s.fitted ? " as " : "", d->s.fitted ? d->s.fitted : "");
         if (argc > 3 ? !strstr(line, argv[3]) : !is_in_short_run(&l, k, by) && repeats < MANY) continue;
         try_design(d, by, line, (size_t)repeats, pool, of_geometry[d->at - geometries]);
     }
