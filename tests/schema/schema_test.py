@@ -61,6 +61,7 @@ fit paint.csv --loss auto --model beckmann+lambert
 fit paint.csv --channels each --max-theta 70 --shape axis
 fit paint.csv --channels mean --profile --free ks
 fit paint.csv --errors noise --cut-off 60
+fit paint.csv --weight noise
 fit paint.csv --noise-model relative=0.02,floor=0.001,cos_i=-1
 fit paint.csv --bootstrap 20 --cut-off 0 --seed 3
 fit paint.csv --cut-off 60 --loss log --robust cauchy
