@@ -75,7 +75,8 @@ static void put_noise(const ff_problem *p, const ff_fit_result *f, FILE *out)
 
 static void put_bootstrap(const ff_bootstrap *b, FILE *out)
 {
-    fprintf(out, "  std errors and intervals by %zu refits with random weights of %zu %s", b->repeats, b->n_groups,
+    fprintf(out, "  std errors and intervals by %zu refits %s %zu %s", b->repeats,
+            b->kind == FF_GROUP_VALUES ? "with the noise drawn anew in" : "with random weights of", b->n_groups,
             ff_grouping_name((int)b->kind));
     if (b->failed) fprintf(out, " (%zu did not converge)", b->failed);
     fputc('\n', out);

@@ -36,6 +36,7 @@ struct ff_problem {
     char (*table_channel)[FF_CHANNEL_NAME];
     int only_channel;
     double *channel_mean;    /* [n_channels] of |y| over the used samples */
+    double *least;           /* [n_channels] what a datum counts as at least where a loss divides by it */
     uint32_t *index;         /* [n] place of each sample in the table, or in the problem that a smaller one stands for */
     float *cosine[2];        /* [n_blocks FF_BLOCK] of both directions, incident first; NULL in a smaller problem */
     const float *multiplier; /* [n_blocks FF_BLOCK] borrowed, NULL = 1: root of the weight of each sample when they are resampled */

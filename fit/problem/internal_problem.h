@@ -19,6 +19,9 @@ double ff_problem_stands_for(const struct ff_problem *p, const struct ff_problem
 /* Memory for blocks, aligned, in large pages where the system has them; NULL when there is none. Released with free. */
 double *ff_block_memory(size_t bytes);
 
+/* Targets of a channel's values in a block, and the weights of a loss that weighs by the datum; x [FF_BLOCK]: cos(theta_i). */
+void ff_problem_aim(const struct ff_problem *p, size_t block, size_t c, const double *x);
+
 /* Leaves out of index [*n] what only repeats an earlier sample, unless the table is a grid or has weights; copies: how many.
  * FF_ERR_MEMORY. */
 ff_status ff_copies_leave_out(const ff_table *t, uint32_t *index, size_t *n, size_t *copies);

@@ -44,7 +44,6 @@ typedef struct build {
     slab_result *slab;
     block_result *block;
     double *channel_sum; /* [slabs][n_channels] of |y| over used samples */
-    double *least;       /* [n_channels] what a datum counts as at least where a loss divides by it */
     double weight_scale; /* 1 / mean weight */
     double *buffer;      /* [threads][per_thread] */
     float *size;         /* [used] largest weighted value of each sample */
@@ -184,6 +183,16 @@ static int known_side(const ff_fit_options *o, double sigma, double *y)
     return side;
 }
 
+void ff_problem_aim(const struct ff_problem *p, size_t block, size_t c, const double *x)
+{
+    const double *value = ff_problem_plane(p, block, p->value + (int)c),
+                 *sample_weight = ff_problem_plane(p, block, p->sample_weight);
+    double *weight = ff_problem_plane(p, block, p->weight + p->weight_stride * (int)c), factor[FF_BLOCK];
+    ff_loss_targets(p->loss, FF_BLOCK, value, x, ff_problem_plane(p, block, p->target + (int)c));
+    ff_loss_factors(p->loss, FF_BLOCK, value, x, p->least[c], factor);
+    for (size_t i = 0; i < FF_BLOCK; i++) weight[i] = sample_weight[i] > 0 ? sample_weight[i] * factor[i] : 0;
+}
+
 static void fill_targets(const build *b, size_t block, const uint32_t *index, size_t n, const gathered *g)
 {
     struct ff_problem *p = b->p;
@@ -197,8 +206,6 @@ static void fill_targets(const build *b, size_t block, const uint32_t *index, si
             values_of(b, c, index[i], count, y + i, scratch);
             if (b->needs_sigma) sigmas_of(b, c, index[i], count, sigma + i, scratch);
         }
-        double *weight = ff_problem_plane(p, block, p->weight + p->weight_stride * (int)c),
-               *target = ff_problem_plane(p, block, p->target + (int)c);
         double *value = ff_problem_plane(p, block, p->value + (int)c), *sides = NULL;
         if (p->side >= 0) sides = ff_problem_plane(p, block, p->side + (int)c);
         for (size_t i = 0; i < FF_BLOCK; i++) {
@@ -212,13 +219,11 @@ static void fill_targets(const build *b, size_t block, const uint32_t *index, si
             }
             value[i] = v;
         }
-        ff_loss_targets(p->loss, FF_BLOCK, value, x, target);
+        ff_problem_aim(p, block, c, x);
         if (b->weighting == FF_WEIGHT_SIGMA) { /* the residual in standard deviations: those of y pass through g */
+            double *weight = ff_problem_plane(p, block, p->weight + p->weight_stride * (int)c);
             ff_loss_slopes(p->loss, FF_BLOCK, value, x, scratch);
             for (size_t i = 0; i < FF_BLOCK; i++) weight[i] = i < n ? 1 / (sigma[i] * scratch[i]) : 0;
-        } else {
-            ff_loss_factors(p->loss, FF_BLOCK, value, x, b->least[c], scratch);
-            for (size_t i = 0; i < FF_BLOCK; i++) weight[i] = i < n ? sample_weight[i] * scratch[i] : 0;
         }
     }
 }
@@ -387,12 +392,12 @@ static ff_status find_least(build *b)
 {
     const int looks = ff_loss_weighs_data(b->p->loss);
     double *v = looks ? malloc(LEAST_LOOKED_AT * sizeof *v) : NULL;
-    b->least = calloc(b->p->n_channels, sizeof *b->least);
-    if (!b->least || (looks && !v)) {
+    b->p->least = calloc(b->p->n_channels, sizeof *b->p->least);
+    if (!b->p->least || (looks && !v)) {
         free(v);
         return FF_ERR_MEMORY;
     }
-    for (size_t c = 0; c < b->p->n_channels && looks; c++) b->least[c] = least_of_channel(b, c, v);
+    for (size_t c = 0; c < b->p->n_channels && looks; c++) b->p->least[c] = least_of_channel(b, c, v);
     free(v);
     return FF_OK;
 }
@@ -537,7 +542,6 @@ ff_status ff_problem_make(const ff_table *t, const ff_model *models, size_t n_mo
     free(b.slab);
     free(b.block);
     free(b.channel_sum);
-    free(b.least);
     free(b.buffer);
     free(b.size);
     free(channel);
@@ -561,6 +565,7 @@ void ff_problem_free(ff_problem *p)
     free(p->channel_name);
     free(p->table_channel);
     free(p->channel_mean);
+    free(p->least);
     free(p->index);
     free((float *)(uintptr_t)p->unit);
     free((float *)(uintptr_t)p->own_factor);

@@ -1,4 +1,5 @@
-/* Refits with random weights of whole incident directions: errors that go together inside one are resampled together. */
+/* Refits to values drawn anew by the noise of the data; or with random weights of whole incident directions, so that errors that go
+ * together inside one are resampled together. */
 #include "base/internal_order.h"
 #include "base/internal_statistics.h"
 #include "internal_trust.h"
@@ -12,7 +13,10 @@ enum { FEWEST_REPEATS = 20, FEWEST_GROUPS = 5, MOST_ITERATIONS = 50 };
 typedef struct bootstrap {
     const ff_finished *fit;
     const ff_places *places;
-    const ff_resampled *resampled;
+    int by_noise; /* 1: of redrawn, else of resampled */
+    ff_resampled resampled;
+    ff_redrawn redrawn;
+    size_t repeats;
     uint64_t seed;
     double *weight; /* [threads][n_groups]    */
     double *x;      /* [repeats][P], of those that converged */
@@ -20,39 +24,23 @@ typedef struct bootstrap {
     ff_status *status; /* [repeats] */
 } bootstrap;
 
-/* SplitMix64 (Steele, Lea and Flood 2014) of a counter; in (0, 1). */
-static double uniform_at(uint64_t seed, uint64_t repeat, uint64_t draw)
-{
-    uint64_t z =
-        (seed * UINT64_C(0xd1342543de82ef95) + repeat) * UINT64_C(0xaf251af3b0f025b5) + (draw + 1) * UINT64_C(0x9e3779b97f4a7c15);
-    for (int k = 0; k < 2; k++) {
-        z = (z ^ (z >> 30)) * UINT64_C(0xbf58476d1ce4e5b9);
-        z = (z ^ (z >> 27)) * UINT64_C(0x94d049bb133111eb);
-        z ^= z >> 31;
-    }
-    return ((double)(z >> 12) + 0.5) / 4503599627370496.0;
-}
-
 /* A random weight for every group, with mean 1: Rubin's (1981). */
 static void draw_weights(const bootstrap *b, size_t repeat, double *weight)
 {
     const size_t G = b->places->n_groups;
     double sum = 0;
-    for (size_t g = 0; g < G; g++) sum += weight[g] = -log(uniform_at(b->seed, repeat, g));
+    for (size_t g = 0; g < G; g++) sum += weight[g] = -log(ff_trust_uniform(b->seed, repeat, g));
     for (size_t g = 0; g < G; g++) weight[g] *= (double)G / sum;
 }
 
-static void refit(void *context, size_t repeat, int worker)
+/* To the samples of p, which have their values and weights. */
+static void refit(const bootstrap *b, const struct ff_problem *p, size_t repeat, int parallel)
 {
-    static const ff_effort effort = {.tolerance = REFIT_TOLERANCE, .max_iterations = MOST_ITERATIONS};
-    const bootstrap *b = context;
-    const ff_plan plan = ff_plan_on(&b->fit->plan, &b->resampled->problem[worker]);
-    double *weight = b->weight + (size_t)worker * b->places->n_groups;
+    const ff_effort effort = {.parallel = parallel, .tolerance = REFIT_TOLERANCE, .max_iterations = MOST_ITERATIONS};
+    const ff_plan plan = ff_plan_on(&b->fit->plan, p);
     ff_point at = {0};
     ff_status status = ff_plan_cancelled(&plan) ? FF_ERR_CANCELLED : ff_point_new(&plan, &at);
     if (!status) {
-        draw_weights(b, repeat, weight);
-        ff_resampled_weigh(b->resampled, worker, b->places, weight);
         ff_point_set(&plan, b->fit->at.shape, b->fit->at.channel, &at);
         status = ff_solve(&plan, &effort, &at, NULL);
     }
@@ -60,6 +48,36 @@ static void refit(void *context, size_t repeat, int worker)
     b->converged[repeat] = !status && at.outcome == FF_CONVERGED;
     if (b->converged[repeat]) ff_layout_pack(&plan.l, at.shape, at.channel, b->x + repeat * plan.l.P);
     ff_point_free(&at);
+}
+
+static void reweighted(void *context, size_t repeat, int worker)
+{
+    const bootstrap *b = context;
+    double *weight = b->weight + (size_t)worker * b->places->n_groups;
+    draw_weights(b, repeat, weight);
+    ff_resampled_weigh(&b->resampled, worker, b->places, weight);
+    refit(b, &b->resampled.problem[worker], repeat, 0);
+}
+
+/* Every repeat that falls to a copy. */
+static void redrawn(void *context, size_t copy, int worker)
+{
+    const bootstrap *b = context;
+    (void)worker;
+    for (size_t repeat = copy; repeat < b->repeats; repeat += b->redrawn.copies) {
+        ff_redrawn_draw(&b->redrawn, copy, b->seed, repeat);
+        refit(b, &b->redrawn.problem[copy], repeat, b->redrawn.copies == 1);
+    }
+}
+
+static void refit_all(bootstrap *b, ff_pool *pool)
+{
+    if (!b->by_noise)
+        ff_pool_run(pool, b->repeats, reweighted, b);
+    else if (b->redrawn.copies > 1)
+        ff_pool_run(pool, b->redrawn.copies, redrawn, b);
+    else
+        redrawn(b, 0, 0);
 }
 
 /* The covariance of coordinates a and b over n refits of P coordinates each. */
@@ -90,14 +108,13 @@ static ff_status one_sided(const double *x, size_t n, size_t P, size_t k, const 
     return FF_OK;
 }
 
-/* For every parameter [P]. */
-typedef struct groups_that_count {
-    double *number, *seen; /* see ff_clusters_informative and ff_information_seen */
-} groups_that_count;
+/* Of a parameter: what the standard deviation of the refits is to be multiplied by, and its degrees of freedom. */
+typedef struct correction {
+    double factor, dof;
+} correction;
 
 /* x [n][P]: the refits that converged. */
-static ff_status take_errors(const ff_layout *l, const double *x, size_t n, size_t G, const groups_that_count *count,
-                             ff_fit_result *fit)
+static ff_status take_errors(const ff_layout *l, const double *x, size_t n, const correction *by, ff_fit_result *fit)
 {
     const size_t P = l->P;
     ff_status status = FF_OK;
@@ -109,10 +126,8 @@ static ff_status take_errors(const ff_layout *l, const double *x, size_t n, size
             status = one_sided(x, n, P, a, info, v);
             continue;
         }
-        /* weights of G groups have the variance (G - 1) / (G + 1) instead of 1 */
-        const double factor = sqrt((double)(G + 1) / (double)(G - 1) * (1 - 1 / (double)G) / count->seen[a]);
-        const double t = ff_student_quantile(0.95, count->number[a] - 1),
-                     error = factor * sqrt(covariance(x, n, P, a, a)) * ff_coordinate_slope(info, v->value);
+        const double t = ff_student_quantile(0.95, by[a].dof),
+                     error = by[a].factor * sqrt(covariance(x, n, P, a, a)) * ff_coordinate_slope(info, v->value);
         if (!isnan(v->std_error)) v->std_error = error;
         ff_interval_around(info, t * error, FF_INTERVAL_BOOTSTRAP, v);
         for (size_t b = 0; b < P; b++) {
@@ -126,23 +141,43 @@ static ff_status take_errors(const ff_layout *l, const double *x, size_t n, size
     return status;
 }
 
-static ff_status count_groups(ff_finished *f, const ff_places *places, const groups_that_count *count)
+static ff_status correct_for_groups(ff_finished *f, const ff_places *places, correction *by)
 {
     const ff_plan *plan = &f->plan;
-    ff_status status = ff_errors(plan, &f->at);
+    const double G = (double)places->n_groups;
+    double *number = malloc((plan->l.P + 1) * sizeof *number);
+    ff_status status = number ? ff_errors(plan, &f->at) : FF_ERR_MEMORY;
     if (!status)
-        status = ff_clusters_informative(plan->p, &f->at.normal, plan->p->n, places->group, places->n_groups, f->at.information,
-                                         count->number);
-    for (size_t k = 0; k < plan->l.P && !status; k++) count->seen[k] = ff_information_seen(f->at.information, count->number[k]);
+        status =
+            ff_clusters_informative(plan->p, &f->at.normal, plan->p->n, places->group, places->n_groups, f->at.information, number);
+    for (size_t k = 0; k < plan->l.P && !status; k++) {
+        /* weights of G groups have the variance (G - 1) / (G + 1) instead of 1 */
+        const double seen = ff_information_seen(f->at.information, number[k]);
+        by[k] = (correction){sqrt((G + 1) / (G - 1) * (1 - 1 / G) / seen), number[k] - 1};
+    }
+    free(number);
     return status;
 }
 
+/* Values are drawn as if they were independent. What errors that go together make of it, and what the residuals say of the few
+ * values that carry a parameter, comes from the errors of the fit: the refits stand for the straight line that these go along. */
+static ff_status correct_for_noise(ff_finished *f, correction *by)
+{
+    const ff_status status = ff_errors(&f->plan, &f->at);
+    for (size_t k = 0; k < f->plan.l.P && !status; k++) {
+        const double alone = f->at.noise->carriers.error[k], whole = f->at.information->variance[k];
+        by[k] = (correction){alone > 0 && whole > 0 ? sqrt(whole) / alone : 1, f->at.information->dof[k]};
+    }
+    return status;
+}
+
+/* places NULL: nothing is resampled by them. */
 static ff_status check(const ff_places *places, size_t repeats, ff_error *err)
 {
     if (repeats < FEWEST_REPEATS)
         return ff_error_set(err, FF_ERR_RANGE, NULL, 0, -1, "a bootstrap needs at least %d refits, found %zu", (int)FEWEST_REPEATS,
                             repeats);
-    if (places->n_groups < FEWEST_GROUPS)
+    if (places && places->n_groups < FEWEST_GROUPS)
         return ff_error_set(err, FF_ERR_DATA, NULL, 0, -1, "%zu %s are too few to resample: at least %d", places->n_groups,
                             ff_grouping_name((int)places->kind), (int)FEWEST_GROUPS);
     return FF_OK;
@@ -160,47 +195,66 @@ static size_t pack(bootstrap *b, size_t repeats, size_t P)
     return n;
 }
 
+/* By the noise of the data, where the errors are and there is one; values that are known from one side only are not drawn. */
+static int is_by_noise(const ff_finished *f, const ff_fit_options *o)
+{
+    return f->at.noise && o->errors == FF_ERRORS_NOISE && f->plan.p->side < 0;
+}
+
+/* With room for the refits. */
+static ff_status resample(bootstrap *b, ff_finished *f, correction *by, ff_fit_result *fit, size_t *failed, ff_error *err)
+{
+    const struct ff_problem *p = f->plan.p;
+    const size_t P = f->plan.l.P;
+    ff_status status = b->by_noise ? ff_redrawn_new(f, &b->redrawn) : ff_resampled_new(p, &b->resampled);
+    if (!status) refit_all(b, p->pool);
+    for (size_t i = 0; i < b->repeats && !status; i++)
+        if (b->status[i] == FF_ERR_CANCELLED || b->status[i] == FF_ERR_MEMORY) status = b->status[i];
+    if (status) return ff_trust_ended(status, "the bootstrap", err);
+    const size_t n = pack(b, b->repeats, P);
+    if (n < FEWEST_REPEATS)
+        return ff_error_set(err, FF_ERR_DATA, NULL, 0, -1, "only %zu of %zu refits of the bootstrap converged", n, b->repeats);
+    *failed = b->repeats - n;
+    status = b->by_noise ? correct_for_noise(f, by) : correct_for_groups(f, b->places, by);
+    if (!status) status = take_errors(&f->plan.l, b->x, n, by, fit);
+    return status ? ff_trust_ended(status, "the bootstrap", err) : FF_OK;
+}
+
 ff_status ff_trust_bootstrap_into(const ff_problem *p, const ff_places *places, const ff_fit_options *o, size_t repeats,
                                   uint64_t seed, ff_fit_result *fit, ff_bootstrap *out, ff_error *err)
 {
     ff_finished f;
-    ff_resampled resampled = {0};
-    ff_status status = check(places, repeats, err);
-    if (!status) status = ff_finished_open_data(p, o, fit, "the bootstrap", &f, err);
+    ff_fit_options own;
+    size_t failed = 0;
+    o = ff_fit_options_take(o, &own, err);
+    if (!o) return FF_ERR_RANGE;
+    ff_status status = ff_finished_open_data(p, o, fit, "the bootstrap", &f, err);
     if (status) return status;
-    const size_t P = f.plan.l.P, threads = (size_t)ff_pool_threads(p->pool);
-    bootstrap b = {.fit = &f, .places = places, .resampled = &resampled, .seed = seed};
-    b.weight = malloc(threads * places->n_groups * sizeof *b.weight);
-    b.x = malloc((repeats * P + 1) * sizeof *b.x);
+    bootstrap b = {.fit = &f, .places = places, .repeats = repeats, .seed = seed, .by_noise = is_by_noise(&f, o)};
+    status = check(b.by_noise ? NULL : places, repeats, err);
+    if (status) {
+        ff_finished_close(&f);
+        return status;
+    }
+    b.weight = malloc((size_t)ff_pool_threads(p->pool) * places->n_groups * sizeof *b.weight);
+    b.x = malloc((repeats * f.plan.l.P + 1) * sizeof *b.x);
     b.converged = calloc(repeats, 1);
     b.status = calloc(repeats, sizeof *b.status);
-    const groups_that_count count = {malloc((P + 1) * sizeof(double)), malloc((P + 1) * sizeof(double))};
-    status =
-        b.weight && b.x && b.converged && b.status && count.number && count.seen ? ff_resampled_new(p, &resampled) : FF_ERR_MEMORY;
-    size_t n = 0;
-    if (!status) {
-        ff_pool_run(p->pool, repeats, refit, &b);
-        for (size_t i = 0; i < repeats && !status; i++)
-            if (b.status[i] == FF_ERR_CANCELLED || b.status[i] == FF_ERR_MEMORY) status = b.status[i];
-        n = pack(&b, repeats, P);
-    }
-    if (status) {
-        (void)ff_trust_ended(status, "the bootstrap", err);
-    } else if (n < FEWEST_REPEATS) {
-        status = ff_error_set(err, FF_ERR_DATA, NULL, 0, -1, "only %zu of %zu refits of the bootstrap converged", n, repeats);
-    } else {
-        status = count_groups(&f, places, &count);
-        if (!status) status = take_errors(&f.plan.l, b.x, n, places->n_groups, &count, fit);
-        if (status) ff_error_set(err, status, NULL, 0, -1, "out of memory");
-    }
-    if (!status) *out = (ff_bootstrap){sizeof *out, repeats, repeats - n, places->n_groups, places->kind};
-    ff_resampled_free(&resampled);
+    correction *by = malloc((f.plan.l.P + 1) * sizeof *by);
+    if (!(b.weight && b.x && b.converged && b.status && by))
+        status = ff_trust_ended(FF_ERR_MEMORY, "the bootstrap", err);
+    else
+        status = resample(&b, &f, by, fit, &failed, err);
+    if (!status)
+        *out = b.by_noise ? (ff_bootstrap){sizeof *out, repeats, failed, p->n * p->n_channels, FF_GROUP_VALUES}
+                          : (ff_bootstrap){sizeof *out, repeats, failed, places->n_groups, places->kind};
+    ff_resampled_free(&b.resampled);
+    ff_redrawn_free(&b.redrawn);
     free(b.weight);
     free(b.x);
     free(b.converged);
     free(b.status);
-    free(count.number);
-    free(count.seen);
+    free(by);
     ff_finished_close(&f);
     return status;
 }

@@ -19,7 +19,8 @@ extern "C" {
 typedef enum ff_grouping {
     FF_GROUP_DIRECTIONS = 0, /**< incident directions (of isotropic data their theta_i), to 0.001 rad               */
     FF_GROUP_CELLS = 1,      /**< cells of incident directions, where nearly every sample has its own                */
-    FF_GROUP_RUNS = 2        /**< runs of consecutive samples inside an incident direction, where these are too few   */
+    FF_GROUP_RUNS = 2,       /**< runs of consecutive samples inside an incident direction, where these are too few   */
+    FF_GROUP_VALUES = 3      /**< of a bootstrap: each value by itself, drawn by the noise of the data                */
 } ff_grouping;
 FF_API const char *ff_grouping_name(int kind); /**< "incident directions", ...; NULL for a number that is none */
 
@@ -101,22 +102,33 @@ FF_API ff_status ff_trust_outliers(const ff_problem *p, const ff_places *places,
 typedef struct ff_bootstrap {
     size_t size;            /**< sizeof(ff_bootstrap), set by the caller              */
     size_t repeats, failed; /**< refits, and those that did not converge (left out) */
-    size_t n_groups;
+    size_t n_groups;        /**< or values                                        */
     ff_grouping kind;
 } ff_bootstrap;
 
-/** Block bootstrap: refits with random weights of the groups, exponential ones (Rubin 1981), so that no incident direction is
- *  ever missing. Replaces the standard errors and intervals of fit: the standard deviation of the refits, corrected for the
- *  variance of the weights of G groups and for the number of groups that say much of the parameter, with Student's t of as many
- *  degrees of freedom less one; of a parameter on its bound the 95 % quantile. The same seed gives the same intervals.
- *  FF_ERR_RANGE for repeats < 20 and for a size of *out that is none; FF_ERR_DATA for fewer than 5 groups. */
+/** How refits scatter: replaces the standard errors and intervals of fit.
+ *
+ *  With ff_fit_options.errors = FF_ERRORS_NOISE a parametric bootstrap (Efron and Tibshirani 1993, chapter 6): values are drawn
+ * about the fit by the noise of the data. Where a fit is not linear in its errors the refits know it and its standard errors do
+ * not; that errors go together, and what the residuals say of few values, is taken from these (a factor), and their degrees of
+ * freedom.
+ *
+ *  Otherwise, where the fit has found no noise, and where values are known from one side only, a block bootstrap: random weights of
+ *  the groups of places, exponential ones (Rubin 1981), so that no incident direction is ever missing; the standard deviation of
+ * the refits is corrected for the variance of the weights of G groups and for the number of groups that say much of the parameter,
+ * with Student's t of as many degrees of freedom less one.
+ *
+ *  Of a parameter on its bound the 95 % quantile. The same seed gives the same intervals.
+ *  FF_ERR_RANGE for repeats < 20 and for a size of *out that is none; FF_ERR_DATA for fewer than 5 groups where groups are weighed.
+ */
 FF_API ff_status ff_trust_bootstrap(const ff_problem *p, const ff_places *places, const ff_fit_options *o, size_t repeats,
                                     uint64_t seed, ff_fit_result *fit, ff_bootstrap *out, ff_error *err);
 
 /** Profile of the objective: for every free parameter the values at which the least objective of all others has risen by what 95 %
  * allow: t^2 / 2 times the variance of a residual, corrected as the standard error is (a parameter whose error is twice the
- * textbook's may raise it four times as much). An interval that ends at a bound ends there because the data do not end it. Replaces
- * the intervals of fit. Where a lower objective than that of the fit is found, a warning of fit says so. */
+ * textbook's may raise it four times as much; after ff_trust_jackknife as much as its interval would). An interval that ends at a
+ * bound ends there because the data do not end it. Replaces the intervals of fit. Where a lower objective than that of the fit is
+ * found, a warning of fit says so. */
 FF_API ff_status ff_trust_profile(const ff_problem *p, const ff_fit_options *o, ff_fit_result *fit, ff_error *err);
 
 /** Errors by leaving out one incident direction after another (the cluster jackknife CR3, by a fit without each; Bell and McCaffrey

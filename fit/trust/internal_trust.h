@@ -30,6 +30,23 @@ typedef struct ff_resampled {
 ff_status ff_resampled_new(const struct ff_problem *p, ff_resampled *out);
 void ff_resampled_free(ff_resampled *r);
 
+/* The same directions with values drawn anew about a fit by the noise of its data: copies of its problem with planes of their own.
+ */
+typedef struct ff_redrawn {
+    struct ff_problem *problem; /* [copies] */
+    size_t copies;              /* as many as threads, fewer of large problems */
+    double *model;              /* [n_channels][n] of the fit, 1/sr */
+    float *deviation;           /* [n_channels][n_blocks FF_BLOCK] 1/sr */
+} ff_redrawn;
+/* Of a fit that has found noise. FF_ERR_MEMORY. */
+ff_status ff_redrawn_new(const ff_finished *f, ff_redrawn *out);
+void ff_redrawn_free(ff_redrawn *r);
+/* Values of a copy for one repeat, the same whichever copy it is; those that the loss has no value for are drawn again. */
+void ff_redrawn_draw(const ff_redrawn *r, size_t copy, uint64_t seed, uint64_t repeat);
+
+/* SplitMix64 (Steele, Lea and Flood 2014) of a counter; in (0, 1). */
+double ff_trust_uniform(uint64_t seed, uint64_t repeat, uint64_t draw);
+
 /* Says in err why `what` ("the bootstrap") came to no end: cancelled, or st. Returns st. */
 ff_status ff_trust_ended(ff_status status, const char *what, ff_error *err);
 

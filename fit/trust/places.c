@@ -11,8 +11,9 @@ static const double degree = 3.14159265358979323846 / 180;
 
 const char *ff_grouping_name(int kind)
 {
-    static const char *const names[] = {"incident directions", "cells of incident directions", "runs of consecutive samples"};
-    return kind >= 0 && kind < 3 ? names[kind] : NULL;
+    static const char *const names[] = {"incident directions", "cells of incident directions", "runs of consecutive samples",
+                                        "values"};
+    return kind >= 0 && kind < 4 ? names[kind] : NULL;
 }
 
 const char *ff_place_name(int place)

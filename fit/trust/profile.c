@@ -94,6 +94,16 @@ static void profile_end(void *context, size_t item, int worker)
     ff_point_free(&at);
 }
 
+/* As much as the interval allows that is there, where the objective were a parabola: of errors by incidences. */
+static void take_width(const ff_param *info, const ff_fit_value *v, double inverse, end *e)
+{
+    const double half = 0.5 * (ff_coordinate(info, v->high) - ff_coordinate(info, v->low)),
+                 sd = half * ff_coordinate_slope(info, v->value) / e->t;
+    if (!(sd > 0)) return;
+    e->unit = sd * sd / inverse;
+    e->step = half;
+}
+
 /* Where to begin and what to look for: the steps of the Wald interval. */
 static size_t lay_out_ends(const profile *f, const ff_information *u, ff_fit_result *fit)
 {
@@ -116,6 +126,7 @@ static size_t lay_out_ends(const profile *f, const ff_information *u, ff_fit_res
             *e = (end){.k = k, .side = side, .x0 = x, .unit = known ? cov / inverse : fmax(variance, 1e-300)};
             e->t = ff_student_quantile(v->at_bound ? 0.9 : 0.95, u->dof[k]);
             e->step = known ? e->t * sqrt(cov) / ff_coordinate_slope(info, v->value) : 0.05 * range;
+            if (known && v->interval == FF_INTERVAL_JACKKNIFE) take_width(info, v, inverse, e);
             if (!(e->step < 0.5 * range)) e->step = 0.5 * range;
         }
     }

@@ -4,6 +4,18 @@
 #include <stdlib.h>
 #include <string.h>
 
+double ff_trust_uniform(uint64_t seed, uint64_t repeat, uint64_t draw)
+{
+    uint64_t z =
+        (seed * UINT64_C(0xd1342543de82ef95) + repeat) * UINT64_C(0xaf251af3b0f025b5) + (draw + 1) * UINT64_C(0x9e3779b97f4a7c15);
+    for (int k = 0; k < 2; k++) {
+        z = (z ^ (z >> 30)) * UINT64_C(0xbf58476d1ce4e5b9);
+        z = (z ^ (z >> 27)) * UINT64_C(0x94d049bb133111eb);
+        z ^= z >> 31;
+    }
+    return ((double)(z >> 12) + 0.5) / 4503599627370496.0;
+}
+
 ff_status ff_resampled_new(const struct ff_problem *p, ff_resampled *out)
 {
     const size_t size = p->n_blocks * FF_BLOCK;

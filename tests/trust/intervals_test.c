@@ -50,6 +50,7 @@ static void one_repeat(void *context, size_t repeat, int worker)
     for (size_t k = 0; k < MAX_PARAMETERS; k++)
         t->inside[repeat * MAX_PARAMETERS + k] = t->boot_inside[repeat * MAX_PARAMETERS + k] = -1;
     for (int pass = 0; pass < (t->correlated ? 2 : 1) && !status; pass++) {
+        if (pass) o.errors = FF_ERRORS_INCIDENCES;
         if (pass) status = ff_trust_bootstrap_into(p, &places, &o, REFITS, repeat, &fit, &b, NULL);
         for (size_t k = 0; k < fit_parameter_count(&fit) && k < MAX_PARAMETERS && !status; k++) {
             char name[64];
