@@ -3,6 +3,21 @@
 #include "simulate/simulate_struct.h"
 #include <string.h>
 
+/* The options borrow the noise, which *noise owns. */
+static int read_noise(const cli_args *args, ff_simulate_options *o, ff_noise **noise)
+{
+    const char *text = cli_value(args, FLAG_NOISE_MODEL, NULL);
+    ff_error err = {0};
+    o->relative = cli_number(args, FLAG_NOISE, o->relative);
+    o->floor = cli_number(args, FLAG_NOISE_FLOOR, o->floor);
+    if (!text) return EXIT_DONE;
+    if (cli_given(args, FLAG_NOISE) || cli_given(args, FLAG_NOISE_FLOOR))
+        return cli_usage(args, "--noise-model takes the place of --noise and --noise-floor: give relative= and floor= in it");
+    if (ff_noise_parse(text, noise, &err)) return cli_usage(args, "--noise-model %s: %s", text, err.message);
+    o->noise = *noise;
+    return EXIT_DONE;
+}
+
 static int read_options(const cli_args *args, ff_simulate_options *o)
 {
     const char *grid = cli_value(args, FLAG_GRID, NULL);
@@ -10,11 +25,28 @@ static int read_options(const cli_args *args, ff_simulate_options *o)
     ff_simulate_options_init(o);
     const int status = cli_isa(args, &o->isa);
     if (status != EXIT_DONE) return status;
-    o->relative = cli_number(args, FLAG_NOISE, o->relative);
-    o->floor = cli_number(args, FLAG_NOISE_FLOOR, o->floor);
     o->seed = cli_integer(args, FLAG_SEED, o->seed);
     o->sigma = cli_switch(args, FLAG_SIGMA, 0);
     const ff_status failed = grid ? ff_sampling_parse(grid, &o->sampling, &err) : FF_OK;
+    return failed == FF_OK ? EXIT_DONE : cli_failed(failed, &err);
+}
+
+static int simulate(const cli_args *args, const char *path, const ff_format *format, ff_simulate_options *o)
+{
+    const int merl = !strcmp(format->name, "merl"); /* three channels, no negative values */
+    cli_scene scene;
+    ff_table table;
+    ff_error err = {0};
+    const int status = cli_scene_make(args, args->word[0], merl ? 3 : 1, &scene);
+    if (status) return status;
+    o->nonnegative = merl;
+    o->cancel = cli_catch_signals();
+    ff_status failed = ff_simulate_into(&scene.model, scene.n_channels, scene.shape, scene.channel, o, &table, &err);
+    cli_scene_free(&scene);
+    if (failed != FF_OK) return cli_failed(failed, &err);
+    failed = ff_table_write(path, format->name, &table, &err);
+    if (failed == FF_OK) cli_notes(path, &table);
+    ff_table_clear(&table);
     return failed == FF_OK ? EXIT_DONE : cli_failed(failed, &err);
 }
 
@@ -23,21 +55,12 @@ int cmd_simulate(const cli_args *args)
     const char *path = cli_value(args, FLAG_OUTPUT, NULL);
     const ff_format *format = NULL;
     ff_simulate_options o;
-    cli_scene scene;
-    ff_table table;
-    ff_error err = {0};
-    int status;
+    ff_noise *noise = NULL;
     if (!path) return cli_usage(args, "-o FILE is missing: where to write");
-    if ((status = read_options(args, &o)) || (status = cli_format_for_writing(args, FLAG_FORMAT, path, &format))) return status;
-    const int merl = !strcmp(format->name, "merl"); /* three channels, no negative values */
-    if ((status = cli_scene_make(args, args->word[0], merl ? 3 : 1, &scene))) return status;
-    o.nonnegative = merl;
-    o.cancel = cli_catch_signals();
-    ff_status failed = ff_simulate_into(&scene.model, scene.n_channels, scene.shape, scene.channel, &o, &table, &err);
-    cli_scene_free(&scene);
-    if (failed != FF_OK) return cli_failed(failed, &err);
-    failed = ff_table_write(path, format->name, &table, &err);
-    if (failed == FF_OK) cli_notes(path, &table);
-    ff_table_clear(&table);
-    return failed == FF_OK ? EXIT_DONE : cli_failed(failed, &err);
+    int status = read_options(args, &o);
+    if (!status) status = read_noise(args, &o, &noise);
+    if (!status) status = cli_format_for_writing(args, FLAG_FORMAT, path, &format);
+    if (!status) status = simulate(args, path, format, &o);
+    ff_noise_free(noise);
+    return status;
 }

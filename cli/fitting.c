@@ -34,11 +34,13 @@ static int read_noise(const cli_args *args, cli_fitting *f)
         return cli_usage(args, "weights by the noise are of sums of squares: leave out --robust");
     if (f->by_noise && f->choose_loss)
         return cli_usage(args, "weights by the noise take the place of the loss: leave out --loss auto");
-    if (text && f->options.errors == FF_ERRORS_RESIDUALS)
+    if (text && f->options.errors == FF_ERRORS_RESIDUALS && f->options.robust == FF_ROBUST_NONE)
         return cli_usage(args, "--noise-model has no effect on errors that rest on residuals: leave out --errors residuals");
-    if (f->options.robust != FF_ROBUST_NONE && (text || cli_value(args, FLAG_ERRORS, NULL)) && f->options.errors == FF_ERRORS_NOISE)
-        return cli_usage(args, "errors by the noise of the data are of sums of squares: leave out --robust, or %s",
-                         text ? "--noise-model" : "--errors noise");
+    if (f->options.robust != FF_ROBUST_NONE && cli_given(args, FLAG_ERRORS) && f->options.errors == FF_ERRORS_NOISE)
+        return cli_usage(args, "errors by the noise of the data are of sums of squares: leave out --robust, or --errors noise");
+    if (text && f->options.robust_scale > 0)
+        return cli_usage(args, "--noise-model is the scale of the robust loss: leave out one of --noise-model and --robust's %g",
+                         f->options.robust_scale);
     if (!text) return EXIT_DONE;
     if (ff_noise_parse(text, &f->noise, &err)) return cli_usage(args, "--noise-model %s: %s", text, err.message);
     f->options.noise = f->noise;

@@ -3,7 +3,7 @@
  * One scale for all values would be that of the many small ones, and a whole specular peak would count as outliers. So residuals
  * are put in order of the magnitude that the model gives them, cut into bins of equal number, and each bin has its own standard
  * deviation, 1.4826 times the median of |r| (Hampel 1974); between the bins it is interpolated. The fit and the scale improve each
- * other in turn. */
+ * other in turn. Where the noise of the data is given, its standard deviations about the fit are the scale. */
 #include "fit/losses/internal_loss.h"
 #include "internal_stages.h"
 #include <math.h>
@@ -73,6 +73,18 @@ static double magnitude_of(const struct ff_problem *p, const double *model, size
     return fabs(w * g);
 }
 
+/* Standard deviation of the residual of value i of channel c by a noise that is known. */
+static double deviation_of(const struct ff_problem *p, const struct ff_noise *noise, const double *model, size_t c, size_t i)
+{
+    const size_t block = i / FF_BLOCK, lane = i % FF_BLOCK;
+    const double w = ff_problem_plane(p, block, p->weight + p->weight_stride * (int)c)[lane], f = fmax(model[c * p->n + i], 0),
+                 cos_i = fmax((double)p->cosine[0][i], 1e-3), cos_o = fmax((double)p->cosine[1][i], 1e-3);
+    const double *x = ff_loss_reads_cosine(p->loss) ? ff_problem_plane(p, block, p->geometry[FF_G_COS_I]) + lane : NULL;
+    double slope;
+    ff_loss_slopes(p->loss, 1, &f, x, &slope);
+    return fmax(fabs(w * slope) * ff_noise_sd(noise, c, f, cos_i, cos_o), 1e-30);
+}
+
 /* Every k-th value, so that sorting stays quick. */
 static size_t gather_values(const struct ff_problem *p, const double *model, const double *residual, size_t most, value *out)
 {
@@ -108,8 +120,8 @@ static ff_status hand_down(const struct ff_problem *p, struct ff_problem *to)
     return FF_OK;
 }
 
-/* The units of all values by the curve; change: the mean of their |log ratio|, 1 at the first time. */
-static ff_status set_units(struct ff_problem *p, const double *model, const curve *c, double *change)
+/* The units of all values by the noise, NULL: by the curve; change: the mean of their |log ratio|, 1 at the first time. */
+static ff_status set_units(struct ff_problem *p, const double *model, const struct ff_noise *noise, const curve *c, double *change)
 {
     const size_t stride = p->n_blocks * FF_BLOCK;
     float *unit = malloc(p->n_channels * stride * sizeof *unit);
@@ -117,7 +129,8 @@ static ff_status set_units(struct ff_problem *p, const double *model, const curv
     if (!unit) return FF_ERR_MEMORY;
     for (size_t k = 0; k < p->n_channels; k++)
         for (size_t i = 0; i < stride; i++) {
-            const double u = i < p->n ? scale_at(c, magnitude_of(p, model, k, i)) : 1;
+            double u = 1;
+            if (i < p->n) u = noise ? deviation_of(p, noise, model, k, i) : scale_at(c, magnitude_of(p, model, k, i));
             unit[k * stride + i] = (float)u;
             if (i < p->n && p->unit) sum += fabs(log((double)(float)u / (double)p->unit[k * stride + i]));
         }
@@ -167,7 +180,7 @@ static ff_status improve(struct ff_problem *p, const ff_fit_options *o, const ff
     const size_t n = gather_values(p, model, residual, most, values);
     if (n == 0) return ff_error_set(err, FF_ERR_DATA, NULL, 0, -1, "no value is left to estimate the scale of the residuals from");
     const curve c = curve_of(values, n);
-    status = set_units(p, model, &c, change);
+    status = set_units(p, model, o->noise, &c, change);
     return status ? ff_error_set(err, status, NULL, 0, -1, "out of memory") : FF_OK;
 }
 

@@ -51,7 +51,7 @@ static void put_loss(ff_json *j, const ff_fit_options *o, const ff_adaptive *ada
         if (o->robust_scale > 0)
             ff_json_number(j, "scale", o->robust_scale);
         else
-            ff_json_string(j, "scale", "estimated");
+            ff_json_string(j, "scale", o->noise ? "noise-model" : "estimated");
         ff_json_close(j);
     }
     ff_json_number(j, "max_theta_deg", ff_report_degrees(o->max_theta));

@@ -84,6 +84,7 @@ void ff_report_selection_text(const ff_report_fits *r, FILE *out)
     if (r->options->robust != FF_ROBUST_NONE)
         fprintf(out, ", robust %s at %s", ff_robust_name((int)r->options->robust),
                 r->options->robust_scale > 0 ? ff_text_number(r->options->robust_scale, 6, number)
+                : r->options->noise          ? "the standard deviations of the noise model"
                                              : "the spread of the residuals about each magnitude");
     if (s.saturated > 0) fprintf(out, "; %zu saturated value%s", s.saturated, ff_report_plural(s.saturated));
     if (s.below_noise > 0) fprintf(out, "; %zu value%s below the noise floor", s.below_noise, ff_report_plural(s.below_noise));

@@ -1,15 +1,15 @@
 /** @file ff_simulate.h  Data sets made from a model: what an instrument would have measured, noise included.
  *
- *  Noise    y = f (1 + relative g1) + floor g2 with g1, g2 independent standard normal numbers for every sample and channel. They
- *           are a function of (seed, sample, channel) alone, made by integer arithmetic and a rational approximation, so they are
- *           the same on every machine and do not depend on how the work is divided. f itself may differ by rounding between
- *           instruction sets (see ff_isa).
- *  Errors   ff_status and ff_error; outputs are written only on FF_OK.
- *  Threads  no global state; every function may be called from many threads at once. */
+ *  Noise    y = f (1 + relative g1) + floor g2 with g1, g2 independent standard normal numbers for every sample and channel; or of
+ *           a noise model y = f + sd g1, sd its standard deviation of f at these angles. They are a function of (seed, sample,
+ * channel) alone, made by integer arithmetic and a rational approximation, so they are the same on every machine and do not depend
+ * on how the work is divided. f itself may differ by rounding between instruction sets (see ff_isa). Errors   ff_status and
+ * ff_error; outputs are written only on FF_OK. Threads  no global state; every function may be called from many threads at once. */
 #ifndef FF_SIMULATE_H
 #define FF_SIMULATE_H
 #include "ff_api.h"
 #include "ff_model.h"
+#include "ff_noise.h"
 #include "ff_table.h"
 #ifdef __cplusplus
 extern "C" {
@@ -47,6 +47,8 @@ typedef struct ff_simulate_options {
     int nonnegative;      /**< 1: a value below 0 becomes 0 and the note counts them (MERL reads a negative as "not measured") */
     ff_isa isa;           /**< FF_ISA_BEST                                                                    */
     const volatile int *cancel; /**< polled; not NULL and != 0 ends with FF_ERR_CANCELLED                        */
+    const ff_noise *noise; /**< NULL: relative and floor; else these are 0. Values are independent, whatever it says of neighbours
+                                and channels. Of one level, or as many as channels; borrowed                    */
 } ff_simulate_options;
 
 /** Writes the defaults into options of `size` bytes, the caller's sizeof, and nothing beyond. */

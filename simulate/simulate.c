@@ -28,28 +28,36 @@ static void name_channels(ff_table *t)
     }
 }
 
-static double noisy(const ff_simulate_options *o, double f, size_t sample, size_t channel)
+/* Standard deviation of a value, 1/sr. */
+static double deviation(const ff_simulate_options *o, double f, size_t channel, double cos_i, double cos_o)
+{
+    return o->noise ? ff_noise_sd(o->noise, channel, f, cos_i, cos_o) : hypot(o->relative * f, o->floor);
+}
+
+static double noisy(const ff_simulate_options *o, double f, double sd, size_t sample, size_t channel)
 {
     double y = f;
+    if (o->noise) return f + sd * ff_random_normal(o->seed, (uint32_t)channel, 2 * (uint64_t)sample);
     if (o->relative > 0) y *= 1 + o->relative * ff_random_normal(o->seed, (uint32_t)channel, 2 * (uint64_t)sample);
     if (o->floor > 0) y += o->floor * ff_random_normal(o->seed, (uint32_t)channel, 2 * (uint64_t)sample + 1);
     return y;
 }
 
-/* Stores one block of one channel; f in 1/sr. The count of values that were below 0 and are not any more. */
-static size_t store(const ff_simulate_options *o, ff_table *t, size_t c, size_t first, size_t n, const double *f)
+/* Stores one block of one channel; f in 1/sr, w its directions. The count of values that were below 0 and are not any more. */
+static size_t store(const ff_simulate_options *o, ff_table *t, size_t c, size_t first, size_t n, const ff_dirs *w, const double *f)
 {
     double *value = t->value + c * t->n + first, *sigma = t->sigma ? t->sigma + c * t->n + first : NULL;
     size_t raised = 0;
     for (size_t i = 0; i < n; i++) {
         if (!t->valid[first + i]) continue;
-        double y = noisy(o, f[i], first + i, c);
+        const double sd = deviation(o, f[i], c, w->wiz[i], w->woz[i]);
+        double y = noisy(o, f[i], sd, first + i, c);
         if (o->nonnegative && y < 0) {
             y = 0;
             raised++;
         }
         value[i] = y;
-        if (sigma) sigma[i] = hypot(o->relative * f[i], o->floor);
+        if (sigma) sigma[i] = sd;
     }
     return raised;
 }
@@ -102,7 +110,7 @@ static ff_status fill(const ff_model *m, const double *shape, const double *chan
         mark_below_horizon(t, first, n, plane[2], plane[5]);
         status = ff_model_eval(m, o->isa, t->n_channels, shape, channel, &w, n, f, NULL, BLOCK);
         if (status != FF_OK) ff_error_set(err, status, NULL, 0, -1, "the model cannot be evaluated");
-        for (size_t c = 0; c < t->n_channels && status == FF_OK; c++) raised += store(o, t, c, first, n, f + c * BLOCK);
+        for (size_t c = 0; c < t->n_channels && status == FF_OK; c++) raised += store(o, t, c, first, n, &w, f + c * BLOCK);
     }
     free(f);
     drop_without_sigma(t);
@@ -113,16 +121,21 @@ static ff_status fill(const ff_model *m, const double *shape, const double *chan
     return status;
 }
 
-static ff_status check_options(const ff_simulate_options *o, ff_error *err)
+static ff_status check_options(const ff_simulate_options *o, size_t n_channels, ff_error *err)
 {
     if (o->size != sizeof *o) return ff_error_set(err, FF_ERR_INTERNAL, NULL, 0, -1, "ff_simulate_options of another version");
     if (!(o->relative >= 0 && isfinite(o->relative)))
         return ff_error_set(err, FF_ERR_RANGE, NULL, 0, -1, "relative noise %g, expected a number >= 0", o->relative);
     if (!(o->floor >= 0 && isfinite(o->floor)))
         return ff_error_set(err, FF_ERR_RANGE, NULL, 0, -1, "noise floor %g 1/sr, expected a number >= 0", o->floor);
-    if (o->sigma && o->relative == 0 && o->floor == 0)
+    if (o->noise && (o->relative > 0 || o->floor > 0))
+        return ff_error_set(err, FF_ERR_RANGE, NULL, 0, -1, "a noise model takes the place of relative noise and a noise floor");
+    if (o->noise && ff_noise_level_count(o->noise) != 1 && ff_noise_level_count(o->noise) != n_channels)
+        return ff_error_set(err, FF_ERR_RANGE, NULL, 0, -1, "a noise model of %zu channels, expected one of %zu",
+                            ff_noise_level_count(o->noise), n_channels);
+    if (o->sigma && !o->noise && o->relative == 0 && o->floor == 0)
         return ff_error_set(err, FF_ERR_RANGE, NULL, 0, -1,
-                            "without noise there is no sigma to write: give a relative noise or a noise floor");
+                            "without noise there is no sigma to write: give a relative noise, a noise floor or a noise model");
     if (!ff_isa_available(o->isa))
         return ff_error_set(err, FF_ERR_UNSUPPORTED, NULL, 0, -1, "this processor has no %s", ff_isa_name(o->isa));
     return FF_OK;
@@ -132,7 +145,7 @@ ff_status ff_simulate_into(const ff_model *m, size_t n_channels, const double *s
                            const ff_simulate_options *o, ff_table *out, ff_error *err)
 {
     ff_table t;
-    ff_status status = check_options(o, err);
+    ff_status status = check_options(o, n_channels, err);
     if (status == FF_OK) status = ff_model_check(m, n_channels, shape, channel, err);
     if (status != FF_OK) return status;
     const int isotropic = (ff_model_claims(m, shape) & FF_ISOTROPIC) != 0;

@@ -242,6 +242,44 @@ static void check_noise(double relative, double floor)
     ff_table_clear(&t);
 }
 
+/* Its standard deviation follows the value and both angles, and that of a channel is its own. */
+static void noise_of_a_model(void)
+{
+    const ff_noise_level level[3] = {{1e-4, 0, 0.01}, {0, 1e-3, 0}, {4e-4, 0, 0}};
+    ff_error err = {0};
+    ff_noise *noise = NULL;
+    FF_CHECK(ff_noise_new(level, 3, -1, 0.5, &noise, &err) == FF_OK, "%s", err.message);
+    scene s = scene_make("ggx/smith-separable/schlick+lambert", 3, "scattered:60000");
+    set(&s, "alpha=0.4");
+    ff_table clean = simulate(&s);
+    s.o.noise = noise;
+    s.o.sigma = 1;
+    ff_table t = simulate(&s);
+    for (size_t c = 0; c < 3; c++) {
+        double sum = 0, square = 0;
+        for (size_t i = 0; i < t.n; i++) {
+            double w[6], *const planes[6] = {w, w + 1, w + 2, w + 3, w + 4, w + 5};
+            ff_table_directions(&t, i, 1, planes);
+            const double f = clean.value[c * t.n + i],
+                         sd = sqrt((level[c].constant + level[c].linear * f + level[c].square * f * f) * sqrt(w[5]) / w[2]),
+                         z = (t.value[c * t.n + i] - f) / sd;
+            FF_CHECK_CLOSE(t.sigma[c * t.n + i], sd, 1e-12, 0);
+            sum += z / (double)t.n;
+            square += z * z / (double)t.n;
+        }
+        FF_CHECK_CLOSE(sum, 0, 0, 5 / sqrt((double)t.n));
+        FF_CHECK_CLOSE(square, 1, 0, 5 * sqrt(2 / (double)t.n));
+    }
+    ff_table_clear(&clean);
+    ff_table_clear(&t);
+    s.o.floor = 0.1;
+    FF_CHECK(ff_simulate_into(&s.model, 3, s.shape, s.channel, &s.o, &t, &err) == FF_ERR_RANGE, "a floor beside a noise model");
+    s.o.floor = 0;
+    FF_CHECK(ff_simulate_into(&s.model, 2, s.shape, s.channel, &s.o, &t, &err) == FF_ERR_RANGE && strstr(err.message, "3 channels"),
+             "three levels for two channels: %s", err.message);
+    ff_noise_free(noise);
+}
+
 static void noise_has_its_moments(void)
 {
     check_noise(0.05, 0);
@@ -376,5 +414,5 @@ static void refusals(void)
 
 FF_TEST_MAIN(FF_TEST(philox_known_answers), FF_TEST(uniform_is_the_generator), FF_TEST(quantile_of_the_tails),
              FF_TEST(normal_is_the_quantile_of_uniform), FF_TEST(normal_moments), FF_TEST(exact_without_noise),
-             FF_TEST(instruments), FF_TEST(specular_fraction), FF_TEST(noise_has_its_moments), FF_TEST(seeds_reproduce),
-             FF_TEST(negative_values), FF_TEST(files_round_trip), FF_TEST(refusals))
+             FF_TEST(instruments), FF_TEST(specular_fraction), FF_TEST(noise_has_its_moments), FF_TEST(noise_of_a_model),
+             FF_TEST(seeds_reproduce), FF_TEST(negative_values), FF_TEST(files_round_trip), FF_TEST(refusals))

@@ -869,6 +869,47 @@ static void outliers(void)
 }
 
 /* A scale given by hand: the units are those of the weighted residual. */
+/* The scale is that of a noise model where one is given: what lies beyond FF_OUTLIER of its standard deviations is an outlier. */
+static void scale_of_a_noise_model(void)
+{
+    const fit_surface s = fit_surface_make("ggx+lambert", 1, plain_surface);
+    for (int loss = FF_LOSS_COSINE; loss <= FF_LOSS_LOG; loss++) {
+        ff_noise *noise = NULL;
+        ff_fit_options o = fit_options();
+        ff_error err = {0};
+        measured m;
+        FF_CHECK(ff_noise_parse("relative=0.05,floor=0.001,cos_o=-0.5", &noise, &err) == FF_OK, "%s", err.message);
+        o.loss = (ff_loss)loss;
+        o.robust = FF_ROBUST_TUKEY;
+        o.noise = noise;
+        ff_table t = scan_measure(&s, &usual_scan);
+        size_t planted = 0;
+        double expected = 0, w[6], *const planes[6] = {w, w + 1, w + 2, w + 3, w + 4, w + 5};
+        while (planted < 500 || !t.valid[planted] || t.value[planted] < 0.05) planted++;
+        ff_table_directions(&t, planted, 1, planes);
+        t.value[planted] *= 1.5;
+        const double y = t.value[planted];
+        if (!measure("the scale of a noise model", t, &s.model, &o, &m)) return;
+        ff_outliers out = {.size = sizeof out};
+        ff_selection chosen;
+        ff_problem_selection(m.p, &chosen);
+        double *model = malloc(chosen.used * sizeof *model);
+        FF_CHECK(model && !ff_trust_evaluate(m.p, &o, &m.fit, model, NULL, NULL, &err), "%s", err.message);
+        for (size_t i = 0; i < chosen.used && model; i++)
+            if (ff_problem_index(m.p)[i] == planted) {
+                const double f = model[i], sd = ff_noise_sd(noise, 0, f, w[2], w[5]);
+                expected = loss == FF_LOSS_COSINE ? (f - y) / sd : log1p(f * w[2]) - log1p(y * w[2]);
+                if (loss == FF_LOSS_LOG) expected *= (1 + f * w[2]) / (w[2] * sd);
+            }
+        FF_CHECK(!ff_trust_outliers_into(m.p, &m.places, &o, &m.fit, &out, &err), "%s", err.message);
+        FF_CHECK(out.n_worst > 0 && out.worst[0].sample == planted, "the worst is %u", out.n_worst ? out.worst[0].sample : 0);
+        FF_CHECK_CLOSE(out.worst[0].ratio, expected, 1e-4, 0);
+        free(model);
+        forget(&m);
+        ff_noise_free(noise);
+    }
+}
+
 static void given_scale(void)
 {
     ff_fit_options o = fit_options();
@@ -988,4 +1029,5 @@ FF_TEST_MAIN(FF_TEST(quantiles), FF_TEST(effective_number), FF_TEST(misfit_of_sc
              FF_TEST(bootstrap_on_a_bound), FF_TEST(cut_offs), FF_TEST(comparisons), FF_TEST(comparison_by_hand),
              FF_TEST(size_and_power_of_the_test), FF_TEST(validation_by_hand), FF_TEST(bands_of_angles),
              FF_TEST(bands_of_weighted_samples), FF_TEST(residual_tables), FF_TEST(channels_that_differ), FF_TEST(outliers),
-             FF_TEST(given_scale), FF_TEST(saturation), FF_TEST(noise_floor), FF_TEST(negative_samples), FF_TEST(wrong_options))
+             FF_TEST(given_scale), FF_TEST(scale_of_a_noise_model), FF_TEST(saturation), FF_TEST(noise_floor),
+             FF_TEST(negative_samples), FF_TEST(wrong_options))

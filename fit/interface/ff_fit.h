@@ -173,7 +173,7 @@ typedef struct ff_fit_options {
     size_t dense_channels;
     ff_error_source errors; /**< FF_ERRORS_NOISE                                                                 */
     const ff_noise *noise;  /**< the noise of the data, borrowed; NULL: estimated from the residuals. Its levels are one, or one
-                                 for each channel of the problem                                                 */
+                                 for each channel of the problem. Also the scale of a robust loss whose robust_scale is 0 */
 } ff_fit_options;
 enum { FF_DENSE_CHANNELS = 8 };
 
