@@ -269,14 +269,6 @@ static ff_status check_row(csv *f, const double *row)
     return FF_OK;
 }
 
-/* f cos(theta_o) -> f; where the cosine leaves nothing, the sample was not measured. */
-static void divide_by_cosine(const csv *f, double *row)
-{
-    double c = cos(f->head.radians_per_unit * row[2]);
-    size_t n = f->n_channels * (f->with_sigma ? 2 : 1);
-    for (size_t k = 0; k < n; k++) row[4 + k] = c > cos_min ? row[4 + k] / c : NAN;
-}
-
 static ff_status read_rows(csv *f)
 {
     const ff_columns columns = {f->names.n, f->names.name, f->slot, f->may_be_empty};
@@ -290,15 +282,31 @@ static ff_status read_rows(csv *f)
         status = ff_row_read(text, length, &columns, row, f->path, f->lines.line, f->err);
         if (status == FF_OK) status = check_row(f, row);
         if (status != FF_OK) return status;
-        if (f->head.quantity == FF_BRDF_COS) divide_by_cosine(f, row);
     }
 }
 
 /* ---- the table ------------------------------------------------------------------------------- */
 
+/* f cos(theta_o) -> f; where the cosine leaves nothing, the sample was not measured. */
+static void divide_by_cosine(const csv *f, ff_table *t)
+{
+    for (size_t i = 0; i < t->n; i++) {
+        const double cosine = cos(f->head.radians_per_unit * t->angle[2][i]);
+        const int gone = !(cosine > cos_min);
+        if (gone) t->valid[i] = 0;
+        for (size_t c = 0; c < t->n_channels; c++) {
+            double *v = &t->value[c * t->n + i], *s = t->sigma ? &t->sigma[c * t->n + i] : v;
+            *v = gone ? 0 : *v / cosine;
+            if (s != v) *s = gone ? 0 : *s / cosine;
+        }
+    }
+}
+
 static void describe(const csv *f, ff_table *t)
 {
     strcpy(t->format, "csv");
+    ff_table_leave_out_codes(t);
+    if (f->head.quantity == FF_BRDF_COS) divide_by_cosine(f, t);
     t->quantity = f->head.quantity;
     t->radians_per_unit = f->head.radians_per_unit;
     for (size_t c = 0; c < f->n_channels; c++) {

@@ -128,6 +128,28 @@ static void not_measured(void)
     ff_table_clear(&t);
 }
 
+/* A code for what was not measured is none of noise, and stands in a file before its cosine is taken out. */
+static void codes(void)
+{
+    static const struct {
+        const char *label, *text;
+        size_t invalid;
+        const char *note;
+    } cases[] = {{"a code", H "0,0,0,0,1\n0,0,10,0,-9999\n0,0,20,0,-0.01\n0,0,30,0,-9999\n", 2, "2 values are -9999"},
+                 {"behind a cosine", "# quantity: brdf-cos\n" H "0,0,0,0,1\n0,0,60,0,-999\n0,0,45,0,0.5\n", 1, "1 value is -999,"},
+                 {"of one channel", "theta_i,phi_i,theta_o,phi_o,f_r,f_g\n0,0,0,0,1,2\n0,0,10,0,1,-99\n", 1, "1 value is -99,"},
+                 {"rounded", H "0,0,0,0,1\n0,0,10,0,-9.999e3\n0,0,10,0,1e30\n", 2, "1 value is 1e+30"},
+                 {"noise of counts", H "0,0,0,0,50000\n0,0,10,0,-99\n0,0,20,0,-73\n", 0, ""},
+                 {"no code", H "0,0,0,0,1\n0,0,10,0,-9998\n", 0, ""}};
+    for (size_t k = 0; k < sizeof cases / sizeof cases[0]; k++) {
+        ff_table t;
+        if (!reads(cases[k].label, cases[k].text, &t)) continue;
+        FF_CHECK(t.n_invalid == cases[k].invalid, "%s: %zu left out, expected %zu", cases[k].label, t.n_invalid, cases[k].invalid);
+        FF_CHECK(strstr(t.note, cases[k].note) && (*cases[k].note || !*t.note), "%s: '%s'", cases[k].label, t.note);
+        ff_table_clear(&t);
+    }
+}
+
 static void radian_note(void)
 {
     char text[2000] = H;
@@ -397,7 +419,7 @@ static const ff_test_case cases[] = {FF_TEST(decimal_comma),
                                      FF_TEST(test_columns),
                                      FF_TEST(variants),
                                      FF_TEST(quantities),
-                                     FF_TEST(not_measured),
+                                     FF_TEST(not_measured), FF_TEST(codes),
                                      FF_TEST(radian_note),
                                      FF_TEST(bad_headers),
                                      FF_TEST(bad_rows),
