@@ -10,10 +10,11 @@
  * theta_i phi_i theta_o phi_o   required; degrees unless `angles: radians`; |theta| <= 180 degrees, beyond 90 is below the horizon
  * f, f_NAME, any other name     a channel, called f, NAME or as it stands ("465nm" is a wavelength); an empty cell was not measured
  *                               and makes the sample invalid
- * sigma, sigma_NAME             standard deviation of a channel, > 0; of all channels or of none
- * weight                        solid-angle weight d wi d wo of the sample, >= 0
- * quantity                      brdf (f, 1/sr), brdf-cos (f cos theta_o), reflectance-factor (pi f); for values and sigmas
- * isotropic                     yes: only azimuth differences mean something. Not said: when there is but one phi_i
+ * wavelength, lambda            in nm, beside one channel: a row for each
+ * sigma, sigma_NAME             (or std, stddev, stdev, std_dev, uncertainty) standard deviation of a channel, > 0; of all channels
+ * or of none weight                        solid-angle weight d wi d wo of the sample, >= 0 quantity                      brdf (f,
+ * 1/sr), brdf-cos (f cos theta_o), reflectance-factor (pi f); for values and sigmas isotropic                     yes: only azimuth
+ * differences mean something. Not said: when there is but one phi_i
  *
  * Columns come in any order. Numbers have a decimal point, cells are separated by commas. Written files hold the brdf. Tables with
  * other names are read through a mapping of their columns: csv_columns.c. */
@@ -26,6 +27,7 @@
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
+#include <strings.h>
 
 static const double pi = 3.14159265358979323846;
 static const double degree = 3.14159265358979323846 / 180;
@@ -120,9 +122,26 @@ static int is_angle(const char *name)
     return 0;
 }
 
+/* The channel whose standard deviation a column is: "" of a plain "sigma", NULL of what is none. */
+static const char *sigma_of(const char *name)
+{
+    static const char *const words[] = {"sigma", "std", "stddev", "std_dev", "stdev", "uncertainty"};
+    for (size_t k = 0; k < sizeof words / sizeof words[0]; k++) {
+        const size_t n = strlen(words[k]);
+        if (strncmp(name, words[k], n) == 0 && (!name[n] || (name[n] == '_' && name[n + 1]))) return name[n] ? name + n + 1 : "";
+    }
+    return NULL;
+}
+
 static int is_sigma(const char *name)
 {
-    return strcmp(name, "sigma") == 0 || strncmp(name, "sigma_", 6) == 0;
+    return sigma_of(name) != NULL;
+}
+
+static int is_wavelength(const char *name)
+{
+    return strcasecmp(name, "wavelength") == 0 || strcasecmp(name, "wavelength_nm") == 0 || strcasecmp(name, "lambda") == 0 ||
+           strcasecmp(name, "lambda_nm") == 0;
 }
 
 static int is_channel(const char *name)
@@ -173,10 +192,10 @@ static ff_status place_channels(csv *f)
 /* The channel that a sigma column belongs to, -1 = none. Plain "sigma" is of f, or of the only channel. */
 static long sigma_channel(const csv *f, const char *name)
 {
-    const char *of = name[5] ? name + 6 : "f";
+    const char *given = sigma_of(name), *of = *given ? given : "f";
     for (size_t c = 0; c < f->n_channels; c++)
         if (strcmp(channel_of(f->names.name[f->column[4 + c]]), of) == 0) return (long)c;
-    return !name[5] && f->n_channels == 1 ? 0 : -1;
+    return !*given && f->n_channels == 1 ? 0 : -1;
 }
 
 static ff_status place_sigmas(csv *f, size_t n_sigmas)
@@ -195,6 +214,34 @@ static ff_status place_sigmas(csv *f, size_t n_sigmas)
         return ff_error_set(f->err, FF_ERR_FORMAT, f->path, f->lines.line, -1,
                             "found %zu sigma columns, expected none or one for each of the %zu channels", n_sigmas, f->n_channels);
     return FF_OK;
+}
+
+/* A wavelength beside one column of values: a row for each wavelength, which is read by a mapping. */
+static int has_row_per_wavelength(const csv *f)
+{
+    size_t values = 0, wavelengths = 0, quoted = 0;
+    for (size_t k = 0; k < f->names.n; k++) {
+        const char *name = f->names.name[k];
+        wavelengths += is_wavelength(name) ? 1 : 0;
+        values += is_channel(name) && !is_wavelength(name) ? 1 : 0;
+        quoted += strchr(name, '"') ? 1 : 0;
+    }
+    return wavelengths == 1 && values == 1 && !quoted;
+}
+
+/* "f" or f_NAME are ours; what stands beside them under another name may be a temperature. */
+static void name_foreign_channels(const csv *f, ff_table *t)
+{
+    int ours = 0;
+    for (size_t c = 0; c < f->n_channels; c++) {
+        const char *name = f->names.name[f->column[4 + c]];
+        ours |= strcmp(name, "f") == 0 || channel_of(name) != name;
+    }
+    for (size_t c = 0; c < f->n_channels && ours; c++) {
+        const char *name = f->names.name[f->column[4 + c]];
+        if (strcmp(name, "f") == 0 || channel_of(name) != name || !isnan(ff_wavelength_of(name))) continue;
+        ff_table_note(t, "column '%s' is taken for a channel; --columns names those that are", name);
+    }
 }
 
 static ff_status place_columns(csv *f)
@@ -237,6 +284,7 @@ static ff_status read_header(csv *f)
                             "takes either",
                             strchr(text, ';') ? "';'" : "tabs");
     status = ff_names_read(text, length, f->path, f->lines.line, &f->names, f->err);
+    if (status == FF_OK && has_row_per_wavelength(f)) return FF_OK;
     return status == FF_OK ? place_columns(f) : status;
 }
 
@@ -306,6 +354,7 @@ static void describe(const csv *f, ff_table *t)
 {
     strcpy(t->format, "csv");
     ff_table_leave_out_codes(t);
+    name_foreign_channels(f, t);
     if (f->head.quantity == FF_BRDF_COS) divide_by_cosine(f, t);
     t->quantity = f->head.quantity;
     t->radians_per_unit = f->head.radians_per_unit;
@@ -323,10 +372,39 @@ static void describe(const csv *f, ff_table *t)
     if (f->lines.unterminated) ff_table_note(t, "the last line has no end-of-line: if the file was cut, so was its last number");
 }
 
+/* "f=NAME,wavelength=NAME,...", by what the header has. */
+static ff_status read_by_wavelength(csv *f, const ff_read_options *o, ff_table *out)
+{
+    char mapping[4096] = "";
+    ff_read_options mapped = *o;
+    mapped.columns = mapping;
+    if (strcmp(f->path, "-") == 0)
+        return ff_error_set(f->err, FF_ERR_UNSUPPORTED, f->path, f->lines.line, -1,
+                            "found a column of wavelengths, expected the option 'columns' to name it, as in wavelength=wavelength");
+    for (size_t k = 0; k < f->names.n; k++) {
+        const char *name = f->names.name[k], *sigma = sigma_of(name),
+                   *key = is_angle(name) || strcmp(name, "weight") == 0 ? name
+                          : sigma                                       ? "sigma"
+                          : is_wavelength(name)                         ? "wavelength"
+                                                                        : "f";
+        const size_t used = strlen(mapping);
+        if ((size_t)snprintf(mapping + used, sizeof mapping - used, "%s%s=\"%s\"", used ? "," : "", key, name) >=
+            sizeof mapping - used)
+            return wrong_header(f, name, "is beyond what is read with wavelengths in a column");
+    }
+    const ff_status status = ff_csv_read_columns(f->path, &mapped, NULL, out, f->err);
+    if (status == FF_OK) ff_table_note(out, "a row for each wavelength, by the column that has their name");
+    return status;
+}
+
 static ff_status read_all(csv *f, const ff_read_options *o, ff_table *out)
 {
     ff_status status = read_header(f);
+    if (status == FF_OK && has_row_per_wavelength(f)) return read_by_wavelength(f, o, out);
     f->head.quantity = ff_read_quantity(o, f->head.quantity);
+    if (status == FF_OK && o->part)
+        status = ff_error_set(f->err, FF_ERR_UNSUPPORTED, f->path, 0, -1,
+                              "found the option 'part', expected it where 'columns' names a wavelength that it can choose");
     if (status == FF_OK) status = read_rows(f);
     if (status == FF_OK && f->rows.n == 0)
         status =
@@ -342,9 +420,6 @@ static ff_status read_all(csv *f, const ff_read_options *o, ff_table *out)
 static ff_status read_csv(const char *path, const ff_read_options *o, ff_table *out, ff_error *err)
 {
     if (o->columns) return ff_csv_read_columns(path, o, NULL, out, err);
-    if (o->part)
-        return ff_error_set(err, FF_ERR_UNSUPPORTED, path, 0, -1,
-                            "found the option 'part', expected it where 'columns' names a wavelength that it can choose");
     csv f = {.err = err, .path = path, .head = {.radians_per_unit = degree, .isotropic = -1}};
     ff_status status = ff_lines_open(path, &f.lines, err);
     if (status != FF_OK) return status;

@@ -100,8 +100,8 @@ void ff_table_name_channels_like(ff_table *t, const ff_table *from);
 int ff_table_one_incidence_azimuth(const ff_table *t);
 
 /** Counts invalid and negative samples. FF_ERR_DATA when no sample is valid. */
-/** Marks as not measured what holds a code for that, as -9999: a value far below all others of its channel. A note counts them. Before
- *  a quantity is made another one: a code divided by a cosine is none. */
+/** Marks as not measured what holds a code for that, as -9999: a value far below all others of its channel. A note counts them.
+ * Before a quantity is made another one: a code divided by a cosine is none. */
 void ff_table_leave_out_codes(ff_table *t);
 ff_status ff_table_count(ff_table *t, const char *path, ff_error *err);
 

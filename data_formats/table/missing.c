@@ -57,8 +57,8 @@ void ff_table_leave_out_codes(ff_table *t)
         if (!found[k]) continue;
         for (size_t c = 0; c < t->n_channels; c++) leave_out(t, c, k);
         number[ff_number_write(codes[k], number)] = '\0';
-        ff_table_note(t, "%zu %s %s, a code for what was not measured: left out", found[k], found[k] == 1 ? "value is" : "values are",
-                      number);
+        ff_table_note(t, "%zu %s %s, a code for what was not measured: left out", found[k],
+                      found[k] == 1 ? "value is" : "values are", number);
     }
     for (size_t i = 0; i < t->n; i++)
         for (size_t c = 0; c < t->n_channels && !t->valid[i]; c++)

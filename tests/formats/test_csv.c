@@ -150,6 +150,38 @@ static void codes(void)
     }
 }
 
+/* What is no reflectance is not taken for a channel in silence. */
+static void foreign_columns(void)
+{
+    ff_table t;
+    if (reads("std", "theta_i,phi_i,theta_o,phi_o,f,std\n0,0,0,0,1,0.1\n", &t)) {
+        FF_CHECK(t.n_channels == 1 && t.sigma && t.sigma[0] == 0.1, "%zu channels", t.n_channels);
+        ff_table_clear(&t);
+    }
+    if (reads("stddev_NAME", "theta_i,phi_i,theta_o,phi_o,f_r,f_g,stddev_g,stddev_r\n0,0,0,0,1,2,0.2,0.1\n", &t)) {
+        FF_CHECK(t.n_channels == 2 && t.sigma && t.sigma[0] == 0.1 && t.sigma[1] == 0.2, "%zu channels", t.n_channels);
+        ff_table_clear(&t);
+    }
+    if (reads("a name that begins so", "theta_i,phi_i,theta_o,phi_o,stdlight\n0,0,0,0,1\n", &t)) {
+        FF_CHECK(t.n_channels == 1 && !t.sigma && !*t.note, "'%s'", t.note);
+        ff_table_clear(&t);
+    }
+    if (reads("temperature", "theta_i,phi_i,theta_o,phi_o,f,temp\n0,0,0,0,1,293\n", &t)) {
+        FF_CHECK(t.n_channels == 2 && strstr(t.note, "'temp'"), "'%s'", t.note);
+        ff_table_clear(&t);
+    }
+    if (reads("wavelength",
+              "Wavelength,theta_i,phi_i,theta_o,phi_o,f,std\n532,0,0,0,0,1,.1\n633,0,0,0,0,2,.2\n532,0,0,9,0,3,.3\n633,0,0,9,0,4,."
+              "4\n",
+              &t)) {
+        FF_CHECK(t.n == 2 && t.n_channels == 2 && t.channels[0].wavelength_nm == 532 && t.channels[1].wavelength_nm == 633,
+                 "%zu samples, %zu channels", t.n, t.n_channels);
+        FF_CHECK(value(&t, 0, 1) == 3 && value(&t, 1, 0) == 2 && t.sigma && t.sigma[3] == 0.4 && strstr(t.note, "wavelength"),
+                 "'%s'", t.note);
+        ff_table_clear(&t);
+    }
+}
+
 static void radian_note(void)
 {
     char text[2000] = H;
@@ -415,19 +447,11 @@ static void round_trips(void)
     test_round_trip(0, 0, 1);
 }
 
-static const ff_test_case cases[] = {FF_TEST(decimal_comma),
-                                     FF_TEST(test_columns),
-                                     FF_TEST(variants),
-                                     FF_TEST(quantities),
-                                     FF_TEST(not_measured), FF_TEST(codes),
-                                     FF_TEST(radian_note),
-                                     FF_TEST(bad_headers),
-                                     FF_TEST(bad_rows),
-                                     FF_TEST(test_bytes),
-                                     FF_TEST(round_trips),
-                                     FF_TEST(prefixes),
-                                     FF_TEST(test_damage),
-                                     FF_TEST(names_that_cannot_be_written)};
+static const ff_test_case cases[] = {FF_TEST(decimal_comma),   FF_TEST(test_columns), FF_TEST(variants),
+                                     FF_TEST(quantities),      FF_TEST(not_measured), FF_TEST(codes),
+                                     FF_TEST(foreign_columns), FF_TEST(radian_note),  FF_TEST(bad_headers),
+                                     FF_TEST(bad_rows),        FF_TEST(test_bytes),   FF_TEST(round_trips),
+                                     FF_TEST(prefixes),        FF_TEST(test_damage),  FF_TEST(names_that_cannot_be_written)};
 
 int main(int argc, char **argv)
 {
