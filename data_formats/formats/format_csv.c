@@ -42,6 +42,7 @@ typedef struct csv {
     ff_names names;
     size_t n_channels;
     int with_sigma, with_weight;
+    size_t padding;              /* columns without a name behind all others, as spreadsheets leave them: their cells are empty */
     size_t *slot;                /* [names.n] place of a column in a row, see ff_rows_width */
     size_t *column;              /* [width]   column of a place: the inverse                */
     unsigned char *may_be_empty; /* [names.n]                                               */
@@ -84,6 +85,33 @@ static int probe(const unsigned char *head, size_t n, int64_t file_size)
 
 /* ---- lines ----------------------------------------------------------------------------------- */
 
+/* A header behind the sign of a comment, as numpy.savetxt writes it. */
+static int is_header(const char *comment)
+{
+    return strstr(comment, "theta_i") && strstr(comment, "theta_o") && strchr(comment, ',') && !strchr(comment, ':');
+}
+
+static size_t count_commas(const char *text)
+{
+    size_t n = 0;
+    for (; *text; text++) n += *text == ',';
+    return n;
+}
+
+/* Takes `most` empty cells at the most off the end of a line; how many there were. */
+static size_t take_padding(char *text, size_t *length, size_t most)
+{
+    size_t taken = 0;
+    for (; taken < most; taken++) {
+        size_t n = *length;
+        while (n && (text[n - 1] == ' ' || text[n - 1] == '\t')) n--;
+        if (!n || text[n - 1] != ',') break;
+        *length = n - 1;
+        text[*length] = '\0';
+    }
+    return taken;
+}
+
 /* The next line that is neither blank nor a comment; *text is NULL at the end. */
 static ff_status next_line(csv *f, char **text, size_t *length)
 {
@@ -92,8 +120,14 @@ static ff_status next_line(csv *f, char **text, size_t *length)
         if (status != FF_OK || !*text) return status;
         char *start = *text + strspn(*text, " \t");
         if (*start == '"' && start[1] == '#') start++; /* a comment that a spreadsheet has quoted */
+        if (*start == '#' && !f->names.n && is_header(start)) {
+            *length -= (size_t)(start + 1 - *text);
+            *text = start + 1;
+            return FF_OK;
+        }
         if (*start == '#') status = ff_csv_comment(&f->head, start, f->names.n > 0, f->path, f->lines.line, f->err);
         if (status != FF_OK) return status;
+        if (f->padding && !start[strspn(start, " \t,")]) continue;
         if (*start != '#' && *start != '\0') return FF_OK;
     }
 }
@@ -283,6 +317,7 @@ static ff_status read_header(csv *f)
                             "found columns separated by %s, expected ',' (and numbers with a decimal point); the option 'columns' "
                             "takes either",
                             strchr(text, ';') ? "';'" : "tabs");
+    f->padding = take_padding(text, &length, count_commas(text) < FF_NAMES_MAX ? FF_NAMES_MAX : 0);
     status = ff_names_read(text, length, f->path, f->lines.line, &f->names, f->err);
     if (status == FF_OK && has_row_per_wavelength(f)) return FF_OK;
     return status == FF_OK ? place_columns(f) : status;
@@ -327,6 +362,7 @@ static ff_status read_rows(csv *f)
         if (status != FF_OK || !text) return status;
         double *row = ff_rows_add(&f->rows);
         if (!row) return no_memory(f);
+        take_padding(text, &length, f->padding);
         status = ff_row_read(text, length, &columns, row, f->path, f->lines.line, f->err);
         if (status == FF_OK) status = check_row(f, row);
         if (status != FF_OK) return status;

@@ -182,6 +182,28 @@ static void foreign_columns(void)
     }
 }
 
+static void refuses(const char *text, ff_status code, long line, const char *const *words);
+
+/* What programs leave in a table that they write. */
+static void left_by_programs(void)
+{
+    static const struct {
+        const char *label, *text;
+        size_t invalid;
+    } cases[] = {
+        {"a spreadsheet's padding", "theta_i,phi_i,theta_o,phi_o,f,,\n0,0,0,0,1,,\n0,0,10,0,, ,\n0,0,20,0,2\n,,,,,,\n", 1},
+        {"numpy.savetxt", "# theta_i,phi_i,theta_o,phi_o,f\n0,0,0,0,1\n0,0,10,0,2\n0,0,10,0,\n", 1},
+        {"behind a remark", "# angle: theta_i, theta_o\n#theta_i,phi_i,theta_o,phi_o,f\n0,0,0,0,1\n0,0,10,0,2\n0,0,10,0,\n", 1}};
+    for (size_t k = 0; k < sizeof cases / sizeof cases[0]; k++) {
+        ff_table t;
+        if (!reads(cases[k].label, cases[k].text, &t)) continue;
+        FF_CHECK(t.n == 3 && t.n_channels == 1 && t.n_invalid == cases[k].invalid && value(&t, 0, 0) == 1,
+                 "%s: %zu samples, %zu left out", cases[k].label, t.n, t.n_invalid);
+        ff_table_clear(&t);
+    }
+    refuses("theta_i,phi_i,theta_o,phi_o,f,\n0,0,0,0,1,5\n", FF_ERR_FORMAT, 2, WORDS("found 6 cells, expected 5"));
+}
+
 static void radian_note(void)
 {
     char text[2000] = H;
@@ -447,11 +469,11 @@ static void round_trips(void)
     test_round_trip(0, 0, 1);
 }
 
-static const ff_test_case cases[] = {FF_TEST(decimal_comma),   FF_TEST(test_columns), FF_TEST(variants),
-                                     FF_TEST(quantities),      FF_TEST(not_measured), FF_TEST(codes),
-                                     FF_TEST(foreign_columns), FF_TEST(radian_note),  FF_TEST(bad_headers),
-                                     FF_TEST(bad_rows),        FF_TEST(test_bytes),   FF_TEST(round_trips),
-                                     FF_TEST(prefixes),        FF_TEST(test_damage),  FF_TEST(names_that_cannot_be_written)};
+static const ff_test_case cases[] = {
+    FF_TEST(decimal_comma), FF_TEST(test_columns), FF_TEST(variants),        FF_TEST(quantities),
+    FF_TEST(not_measured),  FF_TEST(codes),        FF_TEST(foreign_columns), FF_TEST(left_by_programs),
+    FF_TEST(radian_note),   FF_TEST(bad_headers),  FF_TEST(bad_rows),        FF_TEST(test_bytes),
+    FF_TEST(round_trips),   FF_TEST(prefixes),     FF_TEST(test_damage),     FF_TEST(names_that_cannot_be_written)};
 
 int main(int argc, char **argv)
 {
