@@ -42,6 +42,7 @@ typedef struct csv {
     ff_names names;
     size_t n_channels;
     int with_sigma, with_weight;
+    size_t n_errors;             /* cells with the word of an error of a spreadsheet */
     size_t padding;              /* columns without a name behind all others, as spreadsheets leave them: their cells are empty */
     size_t *slot;                /* [names.n] place of a column in a row, see ff_rows_width */
     size_t *column;              /* [width]   column of a place: the inverse                */
@@ -354,7 +355,7 @@ static ff_status check_row(csv *f, const double *row)
 
 static ff_status read_rows(csv *f)
 {
-    const ff_columns columns = {f->names.n, f->names.name, f->slot, f->may_be_empty};
+    const ff_columns columns = {f->names.n, f->names.name, f->slot, f->may_be_empty, &f->n_errors};
     char *text;
     size_t length;
     for (;;) {
@@ -391,6 +392,9 @@ static void describe(const csv *f, ff_table *t)
     strcpy(t->format, "csv");
     ff_table_leave_out_codes(t);
     name_foreign_channels(f, t);
+    if (f->n_errors)
+        ff_table_note(t, "%zu %s error of a spreadsheet, as #DIV/0!: not measured", f->n_errors,
+                      f->n_errors == 1 ? "cell is the" : "cells are the");
     if (f->head.quantity == FF_BRDF_COS) divide_by_cosine(f, t);
     t->quantity = f->head.quantity;
     t->radians_per_unit = f->head.radians_per_unit;

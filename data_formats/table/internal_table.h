@@ -34,6 +34,7 @@ typedef struct ff_columns {
     char *const *names;
     const size_t *slot;
     const unsigned char *may_be_empty;
+    size_t *n_errors; /**< counts cells with the word of an error of a spreadsheet, which are as if empty; NULL: they are refused */
 } ff_columns;
 ff_status ff_row_read(const char *text, size_t length, const ff_columns *columns, double *row, const char *path, long line,
                       ff_error *err);

@@ -201,6 +201,12 @@ static void left_by_programs(void)
                  "%s: %zu samples, %zu left out", cases[k].label, t.n, t.n_invalid);
         ff_table_clear(&t);
     }
+    ff_table t;
+    if (reads("errors of a spreadsheet", H "0,0,0,0,1\n0,0,10,0,#DIV/0!\n0,0,20,0,#N/A\n0,0,20,0, #WERT! \n", &t)) {
+        FF_CHECK(t.n == 4 && t.n_invalid == 3 && strstr(t.note, "3 cells"), "%zu left out, '%s'", t.n_invalid, t.note);
+        ff_table_clear(&t);
+    }
+    refuses(H "#DIV/0!,0,0,0,1\n0,0,0,#N/A,1\n", FF_ERR_DATA, 3, WORDS("'#N/A'"));
     refuses("theta_i,phi_i,theta_o,phi_o,f,\n0,0,0,0,1,5\n", FF_ERR_FORMAT, 2, WORDS("found 6 cells, expected 5"));
 }
 
