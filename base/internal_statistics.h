@@ -18,4 +18,10 @@ double ff_student_two_sided(double t, double dof);
  */
 double ff_student_quantile(double p, double dof);
 
+/* Its inverse: the `dof` whose quantile at p is t; INFINITY for a t that is no larger than the normal distribution's. */
+double ff_student_degrees(double p, double t);
+
+/* P(X > x) of F with `dof` and `of_error` > 0 degrees of freedom; of chi^2 / dof for of_error = INFINITY. */
+double ff_f_tail(double x, double dof, double of_error);
+
 #endif

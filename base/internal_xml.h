@@ -27,7 +27,8 @@ typedef struct ff_xml {
     void *user;
     void *parser;
     unsigned depth;
-    int64_t size; /**< of the file, -1 where it has none              */
+    long lines_before; /**< lines that were passed over before the XML    */
+    int64_t size;      /**< of the file, -1 where it has none              */
     ff_status status;
 } ff_xml;
 

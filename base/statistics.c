@@ -1,5 +1,5 @@
 /* Tails and quantiles: the incomplete gamma function by series and continued fraction, Student's t by the incomplete beta function
- * (DLMF 8.7.1, 8.9.2, 8.17.22). */
+ * (DLMF 8.7.1, 8.9.2, 8.17.22), and so F. */
 #include "internal_statistics.h"
 #include <float.h>
 #include <math.h>
@@ -98,4 +98,27 @@ double ff_student_quantile(double p, double dof)
             hi = mid;
     }
     return 0.5 * (lo + hi);
+}
+
+double ff_student_degrees(double p, double t)
+{
+    double lo = 0, hi = 1;                                                            /* of 1 / dof */
+    if (!(ff_student_two_sided(t, INFINITY) < (1 - p) * (1 - 1e-9))) return INFINITY; /* to rounding */
+    while (hi < 1e15 && ff_student_two_sided(t, 1 / hi) < 1 - p) lo = hi, hi *= 2;
+    for (int k = 0; k < 100 && hi - lo > 4 * DBL_EPSILON * hi; k++) {
+        const double mid = 0.5 * (lo + hi);
+        if (ff_student_two_sided(t, 1 / mid) < 1 - p)
+            lo = mid;
+        else
+            hi = mid;
+    }
+    return 2 / (lo + hi);
+}
+
+double ff_f_tail(double x, double dof, double of_error)
+{
+    const double sum = of_error + dof * x;
+    if (!(x > 0)) return 1;
+    if (!(of_error < 1e7)) return ff_chi2_tail(dof * x, dof); /* the difference is below 1e-7 then */
+    return incomplete_beta(0.5 * of_error, 0.5 * dof, of_error / sum, dof * x / sum);
 }

@@ -10,7 +10,7 @@ enum { CHUNK = 1 << 16 };
 
 long ff_xml_line(const ff_xml *x)
 {
-    return (long)XML_GetCurrentLineNumber(x->parser);
+    return (long)XML_GetCurrentLineNumber(x->parser) + x->lines_before;
 }
 
 /* Ends the reading. */
@@ -134,6 +134,16 @@ static ff_status check_token(ff_xml *x, int64_t fed)
                         "found a tag or comment of more than %d bytes, expected less", FF_XML_TOKEN);
 }
 
+/* Bytes of the line that genBSDF may write before the XML, on how to take it up again; Radiance's own reader passes over it, too.
+ */
+static size_t line_before(const char *text, size_t n)
+{
+    static const char begin[] = "Recover using:";
+    if (n < sizeof begin || memcmp(text, begin, sizeof begin - 1) != 0) return 0;
+    const char *end = memchr(text, '\n', n);
+    return end ? (size_t)(end + 1 - text) : 0;
+}
+
 static ff_status feed(ff_xml *x, int fd)
 {
     for (int64_t fed = 0;;) {
@@ -142,8 +152,11 @@ static ff_status feed(ff_xml *x, int fd)
         if (!buffer) return not_xml(x);
         ff_status status = ff_input_read(fd, x->path, fed, buffer, CHUNK, &got, x->err);
         if (status != FF_OK) return status;
+        const size_t before = fed == 0 ? line_before(buffer, got) : 0;
+        memmove(buffer, (char *)buffer + before, got - before);
+        x->lines_before += before > 0;
         fed += (int64_t)got;
-        if (XML_ParseBuffer(x->parser, (int)got, got < CHUNK) != XML_STATUS_OK) return not_xml(x);
+        if (XML_ParseBuffer(x->parser, (int)(got - before), got < CHUNK) != XML_STATUS_OK) return not_xml(x);
         if (got < CHUNK) return FF_OK;
         status = check_token(x, fed);
         if (status != FF_OK) return status;

@@ -253,6 +253,21 @@ const char *cli_nearest(const char *word, const char *const *names, size_t n)
     return nearest;
 }
 
+/* The names that a word begins, as "smith" begins several: "A' or 'B", of one call at a time. NULL when none does, or too many. */
+static const char *begun_by(const char *word, const char *const *names, size_t n)
+{
+    enum { MOST = 6 };
+    static char out[MOST * CLI_NAME];
+    const size_t length = strlen(word);
+    size_t found = 0, used = 0;
+    for (size_t i = 0; i < n && length >= 3; i++) {
+        if (strncmp(names[i], word, length) != 0) continue;
+        if (++found > MOST || used + strlen(names[i]) + sizeof "' or '" > sizeof out) return NULL;
+        used += (size_t)snprintf(out + used, sizeof out - used, "%s%s", used ? "' or '" : "", names[i]);
+    }
+    return found ? out : NULL;
+}
+
 const char *cli_words_nearest(cli_words *words, const char *word, size_t length)
 {
     enum { MANY = 128 };
@@ -261,5 +276,6 @@ const char *cli_words_nearest(cli_words *words, const char *word, size_t length)
     size_t n = 0;
     for (; n < MANY && words(n); n++) names[n] = words(n);
     snprintf(bare, sizeof bare, "%.*s", (int)length, word);
-    return cli_nearest(bare, names, n);
+    const char *nearest = cli_nearest(bare, names, n);
+    return nearest ? nearest : begun_by(bare, names, n);
 }

@@ -156,8 +156,7 @@ static ff_status check_options(const char *path, const ff_format *f, const ff_re
         unsigned bit;
     } all[] = {{"columns", o->columns != NULL, FF_READS_COLUMNS},
                {"grid", o->grid != NULL, FF_READS_GRID},
-               {"part", o->part != NULL, FF_READS_PART},
-               {"quantity", o->quantity >= 0, FF_READS_QUANTITY}};
+               {"part", o->part != NULL, FF_READS_PART}};
     for (size_t k = 0; k < sizeof all / sizeof all[0]; k++)
         // NOLINTNEXTLINE(clang-analyzer-core.NullDereference): as below
         if (all[k].given && !(f->reads & all[k].bit))
@@ -165,6 +164,27 @@ static ff_status check_options(const char *path, const ff_format *f, const ff_re
     if (!isnan(o->scale) && !(o->scale > 0 && isfinite(o->scale)))
         return ff_error_set(err, FF_ERR_RANGE, path, 0, -1, "found a scale of %g, expected a finite number > 0", o->scale);
     return FF_OK;
+}
+
+/* What the person says of the numbers of a format that leaves that to nobody: instruments write a cosine where it forbids one. What
+ * is kept of the file for writing it again, or for what its function integrates to, is then not that of the table. */
+static ff_status take_quantity(const char *path, const ff_format *f, ff_quantity asked, ff_table *t, ff_error *err)
+{
+    if ((f->reads & FF_READS_QUANTITY) || asked == t->quantity) return FF_OK;
+    if (t->quantity != FF_BRDF) {
+        const char *own = ff_quantity_name(t->quantity);
+        ff_table_clear(t);
+        return ff_error_set(err, FF_ERR_UNSUPPORTED, path, 0, -1,
+                            "found the option 'quantity' %s, expected what the format '%s' is: %s", ff_quantity_name(asked),
+                            f->name, own);
+    }
+    if (t->kept && t->kept_free) t->kept_free(t->kept);
+    t->kept = NULL;
+    t->kept_free = NULL;
+    ff_table_set_quantity(t, asked);
+    const ff_status status = ff_table_count(t, path, err);
+    if (status != FF_OK) ff_table_clear(t);
+    return status;
 }
 
 ff_status ff_table_read_with_into(const char *path, const ff_read_options *options, ff_table *out, ff_error *err)
@@ -178,6 +198,7 @@ ff_status ff_table_read_with_into(const char *path, const ff_read_options *optio
     if (status == FF_OK) status = check_options(path, f, &o, err);
     // NOLINTNEXTLINE(clang-analyzer-core.NullDereference): a format was found where the status is FF_OK
     if (status == FF_OK) status = f->read(path, &o, out, err);
+    if (status == FF_OK && o.quantity >= 0) status = take_quantity(path, f, (ff_quantity)o.quantity, out, err);
     if (status != FF_OK || isnan(o.scale)) return status;
     for (size_t c = 0; c < out->n_channels; c++) out->channels[c].scale *= o.scale;
     ff_table_note(out, "all values are multiplied by %g, as asked", o.scale);

@@ -431,11 +431,12 @@ static ff_status put_fit(const ff_report_fits *r, size_t i, FILE *out)
 
 static void put_difference(const ff_difference *d, FILE *out)
 {
-    char p[FF_TEXT_NUMBER], chi2[FF_TEXT_NUMBER];
+    char p[FF_TEXT_NUMBER], f[FF_TEXT_NUMBER], error_dof[FF_TEXT_NUMBER];
     if (d->dof == 0) return;
-    fprintf(out, "\nthe channels' shapes %s: chi^2 %s with %zu degrees of freedom, p = %s\n",
+    fprintf(out, "\nthe channels' shapes %s: F %s with %zu and %s degrees of freedom, p = %s\n",
             d->p < 0.05 ? "differ by more than their errors" : "do not differ by more than their errors",
-            ff_text_number(d->chi2, 3, chi2), d->dof, ff_text_number(d->p, 2, p));
+            ff_text_number(d->f, 3, f), d->dof, isinf(d->error_dof) ? "any" : ff_text_number(d->error_dof, 3, error_dof),
+            ff_text_number(d->p, 2, p));
 }
 /* ---- how --loss auto chose ------------------------------------------------------------------- */
 

@@ -421,6 +421,8 @@ static void put_difference(ff_json *j, const ff_difference *d)
     ff_json_object(j, "channels_differ", FF_JSON_LINE);
     ff_json_number(j, "chi2", d->chi2);
     ff_json_integer(j, "dof", (int64_t)d->dof);
+    ff_json_number(j, "F", d->f);
+    ff_json_number(j, "error_dof", d->error_dof);
     ff_json_number(j, "p", d->p);
     ff_json_close(j);
 }

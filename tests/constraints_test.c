@@ -688,6 +688,37 @@ static void prior_by_hand(void)
     }
 }
 
+/* Three errors of the difference, which both have a part in: of a prior that is sure, as unsure as the data, or weak, which hardly
+ * moves anything and may be as wrong. */
+static void priors_that_data_contradict(void)
+{
+    linear_case l = linear_make(0, 8);
+    ff_fit_options o = by_residuals();
+    o.shape = FF_SHAPE_ISOTROPIC;
+    ff_model m = l.s.model;
+    ff_model_hold(&m, "alpha", 0.3, NULL);
+    ff_fit_result plain = fitted("without a prior", &l.t, &m, &o);
+    const double alone = plain.channel_value[0].value, error = plain.channel_value[0].std_error;
+    static const double sureness[] = {0.1, 1, 10};
+    for (size_t k = 0; k < 3; k++)
+        for (int apart = -1; apart <= 1; apart += 2)
+            for (int more = 0; more < 2; more++) {
+                const double sd = sureness[k] * error, off = (more ? 3.1 : 2.9) * hypot(error, sd);
+                const ff_prior prior = {"f0", alone + apart * off, sd, NULL};
+                const ff_constraints c = {.n_priors = 1, .prior = &prior};
+                o.constraints = &c;
+                ff_fit_result r = fitted("with a prior", &l.t, &m, &o);
+                FF_CHECK(has_warning(&r, FF_WARNING_PRIOR_DISAGREES, "f0") == more,
+                         "a prior of %g errors of the data, %g joint errors away: %s", sureness[k], more ? 3.1 : 2.9,
+                         more ? "not a word" : "a warning");
+                FF_CHECK(!has_warning(&r, FF_WARNING_PRIOR_DISAGREES, "kd"), "kd has no prior");
+                ff_fit_result_clear(&r);
+            }
+    ff_fit_result_clear(&plain);
+    ff_table_clear(&l.t);
+    free(l.a);
+}
+
 static void priors_in_their_limits(void)
 {
     const fit_surface s = fit_surface_make("ggx+lambert", 2, "alpha_x=0.2 alpha_y=0.4 r_xy=0.3 f0=0.6:0.3 kd=0.1:0.3");
@@ -1060,6 +1091,6 @@ static void errors(void)
 FF_TEST_MAIN(FF_TEST(bounds_of_a_model), FF_TEST(bounds_hold), FF_TEST(bounds_in_the_search), FF_TEST(what_is_held_stays),
              FF_TEST(two_axes_are_one), FF_TEST(ties_against_brute_force), FF_TEST(folded_least_squares),
              FF_TEST(coordinates_of_tied_parameters), FF_TEST(order_of_lobes), FF_TEST(prior_by_hand),
-             FF_TEST(priors_in_their_limits), FF_TEST(prior_for_what_the_data_do_not_say), FF_TEST(standard_errors_with_a_prior),
-             FF_TEST(albedo_derivatives), FF_TEST(energy_is_conserved), FF_TEST(energy_against_brute_force),
-             FF_TEST(energy_that_does_not_bind), FF_TEST(errors))
+             FF_TEST(priors_that_data_contradict), FF_TEST(priors_in_their_limits), FF_TEST(prior_for_what_the_data_do_not_say),
+             FF_TEST(standard_errors_with_a_prior), FF_TEST(albedo_derivatives), FF_TEST(energy_is_conserved),
+             FF_TEST(energy_against_brute_force), FF_TEST(energy_that_does_not_bind), FF_TEST(errors))

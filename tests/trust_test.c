@@ -57,6 +57,15 @@ static void quantiles(void)
     FF_CHECK_CLOSE(ff_student_quantile(0.95, 120), 1.979930405, 1e-9, 0);
     FF_CHECK_CLOSE(ff_student_quantile(0.95, INFINITY), FF_NORMAL_975, 1e-12, 0);
     FF_CHECK_CLOSE(ff_student_quantile(0.95, 1e9), FF_NORMAL_975, 1e-8, 0);
+    FF_CHECK_CLOSE(ff_student_degrees(0.95, 2.776445105), 4, 1e-7, 0);
+    FF_CHECK_CLOSE(ff_student_degrees(0.95, 12.706204736), 1, 1e-7, 0);
+    FF_CHECK(isinf(ff_student_degrees(0.95, FF_NORMAL_975)) && isinf(ff_student_degrees(0.95, 0)), "known errors");
+    FF_CHECK_CLOSE(ff_f_tail(3.0, 2, 10), pow(1 + 2 * 3.0 / 10, -5), 1e-12,
+                   0); /* of 2 degrees of freedom: (1 + 2 x / m)^(-m / 2) */
+    FF_CHECK_CLOSE(ff_f_tail(5.192167773, 3, 4), ff_f_tail(1 / 5.192167773, 4, 3) * -1 + 1, 1e-12, 0);
+    FF_CHECK_CLOSE(ff_f_tail(4.964602744, 1, 10), 0.05, 1e-8, 0); /* t^2 */
+    FF_CHECK_CLOSE(ff_f_tail(2.5, 3, INFINITY), ff_chi2_tail(7.5, 3), 1e-12, 0);
+    FF_CHECK(ff_f_tail(0, 3, 5) == 1, "end of the tail");
     FF_CHECK_CLOSE(ff_chi2_tail(3.841458821, 1), 0.05, 1e-8, 0);
     FF_CHECK_CLOSE(ff_chi2_tail(18.307038053, 10), 0.05, 1e-8, 0);
     FF_CHECK_CLOSE(ff_chi2_tail(0.5, 4), 0.973500979, 1e-8, 0); /* (1 + x/2) exp(-x/2) */
@@ -785,6 +794,50 @@ static void residual_tables(void)
     forget(&m);
 }
 
+/* One parameter: Welch's (1951) formulae of channels whose errors have four degrees of freedom each, as by five incidences. */
+static void channels_by_welch(void)
+{
+    enum { N = 3 };
+    static const double off[N] = {0, 0.3, -0.2}, error[N] = {0.05, 0.1, 0.2};
+    const double degrees = 4, t = ff_student_quantile(0.95, degrees);
+    const ff_fit_options o = fit_options();
+    ff_fit_result fits[N];
+    ff_difference d;
+    ff_error err = {0};
+    const fit_surface s = fit_surface_make("ggx/v-cavity+lambert", 1, plain_surface);
+    ff_table table = scan_measure(&s, &usual_scan);
+    double x[N], weight[N], sum = 0, mean = 0, square = 0, A = 0;
+    for (int i = 0; i < N; i++) {
+        ff_fit_options isotropic = o;
+        isotropic.shape = FF_SHAPE_ISOTROPIC;
+        FF_CHECK(!fit_table(&table, &s.model, &isotropic, &fits[i], NULL, &err), "%s", err.message);
+        ff_fit_value *v = &fits[i].shape_value[0];
+        v->value = 0.2 * exp(off[i]); /* alpha is fitted by its logarithm */
+        v->std_error = error[i] * v->value;
+        v->student_t = t;
+        x[i] = log(v->value), weight[i] = 1 / (error[i] * error[i]);
+        sum += weight[i], mean += weight[i] * x[i];
+    }
+    mean /= sum;
+    for (int i = 0; i < N; i++) {
+        square += weight[i] * (x[i] - mean) * (x[i] - mean);
+        A += (1 - weight[i] / sum) * (1 - weight[i] / sum) / degrees;
+    }
+    const double k = N, f = square / (k - 1) / (1 + 2 * (k - 2) / (k * k - 1) * A), of_error = (k * k - 1) / (3 * A);
+    FF_CHECK(!ff_trust_channels_differ_into(fits, N, &d, &err), "%s", err.message);
+    FF_CHECK_CLOSE(d.chi2, square, 1e-9, 0);
+    FF_CHECK_CLOSE(d.f, f, 1e-9, 0);
+    FF_CHECK_CLOSE(d.error_dof, of_error, 1e-6, 0);
+    FF_CHECK(d.dof == N - 1, "%zu", d.dof);
+    FF_CHECK_CLOSE(d.p, ff_f_tail(f, k - 1, of_error), 1e-6, 0);
+    for (int i = 0; i < N; i++) fits[i].shape_value[0].student_t = 0; /* known errors */
+    FF_CHECK(!ff_trust_channels_differ_into(fits, N, &d, &err), "%s", err.message);
+    FF_CHECK_CLOSE(d.p, ff_chi2_tail(square, k - 1), 1e-9, 0);
+    FF_CHECK(isinf(d.error_dof), "%g", d.error_dof);
+    for (int i = 0; i < N; i++) ff_fit_result_clear(&fits[i]);
+    ff_table_clear(&table);
+}
+
 static void channels_that_differ(void)
 {
     const ff_fit_options o = fit_options();
@@ -806,7 +859,8 @@ static void channels_that_differ(void)
         printf("channels of %s roughness: chi^2 %.2f with %zu degrees of freedom, p %.3g\n", differ ? "different" : "one", d.chi2,
                d.dof, d.p);
         FF_CHECK(d.dof == 6, "%zu degrees of freedom of three shapes of three parameters", d.dof);
-        FF_CHECK_CLOSE(d.p, ff_chi2_tail(d.chi2, (double)d.dof), 1e-12, 0);
+        FF_CHECK_CLOSE(d.p, ff_f_tail(d.f, (double)d.dof, d.error_dof), 1e-12, 0);
+        FF_CHECK(d.error_dof > 20 && d.error_dof < 1e5, "%g degrees of freedom of the errors", d.error_dof);
         FF_CHECK(differ ? d.p < 1e-6 : d.p > 1e-3, "p = %g", d.p);
         for (int c = 0; c < 3; c++) ff_fit_result_clear(&fits[c]);
     }
@@ -1028,6 +1082,6 @@ FF_TEST_MAIN(FF_TEST(quantiles), FF_TEST(effective_number), FF_TEST(misfit_of_sc
              FF_TEST(not_determined), FF_TEST(errors_by_refits), FF_TEST(bootstraps), FF_TEST(bootstrap_of_losses),
              FF_TEST(bootstrap_on_a_bound), FF_TEST(cut_offs), FF_TEST(comparisons), FF_TEST(comparison_by_hand),
              FF_TEST(size_and_power_of_the_test), FF_TEST(validation_by_hand), FF_TEST(bands_of_angles),
-             FF_TEST(bands_of_weighted_samples), FF_TEST(residual_tables), FF_TEST(channels_that_differ), FF_TEST(outliers),
-             FF_TEST(given_scale), FF_TEST(scale_of_a_noise_model), FF_TEST(saturation), FF_TEST(noise_floor),
-             FF_TEST(negative_samples), FF_TEST(wrong_options))
+             FF_TEST(bands_of_weighted_samples), FF_TEST(residual_tables), FF_TEST(channels_by_welch),
+             FF_TEST(channels_that_differ), FF_TEST(outliers), FF_TEST(given_scale), FF_TEST(scale_of_a_noise_model),
+             FF_TEST(saturation), FF_TEST(noise_floor), FF_TEST(negative_samples), FF_TEST(wrong_options))

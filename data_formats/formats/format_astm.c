@@ -185,7 +185,7 @@ static ff_status read_row(astm *a, const char *text, size_t length)
     double *row = ff_rows_add(&a->rows);
     if (!row) return ff_error_set(a->err, FF_ERR_MEMORY, a->path, a->lines.line, -1, "no memory for row %zu", a->rows.n + 1);
     row[1] = pi;
-    const ff_columns columns = {a->names.n, a->names.name, a->slot, a->may_be_empty};
+    const ff_columns columns = {a->names.n, a->names.name, a->slot, a->may_be_empty, NULL};
     ff_status status = ff_row_read(text, length, &columns, row, a->path, a->lines.line, a->err);
     if (status != FF_OK) return status;
     for (int k = 0; k < 4; k += 2)

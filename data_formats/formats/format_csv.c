@@ -10,7 +10,9 @@
  * theta_i phi_i theta_o phi_o   required; degrees unless `angles: radians`; |theta| <= 180 degrees, beyond 90 is below the horizon
  * f, f_NAME, any other name     a channel, called f, NAME or as it stands ("465nm" is a wavelength); an empty cell was not measured
  *                               and makes the sample invalid
- * sigma, sigma_NAME             standard deviation of a channel, > 0; of all channels or of none
+ * wavelength, lambda            in nm, beside one channel: a row for each
+ * sigma, sigma_NAME             standard deviation of a channel, > 0; of all channels or of none. Also called std, stddev, stdev,
+ *                               std_dev, uncertainty
  * weight                        solid-angle weight d wi d wo of the sample, >= 0
  * quantity                      brdf (f, 1/sr), brdf-cos (f cos theta_o), reflectance-factor (pi f); for values and sigmas
  * isotropic                     yes: only azimuth differences mean something. Not said: when there is but one phi_i
@@ -26,6 +28,7 @@
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
+#include <strings.h>
 
 static const double pi = 3.14159265358979323846;
 static const double degree = 3.14159265358979323846 / 180;
@@ -40,6 +43,8 @@ typedef struct csv {
     ff_names names;
     size_t n_channels;
     int with_sigma, with_weight;
+    size_t n_errors;             /* cells with the word of an error of a spreadsheet */
+    size_t padding;              /* columns without a name behind all others, as spreadsheets leave them: their cells are empty */
     size_t *slot;                /* [names.n] place of a column in a row, see ff_rows_width */
     size_t *column;              /* [width]   column of a place: the inverse                */
     unsigned char *may_be_empty; /* [names.n]                                               */
@@ -82,6 +87,33 @@ static int probe(const unsigned char *head, size_t n, int64_t file_size)
 
 /* ---- lines ----------------------------------------------------------------------------------- */
 
+/* A header behind the sign of a comment, as numpy.savetxt writes it. */
+static int is_header(const char *comment)
+{
+    return strstr(comment, "theta_i") && strstr(comment, "theta_o") && strchr(comment, ',') && !strchr(comment, ':');
+}
+
+static size_t count_commas(const char *text)
+{
+    size_t n = 0;
+    for (; *text; text++) n += *text == ',';
+    return n;
+}
+
+/* Takes `most` empty cells at the most off the end of a line; how many there were. */
+static size_t take_padding(char *text, size_t *length, size_t most)
+{
+    size_t taken = 0;
+    for (; taken < most; taken++) {
+        size_t n = *length;
+        while (n && (text[n - 1] == ' ' || text[n - 1] == '\t')) n--;
+        if (!n || text[n - 1] != ',') break;
+        *length = n - 1;
+        text[*length] = '\0';
+    }
+    return taken;
+}
+
 /* The next line that is neither blank nor a comment; *text is NULL at the end. */
 static ff_status next_line(csv *f, char **text, size_t *length)
 {
@@ -90,8 +122,14 @@ static ff_status next_line(csv *f, char **text, size_t *length)
         if (status != FF_OK || !*text) return status;
         char *start = *text + strspn(*text, " \t");
         if (*start == '"' && start[1] == '#') start++; /* a comment that a spreadsheet has quoted */
+        if (*start == '#' && !f->names.n && is_header(start)) {
+            *length -= (size_t)(start + 1 - *text);
+            *text = start + 1;
+            return FF_OK;
+        }
         if (*start == '#') status = ff_csv_comment(&f->head, start, f->names.n > 0, f->path, f->lines.line, f->err);
         if (status != FF_OK) return status;
+        if (f->padding && !start[strspn(start, " \t,")]) continue;
         if (*start != '#' && *start != '\0') return FF_OK;
     }
 }
@@ -120,9 +158,26 @@ static int is_angle(const char *name)
     return 0;
 }
 
+/* The channel whose standard deviation a column is: "" of a plain "sigma", NULL of what is none. */
+static const char *sigma_of(const char *name)
+{
+    static const char *const words[] = {"sigma", "std", "stddev", "std_dev", "stdev", "uncertainty"};
+    for (size_t k = 0; k < sizeof words / sizeof words[0]; k++) {
+        const size_t n = strlen(words[k]);
+        if (strncmp(name, words[k], n) == 0 && (!name[n] || (name[n] == '_' && name[n + 1]))) return name[n] ? name + n + 1 : "";
+    }
+    return NULL;
+}
+
 static int is_sigma(const char *name)
 {
-    return strcmp(name, "sigma") == 0 || strncmp(name, "sigma_", 6) == 0;
+    return sigma_of(name) != NULL;
+}
+
+static int is_wavelength(const char *name)
+{
+    return strcasecmp(name, "wavelength") == 0 || strcasecmp(name, "wavelength_nm") == 0 || strcasecmp(name, "lambda") == 0 ||
+           strcasecmp(name, "lambda_nm") == 0;
 }
 
 static int is_channel(const char *name)
@@ -173,10 +228,10 @@ static ff_status place_channels(csv *f)
 /* The channel that a sigma column belongs to, -1 = none. Plain "sigma" is of f, or of the only channel. */
 static long sigma_channel(const csv *f, const char *name)
 {
-    const char *of = name[5] ? name + 6 : "f";
+    const char *given = sigma_of(name), *of = *given ? given : "f";
     for (size_t c = 0; c < f->n_channels; c++)
         if (strcmp(channel_of(f->names.name[f->column[4 + c]]), of) == 0) return (long)c;
-    return !name[5] && f->n_channels == 1 ? 0 : -1;
+    return !*given && f->n_channels == 1 ? 0 : -1;
 }
 
 static ff_status place_sigmas(csv *f, size_t n_sigmas)
@@ -195,6 +250,34 @@ static ff_status place_sigmas(csv *f, size_t n_sigmas)
         return ff_error_set(f->err, FF_ERR_FORMAT, f->path, f->lines.line, -1,
                             "found %zu sigma columns, expected none or one for each of the %zu channels", n_sigmas, f->n_channels);
     return FF_OK;
+}
+
+/* A wavelength beside one column of values: a row for each wavelength, which is read by a mapping. */
+static int has_row_per_wavelength(const csv *f)
+{
+    size_t values = 0, wavelengths = 0, quoted = 0;
+    for (size_t k = 0; k < f->names.n; k++) {
+        const char *name = f->names.name[k];
+        wavelengths += is_wavelength(name) ? 1 : 0;
+        values += is_channel(name) && !is_wavelength(name) ? 1 : 0;
+        quoted += strchr(name, '"') ? 1 : 0;
+    }
+    return wavelengths == 1 && values == 1 && !quoted;
+}
+
+/* "f" or f_NAME are ours; what stands beside them under another name may be a temperature. */
+static void name_foreign_channels(const csv *f, ff_table *t)
+{
+    int ours = 0;
+    for (size_t c = 0; c < f->n_channels; c++) {
+        const char *name = f->names.name[f->column[4 + c]];
+        ours |= strcmp(name, "f") == 0 || channel_of(name) != name;
+    }
+    for (size_t c = 0; c < f->n_channels && ours; c++) {
+        const char *name = f->names.name[f->column[4 + c]];
+        if (strcmp(name, "f") == 0 || channel_of(name) != name || !isnan(ff_wavelength_of(name))) continue;
+        ff_table_note(t, "column '%s' is taken for a channel; --columns names those that are", name);
+    }
 }
 
 static ff_status place_columns(csv *f)
@@ -236,7 +319,9 @@ static ff_status read_header(csv *f)
                             "found columns separated by %s, expected ',' (and numbers with a decimal point); the option 'columns' "
                             "takes either",
                             strchr(text, ';') ? "';'" : "tabs");
+    f->padding = take_padding(text, &length, count_commas(text) < FF_NAMES_MAX ? FF_NAMES_MAX : 0);
     status = ff_names_read(text, length, f->path, f->lines.line, &f->names, f->err);
+    if (status == FF_OK && has_row_per_wavelength(f)) return FF_OK;
     return status == FF_OK ? place_columns(f) : status;
 }
 
@@ -269,17 +354,9 @@ static ff_status check_row(csv *f, const double *row)
     return FF_OK;
 }
 
-/* f cos(theta_o) -> f; where the cosine leaves nothing, the sample was not measured. */
-static void divide_by_cosine(const csv *f, double *row)
-{
-    double c = cos(f->head.radians_per_unit * row[2]);
-    size_t n = f->n_channels * (f->with_sigma ? 2 : 1);
-    for (size_t k = 0; k < n; k++) row[4 + k] = c > cos_min ? row[4 + k] / c : NAN;
-}
-
 static ff_status read_rows(csv *f)
 {
-    const ff_columns columns = {f->names.n, f->names.name, f->slot, f->may_be_empty};
+    const ff_columns columns = {f->names.n, f->names.name, f->slot, f->may_be_empty, &f->n_errors};
     char *text;
     size_t length;
     for (;;) {
@@ -287,18 +364,39 @@ static ff_status read_rows(csv *f)
         if (status != FF_OK || !text) return status;
         double *row = ff_rows_add(&f->rows);
         if (!row) return no_memory(f);
+        take_padding(text, &length, f->padding);
         status = ff_row_read(text, length, &columns, row, f->path, f->lines.line, f->err);
         if (status == FF_OK) status = check_row(f, row);
         if (status != FF_OK) return status;
-        if (f->head.quantity == FF_BRDF_COS) divide_by_cosine(f, row);
     }
 }
 
 /* ---- the table ------------------------------------------------------------------------------- */
 
+/* f cos(theta_o) -> f; where the cosine leaves nothing, the sample was not measured. */
+static void divide_by_cosine(const csv *f, ff_table *t)
+{
+    for (size_t i = 0; i < t->n; i++) {
+        const double cosine = cos(f->head.radians_per_unit * t->angle[2][i]);
+        const int gone = !(cosine > cos_min);
+        if (gone) t->valid[i] = 0;
+        for (size_t c = 0; c < t->n_channels; c++) {
+            double *v = &t->value[c * t->n + i], *s = t->sigma ? &t->sigma[c * t->n + i] : v;
+            *v = gone ? 0 : *v / cosine;
+            if (s != v) *s = gone ? 0 : *s / cosine;
+        }
+    }
+}
+
 static void describe(const csv *f, ff_table *t)
 {
     strcpy(t->format, "csv");
+    ff_table_leave_out_codes(t);
+    name_foreign_channels(f, t);
+    if (f->n_errors)
+        ff_table_note(t, "%zu %s error of a spreadsheet, as #DIV/0!: not measured", f->n_errors,
+                      f->n_errors == 1 ? "cell is the" : "cells are the");
+    if (f->head.quantity == FF_BRDF_COS) divide_by_cosine(f, t);
     t->quantity = f->head.quantity;
     t->radians_per_unit = f->head.radians_per_unit;
     for (size_t c = 0; c < f->n_channels; c++) {
@@ -315,10 +413,39 @@ static void describe(const csv *f, ff_table *t)
     if (f->lines.unterminated) ff_table_note(t, "the last line has no end-of-line: if the file was cut, so was its last number");
 }
 
+/* "f=NAME,wavelength=NAME,...", by what the header has. */
+static ff_status read_by_wavelength(csv *f, const ff_read_options *o, ff_table *out)
+{
+    char mapping[4096] = "";
+    ff_read_options mapped = *o;
+    mapped.columns = mapping;
+    if (strcmp(f->path, "-") == 0)
+        return ff_error_set(f->err, FF_ERR_UNSUPPORTED, f->path, f->lines.line, -1,
+                            "found a column of wavelengths, expected the option 'columns' to name it, as in wavelength=wavelength");
+    for (size_t k = 0; k < f->names.n; k++) {
+        const char *name = f->names.name[k], *sigma = sigma_of(name),
+                   *key = is_angle(name) || strcmp(name, "weight") == 0 ? name
+                          : sigma                                       ? "sigma"
+                          : is_wavelength(name)                         ? "wavelength"
+                                                                        : "f";
+        const size_t used = strlen(mapping);
+        if ((size_t)snprintf(mapping + used, sizeof mapping - used, "%s%s=\"%s\"", used ? "," : "", key, name) >=
+            sizeof mapping - used)
+            return wrong_header(f, name, "is beyond what is read with wavelengths in a column");
+    }
+    const ff_status status = ff_csv_read_columns(f->path, &mapped, NULL, out, f->err);
+    if (status == FF_OK) ff_table_note(out, "a row for each wavelength, by the column that has their name");
+    return status;
+}
+
 static ff_status read_all(csv *f, const ff_read_options *o, ff_table *out)
 {
     ff_status status = read_header(f);
+    if (status == FF_OK && has_row_per_wavelength(f)) return read_by_wavelength(f, o, out);
     f->head.quantity = ff_read_quantity(o, f->head.quantity);
+    if (status == FF_OK && o->part)
+        status = ff_error_set(f->err, FF_ERR_UNSUPPORTED, f->path, 0, -1,
+                              "found the option 'part', expected it where 'columns' names a wavelength that it can choose");
     if (status == FF_OK) status = read_rows(f);
     if (status == FF_OK && f->rows.n == 0)
         status =
@@ -334,9 +461,6 @@ static ff_status read_all(csv *f, const ff_read_options *o, ff_table *out)
 static ff_status read_csv(const char *path, const ff_read_options *o, ff_table *out, ff_error *err)
 {
     if (o->columns) return ff_csv_read_columns(path, o, NULL, out, err);
-    if (o->part)
-        return ff_error_set(err, FF_ERR_UNSUPPORTED, path, 0, -1,
-                            "found the option 'part', expected it where 'columns' names a wavelength that it can choose");
     csv f = {.err = err, .path = path, .head = {.radians_per_unit = degree, .isotropic = -1}};
     ff_status status = ff_lines_open(path, &f.lines, err);
     if (status != FF_OK) return status;

@@ -95,7 +95,12 @@ static ff_status read_setting(fred *f, char *key, char *value)
         if (!end || *end || !(f->scale > 0 && isfinite(f->scale))) return bad_setting(f, value, "scale= a finite number > 0");
         return FF_OK;
     }
-    return bad_setting(f, key, "angles=, bsdf= and scale=");
+    if (strcasecmp(key, "exclude") == 0 || strcasecmp(key, "num") == 0) { /* how FRED draws rays, nothing about the surface */
+        double ignored;
+        const char *end = ff_number_read(value, &ignored);
+        return end && !*end ? FF_OK : bad_setting(f, value, "exclude= and num= a number");
+    }
+    return bad_setting(f, key, "angles=, bsdf=, scale=, exclude= and num=");
 }
 
 static ff_status read_format(fred *f)

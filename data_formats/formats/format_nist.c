@@ -34,6 +34,6 @@ const ff_format ff_format_nist = {
     .extensions = "",
     .source = "README of the data of Germer 2017, Applied Optics (sintered PTFE)",
     .probe = probe,
-    .reads = FF_READS_PART,
+    .reads = FF_READS_PART | FF_READS_QUANTITY,
     .read = read_nist,
 };

@@ -44,6 +44,6 @@ const ff_format ff_format_planetary = {
     .extensions = "",
     .source = "the columns' names in published files (Mastcam-Z calibration targets, University of Bern 2020)",
     .probe = probe,
-    .reads = FF_READS_PART,
+    .reads = FF_READS_PART | FF_READS_QUANTITY,
     .read = read_planetary,
 };

@@ -470,6 +470,10 @@ static int probe(const unsigned char *head, size_t n, int64_t file_size)
     const int utf16 = n > 1 && ((head[0] == 0xFF && head[1] == 0xFE) || (head[0] == 0xFE && head[1] == 0xFF));
     const size_t step = utf16 ? 2 : 1;
     size_t at = utf16 ? 2 + (head[0] == 0xFE) : 0;
+    static const char interrupted[] = "Recover using:"; /* see ff_xml_read */
+    const unsigned char *line_end =
+        n > sizeof interrupted && memcmp(head, interrupted, sizeof interrupted - 1) == 0 ? memchr(head, '\n', n) : NULL;
+    if (line_end) at = (size_t)(line_end + 1 - head);
     while (at < n && (head[at] == ' ' || head[at] == '\t' || head[at] == '\r' || head[at] == '\n')) at += step;
     if (at >= n || head[at] != '<') return 0;
     for (size_t same = 0; at < n; at += step) {

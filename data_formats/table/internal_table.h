@@ -34,6 +34,7 @@ typedef struct ff_columns {
     char *const *names;
     const size_t *slot;
     const unsigned char *may_be_empty;
+    size_t *n_errors; /**< counts cells with the word of an error of a spreadsheet, which are as if empty; NULL: they are refused */
 } ff_columns;
 ff_status ff_row_read(const char *text, size_t length, const ff_columns *columns, double *row, const char *path, long line,
                       ff_error *err);
@@ -98,6 +99,10 @@ void ff_table_name_channels_like(ff_table *t, const ff_table *from);
 
 /** 1 when every sample has the same phi_i. */
 int ff_table_one_incidence_azimuth(const ff_table *t);
+
+/** Marks as not measured what holds a code for that, as -9999: a value far below all others of its channel. A note counts them.
+ * Before a quantity is made another one: a code divided by a cosine is none. */
+void ff_table_leave_out_codes(ff_table *t);
 
 /** Counts invalid and negative samples. FF_ERR_DATA when no sample is valid. */
 ff_status ff_table_count(ff_table *t, const char *path, ff_error *err);

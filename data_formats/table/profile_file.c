@@ -83,7 +83,7 @@ static ff_status read_rows(reader *r)
     static const unsigned char may_be_empty[2] = {0, 0};
     char names[2][16], *const name[2] = {names[0], names[1]};
     for (int k = 0; k < 2; k++) memcpy(names[k], column[r->kind][k], strlen(column[r->kind][k]) + 1);
-    const ff_columns columns = {2, name, slot, may_be_empty};
+    const ff_columns columns = {2, name, slot, may_be_empty, NULL};
     for (;;) {
         char *text;
         size_t length;

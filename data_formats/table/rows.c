@@ -204,6 +204,11 @@ static ff_status read_odd_cell(const char *start, const char *stop, size_t colum
         *value = NAN;
         return FF_OK;
     }
+    if (start < stop && *start == '#' && columns->may_be_empty[column] && columns->n_errors) { /* of a spreadsheet: #DIV/0!, #N/A */
+        *value = NAN;
+        *columns->n_errors += 1;
+        return FF_OK;
+    }
     char found[FF_QUOTE];
     const char *what = start == stop ? "an empty cell" : ff_quote(start, (size_t)(stop - start), found);
     const char *hint = columns->may_be_empty[column] ? "; leave the cell empty where nothing was measured" : "";

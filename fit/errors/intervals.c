@@ -10,6 +10,7 @@ void ff_interval_around(const ff_param *info, double half_width, ff_interval kin
 {
     const double x = ff_coordinate(info, v->value), dx = half_width / ff_coordinate_slope(info, v->value);
     v->interval = kind;
+    v->student_t = half_width / v->std_error;
     v->low = ff_coordinate_value(info, x - dx);
     v->high = ff_coordinate_value(info, x + dx);
 }

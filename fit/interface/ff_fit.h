@@ -256,6 +256,7 @@ typedef struct ff_fit_value {
         residual_error; /**< its standard error by the residuals alone, HC3 (MacKinnon and White 1985), independent; NaN likewise */
     int weightless;     /**< 1: what it belongs to adds nothing to the model here, as a lobe whose ks or F0 is 0: its value means
                            nothing */
+    double student_t;   /**< half-width of the 95 % interval by its standard error, in units of that; 0 when it has none */
 } ff_fit_value;
 
 /** Orientation-free description of the roughness of the first lobe: alpha_major >= alpha_minor along phi and phi + pi/2. */

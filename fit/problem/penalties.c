@@ -302,8 +302,8 @@ static ff_status warn_of_held(const ff_named_prior *n, ff_warnings *out)
 
 static ff_status warn_of_disagreement(const ff_layout *l, const ff_prior_term *t, ff_warnings *out)
 {
-    const double moved = fabs(t->value - t->alone), rounding = 1e-6 * t->sd; /* of data without noise */
-    if (!(moved > 3 * t->error) || moved < rounding) return FF_OK;           /* also where the data do not determine it */
+    const double apart = fabs(t->alone - t->mean), joint = hypot(t->error, t->sd);
+    if (!(apart > 3 * joint)) return FF_OK; /* also where the data do not determine it */
     const double value[] = {t->alone, t->error, t->mean, t->sd};
     return ff_layout_warn(l, t->coordinate, FF_WARNING_PRIOR_DISAGREES, value, out);
 }

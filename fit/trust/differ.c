@@ -1,4 +1,6 @@
-/* Do the channels of a measurement have different shapes? Wald's test on fits of each alone. */
+/* Do the channels of a measurement have different shapes? Johansen's test of the fits of each alone (Biometrika 67, 1980, 85-92):
+ * means that are known by errors which are estimates themselves, each with its degrees of freedom; Welch's (1951) of one parameter.
+ * In the coordinates of the fit, where an error does not go with the value. */
 #include "base/internal_statistics.h"
 #include "fit/problem/internal_problem.h"
 #include "trust_struct.h"
@@ -36,6 +38,7 @@ static int cholesky(double *A, size_t n)
     return 1;
 }
 
+/* x = A^-1 x, A = L L^T. */
 static void solve(const double *L, size_t n, double *x)
 {
     for (size_t i = 0; i < n; i++) {
@@ -48,15 +51,24 @@ static void solve(const double *L, size_t n, double *x)
     }
 }
 
+static double coordinate(const ff_fit_result *fit, uint32_t k)
+{
+    return ff_coordinate(fit->model.shape[k].info, fit->shape_value[k].value);
+}
+
+static double error_of(const ff_fit_result *fit, uint32_t k)
+{
+    return fit->shape_value[k].std_error / ff_coordinate_slope(fit->model.shape[k].info, fit->shape_value[k].value);
+}
+
 /* Inverse covariance [q][q] of the comparable parameters of a fit. */
 static int precision(const ff_fit_result *fit, const uint32_t *at, size_t q, double *out)
 {
     double L[FF_MAX_SHAPE * FF_MAX_SHAPE], x[FF_MAX_SHAPE];
     for (size_t a = 0; a < q; a++)
         for (size_t b = 0; b < q; b++) {
-            const ff_fit_value *va = &fit->shape_value[at[a]], *vb = &fit->shape_value[at[b]];
-            L[a * q + b] =
-                va->std_error * vb->std_error * fit->correlation[(size_t)va->column * fit->n_columns + (size_t)vb->column];
+            const size_t i = (size_t)fit->shape_value[at[a]].column, j = (size_t)fit->shape_value[at[b]].column;
+            L[a * q + b] = error_of(fit, at[a]) * error_of(fit, at[b]) * fit->correlation[i * fit->n_columns + j];
         }
     if (!cholesky(L, q)) return 0;
     for (size_t b = 0; b < q; b++) {
@@ -67,42 +79,82 @@ static int precision(const ff_fit_result *fit, const uint32_t *at, size_t q, dou
     return 1;
 }
 
-static double chi2_of(const ff_fit_result *fits, size_t n, const uint32_t *at, size_t q, int *ok)
+/* Degrees of freedom of the errors of a fit: those of the parameter whose error is known worst. */
+static double degrees_of_errors(const ff_fit_result *fit, const uint32_t *at, size_t q)
 {
-    double total[FF_MAX_SHAPE * FF_MAX_SHAPE] = {0}, mean[FF_MAX_SHAPE] = {0}, W[FF_MAX_SHAPE * FF_MAX_SHAPE], chi2 = 0;
-    *ok = 1;
-    for (size_t i = 0; i < n && *ok; i++) {
-        *ok = precision(&fits[i], at, q, W);
-        for (size_t a = 0; a < q && *ok; a++)
+    double t = 0;
+    for (size_t a = 0; a < q; a++) t = fmax(t, fit->shape_value[at[a]].student_t);
+    return ff_student_degrees(0.95, t);
+}
+
+/* The common mean of the parameters by the weights W of all fits: L of their sum, and that of W times the values. */
+static int find_mean(const ff_fit_result *fits, size_t n, const uint32_t *at, size_t q, double *total, double *mean)
+{
+    double W[FF_MAX_SHAPE * FF_MAX_SHAPE];
+    for (size_t i = 0; i < n; i++) {
+        if (!precision(&fits[i], at, q, W)) return 0;
+        for (size_t a = 0; a < q; a++)
             for (size_t b = 0; b < q; b++) {
                 total[a * q + b] += W[a * q + b];
-                mean[a] += W[a * q + b] * fits[i].shape_value[at[b]].value;
+                mean[a] += W[a * q + b] * coordinate(&fits[i], at[b]);
             }
     }
-    *ok = *ok && cholesky(total, q);
-    if (!*ok) return 0;
+    if (!cholesky(total, q)) return 0;
     solve(total, q, mean);
+    return 1;
+}
+
+static double square_of(const ff_fit_result *fit, const uint32_t *at, size_t q, const double *W, const double *mean)
+{
+    double sum = 0;
+    for (size_t a = 0; a < q; a++)
+        for (size_t b = 0; b < q; b++)
+            sum += (coordinate(fit, at[a]) - mean[a]) * W[a * q + b] * (coordinate(fit, at[b]) - mean[b]);
+    return sum;
+}
+
+/* tr(R^2) + tr(R)^2 of R = 1 - total^-1 W: how much the test feels that W is estimated. L: of the total. */
+static double share_of_others(const double *L, size_t q, const double *W)
+{
+    double R[FF_MAX_SHAPE * FF_MAX_SHAPE], x[FF_MAX_SHAPE], trace = 0, squares = 0;
+    for (size_t b = 0; b < q; b++) {
+        for (size_t a = 0; a < q; a++) x[a] = W[a * q + b];
+        solve(L, q, x);
+        for (size_t a = 0; a < q; a++) R[a * q + b] = (a == b) - x[a];
+        trace += R[b * q + b];
+    }
+    for (size_t a = 0; a < q; a++)
+        for (size_t b = 0; b < q; b++) squares += R[a * q + b] * R[b * q + a];
+    return squares + trace * trace;
+}
+
+static ff_difference test(const ff_fit_result *fits, size_t n, const uint32_t *at, size_t q)
+{
+    double total[FF_MAX_SHAPE * FF_MAX_SHAPE] = {0}, mean[FF_MAX_SHAPE] = {0}, W[FF_MAX_SHAPE * FF_MAX_SHAPE], A = 0;
+    ff_difference d = {.p = 1};
+    if (!find_mean(fits, n, at, q, total, mean)) return d;
+    d.dof = q * (n - 1);
     for (size_t i = 0; i < n; i++) {
         precision(&fits[i], at, q, W);
-        for (size_t a = 0; a < q; a++)
-            for (size_t b = 0; b < q; b++)
-                chi2 += (fits[i].shape_value[at[a]].value - mean[a]) * W[a * q + b] * (fits[i].shape_value[at[b]].value - mean[b]);
+        d.chi2 += square_of(&fits[i], at, q, W, mean);
+        A += 0.5 * share_of_others(total, q, W) / degrees_of_errors(&fits[i], at, q);
     }
-    return chi2;
+    const double m = (double)d.dof;
+    d.error_dof = A > 0 ? m * (m + 2) / (3 * A) : INFINITY;
+    d.f = d.chi2 / (m + 2 * A - 6 * A / (m + 2));
+    d.p = ff_f_tail(d.f, m, d.error_dof);
+    return d;
 }
 
 ff_status ff_trust_channels_differ_into(const ff_fit_result *fits, size_t n, ff_difference *out, ff_error *err)
 {
     uint32_t at[FF_MAX_SHAPE];
-    int ok = 0;
     for (size_t i = 1; i < n; i++)
         if (fits[i].model.n_shape != fits->model.n_shape || fits[i].model.lobe[0].ndf != fits->model.lobe[0].ndf)
             return ff_error_set(err, FF_ERR_RANGE, NULL, 0, -1, "fits of different models have no common shape");
     for (size_t i = 0; i < n; i++)
         if (!fits[i].correlation) n = 0;
     const size_t q = n > 1 ? comparable(fits, n, at) : 0;
-    const double chi2 = q ? chi2_of(fits, n, at, q, &ok) : 0;
-    *out = (ff_difference){.p = 1};
-    if (ok) *out = (ff_difference){chi2, ff_chi2_tail(chi2, (double)(q * (n - 1))), q * (n - 1)};
+    *out = q ? test(fits, n, at, q) : (ff_difference){.p = 1};
     return FF_OK;
 }

@@ -201,15 +201,17 @@ FF_API ff_status ff_trust_compare(const ff_problem *p, const ff_places *places, 
                                   const ff_fit_result *const *fits, size_t n, size_t winner, size_t folds, ff_versus *out,
                                   ff_error *err);
 
-/** A test of a difference: its chi^2, degrees of freedom, and the probability of one as large where there is none. */
+/** A test of a difference: chi^2 of dof degrees of freedom by errors that are estimates themselves, F of it, which allows for that
+ *  by error_dof (INFINITY: errors are known), and the probability of an F as large where there is no difference. */
 typedef struct ff_difference {
     double chi2, p;
     size_t dof; /**< 0 where nothing can be compared */
+    double f, error_dof;
 } ff_difference;
 
 /** Do fits of one model to n channels of the same data differ in their shape by more than their errors? Wald's chi^2 of the free
- * shape parameters about their common weighted mean; errors of different channels count as independent, so that it errs on the side
- * of "no".  FF_ERR_RANGE for fits of different models. */
+ * shape parameters, in the coordinates of the fit, about their common weighted mean, and Johansen's (1980) F of it; errors of
+ * different channels count as independent, so that it errs on the side of "no".  FF_ERR_RANGE for fits of different models. */
 FF_API ff_status ff_trust_channels_differ(const ff_fit_result *const *fits, size_t n, ff_difference *out, ff_error *err);
 
 #ifdef __cplusplus

@@ -128,6 +128,88 @@ static void not_measured(void)
     ff_table_clear(&t);
 }
 
+/* A code for what was not measured is none of noise, and stands in a file before its cosine is taken out. */
+static void codes(void)
+{
+    static const struct {
+        const char *label, *text;
+        size_t invalid;
+        const char *note;
+    } cases[] = {{"a code", H "0,0,0,0,1\n0,0,10,0,-9999\n0,0,20,0,-0.01\n0,0,30,0,-9999\n", 2, "2 values are -9999"},
+                 {"behind a cosine", "# quantity: brdf-cos\n" H "0,0,0,0,1\n0,0,60,0,-999\n0,0,45,0,0.5\n", 1, "1 value is -999,"},
+                 {"of one channel", "theta_i,phi_i,theta_o,phi_o,f_r,f_g\n0,0,0,0,1,2\n0,0,10,0,1,-99\n", 1, "1 value is -99,"},
+                 {"rounded", H "0,0,0,0,1\n0,0,10,0,-9.999e3\n0,0,10,0,1e30\n", 2, "1 value is 1e+30"},
+                 {"noise of counts", H "0,0,0,0,50000\n0,0,10,0,-99\n0,0,20,0,-73\n", 0, ""},
+                 {"no code", H "0,0,0,0,1\n0,0,10,0,-9998\n", 0, ""}};
+    for (size_t k = 0; k < sizeof cases / sizeof cases[0]; k++) {
+        ff_table t;
+        if (!reads(cases[k].label, cases[k].text, &t)) continue;
+        FF_CHECK(t.n_invalid == cases[k].invalid, "%s: %zu left out, expected %zu", cases[k].label, t.n_invalid, cases[k].invalid);
+        FF_CHECK(strstr(t.note, cases[k].note) && (*cases[k].note || !*t.note), "%s: '%s'", cases[k].label, t.note);
+        ff_table_clear(&t);
+    }
+}
+
+/* What is no reflectance is not taken for a channel in silence. */
+static void foreign_columns(void)
+{
+    ff_table t;
+    if (reads("std", "theta_i,phi_i,theta_o,phi_o,f,std\n0,0,0,0,1,0.1\n", &t)) {
+        FF_CHECK(t.n_channels == 1 && t.sigma && t.sigma[0] == 0.1, "%zu channels", t.n_channels);
+        ff_table_clear(&t);
+    }
+    if (reads("stddev_NAME", "theta_i,phi_i,theta_o,phi_o,f_r,f_g,stddev_g,stddev_r\n0,0,0,0,1,2,0.2,0.1\n", &t)) {
+        FF_CHECK(t.n_channels == 2 && t.sigma && t.sigma[0] == 0.1 && t.sigma[1] == 0.2, "%zu channels", t.n_channels);
+        ff_table_clear(&t);
+    }
+    if (reads("a name that begins so", "theta_i,phi_i,theta_o,phi_o,stdlight\n0,0,0,0,1\n", &t)) {
+        FF_CHECK(t.n_channels == 1 && !t.sigma && !*t.note, "'%s'", t.note);
+        ff_table_clear(&t);
+    }
+    if (reads("temperature", "theta_i,phi_i,theta_o,phi_o,f,temp\n0,0,0,0,1,293\n", &t)) {
+        FF_CHECK(t.n_channels == 2 && strstr(t.note, "'temp'"), "'%s'", t.note);
+        ff_table_clear(&t);
+    }
+    if (reads("wavelength",
+              "Wavelength,theta_i,phi_i,theta_o,phi_o,f,std\n532,0,0,0,0,1,.1\n633,0,0,0,0,2,.2\n532,0,0,9,0,3,.3\n633,0,0,9,0,4,."
+              "4\n",
+              &t)) {
+        FF_CHECK(t.n == 2 && t.n_channels == 2 && t.channels[0].wavelength_nm == 532 && t.channels[1].wavelength_nm == 633,
+                 "%zu samples, %zu channels", t.n, t.n_channels);
+        FF_CHECK(value(&t, 0, 1) == 3 && value(&t, 1, 0) == 2 && t.sigma && t.sigma[3] == 0.4 && strstr(t.note, "wavelength"),
+                 "'%s'", t.note);
+        ff_table_clear(&t);
+    }
+}
+
+static void refuses(const char *text, ff_status code, long line, const char *const *words);
+
+/* What programs leave in a table that they write. */
+static void left_by_programs(void)
+{
+    static const struct {
+        const char *label, *text;
+        size_t invalid;
+    } cases[] = {
+        {"a spreadsheet's padding", "theta_i,phi_i,theta_o,phi_o,f,,\n0,0,0,0,1,,\n0,0,10,0,, ,\n0,0,20,0,2\n,,,,,,\n", 1},
+        {"numpy.savetxt", "# theta_i,phi_i,theta_o,phi_o,f\n0,0,0,0,1\n0,0,10,0,2\n0,0,10,0,\n", 1},
+        {"behind a remark", "# angle: theta_i, theta_o\n#theta_i,phi_i,theta_o,phi_o,f\n0,0,0,0,1\n0,0,10,0,2\n0,0,10,0,\n", 1}};
+    for (size_t k = 0; k < sizeof cases / sizeof cases[0]; k++) {
+        ff_table t;
+        if (!reads(cases[k].label, cases[k].text, &t)) continue;
+        FF_CHECK(t.n == 3 && t.n_channels == 1 && t.n_invalid == cases[k].invalid && value(&t, 0, 0) == 1,
+                 "%s: %zu samples, %zu left out", cases[k].label, t.n, t.n_invalid);
+        ff_table_clear(&t);
+    }
+    ff_table t;
+    if (reads("errors of a spreadsheet", H "0,0,0,0,1\n0,0,10,0,#DIV/0!\n0,0,20,0,#N/A\n0,0,20,0, #WERT! \n", &t)) {
+        FF_CHECK(t.n == 4 && t.n_invalid == 3 && strstr(t.note, "3 cells"), "%zu left out, '%s'", t.n_invalid, t.note);
+        ff_table_clear(&t);
+    }
+    refuses(H "#DIV/0!,0,0,0,1\n0,0,0,#N/A,1\n", FF_ERR_DATA, 3, WORDS("'#N/A'"));
+    refuses("theta_i,phi_i,theta_o,phi_o,f,\n0,0,0,0,1,5\n", FF_ERR_FORMAT, 2, WORDS("found 6 cells, expected 5"));
+}
+
 static void radian_note(void)
 {
     char text[2000] = H;
@@ -393,19 +475,11 @@ static void round_trips(void)
     test_round_trip(0, 0, 1);
 }
 
-static const ff_test_case cases[] = {FF_TEST(decimal_comma),
-                                     FF_TEST(test_columns),
-                                     FF_TEST(variants),
-                                     FF_TEST(quantities),
-                                     FF_TEST(not_measured),
-                                     FF_TEST(radian_note),
-                                     FF_TEST(bad_headers),
-                                     FF_TEST(bad_rows),
-                                     FF_TEST(test_bytes),
-                                     FF_TEST(round_trips),
-                                     FF_TEST(prefixes),
-                                     FF_TEST(test_damage),
-                                     FF_TEST(names_that_cannot_be_written)};
+static const ff_test_case cases[] = {
+    FF_TEST(decimal_comma), FF_TEST(test_columns), FF_TEST(variants),        FF_TEST(quantities),
+    FF_TEST(not_measured),  FF_TEST(codes),        FF_TEST(foreign_columns), FF_TEST(left_by_programs),
+    FF_TEST(radian_note),   FF_TEST(bad_headers),  FF_TEST(bad_rows),        FF_TEST(test_bytes),
+    FF_TEST(round_trips),   FF_TEST(prefixes),     FF_TEST(test_damage),     FF_TEST(names_that_cannot_be_written)};
 
 int main(int argc, char **argv)
 {

@@ -99,6 +99,30 @@ static void messages(void)
     }
 }
 
+/* What the person says of the numbers is heard for every format, also for those that leave no choice: instruments write a cosine
+ * into them. One whose own numbers are something else refuses. */
+static void quantities(void)
+{
+    static const char fred[] = "type bsdf_data\nformat angles=deg bsdf=value scale=2\n10 0\n0 0 0.25\n60 20 0.5\n90 0 1\n";
+    static const double factor[] = {1, 2, 1 / 3.14159265358979323846}; /* by ff_quantity, at 60 degrees */
+    const char *path = ff_test_path("quantity");
+    ff_test_write(path, fred, sizeof fred - 1);
+    for (int q = FF_BRDF; q <= FF_REFLECTANCE_FACTOR; q++) {
+        ff_table t;
+        ff_error err = {0};
+        ff_read_options o;
+        ff_read_options_init(&o);
+        o.quantity = q;
+        if (!FF_CHECK(ff_table_read_with_into(path, &o, &t, &err) == FF_OK, "%s: %s", ff_quantity_name(q), err.message)) continue;
+        double v;
+        ff_table_values(&t, 0, 1, 1, &v);
+        FF_CHECK(fabs(v - factor[q]) < 1e-14, "%s: %.17g of 1 at 60 degrees", ff_quantity_name(q), v);
+        FF_CHECK(t.quantity == (ff_quantity)q && t.valid[2] == (q != FF_BRDF_COS) && t.n_invalid == (q == FF_BRDF_COS),
+                 "%s: at 90 degrees nothing is left of a cosine", ff_quantity_name(q));
+        ff_table_clear(&t);
+    }
+}
+
 static void test_table(void)
 {
     ff_table t = {.n = 7};
@@ -170,4 +194,5 @@ static void writing_by_name(void)
     FF_CHECK(check_leftovers() == 0, "%d unfinished files", check_leftovers());
 }
 
-FF_TEST_MAIN(FF_TEST(test_registry), FF_TEST(test_content), FF_TEST(messages), FF_TEST(test_table), FF_TEST(writing_by_name))
+FF_TEST_MAIN(FF_TEST(test_registry), FF_TEST(test_content), FF_TEST(messages), FF_TEST(quantities), FF_TEST(test_table),
+             FF_TEST(writing_by_name))

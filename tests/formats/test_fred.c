@@ -54,6 +54,11 @@ static void reading(void)
                  "%zu invalid, '%s'", t.n_invalid, t.note);
         ff_table_clear(&t);
     }
+    if (check_reads("what FRED itself does with it", "fred",
+                    "type bsdf_data\nformat angles=deg bsdf=value scale=1 exclude=0.03 num=501\n15 0\n-80 0 2.6E-03\n", &t)) {
+        expect("with settings of FRED's", &t, 0, 15, 180, -80, 0, 2.6e-3);
+        ff_table_clear(&t);
+    }
     if (check_reads("two azimuths", "fred", HEAD "10 0\n10 0 1\n10 90\n10 0 1\n", &t)) {
         FF_CHECK(t.isotropic == 0, "two azimuths of incidence");
         ff_table_clear(&t);
@@ -73,6 +78,7 @@ static void refusals(void)
     check_refuses("fred", "type bsdf_data\nformat bsdf=ln\n", FF_ERR_FORMAT, 2, WORDS("'ln'", "bsdf=log"));
     check_refuses("fred", "type bsdf_data\nformat scale=0\n", FF_ERR_FORMAT, 2, WORDS("'0'", "> 0"));
     check_refuses("fred", "type bsdf_data\nformat scale=1x\n", FF_ERR_FORMAT, 2, WORDS("'1x'", "> 0"));
+    check_refuses("fred", "type bsdf_data\nformat num=many\n", FF_ERR_FORMAT, 2, WORDS("'many'", "a number"));
     check_refuses("fred", "type bsdf_data\nformat colour=red\n", FF_ERR_FORMAT, 2, WORDS("'colour'", "angles="));
     check_refuses("fred", "type bsdf_data\nformat angles = deg\n", FF_ERR_FORMAT, 2, WORDS("'angles'", "without spaces"));
     check_refuses("fred", HEAD, FF_ERR_READ, 2, WORDS("end of the file", "specular direction"));

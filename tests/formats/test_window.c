@@ -414,6 +414,9 @@ static void writing_styles(void)
     add(&u, "\xEF\xBB\xBF");
     add(&u, "%s", t.at);
     check_counted("byte-order mark", &u);
+    u.n = 0;
+    add(&u, "Recover using: genBSDF -recover /tmp/bsdf.1\n%s", t.at);
+    check_counted("behind a line of genBSDF's", &u);
     /* UTF-16, both ways: what stands before the text is dropped */
     const char *body = strstr(t.at, "?>") + 3;
     for (int big = 0; big < 2; big++) {
@@ -897,6 +900,8 @@ static void detection(void)
     } cases[] = {{"<?xml version='1.0'?>\n<WindowElement>", 1},
                  {"\xEF\xBB\xBF  \n<!-- x --><w:WindowElement>", 1},
                  {"<WindowElement", 1},
+                 {"Recover using: genBSDF -recover /tmp/b\n<?xml version='1.0'?>\n<WindowElement>", 1},
+                 {"Recover using: genBSDF <WindowElement", 0},
                  {"<?xml version='1.0'?><scene>", 0},
                  {"WindowElement,a,b\n1,2,3\n", 0},
                  {"<WWindowElement>", 1},

@@ -417,6 +417,7 @@ static void describe(const reader *r, const ff_read_options *o, ff_table *t)
         ff_table_note(t, "%ld line%s before the header line %ld %s passed over", r->header.passed_over,
                       r->header.passed_over == 1 ? "" : "s", r->header.line, r->header.passed_over == 1 ? "is" : "are");
     if (r->lines.unterminated) ff_table_note(t, "the last line has no end-of-line: if the file was cut, so was its last number");
+    ff_table_leave_out_codes(t);
     ff_table_set_quantity(t, ff_read_quantity(o, r->layout ? r->layout->quantity : r->head.quantity));
 }
 
