@@ -224,5 +224,6 @@ uint32_t ff_prepared_planes(const ff_prepared *p)
         planes |= p->lobe[l].mode == FF_ISOTROPIC_MODE
                       ? 1u << FF_G_S2 | 1u << FF_G_TI2 | 1u << FF_G_TO2
                       : 1u << FF_G_SX | 1u << FF_G_SY | 1u << FF_G_TIX | 1u << FF_G_TIY | 1u << FF_G_TOX | 1u << FF_G_TOY;
+    for (uint32_t b = 0; b < p->m->n_bases; b++) planes |= ff_diffuse_at(p->m->base[b].diffuse)->planes;
     return planes;
 }

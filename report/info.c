@@ -106,13 +106,15 @@ static void put_coverage(const ff_survey *s, FILE *out)
     if (s->in_plane) fprintf(out, "all samples lie in the plane of incidence: beside it nothing was measured\n");
 }
 
-/* At which incidences the brightest sample lies on which side, up to 80 degrees, as fits have it unless they are told otherwise. */
+/* Up to 80 degrees, as fits have it unless they are told otherwise. */
+static const double looked_at = 80 * 3.14159265358979323846 / 180;
+
+/* At which incidences the brightest sample lies on which side. */
 static ff_status put_brightest(const ff_table *t, FILE *out)
 {
-    const double up_to = 80 * 3.14159265358979323846 / 180;
     ff_brightest b;
     char number[FF_TEXT_NUMBER];
-    const ff_status status = ff_brightest_find(t, up_to, &b);
+    const ff_status status = ff_brightest_find(t, looked_at, &b);
     if (status != FF_OK) return status;
     for (int side = FF_SIDE_MIRROR; side < FF_SIDES; side++) {
         if (b.count[side] == 0) continue;
@@ -453,6 +455,25 @@ static void survey_json(ff_json *j, const ff_table *t, const ff_survey *s)
     ff_json_close(j);
 }
 
+static void brightest_json(ff_json *j, const ff_brightest *b)
+{
+    static const char *const name[FF_SIDES] = {"none", "mirror", "light", "across"};
+    const ff_side odd = ff_brightest_odd(b);
+    ff_json_object(j, "brightest", FF_JSON_BLOCK);
+    ff_json_array(j, "incidences", FF_JSON_BLOCK);
+    for (int row = 0; row < FF_BRIGHTEST_ROWS; row++) {
+        if (!isfinite(b->theta_i[row])) continue;
+        ff_json_object(j, NULL, FF_JSON_LINE);
+        ff_json_number(j, "theta_i_deg", b->theta_i[row]);
+        ff_json_string(j, "side", name[b->side[row]]);
+        ff_json_close(j);
+    }
+    ff_json_close(j);
+    ff_json_string(j, "odd", name[odd]);
+    ff_json_string(j, "hint", ff_words_side_hint(odd));
+    ff_json_close(j);
+}
+
 void ff_report_notes_json(ff_json *j, const ff_table *t)
 {
     char text[FF_WORDS_SENTENCE];
@@ -465,8 +486,14 @@ ff_status ff_report_table_json(const ff_report_head *head, const char *path, con
 {
     table_summary s;
     ff_json j;
-    const ff_status status = summarise(t, &s);
+    ff_brightest brightest;
+    ff_status status = summarise(t, &s);
     if (status != FF_OK) return status;
+    status = ff_brightest_find(t, looked_at, &brightest);
+    if (status != FF_OK) {
+        summary_free(&s);
+        return status;
+    }
     ff_json_begin(&j, out);
     ff_json_object(&j, NULL, FF_JSON_BLOCK);
     ff_report_head_json(&j, FF_SCHEMA_INFO, head);
@@ -495,6 +522,7 @@ ff_status ff_report_table_json(const ff_report_head *head, const char *path, con
     }
     ff_json_close(&j);
     survey_json(&j, t, &s.survey);
+    brightest_json(&j, &brightest);
     ff_report_notes_json(&j, t);
     ff_json_close(&j);
     ff_json_end(&j);

@@ -75,11 +75,11 @@ void ff_report_resample_warning(const ff_resample_report *r, char out[FF_WORDS_S
     char most[FF_TEXT_NUMBER], at[FF_TEXT_NUMBER];
     out[0] = '\0';
     if (!(fabs(r->lost_most) > FF_RESAMPLE_LOSS)) return;
-    snprintf(out, FF_WORDS_SENTENCE,
-             "at theta_i = %s degrees the result has %s %% %s reflected energy than the data: a finer --grid, or a format that "
-             "takes the "
-             "directions as they are, keeps it better",
-             ff_text_number(r->lost_at, 4, at), share(r->lost_most, most), r->lost_most < 0 ? "more" : "less");
+    const char *how = r->as_it_is ? "the data are means over cells, and what is interpolated between the centres of these loses or "
+                                    "invents peaks; a format with a grid (zemax, rgl) keeps it better"
+                                  : "a finer --grid, or a format that takes the directions as they are, keeps it better";
+    snprintf(out, FF_WORDS_SENTENCE, "at theta_i = %s degrees the result has %s %% %s reflected energy than the data: %s",
+             ff_text_number(r->lost_at, 4, at), share(r->lost_most, most), r->lost_most < 0 ? "more" : "less", how);
 }
 
 ff_status ff_report_resample_text(const char *in, const char *out_path, const ff_format *to, const ff_table *t,
@@ -99,8 +99,8 @@ ff_status ff_report_resample_text(const char *in, const char *out_path, const ff
         put_prediction("from the incidences on both sides, twice as far apart", &r->across, out);
         if (r->across.n == 0 && strstr(r->method, "between incidences"))
             fprintf(out, "its error     between incidences: not known, no incidence can be predicted from those on both sides\n");
-        put_energy(r, out);
     }
+    put_energy(r, out);
     char warning[FF_WORDS_SENTENCE];
     ff_report_resample_warning(r, warning);
     if (warning[0]) fprintf(out, "warning: %s\n", warning);

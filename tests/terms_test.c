@@ -414,6 +414,13 @@ static long double hammon(angles w, long double albedo, long double alpha)
     return albedo * ((smooth(w) * (1 - alpha) + rough * alpha) / PI + albedo * 0.1159L * alpha);
 }
 
+/* By the vectors: the projection of wi + wo. */
+static long double abg(angles w, const double *params)
+{
+    const long double x = sinl(w.i) + sinl(w.o) * cosl(w.phi), y = sinl(w.o) * sinl(w.phi);
+    return params[0] / (params[1] + powl(hypotl(x, y), params[2]));
+}
+
 static void eval_diffuse(const ff_diffuse *t, const ff_diffuse_input *in, const pairs *p, double *f)
 {
     t->eval(in, &p->g, p->n, f, NULL);
@@ -439,6 +446,7 @@ static void diffuse_values(void)
             check_values("oren-nayar-qualitative", &(ff_diffuse_input){.params = {kd, 1.5 * s}}, oren_nayar_qualitative);
             check_values("eon", &(ff_diffuse_input){.params = {kd, s}}, eon);
             check_values("disney", &(ff_diffuse_input){.params = {kd, s}}, disney);
+            check_values("abg", &(ff_diffuse_input){.params = {kd, 1e-6 + s, 1 + 3 * s}}, abg);
 
             pairs p;
             double f[FF_BLOCK], own[FF_BLOCK];

@@ -74,6 +74,27 @@ static double kept_incidence(const void *kept, size_t sample)
     return ff_rgl_incidence_weight(r, slice / r->n_theta, slice % r->n_theta);
 }
 
+/* The function is colour ndf / (4 sigma), the colour bilinear: a colour is the mean of those around it. */
+static int kept_around(const void *kept, size_t sample, size_t n, const double (*by)[2], double (*wo)[3], double *weight)
+{
+    const ff_rgl *r = kept;
+    const size_t size = r->width * r->height, slice = sample / size, at = sample % size;
+    const double x = (double)(at % r->width), y = (double)(at / r->width), width = (double)(r->width - 1),
+                 height = (double)(r->height - 1);
+    double *row = malloc(2 * r->vndf.width * sizeof *row), own, w[3];
+    if (!row) return 0;
+    ff_rgl_place(r, slice / r->n_theta, slice % r->n_theta, (const double[]){x / width, y / height}, row, w, &own);
+    for (size_t k = 0; k < n; k++) {
+        const double s[2] = {(x + by[k][0]) / width, (y + by[k][1]) / height};
+        const int inside = s[0] >= 0 && s[0] <= 1 && s[1] >= 0 && s[1] <= 1;
+        double factor = 0;
+        if (inside) ff_rgl_place(r, slice / r->n_theta, slice % r->n_theta, s, row, wo[k], &factor);
+        weight[k] = factor > 0 ? own / factor : 0;
+    }
+    free(row);
+    return 1;
+}
+
 /* Planes and scratch for one node of incidence. */
 typedef struct slice_room {
     double *memory, *row, *mass;
@@ -257,6 +278,7 @@ static ff_status read_own_grid(ff_rgl *r, ff_table *out, ff_error *err)
     t.kept_free = kept_free;
     t.kept_share = kept_share;
     t.kept_incidence = kept_incidence;
+    t.kept_around = kept_around;
     *out = t;
     return FF_OK;
 }
@@ -444,6 +466,7 @@ static ff_status layout(const ff_table *t, const char *grid, ff_table *out, ff_e
     out->kept_free = kept_free;
     out->kept_share = kept_share;
     out->kept_incidence = kept_incidence;
+    out->kept_around = kept_around;
     return FF_OK;
 }
 

@@ -2,7 +2,7 @@
 #include "internal_reflectance.h"
 #include <math.h>
 
-enum { THETAS = 8, AZIMUTHS = 4 };
+enum { THETAS = 8, AZIMUTHS = 4, ALL_AZIMUTHS = 48 };
 
 typedef struct comparison {
     const ff_table *t, *made;
@@ -11,18 +11,28 @@ typedef struct comparison {
     ff_energy *out;
 } comparison;
 
-/* Adds one polar angle: the mean over a few of the azimuths, where there are several. */
+/* 1 where made has one value for all azimuths of incidence. */
+static int is_turned(const ff_table *made)
+{
+    return made->isotropic || (made->grid && made->grid->isotropic);
+}
+
+/* Adds one polar angle: the mean over a few of the azimuths, where there are several; over all of cells where made has one. */
 static ff_status compare_theta(comparison *c, const ff_table *own, double theta_i, double phi_i, ff_error *err)
 {
-    double phi[AZIMUTHS] = {phi_i}, before = 0, after = 0;
-    const size_t found = own ? ff_reflectance_azimuths(own, theta_i, AZIMUTHS, phi) : 0, n = found ? found : 1;
+    double phi[ALL_AZIMUTHS] = {phi_i}, before = 0, after = 0;
+    const int turned = c->t->cells && is_turned(c->made);
+    const size_t found = turned ? ff_reflectance_azimuths(c->t, theta_i, ALL_AZIMUTHS, phi)
+                         : own  ? ff_reflectance_azimuths(own, theta_i, AZIMUTHS, phi)
+                                : 0;
+    const size_t n = found ? found : 1;
     for (size_t k = 0; k < n; k++) {
-        double a, b;
+        double a, b = 0;
         ff_status status = ff_reflectance_mean(c->t, c->p, NULL, theta_i, phi[k], &a, err);
-        if (status == FF_OK) status = ff_reflectance_mean(c->made, c->q, c->p, theta_i, phi[k], &b, err);
+        if (status == FF_OK && !(turned && k)) status = ff_reflectance_mean(c->made, c->q, c->p, theta_i, phi[k], &b, err);
         if (status != FF_OK) return status;
         before += a / (double)n;
-        after += b / (double)n;
+        after += turned ? b : b / (double)n;
     }
     if (!(before > 0)) return FF_OK;
     if (after == 0) {

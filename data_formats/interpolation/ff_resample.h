@@ -1,7 +1,8 @@
 /** @file ff_resample.h  A table on the directions that another format needs.
  *
  *  Where the format takes any directions, or the table has those of its layout already, nothing is interpolated. Elsewhere values
- * are those of ff_interpolant_eval_reciprocal: a pair beyond the data takes the value of light and detector exchanged, where that
+ * are those of ff_interpolant_eval_reciprocal, of values that are means over cells those averaged over what each new sample stands
+ * for: a pair beyond the data takes the value of light and detector exchanged, where that
  * is known. What interpolation is worth on these data is measured by predicting samples from the others; narrow peaks between
  * samples are where it fails. What the format cannot hold (standard deviations, negative values, ...) is dropped. The report
  * counts, the note of the new table says so. Errors   ff_status and ff_error; outputs are written only on FF_OK. Threads  no global
@@ -48,7 +49,7 @@ typedef struct ff_resample_report {
     size_t raised;              /**< negative values that became 0                                               */
     char method[96];            /**< of interpolation; "" when as_it_is                                          */
     ff_prediction near, across; /**< what interpolation is worth at a measured incidence, and between incidences */
-    size_t incidences;          /**< at which reflectances were compared; 0: as it is, or none                   */
+    size_t incidences;          /**< at which reflectances were compared; 0: as it is and no cells, or none      */
     double lost;                /**< 1 - (reflectance of the result / of the data) over the directions that the data cover, of all
                                      these incidences; negative: gained; NaN: not compared                       */
     double lost_most, lost_at;  /**< the same where it is furthest from 0, and that theta_i, degrees             */

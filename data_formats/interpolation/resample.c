@@ -1,6 +1,7 @@
 /* Tables on other directions. */
 #include "resample_struct.h"
 #include "ff_interpolate.h"
+#include "internal_node_means.h"
 #include "internal_reflectance.h"
 #include "models/model_struct.h"
 #include "base/internal_options.h"
@@ -60,6 +61,7 @@ ff_status ff_table_copy_into(const ff_table *t, ff_table *out, ff_error *err)
         c.kept = t->kept_share(t->kept);
         c.kept_free = t->kept_free;
         c.kept_incidence = t->kept_incidence;
+        c.kept_around = t->kept_around;
         c.kept_share = t->kept_share;
         if (!c.kept) {
             ff_table_clear(&c);
@@ -144,31 +146,23 @@ typedef struct filling {
     const ff_table *t;
     const ff_interpolant *p;
     ff_table *out;
-    int keep_beyond, turns;
+    const ff_node_means *means; /* NULL: values are those of p */
+    int keep_beyond;
     const volatile int *cancel;
-    double *value;                       /* [threads][2][n_channels][BLOCK] */
+    double *value;                       /* [threads][n_channels][BLOCK] */
     size_t (*found)[FF_FOUND_BELOW + 1]; /* [threads] counts            */
 } filling;
 
-/* Patches differ from azimuth to azimuth even of an isotropic surface: light at the border of one is not seen as that at its
- * centre. What knows no azimuth gets the mean over all: it has the mean reflectance. */
-static void eval_turned(const filling *f, const double *const planes[6], size_t n, double *value, double *turned,
-                        unsigned char *found)
+/* Values of cells: a peak's cell holds its mean, which a point beside the border would miss. */
+static void average(const filling *f, size_t first, const double *const planes[6], size_t n, double *value, unsigned char *found)
 {
-    enum { TURNS = 48 };
-    const size_t size = f->t->n_channels * n;
-    double w[6][BLOCK], *const at[6] = {w[0], w[1], w[2], w[3], w[4], w[5]};
-    for (size_t i = 0; i < size; i++) value[i] = 0;
-    for (int k = 0; k < TURNS; k++) {
-        const double angle = 2 * 3.14159265358979323846 * (k + 0.5) / TURNS, c = cos(angle), s = sin(angle);
-        for (int side = 0; side < 6; side += 3)
-            for (size_t i = 0; i < n; i++) {
-                at[side][i] = c * planes[side][i] - s * planes[side + 1][i];
-                at[side + 1][i] = s * planes[side][i] + c * planes[side + 1][i];
-                at[side + 2][i] = planes[side + 2][i];
-            }
-        ff_interpolant_eval(f->p, (const double *const *)at, n, turned, found);
-        for (size_t i = 0; i < size; i++) value[i] += turned[i] / TURNS;
+    for (size_t i = 0; i < n; i++) {
+        const double wi[3] = {planes[0][i], planes[1][i], planes[2][i]}, wo[3] = {planes[3][i], planes[4][i], planes[5][i]};
+        const int above = wi[2] > FF_COS_MIN && wo[2] > FF_COS_MIN;
+        for (size_t c = 0; c < f->t->n_channels; c++) value[c * n + i] = 0;
+        found[i] = !above                                                        ? FF_FOUND_BELOW
+                   : ff_node_means_at(f->means, first + i, wi, wo, value + i, n) ? FF_FOUND_BETWEEN
+                                                                                 : FF_FOUND_BEYOND;
     }
 }
 
@@ -177,13 +171,13 @@ static void fill_block(void *context, size_t block, int worker)
     const filling *f = context;
     const size_t channels = f->t->n_channels, first = block * BLOCK, n = f->out->n - first < BLOCK ? f->out->n - first : BLOCK;
     double plane[6][BLOCK], *const planes[6] = {plane[0], plane[1], plane[2], plane[3], plane[4], plane[5]};
-    double *value = f->value + 2 * (size_t)worker * channels * BLOCK;
+    double *value = f->value + (size_t)worker * channels * BLOCK;
     unsigned char found[BLOCK];
     ff_table *out = f->out;
     if (f->cancel && *f->cancel) return;
     ff_table_directions(out, first, n, planes);
-    if (f->turns)
-        eval_turned(f, (const double *const *)planes, n, value, value + channels * BLOCK, found);
+    if (f->means)
+        average(f, first, (const double *const *)planes, n, value, found);
     else
         ff_interpolant_eval_reciprocal(f->p, (const double *const *)planes, n, value, found);
     for (size_t i = 0; i < n; i++) {
@@ -194,14 +188,18 @@ static void fill_block(void *context, size_t block, int worker)
     }
 }
 
-static ff_status fill(const ff_table *t, const ff_interpolant *p, const ff_format *to, const ff_resample_options *o, ff_table *out,
-                      ff_resample_report *r, ff_error *err)
+static ff_status fill(const ff_table *t, const ff_interpolant *p, const ff_node_means *means, const ff_format *to,
+                      const ff_resample_options *o, ff_table *out, ff_resample_report *r, ff_error *err)
 {
     ff_pool *pool = ff_pool_new(o->threads ? o->threads : ff_threads_default());
-    filling f = {.t = t, .p = p, .out = out, .keep_beyond = o->beyond || !(to->holds & FF_HOLDS_INVALID), .cancel = o->cancel};
-    f.turns = t->cells && !t->isotropic && (out->isotropic || out->grid == &ff_grid_merl);
+    filling f = {.t = t,
+                 .p = p,
+                 .means = means,
+                 .out = out,
+                 .keep_beyond = o->beyond || !(to->holds & FF_HOLDS_INVALID),
+                 .cancel = o->cancel};
     const size_t threads = pool ? (size_t)ff_pool_threads(pool) : 0;
-    f.value = malloc(2 * (threads + 1) * t->n_channels * BLOCK * sizeof *f.value);
+    f.value = malloc((threads + 1) * t->n_channels * BLOCK * sizeof *f.value);
     f.found = calloc(threads + 1, sizeof *f.found);
     ff_status status = FF_OK;
     if (pool && f.value && f.found) {
@@ -261,15 +259,33 @@ static ff_status weigh_energy(const ff_table *t, const ff_interpolant *p, const 
     return FF_OK;
 }
 
+/* Cells that are written as the directions of their centres: what a reader interpolates between these. */
+static ff_status weigh_centres(const ff_table *t, ff_table *made, ff_resample_report *r, ff_error *err)
+{
+    ff_interpolant *p;
+    ff_status status = ff_interpolant_new(t, 0, &p, err);
+    if (status != FF_OK) return status;
+    ff_cells *cells = made->cells;
+    made->cells = NULL;
+    status = weigh_energy(t, p, made, r, err);
+    made->cells = cells;
+    ff_interpolant_free(p);
+    return status;
+}
+
 static ff_status interpolate(const ff_table *t, const ff_format *to, const ff_resample_options *o, ff_table *out,
                              ff_resample_report *r, ff_error *err)
 {
     ff_interpolant *p;
     ff_status status = ff_interpolant_new(t, 0, &p, err);
     if (status != FF_OK) return status;
-    snprintf(r->method, sizeof r->method, "%s", ff_interpolant_method(p));
+    ff_node_means *means = t->cells ? ff_node_means_new(t, out) : NULL;
+    const char *of = means && ff_node_means_is_wide(means) ? "; means over what each sample stands for" : "";
+    snprintf(r->method, sizeof r->method, "%s%s", ff_interpolant_method(p), of);
     r->in_plane = ff_interpolant_is_in_plane(p);
-    status = fill(t, p, to, o, out, r, err);
+    if (t->cells && !means) status = ff_error_set(err, FF_ERR_MEMORY, NULL, 0, -1, "no memory for the axes of the new directions");
+    if (status == FF_OK) status = fill(t, p, means, to, o, out, r, err);
+    ff_node_means_free(means);
     if (status == FF_OK) status = weigh_energy(t, p, out, r, err);
     if (status == FF_OK) status = predict(t, p, ff_interpolant_without, &r->near, err);
     if (status == FF_OK) status = predict(t, p, ff_interpolant_without_incidence, &r->across, err);
@@ -318,6 +334,7 @@ ff_status ff_resample_into(const ff_table *t, const ff_format *to, const ff_resa
     } else {
         r.at_sample = t->n;
         status = take_as_it_is(t, &made, err);
+        if (status == FF_OK && t->cells) status = weigh_centres(t, &made, &r, err);
     }
     if (status == FF_OK) {
         drop(&made, to, &r);

@@ -60,6 +60,10 @@ struct ff_table {
     /** The part of weight[sample] that its incidence has, where the other part makes the sum of f cos(theta_o) over an incidence
      * its reflectance; NULL: the weights are solid angles and no more. */
     double (*kept_incidence)(const void *kept, size_t sample);
+    /** Where points lie that are by[k] of the distance to its neighbours away from a sample, as the file's function goes on from
+     * it, and what f there weighs in a mean that is the sample's f: 0 below the horizon and outside. Returns 0 without memory.
+     * NULL: what is between the samples follows from their directions. */
+    int (*kept_around)(const void *kept, size_t sample, size_t n, const double (*by)[2], double (*wo)[3], double *weight);
     ff_cells *cells; /**< the cells over which the values are means, constant within each; NULL: values at points. Owned */
 };
 

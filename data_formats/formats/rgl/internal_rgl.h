@@ -41,6 +41,10 @@ typedef struct ff_rgl_slice {
 } ff_rgl_slice;
 void ff_rgl_sample_slice(const ff_rgl *r, size_t p, size_t t, double *row, const ff_rgl_slice *out);
 
+/** The direction seen at a point s of the unit square of a node of incidence, and f per colour there (0 where not defined). row:
+ * scratch as above. */
+void ff_rgl_place(const ff_rgl *r, size_t p, size_t t, const double s[2], double *row, double wo[3], double *factor);
+
 /** What the samples of r weigh (rgl_weights.c): tables that serve all nodes of incidence, and scratch. One thread at a time. NULL:
  *  no memory. */
 typedef struct ff_rgl_weights ff_rgl_weights;

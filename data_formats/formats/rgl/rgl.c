@@ -417,18 +417,25 @@ typedef struct light {
     double sine, cosine, cos_phi, sin_phi, sigma;
 } light;
 
-/* The sample with the half vector at u: sine and cosine of its azimuth are given, as they are those of the row. */
-static void sample(const ff_rgl *r, const light *l, const double u[2], double cos_phi, double sin_phi, size_t i,
-                   const ff_rgl_slice *out)
+/* The direction seen with the half vector at u, whose azimuth has this sine and cosine; f per colour there. */
+static double seen_at(const ff_rgl *r, const light *l, const double u[2], double cos_phi, double sin_phi, double wo[3])
 {
     const double theta_m = ff_rgl_theta(u[0]), z = cos(theta_m), across = sin(theta_m);
     const double wi[3] = {l->sine * l->cos_phi, l->sine * l->sin_phi, l->cosine};
     const double m[3] = {across * cos_phi, across * sin_phi, z};
     const double along = wi[0] * m[0] + wi[1] * m[1] + wi[2] * m[2];
-    const double wo[3] = {2 * along * m[0] - wi[0], 2 * along * m[1] - wi[1], 2 * along * m[2] - wi[2]};
+    for (int k = 0; k < 3; k++) wo[k] = 2 * along * m[k] - wi[k];
+    return l->cosine > grazing && wo[2] > grazing ? factor_of(r, l->sigma, u) / wo[2] : 0;
+}
+
+/* The sample with the half vector at u: sine and cosine of its azimuth are given, as they are those of the row. */
+static void sample(const ff_rgl *r, const light *l, const double u[2], double cos_phi, double sin_phi, size_t i,
+                   const ff_rgl_slice *out)
+{
+    double wo[3];
+    out->factor[i] = seen_at(r, l, u, cos_phi, sin_phi, wo);
     out->theta_o[i] = atan2(sqrt(wo[0] * wo[0] + wo[1] * wo[1]), wo[2]);
     out->phi_o[i] = atan2(wo[1], wo[0]);
-    out->factor[i] = l->cosine > grazing && wo[2] > grazing ? factor_of(r, l->sigma, u) / wo[2] : 0;
 }
 
 /* Places the samples of row y, and says how dense normals are there. */
@@ -446,10 +453,26 @@ static void sample_row(const ff_rgl *r, const light *l, const ff_warp2d_mix *mix
     }
 }
 
+static light light_of(const ff_rgl *r, size_t p, size_t t)
+{
+    const double theta = r->theta[t], phi = r->phi[p];
+    return (light){sin(theta), cos(theta), cos(phi), sin(phi), sigma_of(r, theta, phi)};
+}
+
+void ff_rgl_place(const ff_rgl *r, size_t p, size_t t, const double s[2], double *row, double wo[3], double *factor)
+{
+    const ff_warp2d_mix mix = {.n = 1, .slice = {p * r->n_theta + t}, .weight = {1}};
+    const light l = light_of(r, p, t);
+    const double v = ff_warp2d_row(&r->vndf, &mix, s[1], row), phi_m = ff_rgl_phi(v) + (r->isotropic ? r->phi[p] : 0);
+    size_t cell = 0;
+    const double u[2] = {ff_warp2d_along(&r->vndf, row, s[0], &cell), v - floor(v)};
+    *factor = seen_at(r, &l, u, cos(phi_m), sin(phi_m), wo);
+}
+
 void ff_rgl_sample_slice(const ff_rgl *r, size_t p, size_t t, double *row, const ff_rgl_slice *out)
 {
     const ff_warp2d_mix mix = {.n = 1, .slice = {p * r->n_theta + t}, .weight = {1}};
-    const double theta = r->theta[t], phi = r->phi[p], turn = r->isotropic ? phi : 0;
-    const light l = {sin(theta), cos(theta), cos(phi), sin(phi), sigma_of(r, theta, phi)};
+    const double turn = r->isotropic ? r->phi[p] : 0;
+    const light l = light_of(r, p, t);
     for (size_t y = 0; y < r->height; y++) sample_row(r, &l, &mix, turn, y, row, out);
 }
