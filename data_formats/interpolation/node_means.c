@@ -8,7 +8,7 @@
 
 static const double pi = 3.14159265358979323846;
 
-enum { POINTS = 64, ENOUGH = 32, DIMENSIONS = 5, TURN = 4 }; /* enough: where all are in one cell */
+enum { POINTS = 64, ENOUGH = 16, DIMENSIONS = 5, TURN = 4 }; /* enough: where all are in one cell */
 
 typedef enum kind { POINT, MERL, AXES, KEPT } kind;
 
