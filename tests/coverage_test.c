@@ -52,7 +52,8 @@ static void report(const char *what, const ff_fit_result *r, const coverage *c, 
     printf("%s, %d repeats:\n   %s\n", what, n, line);
 }
 
-/* The errors of two parameters go together as their correlation says: within 4 standard deviations of a correlation of n pairs. */
+/* The errors of two parameters go together as their correlation r says: the product of two normal numbers of standard deviation 1
+ * has the variance 1 + r^2, the mean of n of them is within 4 of its standard deviations. */
 static void check_correlations(const char *what, const ff_fit_result *r, const coverage *c, int n)
 {
     double worst = 0;
@@ -60,8 +61,8 @@ static void check_correlations(const char *what, const ff_fit_result *r, const c
         for (size_t b = 0; b < a; b++) {
             const double seen = c->sum_zz[a][b] / n, said = c->sum_correlation[a][b] / n;
             worst = fmax(worst, fabs(seen - said));
-            FF_CHECK(fabs(seen - said) <= 4 / sqrt(n), "%s: parameters %zu and %zu: correlation %.2f of the errors, %.2f reported",
-                     what, a, b, seen, said);
+            FF_CHECK(fabs(seen - said) <= 4 * sqrt((1 + said * said) / n),
+                     "%s: parameters %zu and %zu: correlation %.2f of the errors, %.2f reported", what, a, b, seen, said);
         }
     printf("    correlations of the errors within %.2f of the reported ones\n", worst);
 }

@@ -65,6 +65,10 @@ static void redrawn(void *context, size_t copy, int worker)
     const bootstrap *b = context;
     (void)worker;
     for (size_t repeat = copy; repeat < b->repeats; repeat += b->redrawn.copies) {
+        if (ff_plan_cancelled(&b->fit->plan)) {
+            b->status[repeat] = FF_ERR_CANCELLED;
+            return;
+        }
         ff_redrawn_draw(&b->redrawn, copy, b->seed, repeat);
         refit(b, &b->redrawn.problem[copy], repeat, b->redrawn.copies == 1);
     }

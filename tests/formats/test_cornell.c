@@ -48,11 +48,10 @@ static void refusals(void)
     ff_test_write(path, WAVES ROWS, strlen(WAVES ROWS));
     ff_read_options o;
     ff_read_options_init(&o);
-    o.quantity = FF_BRDF_COS;
+    o.grid = "merl";
     ff_table t;
     ff_error err = {0};
-    FF_CHECK(ff_table_read_with_into(path, &o, &t, &err) == FF_ERR_UNSUPPORTED && strstr(err.message, "quantity"), "%s",
-             err.message);
+    FF_CHECK(ff_table_read_with_into(path, &o, &t, &err) == FF_ERR_UNSUPPORTED && strstr(err.message, "grid"), "%s", err.message);
 }
 
 /* The wavelengths and the values of a sample of the real files, with the C library as a second source. */
