@@ -7,6 +7,8 @@
 #include <stdatomic.h>
 #include <stdlib.h>
 
+enum { THREADS_MOST = 1024 };
+
 struct ff_pool {
     int threads;       /* that really run, the caller's included */
     pthread_t *handle; /* [threads - 1]                          */
@@ -68,6 +70,7 @@ static int start_worker(ff_pool *pool, int worker)
 
 ff_pool *ff_pool_new(int threads)
 {
+    if (threads > THREADS_MOST) threads = THREADS_MOST;
     ff_pool *pool = calloc(1, sizeof *pool);
     if (!pool) return NULL;
     pool->threads = 1;

@@ -42,7 +42,7 @@ FF_API ff_status ff_albedo_directional(const ff_model *m, ff_isa isa, size_t n_c
 FF_API ff_status ff_albedo_weak_furnace(const ff_model *m, ff_isa isa, const double *shape, uint32_t lobe, const double wo[3],
                                         ff_integral *out, ff_error *err);
 
-/** 1 where the terms of lobe `lobe` (< ff_model_lobe_count) claim that its weak furnace integral is 1: v-cavity on a distribution
+/** 1 where the model has a lobe `lobe` whose terms claim that its weak furnace integral is 1: v-cavity on a distribution
  * with FF_UNIT_AREA, a Smith form (one that uses the distribution's Lambda) on one with FF_WEAK_FURNACE; else 0. */
 FF_API int ff_albedo_weak_furnace_claimed(const ff_model *m, uint32_t lobe);
 
