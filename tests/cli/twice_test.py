@@ -1,11 +1,14 @@
 #!/usr/bin/env python3
 """twice_test.py PROGRAM: every flag of every command that takes one value is refused when it is given twice, before anything is
 read or written; those that can be given several times are not. The flags are those of the man pages."""
+import os
 import re
 import subprocess
 import sys
+import tempfile
 
-program = sys.argv[1]
+program = os.path.abspath(sys.argv[1])
+FOLDER = tempfile.TemporaryDirectory()  # where a flag that is taken would write
 # Values, of which every flag takes one.
 VALUES = ["1", "20", "30", "0.5", "text", "csv", "merl", "rgb", "srgb", "ggx", "smith-uncorrelated", "schlick", "lambert", "none", "log",
           "huber", "sample", "noise", "isotropic", "scalar", "brdf", "d", "D", "slopes", "keep", "drop", "x=1", "f0=0.5", "f0", "f0=0.1:0.5",
@@ -15,7 +18,7 @@ EXAMPLE = {"fit": ["FILE"], "compare": ["FILE"], "ndf": ["FILE"], "info": ["FILE
 
 
 def says(*words):
-    done = subprocess.run([program, *words], stdin=subprocess.DEVNULL, capture_output=True, check=False)
+    done = subprocess.run([program, *words], stdin=subprocess.DEVNULL, capture_output=True, check=False, cwd=FOLDER.name)
     return done.returncode, (done.stdout + done.stderr).decode("utf-8", "replace")
 
 
