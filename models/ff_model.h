@@ -21,6 +21,8 @@
  *  Memory   models are released with ff_model_free. Nothing else allocates but evaluations, for the tables of models that have any;
  *           they release it before they return.
  *  Errors   ff_status; outputs are written only on FF_OK. Nothing aborts or prints.
+ *  Stack    every function of the library needs at most 768 KiB, those of its own threads have 4 MiB: give a thread that calls it
+ *           a stack of 1 MiB where the system's usual one is less.
  *  Threads  descriptors are immutable; every function may be called from many threads at once, those that change a model from one
  *           thread at a time. */
 #ifndef FF_MODEL_H

@@ -5,7 +5,7 @@
  *  Gauss-Legendre order doubles until two orders agree; their difference is the error that is reported. What the terms under the
  *  lobes add is integrated over the hemisphere of wi in the same way.
  *  Frame, errors  as ff_model.h: outputs are written only on FF_OK. Tables of distributions and of coupled terms are allocated for
- *           the time of a call; the stack use is below 512 KiB.
+ *           the time of a call.
  *  Time     1 to 100 ms a direction, the most at grazing view of strongly anisotropic lobes.
  *  Threads  every function may be called from many threads at once. */
 #ifndef FF_ALBEDO_H
