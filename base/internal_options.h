@@ -6,6 +6,9 @@
 #include "ff_status.h"
 #include <stddef.h>
 
+/* pi/2, and a rounding more: what programs make of 90 degrees. Limits of polar angles are in (0, FF_HORIZON]. */
+#define FF_HORIZON 1.5707963267948968
+
 /* The end of a member: sizeof the struct when it was the last one. */
 #define FF_END_OF(type, member) (offsetof(type, member) + sizeof(((type *)0)->member))
 

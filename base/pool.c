@@ -7,6 +7,8 @@
 #include <stdatomic.h>
 #include <stdlib.h>
 
+enum { THREADS_MOST = 1024, STACK = 4 << 20 };
+
 struct ff_pool {
     int threads;       /* that really run, the caller's included */
     pthread_t *handle; /* [threads - 1]                          */
@@ -51,6 +53,19 @@ static void *work(void *argument)
     return NULL;
 }
 
+/* With a stack of its own size: the system's usual one is that of the limit of the process, or of the C library, and may be less
+ * than the library needs (docs/library.md), which is less than this; what is not touched costs nothing. */
+static int create(pthread_t *thread, void *start)
+{
+    pthread_attr_t attributes;
+    int failed = pthread_attr_init(&attributes);
+    if (failed) return failed;
+    failed = pthread_attr_setstacksize(&attributes, STACK);
+    if (!failed) failed = pthread_create(thread, &attributes, work, start);
+    pthread_attr_destroy(&attributes);
+    return failed;
+}
+
 /* Signals are the business of the caller's thread. */
 static int start_worker(ff_pool *pool, int worker)
 {
@@ -60,7 +75,7 @@ static int start_worker(ff_pool *pool, int worker)
     sigset_t all, old;
     sigfillset(&all);
     pthread_sigmask(SIG_SETMASK, &all, &old);
-    const int failed = pthread_create(&pool->handle[worker - 1], NULL, work, start);
+    const int failed = create(&pool->handle[worker - 1], start);
     pthread_sigmask(SIG_SETMASK, &old, NULL);
     if (failed) free(start);
     return failed;
@@ -68,6 +83,7 @@ static int start_worker(ff_pool *pool, int worker)
 
 ff_pool *ff_pool_new(int threads)
 {
+    if (threads > THREADS_MOST) threads = THREADS_MOST;
     ff_pool *pool = calloc(1, sizeof *pool);
     if (!pool) return NULL;
     pool->threads = 1;

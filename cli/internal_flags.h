@@ -137,7 +137,7 @@ typedef struct cli_flag {
     const char *help;      /* one line, without the default                                            */
     const char *more;      /* what the man page adds; NULL = nothing                                   */
     const char *otherwise; /* what it is when it is not given, as shown; NULL where that says nothing  */
-    int repeatable;        /* 1: all that are given count; 0: the last one                             */
+    int repeatable;        /* 1: all that are given count; 0: it is given once, or is a switch, of which the last one counts */
     int negatable;         /* 1: --no-NAME too                                                         */
     const char *without;   /* the value when none follows, as the last word or before a flag; NULL = one must */
     const char *older;     /* an earlier spelling that still works; NULL = none                        */

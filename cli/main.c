@@ -1,7 +1,10 @@
 /* facetfit: chooses the command. */
 #include "internal_cli.h"
 #include "ff_version.h"
+#include <pthread.h>
 #include <string.h>
+
+enum { STACK = 8 << 20 };
 
 static ff_status write_help(const void *context, FILE *out)
 {
@@ -55,7 +58,7 @@ static int run(const cli_command *command, int argc, char **argv)
     return status;
 }
 
-int main(int argc, char **argv)
+static int run_words(int argc, char **argv)
 {
     const char *word = argc > 1 ? argv[1] : NULL;
     if (!word) {
@@ -69,4 +72,35 @@ int main(int argc, char **argv)
     if (!strcmp(word, "--version")) return cli_write("-", write_version, ff_version());
     const cli_command *command = cli_command_find(word);
     return command ? run(command, argc, argv) : unknown_command(word);
+}
+
+typedef struct line {
+    int argc, status;
+    char **argv;
+} line;
+
+static void *run_line(void *argument)
+{
+    line *l = argument;
+    l->status = run_words(l->argc, l->argv);
+    return NULL;
+}
+
+/* On a thread whose stack is large enough whatever the limit of the shell: `ulimit -s` of a batch system may be less than the
+ * library needs. Where there is none to be had, here. */
+int main(int argc, char **argv)
+{
+    line l = {.argc = argc, .argv = argv};
+    pthread_attr_t attributes;
+    pthread_t thread;
+    int failed = pthread_attr_init(&attributes);
+    if (!failed) {
+        failed = pthread_attr_setstacksize(&attributes, STACK) || pthread_create(&thread, &attributes, run_line, &l);
+        pthread_attr_destroy(&attributes);
+    }
+    if (failed)
+        run_line(&l);
+    else
+        pthread_join(thread, NULL);
+    return l.status;
 }

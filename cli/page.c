@@ -30,6 +30,7 @@ static void put_flag(const cli_flag *f, FILE *out)
         fputs(". ", out);
         put_cell(out, f->more);
     }
+    if (f->repeatable) fputs(". Can be given several times", out);
     fputs(" | ", out);
     put_cell(out, f->otherwise ? f->otherwise : "");
     fputs(" |\n", out);
@@ -86,7 +87,9 @@ static ff_status put_page(const void *none, FILE *out)
         "degrees; a file `-` is standard input or output. An assignment is `P=V`: `f0=0.04`. `P=a:b:c` gives one value per "
         "channel, "
         "`P[r]=V` names one channel, `P=LO:HI` is a range where a flag takes one, and `P={a,b,c}` a list of values where a command "
-        "takes lists. Several are separated by commas.\n",
+        "takes lists. Several are separated by commas.\n\nA flag that takes a value is given once, where its line does not say "
+        "that it "
+        "can be given several times; of a switch that can be switched off the last one counts.\n",
         out);
     for (size_t i = 0; i < cli_command_count(); i++) put_command(cli_command_at(i), out);
     return FF_OK;

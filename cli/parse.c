@@ -104,9 +104,20 @@ static int find_value(const cli_args *args, const cli_flag *f, int off, const ch
     return EXIT_DONE;
 }
 
+/* A value that is not used would go unnoticed: of a flag that takes one, a second is refused, whatever the flag. Of switches the
+ * last one counts. */
+static int given_twice(const cli_args *args, const cli_flag *f, const char *before, const char *value)
+{
+    const int is_list = f->kind == KIND_NUMBERS || f->kind == KIND_WORDS || f->kind == KIND_ASSIGNMENTS;
+    return cli_usage(args, "--%s is given twice, '%s' and '%s', and takes one value%s", f->name, before, value,
+                     is_list ? ": a list, separated by commas" : "");
+}
+
 static int take(cli_args *args, int id, const char *value)
 {
     const cli_flag f = cli_flag_of((cli_flag_id)id, args->command);
+    const char *before = cli_value(args, (cli_flag_id)id, NULL);
+    if (before && f.kind != KIND_SWITCH && !f.repeatable) return given_twice(args, &f, before, value);
     args->flag[args->n_given] = id;
     args->value[args->n_given++] = value;
     return f.kind == KIND_SWITCH ? EXIT_DONE : cli_value_check(args, &f, value);

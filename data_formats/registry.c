@@ -161,6 +161,9 @@ static ff_status check_options(const char *path, const ff_format *f, const ff_re
         // NOLINTNEXTLINE(clang-analyzer-core.NullDereference): as below
         if (all[k].given && !(f->reads & all[k].bit))
             return ff_error_set(err, FF_ERR_UNSUPPORTED, path, 0, -1, "the format '%s' takes no option '%s'", f->name, all[k].name);
+    if (o->quantity != -1 && !ff_quantity_name(o->quantity))
+        return ff_error_set(err, FF_ERR_RANGE, path, 0, -1, "found a quantity of number %d, expected -1 to %d", o->quantity,
+                            (int)FF_REFLECTANCE_FACTOR);
     if (!isnan(o->scale) && !(o->scale > 0 && isfinite(o->scale)))
         return ff_error_set(err, FF_ERR_RANGE, path, 0, -1, "found a scale of %g, expected a finite number > 0", o->scale);
     return FF_OK;

@@ -108,6 +108,7 @@ ff_status ff_model_eval(const ff_model *m, ff_isa isa, size_t n_channels, const 
     ff_status status = ff_model_check(m, n_channels, shape, channel, NULL);
     if (status) return status;
     if (!k) return FF_ERR_UNSUPPORTED;
+    if (ld < n) return FF_ERR_RANGE;
     evaluation e;
     status = prepare(&e, m, k, n_channels, shape, channel, w, n, df != NULL);
     if (status) return status;

@@ -21,6 +21,8 @@
  *  Memory   models are released with ff_model_free. Nothing else allocates but evaluations, for the tables of models that have any;
  *           they release it before they return.
  *  Errors   ff_status; outputs are written only on FF_OK. Nothing aborts or prints.
+ *  Stack    every function of the library needs at most 768 KiB, those of its own threads have 4 MiB: give a thread that calls it
+ *           a stack of 1 MiB where the system's usual one is less.
  *  Threads  descriptors are immutable; every function may be called from many threads at once, those that change a model from one
  *           thread at a time. */
 #ifndef FF_MODEL_H
@@ -110,7 +112,7 @@ FF_API ff_status ff_model_set(const ff_model *m, size_t n_channels, const char *
                               ff_error *err);
 
 /** Checks that every value is finite and in its box (a reflectance also beyond 1, as ff_model_bound) and that the combination has a
- * meaning (V-cavity with a mean slope has none).
+ * meaning (V-cavity with a mean slope has none). FF_ERR_RANGE also for no channels.
  *  @param shape    [n_shape]
  *  @param channel  [n_channels][n_channel] */
 FF_API ff_status ff_model_check(const ff_model *m, size_t n_channels, const double *shape, const double *channel, ff_error *err);
@@ -129,7 +131,8 @@ FF_API uint32_t ff_model_claims(const ff_model *m, const double *shape);
  *             df[(c (n_shape+n_channel) + k) ld + i] = d f[c ld + i] / d p_k, p = shape then channel c's own;
  *             where the model has a kink (max, min), the derivative of the branch taken
  *  @param ld  stride of a plane, >= n
- *  FF_ERR_RANGE / FF_ERR_UNSUPPORTED as ff_model_check; FF_ERR_UNSUPPORTED for an isa that is not available; FF_ERR_MEMORY. */
+ *  FF_ERR_RANGE / FF_ERR_UNSUPPORTED as ff_model_check; FF_ERR_RANGE for an ld below n; FF_ERR_UNSUPPORTED for an isa that is not
+ *  available; FF_ERR_MEMORY. */
 FF_API ff_status ff_model_eval(const ff_model *m, ff_isa isa, size_t n_channels, const double *shape, const double *channel,
                                const ff_dirs *w, size_t n, double *f, double *df, size_t ld);
 
@@ -142,7 +145,8 @@ typedef struct ff_terms {
     double *fresnel; /**< F of colour channel `c`                                       */
 } ff_terms;
 
-/** The factors of lobe `lobe` for colour channel `c` (parameters as ff_model_eval). 0 in all planes below the horizon. */
+/** The factors of lobe `lobe` for colour channel `c` (parameters as ff_model_eval). 0 in all planes below the horizon.
+ *  Errors as ff_model_eval; FF_ERR_RANGE for a lobe or channel that does not exist. */
 FF_API ff_status ff_model_terms(const ff_model *m, ff_isa isa, size_t n_channels, const double *shape, const double *channel,
                                 uint32_t lobe, size_t c, const ff_dirs *w, size_t n, const ff_terms *out);
 

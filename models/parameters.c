@@ -206,6 +206,7 @@ ff_status ff_model_set(const ff_model *m, size_t n_channels, const char *assignm
 
 ff_status ff_model_check(const ff_model *m, size_t n_channels, const double *shape, const double *channel, ff_error *err)
 {
+    if (n_channels == 0) return ff_error_set(err, FF_ERR_RANGE, NULL, 0, -1, "a model of no channels, expected at least one");
     for (uint32_t k = 0; k < m->n_shape; k++)
         if (!inside(m, &m->shape[k], shape[k])) return out_of_box(m, &m->shape[k], shape[k], err);
     for (size_t i = 0; i < n_channels * m->n_channel; i++) {

@@ -82,7 +82,13 @@ typedef struct ff_report_fits {
     size_t rows;                      /**< of a comparison's text, at most; 0 = all            */
 } ff_report_fits;
 
-/** Indices of the fits of problem p by rising objective, into rank [n_fits / n_problems]; equal ones keep their order. */
+/** Objectives that are no further apart, relative to the lower, are equal. Those of two instruction sets differ by up to 4e-13 of
+ *  it; of models that differ, by 1e-7 and more. */
+#define FF_REPORT_TIE 1e-9
+
+/** Indices of the fits of problem p by rising objective, into rank [n_fits / n_problems]. Of those equal to the best of them, but
+ * for FF_REPORT_TIE, the one with fewer parameters goes first, then the one whose name does. Fits that leave residuals of less than
+ *  FF_REPORT_TIE of the largest value are all equal: exact. */
 void ff_report_rank(const ff_report_fits *r, size_t p, size_t *rank);
 
 /** Warnings of s: a line each, "  warning: ...", or the key "warnings" of the open object of j, an array of {"code", "severity",

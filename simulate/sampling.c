@@ -8,6 +8,31 @@
 #define PI 3.14159265358979323846
 static const double theta_last = 85; /* instruments see no further */
 
+/* ---- ranges ---------------------------------------------------------------------------------- */
+
+static ff_status check_step(const ff_sampling *s, ff_error *err)
+{
+    if (s->step_deg >= 0.5 && s->step_deg <= 45) return FF_OK;
+    return ff_error_set(err, FF_ERR_RANGE, NULL, 0, -1, "goniometer step %g degrees, expected 0.5 to 45", s->step_deg);
+}
+
+static ff_status check_fraction(const ff_sampling *s, ff_error *err)
+{
+    if (s->specular >= 0 && s->specular <= 1) return FF_OK;
+    return ff_error_set(err, FF_ERR_RANGE, NULL, 0, -1, "scattered: fraction %g near the specular direction, expected 0 to 1",
+                        s->specular);
+}
+
+/* All members, also those that another kind of sampling reads. */
+static ff_status check_sampling(const ff_sampling *s, ff_error *err)
+{
+    if ((unsigned)s->kind > FF_SAMPLING_SCATTERED)
+        return ff_error_set(err, FF_ERR_RANGE, NULL, 0, -1, "a sampling of number %d, expected 0 to %d", (int)s->kind,
+                            (int)FF_SAMPLING_SCATTERED);
+    const ff_status status = check_step(s, err);
+    return status ? status : check_fraction(s, err);
+}
+
 /* ---- words ----------------------------------------------------------------------------------- */
 
 /* A number after ':', or `otherwise` at the end of the text. NULL when neither is there. */
@@ -23,9 +48,7 @@ static ff_status parse_goniometer(const char *rest, ff_sampling *s, ff_error *er
     rest = read_part(rest, 5, &s->step_deg);
     if (!rest || *rest)
         return ff_error_set(err, FF_ERR_SYNTAX, NULL, 0, -1, "expected goniometer or goniometer:STEP, STEP in degrees");
-    if (!(s->step_deg >= 0.5 && s->step_deg <= 45))
-        return ff_error_set(err, FF_ERR_RANGE, NULL, 0, -1, "goniometer step %g degrees, expected 0.5 to 45", s->step_deg);
-    return FF_OK;
+    return check_step(s, err);
 }
 
 static ff_status parse_scattered(const char *rest, ff_sampling *s, ff_error *err)
@@ -37,11 +60,8 @@ static ff_status parse_scattered(const char *rest, ff_sampling *s, ff_error *err
         return ff_error_set(err, FF_ERR_SYNTAX, NULL, 0, -1, "expected scattered:N or scattered:N:FRACTION, N pairs of directions");
     if (!(n >= 1 && n <= 1e9) || n != floor(n))
         return ff_error_set(err, FF_ERR_RANGE, NULL, 0, -1, "scattered: %g pairs, expected a whole number from 1 to 1e9", n);
-    if (!(s->specular >= 0 && s->specular <= 1))
-        return ff_error_set(err, FF_ERR_RANGE, NULL, 0, -1, "scattered: fraction %g near the specular direction, expected 0 to 1",
-                            s->specular);
     s->n = (size_t)n;
-    return FF_OK;
+    return check_fraction(s, err);
 }
 
 ff_status ff_sampling_parse(const char *text, ff_sampling *out, ff_error *err)
@@ -152,6 +172,8 @@ static void scattered(const ff_sampling *s, uint64_t seed, double *const angle[4
 ff_status ff_sampling_table(const ff_sampling *s, uint64_t seed, int isotropic, size_t n_channels, int sigma, ff_table *out,
                             ff_error *err)
 {
+    const ff_status legal = check_sampling(s, err);
+    if (legal) return legal;
     const size_t n = s->kind == FF_SAMPLING_MERL        ? ff_grid_merl.n
                      : s->kind == FF_SAMPLING_SCATTERED ? s->n
                                                         : goniometer(s->step_deg, isotropic, NULL);

@@ -1,5 +1,6 @@
 /* On which side of the surface the data are brightest, and how much they reflect at least. */
 #include "ff_brightest.h"
+#include "base/internal_options.h"
 #include "data_formats/table/table_struct.h"
 #include "models/model_struct.h"
 #include <math.h>
@@ -111,6 +112,7 @@ static double least_reflectance(const double *least)
 
 ff_status ff_brightest_find(const ff_table *t, double max_theta, ff_brightest *out)
 {
+    if (!(max_theta > 0 && max_theta <= FF_HORIZON)) return FF_ERR_RANGE;
     const size_t cells = t->n_channels * ROWS * CELLS;
     looker l = {.t = t, .cos_max = max_theta >= pi / 2 ? 0 : cos(max_theta) * (1 - 1e-12)};
     ff_brightest b = {.reflects = NAN};

@@ -25,8 +25,8 @@ typedef struct ff_brightest {
                           the channel where it is most; NaN: no samples                                               */
 } ff_brightest;
 
-/** Of the valid samples above the horizon with both polar angles up to max_theta (radians), or of many of them an even choice.
- *  FF_ERR_MEMORY; *out is written only on FF_OK. */
+/** Of the valid samples above the horizon with both polar angles up to max_theta (radians, in (0, pi/2]), or of many of them an
+ * even choice. FF_ERR_RANGE, FF_ERR_MEMORY; *out is written only on FF_OK. */
 FF_API ff_status ff_brightest_find(const ff_table *t, double max_theta, ff_brightest *out);
 
 /** The side on which all incidences that say anything have their brightest sample, at least two and as glossy surfaces do not:

@@ -92,6 +92,7 @@ void ff_table_set_isotropic(ff_table *t, int isotropic)
 ff_status ff_table_set_channel(ff_table *t, size_t c, const char *name, double wavelength_nm, double scale)
 {
     if (c >= t->n_channels || !(scale > 0 && isfinite(scale))) return FF_ERR_RANGE;
+    if (!isnan(wavelength_nm) && !(wavelength_nm > 0 && isfinite(wavelength_nm))) return FF_ERR_RANGE;
     snprintf(t->channels[c].name, sizeof t->channels[c].name, "%s", name);
     t->channels[c].wavelength_nm = wavelength_nm;
     t->channels[c].scale = scale;
@@ -152,6 +153,7 @@ int ff_table_assumption(const ff_table *t, size_t k, char *out, size_t size, ff_
 
 void ff_table_valid(const ff_table *t, size_t first, size_t count, unsigned char *out)
 {
+    count = ff_table_there(t, first, count);
     for (size_t i = 0; i < count; i++) out[i] = t->valid[first + i] != 0;
 }
 

@@ -15,6 +15,11 @@ static void vectors(double unit, const double *restrict theta, const double *res
     }
     for (size_t i = 0; i < n; i++) { /* beyond the range of ff_sincos: nobody's angles, but some file's */
         if (fabs(unit * theta[i]) <= 1e5 && fabs(unit * phi[i]) <= 1e5) continue;
+        if (!isfinite(unit * theta[i]) || !isfinite(unit * phi[i])) { /* none at all: where no sample is used, below the horizon */
+            x[i] = y[i] = 0;
+            z[i] = -1;
+            continue;
+        }
         x[i] = sin(unit * theta[i]) * cos(unit * phi[i]);
         y[i] = sin(unit * theta[i]) * sin(unit * phi[i]);
         z[i] = cos(unit * theta[i]);

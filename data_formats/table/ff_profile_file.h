@@ -23,7 +23,8 @@ extern "C" {
 FF_API ff_status ff_profile_read(const char *path, ff_profile_table **out, ff_error *err);
 
 /** Writes n points, x [n] (theta_m in radians, or q2) and y [n], after `comment` (lines without '#', NULL = none).
- *  FF_ERR_DATA for a number that is not finite; FF_ERR_WRITE. "-" is standard output. */
+ *  FF_ERR_RANGE for a kind that is none; FF_ERR_DATA for a number that is not finite, or an x below 0 or an angle beyond pi/2;
+ *  FF_ERR_WRITE. "-" is standard output. */
 FF_API ff_status ff_profile_write(const char *path, ff_profile_kind kind, size_t n, const double *x, const double *y,
                                   const char *comment, ff_error *err);
 

@@ -96,7 +96,7 @@ FF_API ff_status ff_table_set_angle_unit(ff_table *t, double radians);
 FF_API void ff_table_set_isotropic(ff_table *t, int isotropic);
 
 /** Names channel c (cut to fit), and says its wavelength (NaN = none) and scale (1/sr per stored unit). FF_ERR_RANGE for a channel
- *  that does not exist and a scale that is not finite and > 0. */
+ *  that does not exist, and for a wavelength or scale that is not finite and > 0. */
 FF_API ff_status ff_table_set_channel(ff_table *t, size_t c, const char *name, double wavelength_nm, double scale);
 
 /* ---- reading --------------------------------------------------------------------------------- */
@@ -120,7 +120,9 @@ FF_API ff_quantity ff_table_quantity(const ff_table *t); /**< what the file decl
  * *hint (may be NULL). Returns 0 when there are not so many. */
 FF_API int ff_table_assumption(const ff_table *t, size_t k, char *out, size_t size, ff_hint *hint);
 
-/** Unit vectors of samples first .. first+count-1 into six planes [count] wix wiy wiz wox woy woz. first+count <= n. */
+/** Unit vectors of samples first .. first+count-1 into six planes [count] wix wiy wiz wox woy woz. A direction whose
+ *  angles are not finite is (0, 0, -1), below the horizon. Here and below nothing is written of samples, or a channel, that do not
+ *  exist. */
 FF_API void ff_table_directions(const ff_table *t, size_t first, size_t count, double *const planes[6]);
 
 /** Values of channel c in 1/sr into out [count]; sigma likewise (requires ff_table_has_sigmas). */

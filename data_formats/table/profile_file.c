@@ -4,6 +4,7 @@
 #include "base/internal_output.h"
 #include "base/internal_input.h"
 #include "base/internal_number.h"
+#include "base/internal_options.h"
 #include "internal_table.h"
 #include <math.h>
 #include <stdlib.h>
@@ -145,10 +146,16 @@ static void write_number(double v, FILE *file)
 ff_status ff_profile_write(const char *path, ff_profile_kind kind, size_t n, const double *x, const double *y, const char *comment,
                            ff_error *err)
 {
+    if (kind != FF_PROFILE_D && kind != FF_PROFILE_P)
+        return ff_error_set(err, FF_ERR_RANGE, path, 0, -1, "a profile of kind %d, expected %d or %d", (int)kind, (int)FF_PROFILE_D,
+                            (int)FF_PROFILE_P);
+    const double most = kind == FF_PROFILE_D ? FF_HORIZON : INFINITY;
     for (size_t i = 0; i < n; i++)
-        if (!isfinite(x[i]) || !isfinite(y[i]))
-            return ff_error_set(err, FF_ERR_DATA, path, 0, -1, "point %zu: found %s = %g, %s = %g, expected finite numbers", i,
-                                column[kind][0], x[i], column[kind][1], y[i]);
+        if (!(x[i] >= 0 && x[i] <= most) || !isfinite(x[i]) || !isfinite(y[i]))
+            return ff_error_set(err, FF_ERR_DATA, path, 0, -1,
+                                "point %zu: found %s = %g, %s = %g, expected finite numbers, the first at or above 0%s", i,
+                                kind == FF_PROFILE_D ? "theta" : column[kind][0], x[i], column[kind][1], y[i],
+                                kind == FF_PROFILE_D ? " and up to pi/2" : "");
     ff_output out;
     const ff_status status = ff_output_open(path, &out, err);
     if (status) return status;

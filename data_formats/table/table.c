@@ -77,8 +77,16 @@ ff_status ff_table_init(size_t n, size_t n_channels, const ff_grid *grid, int wi
     return FF_OK;
 }
 
+size_t ff_table_there(const ff_table *t, size_t first, size_t count)
+{
+    const size_t left = first < t->n ? t->n - first : 0;
+    return count < left ? count : left;
+}
+
 void ff_table_directions(const ff_table *t, size_t first, size_t count, double *const planes[6])
 {
+    count = ff_table_there(t, first, count);
+    if (count == 0) return;
     if (t->grid) {
         t->grid->directions(first, count, planes);
         return;
@@ -92,14 +100,21 @@ static void scaled(double scale, const double *stored, size_t count, double *out
     for (size_t k = 0; k < count; k++) out[k] = scale * stored[k];
 }
 
+/* Of a plane [n_channels][n]: nothing of a channel, or samples, that are not there. */
+static void of_channel(const ff_table *t, const double *plane, size_t c, size_t first, size_t count, double *out)
+{
+    count = ff_table_there(t, first, count);
+    if (c < t->n_channels && plane && count > 0) scaled(t->channels[c].scale, plane + c * t->n + first, count, out);
+}
+
 void ff_table_values(const ff_table *t, size_t c, size_t first, size_t count, double *out)
 {
-    scaled(t->channels[c].scale, t->value + c * t->n + first, count, out);
+    of_channel(t, t->value, c, first, count, out);
 }
 
 void ff_table_sigmas(const ff_table *t, size_t c, size_t first, size_t count, double *out)
 {
-    scaled(t->channels[c].scale, t->sigma + c * t->n + first, count, out);
+    of_channel(t, t->sigma, c, first, count, out);
 }
 
 int ff_table_has_weights(const ff_table *t)
@@ -110,9 +125,11 @@ int ff_table_has_weights(const ff_table *t)
 /* A weight plane, which somebody filled on purpose, goes before the grid's own weights. */
 void ff_table_weights(const ff_table *t, size_t first, size_t count, double *out)
 {
+    count = ff_table_there(t, first, count);
+    if (count == 0) return;
     if (t->weight)
         memcpy(out, t->weight + first, count * sizeof *out);
-    else
+    else if (t->grid)
         t->grid->weights(first, count, out);
 }
 

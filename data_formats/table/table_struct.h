@@ -76,6 +76,9 @@ void ff_table_clear(ff_table *t);
 ff_status ff_table_init(size_t n, size_t n_channels, const ff_grid *grid, int with_sigma, int with_weight, ff_table *out,
                         ff_error *err);
 
+/** How many of samples first .. first+count-1 there are. */
+size_t ff_table_there(const ff_table *t, size_t first, size_t count);
+
 /** ff_table_read and ff_table_read_with into a table of the caller's, which is overwritten, not freed; untouched on failure. */
 ff_status ff_table_read_into(const char *path, const char *format, ff_table *out, ff_error *err);
 ff_status ff_table_read_with_into(const char *path, const ff_read_options *o, ff_table *out, ff_error *err);

@@ -155,7 +155,7 @@ typedef struct ff_fit_options {
     int drop_negative;        /**< 1: samples with a negative value are left out; 0: they are kept as noise  */
     ff_shape shape;           /**< FF_SHAPE_AUTO                                                             */
     int mean_slope;           /**< 1: slope_x, slope_y are free too (a tilted sample)                        */
-    int threads;              /**< >= 1; 0 = one per processor                                               */
+    int threads;              /**< 1 .. FF_THREADS_MOST; 0 = one per processor                               */
     ff_isa isa;               /**< FF_ISA_BEST                                                               */
     int max_iterations;       /**< of the solver on all samples; 100                                        */
     int std_errors;           /**< 1: covariance, standard errors, correlations                              */
@@ -175,7 +175,7 @@ typedef struct ff_fit_options {
     const ff_noise *noise;  /**< the noise of the data, borrowed; NULL: estimated from the residuals. Its levels are one, or one
                                  for each channel of the problem. Also the scale of a robust loss whose robust_scale is 0 */
 } ff_fit_options;
-enum { FF_DENSE_CHANNELS = 8 };
+enum { FF_DENSE_CHANNELS = 8, FF_THREADS_MOST = 1024 };
 
 /** Writes the defaults into options of `size` bytes, the caller's sizeof, and nothing beyond. A program that was compiled with an
  * older header has shorter options; what it does not know of is as by default. */

@@ -90,10 +90,13 @@ void ff_fit_options_init_size(ff_fit_options *o, size_t size)
 /* The first version had everything up to progress_context. */
 const ff_fit_options *ff_fit_options_take(const ff_fit_options *o, ff_fit_options *own, ff_error *err)
 {
-    if (o->size == sizeof *o) return o;
-    ff_fit_options_init(own);
-    const size_t first = FF_END_OF(ff_fit_options, progress_context);
-    return ff_options_take("ff_fit_options", o, first, own, sizeof *own, err) ? NULL : own;
+    if (o->size != sizeof *o) {
+        ff_fit_options_init(own);
+        const size_t first = FF_END_OF(ff_fit_options, progress_context);
+        if (ff_options_take("ff_fit_options", o, first, own, sizeof *own, err)) return NULL;
+        o = own;
+    }
+    return ff_fit_options_check(o, err) ? NULL : o;
 }
 
 ff_status ff_fit_options_check(const ff_fit_options *o, ff_error *err)
@@ -104,10 +107,10 @@ ff_status ff_fit_options_check(const ff_fit_options *o, ff_error *err)
         !ff_shape_name((int)o->shape) || !ff_channel_mode_name((int)o->channels) || !ff_error_source_name((int)o->errors))
         return ff_error_set(err, FF_ERR_RANGE, NULL, 0, -1,
                             "an option names no known loss, robust loss, weighting, shape, mode of channels or source of errors");
-    if (!(o->max_theta > 0 && o->max_theta <= 1.5707963267948968))
+    if (!(o->max_theta > 0 && o->max_theta <= FF_HORIZON))
         return ff_error_set(err, FF_ERR_RANGE, NULL, 0, -1, "the largest angle must lie in (0, 90] degrees, found %g",
                             o->max_theta * (180 / 3.14159265358979323846));
-    if (o->robust != FF_ROBUST_NONE && !(o->robust_scale >= 0 && isfinite(o->robust_scale)))
+    if (!(o->robust_scale >= 0 && isfinite(o->robust_scale)))
         return ff_error_set(err, FF_ERR_RANGE, NULL, 0, -1,
                             "the scale of a robust loss must be positive, or 0 to be estimated, found %g", o->robust_scale);
     if (!(o->noise_floor < o->saturation) || !(o->saturation > 0) || !(o->noise_sigmas >= 0) || !isfinite(o->noise_sigmas))
@@ -116,9 +119,14 @@ ff_status ff_fit_options_check(const ff_fit_options *o, ff_error *err)
             "values are known between the noise floor and the saturation, which must be above it and positive: found %g and "
             "%g, and %g standard deviations",
             o->noise_floor, o->saturation, o->noise_sigmas);
-    if (o->threads < 0 || o->max_iterations < 0)
+    if (o->threads < 0 || o->threads > FF_THREADS_MOST || o->max_iterations < 0)
         return ff_error_set(err, FF_ERR_RANGE, NULL, 0, -1,
-                            "the options for the number of threads and of iterations must not be negative");
+                            "0 to %d threads and at least 0 iterations can be asked for, found %d and %d", (int)FF_THREADS_MOST,
+                            o->threads, o->max_iterations);
+    if ((unsigned)o->isa > FF_ISA_AVX512)
+        return ff_error_set(err, FF_ERR_RANGE, NULL, 0, -1, "%d is the number of no instruction set", (int)o->isa);
+    if (o->only_channel < -1)
+        return ff_error_set(err, FF_ERR_RANGE, NULL, 0, -1, "channel %d does not exist; -1 stands for all", o->only_channel);
     return FF_OK;
 }
 

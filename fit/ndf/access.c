@@ -19,7 +19,7 @@ static ff_status take(const ff_ndf_options *o, whole_options *out, ff_error *err
     if (status) return status;
     const ff_fit_options *fit = out->ndf.fit ? ff_fit_options_take(out->ndf.fit, &out->fit, err) : &out->fit;
     out->ndf.fit = fit;
-    return fit ? FF_OK : FF_ERR_RANGE;
+    return fit ? ff_ndf_options_check(&out->ndf, err) : FF_ERR_RANGE;
 }
 
 ff_status ff_ndf_problem_new(const ff_table *t, const ff_ndf_options *o, ff_problem **out, ff_error *err)

@@ -53,7 +53,7 @@ ff_status ff_ndf_models(int masking, ff_model out[FF_NDF_MODELS], ff_error *err)
     return status ? status : ff_model_parse("lambert", &out[FF_NDF_FITS], err);
 }
 
-static ff_status check_options(const struct ff_problem *p, const ff_ndf_options *o, ff_error *err)
+ff_status ff_ndf_options_check(const ff_ndf_options *o, ff_error *err)
 {
     if (o->size != sizeof *o)
         return ff_error_set(err, FF_ERR_RANGE, NULL, 0, -1, "the options were not initialised by ff_ndf_options_init");
@@ -68,6 +68,13 @@ static ff_status check_options(const struct ff_problem *p, const ff_ndf_options 
     if (o->nodes && (o->nodes < FF_NDF_NODES_MIN || o->nodes > FF_NDF_NODES_MAX))
         return ff_error_set(err, FF_ERR_RANGE, NULL, 0, -1, "a lattice has %d to %d nodes, found %d", FF_NDF_NODES_MIN,
                             FF_NDF_NODES_MAX, o->nodes);
+    return FF_OK;
+}
+
+static ff_status check_options(const struct ff_problem *p, const ff_ndf_options *o, ff_error *err)
+{
+    const ff_status status = ff_ndf_options_check(o, err);
+    if (status) return status;
     if (p->geometry[FF_G_S2] < 0 || p->geometry[FF_G_C] < 0 || p->geometry[FF_G_K] < 0)
         return ff_error_set(err, FF_ERR_UNSUPPORTED, NULL, 0, -1,
                             "the problem was not made for the models of a retrieval and an isotropic shape");

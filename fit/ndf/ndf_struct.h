@@ -39,6 +39,9 @@ struct ff_ndf_result {
     ff_warnings warnings; /**< what it should be taken with                                                    */
 };
 
+/* Are the options, and those of the fits among them, in their ranges? Errors as ff_ndf_retrieve. */
+ff_status ff_ndf_options_check(const ff_ndf_options *o, ff_error *err);
+
 /* ff_ndf_retrieve into a result of the caller's; and what releases what it owns. o->fit is there, and the options are as long as
  * here. */
 ff_status ff_ndf_retrieve_into(const ff_problem *p, const ff_ndf_options *o, ff_ndf_result *out, ff_error *err);

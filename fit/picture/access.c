@@ -1,5 +1,6 @@
 /* The loss by pictures, for programs that do not see inside. */
 #include "picture_struct.h"
+#include <math.h>
 #include <stdlib.h>
 
 ff_status ff_fit_adaptive(const ff_table *t, const ff_model *m, const ff_fit_options *o, ff_adaptive **out, ff_error *err)
@@ -35,17 +36,17 @@ size_t ff_adaptive_chosen(const ff_adaptive *a)
 
 ff_loss ff_adaptive_loss(const ff_adaptive *a, size_t k)
 {
-    return a->candidate[k].loss;
+    return k < ff_adaptive_count(a) ? a->candidate[k].loss : (ff_loss)FF_LOSS_COUNT;
 }
 
 double ff_adaptive_difference(const ff_adaptive *a, size_t k)
 {
-    return a->candidate[k].difference;
+    return k < ff_adaptive_count(a) ? a->candidate[k].difference : NAN;
 }
 
 const ff_fit_result *ff_adaptive_fit(const ff_adaptive *a, size_t k)
 {
-    return &a->candidate[k].fit;
+    return k < ff_adaptive_count(a) ? &a->candidate[k].fit : NULL;
 }
 
 ff_picture_coverage ff_adaptive_coverage(const ff_adaptive *a)

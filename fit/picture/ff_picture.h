@@ -42,7 +42,7 @@ FF_API void ff_picture_light(size_t k, double light[3]);
  *  @param light  [3]  unit vector, in the frame of the picture
  *  @param w      six planes wix wiy wiz wox woy woz, of FF_PICTURE_SIZE^2 at most; NULL: not wanted
  *  @param pixel  [as w]  j FF_PICTURE_SIZE + i; NULL: not wanted
- *  @return how many */
+ *  @return how many; 0 for a max_theta outside of (0, pi/2] */
 FF_API size_t ff_picture_directions(const double light[3], double max_theta, double *const w[6], size_t *pixel);
 
 /** Tone of an exposed radiance, in [0, 1). */
@@ -91,7 +91,7 @@ typedef struct ff_adaptive ff_adaptive;
 FF_API ff_status ff_fit_adaptive(const ff_table *t, const ff_model *m, const ff_fit_options *o, ff_adaptive **out, ff_error *err);
 FF_API void ff_adaptive_free(ff_adaptive *a); /**< NULL is allowed */
 
-/** The fits, candidates 0 .. count-1 in the order of ff_loss; k < count. */
+/** The fits, candidates 0 .. count-1 in the order of ff_loss. For another k: a loss without a name, NaN, NULL. */
 FF_API size_t ff_adaptive_count(const ff_adaptive *a);
 FF_API size_t ff_adaptive_chosen(const ff_adaptive *a);               /**< the one that was chosen                   */
 FF_API ff_loss ff_adaptive_loss(const ff_adaptive *a, size_t k);      /**< what was minimised                        */

@@ -1,5 +1,6 @@
 /* A sphere under a few lights, as the data and as a model have it. */
 #include "picture_struct.h"
+#include "base/internal_options.h"
 #include "ff_interpolate.h"
 #include "fit/problem/internal_problem.h"
 #include <math.h>
@@ -42,6 +43,7 @@ static void to_surface(const double n[3], const double v[3], double out[3])
 size_t ff_picture_directions(const double light[3], double max_theta, double *const w[6], size_t *pixel)
 {
     static const double view[3] = {0, 0, 1};
+    if (!(max_theta > 0 && max_theta <= FF_HORIZON)) return 0;
     const double cos_max = fmax(cos(max_theta) * (1 - 1e-12), FF_COS_MIN);
     size_t count = 0;
     for (size_t j = 0; j < FF_PICTURE_SIZE; j++)

@@ -131,7 +131,8 @@ ff_status ff_plan_of_result(const struct ff_problem *p, const ff_fit_options *o,
     *out = (ff_plan){.p = p, .model = fit->model, .shape = fit->shape};
     take_options(o, out);
     out->errors = 1; /* whoever asks for a finished fit asks for them */
-    const ff_status status = lay_out(o, fit->n_channels, out, err);
+    ff_status status = lay_out(o, fit->n_channels, out, err);
+    if (!status) status = check_model(out, err);
     if (status) ff_plan_free(out);
     return status;
 }

@@ -302,6 +302,9 @@ ff_status ff_start(const ff_plan *plan, ff_point *at, ff_error *err)
     } else {
         const ff_status status = look_for_start(plan, at);
         if (status == FF_ERR_CANCELLED) return ff_error_set(err, status, NULL, 0, -1, "cancelled");
+        if (status == FF_ERR_INTERNAL)
+            return ff_error_set(err, FF_ERR_DATA, NULL, 0, -1,
+                                "no start has a finite sum of squares above 0: the values are too large or too small to be fitted");
         if (status) return ff_error_set(err, status, NULL, 0, -1, "the search for a start failed: %s", ff_status_str(status));
     }
     const ff_status status = approach(plan, at, err);

@@ -99,6 +99,9 @@ ff_status ff_trust_cut_off(const ff_problem *p, const ff_fit_options *o, const f
     ff_fit_options own;
     o = ff_fit_options_take(o, &own, err);
     if (!o) return FF_ERR_RANGE;
+    if (!(max_theta > 0 && max_theta <= FF_HORIZON))
+        return ff_error_set(err, FF_ERR_RANGE, NULL, 0, -1, "the largest angle must lie in (0, 90] degrees, found %g",
+                            max_theta / FF_DEGREES);
     ff_cut_off *made = malloc(sizeof *made);
     if (!made) return no_memory(err);
     const ff_status status = ff_trust_cut_off_into(p, o, fit, max_theta, made, err);
@@ -146,8 +149,11 @@ ff_status ff_trust_likeliest(const ff_problem *p, const ff_fit_options *o, const
     if (!o) return FF_ERR_RANGE;
     ff_fit_result *all = side_by_side(fits, n);
     if (!all) return no_memory(err);
-    const ff_status status = ff_trust_likeliest_into(p, o, all, n, out, err);
+    size_t found = 0;
+    ff_status status = n ? FF_OK : ff_error_set(err, FF_ERR_RANGE, NULL, 0, -1, "none of no fits is the likeliest");
+    if (!status) status = ff_trust_likeliest_into(p, o, all, n, &found, err);
     free(all);
+    if (!status) *out = found;
     return status;
 }
 

@@ -150,8 +150,9 @@ typedef struct ff_cut_off {
     double limit;         /**< |move| beyond which one of all is seen in 5 % of measurements where nothing moves */
 } ff_cut_off;
 
-/** The same fit with a lower limit of theta: which parameters move by more than their errors? max_theta in radians. FF_ERR_DATA
- * when too few samples are left. *out is written only on FF_OK; release it with ff_cut_off_free. */
+/** The same fit with a lower limit of theta: which parameters move by more than their errors? max_theta in radians, in
+ * (0, pi/2]: FF_ERR_RANGE. FF_ERR_DATA when too few samples are left. *out is written only on FF_OK; release it with
+ * ff_cut_off_free. */
 FF_API ff_status ff_trust_cut_off(const ff_problem *p, const ff_fit_options *o, const ff_fit_result *fit, double max_theta,
                                   ff_cut_off **out, ff_error *err);
 FF_API void ff_cut_off_free(ff_cut_off *c); /**< NULL is allowed */
@@ -189,7 +190,8 @@ typedef struct ff_versus {
 } ff_versus;
 
 /** Which of n fits to p makes its data most likely, each by the noise that it has found? *out: its number, 0 where one of them has
- * found none. Its noise is what ff_problem_weigh_by_noise should weigh all by that are to be compared. FF_ERR_MEMORY. */
+ * found none. FF_ERR_RANGE for no fits. Its noise is what ff_problem_weigh_by_noise should weigh all by that are to be compared.
+ * FF_ERR_MEMORY. */
 FF_API ff_status ff_trust_likeliest(const ff_problem *p, const ff_fit_options *o, const ff_fit_result *const *fits, size_t n,
                                     size_t *out, ff_error *err);
 

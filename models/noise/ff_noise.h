@@ -47,7 +47,7 @@ FF_API ff_status ff_noise_parse(const char *text, ff_noise **out, ff_error *err)
 
 /** Levels: 1 for all channels, or one for each. */
 FF_API size_t ff_noise_level_count(const ff_noise *n);
-FF_API ff_noise_level ff_noise_level_at(const ff_noise *n, size_t channel); /**< of a channel */
+FF_API ff_noise_level ff_noise_level_at(const ff_noise *n, size_t channel); /**< of a channel; all 0 of one that has none */
 FF_API double ff_noise_cos_i(const ff_noise *n);                            /**< p            */
 FF_API double ff_noise_cos_o(const ff_noise *n);                            /**< q            */
 
@@ -56,7 +56,7 @@ FF_API double ff_noise_along_scan(const ff_noise *n, size_t lag);
 /** Correlation of the errors of two channels of one sample, a mean over their pairs. */
 FF_API double ff_noise_between_channels(const ff_noise *n);
 
-/** Standard deviation of a value, 1/sr.
+/** Standard deviation of a value, 1/sr; NaN of a channel that has none.
  *  @param f             the BRDF, 1/sr; below 0 as 0
  *  @param cos_i, cos_o  in (0, 1] */
 FF_API double ff_noise_sd(const ff_noise *n, size_t channel, double f, double cos_i, double cos_o);

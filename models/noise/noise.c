@@ -50,9 +50,14 @@ size_t ff_noise_level_count(const ff_noise *n)
     return n->n_levels;
 }
 
+static int has_channel(const ff_noise *n, size_t channel)
+{
+    return n->n_levels == 1 || channel < n->n_levels;
+}
+
 ff_noise_level ff_noise_level_at(const ff_noise *n, size_t channel)
 {
-    return *ff_noise_of(n, channel);
+    return has_channel(n, channel) ? *ff_noise_of(n, channel) : (ff_noise_level){0, 0, 0};
 }
 
 double ff_noise_cos_i(const ff_noise *n)
@@ -77,6 +82,7 @@ double ff_noise_between_channels(const ff_noise *n)
 
 double ff_noise_sd(const ff_noise *n, size_t channel, double f, double cos_i, double cos_o)
 {
+    if (!has_channel(n, channel)) return NAN;
     return sqrt(ff_noise_variance(ff_noise_of(n, channel), f) * pow(cos_i, n->cos_i) * pow(cos_o, n->cos_o));
 }
 

@@ -20,7 +20,7 @@ ff_noise *ff_noise_make(size_t n_levels);
 
 static inline const ff_noise_level *ff_noise_of(const ff_noise *n, size_t channel)
 {
-    return &n->level[n->n_levels == 1 ? 0 : channel];
+    return &n->level[n->n_levels == 1 ? 0 : channel]; /* which exists */
 }
 
 /* The part that depends on the value, (1/sr)^2. */

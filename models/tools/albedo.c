@@ -154,6 +154,7 @@ ff_status ff_albedo_weak_furnace(const ff_model *m, ff_isa isa, const double *sh
 
 int ff_albedo_weak_furnace_claimed(const ff_model *m, uint32_t lobe)
 {
+    if (lobe >= m->n_lobes) return 0;
     const uint32_t ndf = ff_ndf_at(m->lobe[lobe].ndf)->term.claims;
     const ff_masking *masking = ff_masking_at(m->lobe[lobe].masking);
     if (masking->uses_lambda) return (ndf & FF_WEAK_FURNACE) != 0;

@@ -5,7 +5,7 @@
  *  Gauss-Legendre order doubles until two orders agree; their difference is the error that is reported. What the terms under the
  *  lobes add is integrated over the hemisphere of wi in the same way.
  *  Frame, errors  as ff_model.h: outputs are written only on FF_OK. Tables of distributions and of coupled terms are allocated for
- *           the time of a call; the stack use is below 512 KiB.
+ *           the time of a call.
  *  Time     1 to 100 ms a direction, the most at grazing view of strongly anisotropic lobes.
  *  Threads  every function may be called from many threads at once. */
 #ifndef FF_ALBEDO_H
@@ -42,7 +42,7 @@ FF_API ff_status ff_albedo_directional(const ff_model *m, ff_isa isa, size_t n_c
 FF_API ff_status ff_albedo_weak_furnace(const ff_model *m, ff_isa isa, const double *shape, uint32_t lobe, const double wo[3],
                                         ff_integral *out, ff_error *err);
 
-/** 1 where the terms of lobe `lobe` (< ff_model_lobe_count) claim that its weak furnace integral is 1: v-cavity on a distribution
+/** 1 where the model has a lobe `lobe` whose terms claim that its weak furnace integral is 1: v-cavity on a distribution
  * with FF_UNIT_AREA, a Smith form (one that uses the distribution's Lambda) on one with FF_WEAK_FURNACE; else 0. */
 FF_API int ff_albedo_weak_furnace_claimed(const ff_model *m, uint32_t lobe);
 

@@ -44,6 +44,7 @@ enum { FF_PROFILE_POINTS_MIN = 4 };
  *  @param bad  index of the point that the error is about, n when it is about the whole; may be NULL
  *  FF_ERR_DATA  fewer than FF_PROFILE_POINTS_MIN points; one that is not finite, negative, out of range or not beyond that before;
  *               all values zero; a tail too heavy; a width outside 2^-34 .. 2^34 of q2
+ *  FF_ERR_RANGE a kind that is none
  *  FF_ERR_MEMORY  for the lattice, 155 KiB, and for the quadrature of Lambda, which takes some 10 ms */
 FF_API ff_status ff_profile_new(ff_profile_kind kind, size_t n, const double *x, const double *y, ff_profile_table **out,
                                 size_t *bad, ff_error *err);

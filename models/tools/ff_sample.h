@@ -18,7 +18,7 @@
  *  directional albedo of wo.
  *
  *  Frame    as ff_model.h. All planes of several numbers are [count][ld]: ld = 1 and n = 1 make them plain vectors.
- *  Errors   only ff_sampler_new can fail. Nothing else allocates; the stack use is below 256 KiB.
+ *  Errors   only ff_sampler_new can fail. Nothing else allocates.
  *  Threads  a sampler does not change after it was made; every function may be called from many threads at once. */
 #ifndef FF_SAMPLE_H
 #define FF_SAMPLE_H

@@ -212,6 +212,9 @@ static double area_of(const ff_profile_table *t)
 ff_status ff_profile_make(ff_profile_kind kind, size_t n, const double *x, const double *y, ff_profile_table *out, size_t *bad,
                           ff_error *err)
 {
+    if (kind != FF_PROFILE_D && kind != FF_PROFILE_P)
+        return ff_error_set(err, FF_ERR_RANGE, NULL, 0, -1, "a profile of kind %d, expected %d or %d", (int)kind, (int)FF_PROFILE_D,
+                            (int)FF_PROFILE_P);
     points p = {.kind = kind, .n = n, .x = x, .y = y};
     const ff_status status = check_points(&p, bad, err);
     if (status) return status;
