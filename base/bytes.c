@@ -53,36 +53,67 @@ ff_status ff_bytes_end(ff_bytes *b, const char *after)
                         found, after);
 }
 
-ff_status ff_bytes_rest(ff_bytes *b, size_t most, unsigned char **data, size_t *n)
+static ff_status no_memory(const ff_bytes *b, size_t bytes)
+{
+    return ff_error_set(b->err, FF_ERR_MEMORY, b->path, 0, b->offset, "no memory for %zu bytes of the file", bytes);
+}
+
+static uint64_t left_of(const ff_bytes *b, uint64_t unless_known)
+{
+    return b->size < 0 ? unless_known : b->size > b->offset ? (uint64_t)(b->size - b->offset) : 0;
+}
+
+ff_status ff_bytes_head(ff_bytes *b, size_t most, unsigned char **data, size_t *n)
+{
+    const uint64_t left = left_of(b, most);
+    const size_t room = left < most ? (size_t)left : most;
+    unsigned char *bytes = malloc(room + 1);
+    size_t got = 0;
+    if (!bytes) return no_memory(b, room);
+    const ff_status status = ff_input_read(b->fd, b->path, b->offset, bytes, room, &got, b->err);
+    if (status != FF_OK) {
+        free(bytes);
+        return status;
+    }
+    b->offset += (int64_t)got;
+    *data = bytes;
+    *n = got;
+    return FF_OK;
+}
+
+static ff_status more_than(const ff_bytes *b, size_t most)
+{
+    return ff_error_set(b->err, FF_ERR_FORMAT, b->path, 0, b->offset, "found a file of more than %zu bytes, expected fewer", most);
+}
+
+/* Reads behind *used bytes until the file ends. */
+static ff_status read_rest(ff_bytes *b, size_t most, unsigned char **bytes, size_t *used)
 {
     enum { STEP = 1 << 16 };
-    size_t capacity = b->size >= b->offset ? (size_t)(b->size - b->offset) + 1 : STEP, used = 0;
-    unsigned char *bytes = NULL;
-    for (;;) {
+    const uint64_t left = left_of(b, STEP);
+    if (*used > most || (b->size >= 0 && left > most - *used)) return more_than(b, most);
+    for (size_t capacity = *used + (size_t)left + 1;; capacity *= 2) {
         if (capacity > most + 1) capacity = most + 1;
-        unsigned char *larger = realloc(bytes, capacity);
-        if (!larger) {
-            free(bytes);
-            return ff_error_set(b->err, FF_ERR_MEMORY, b->path, 0, b->offset, "no memory for %zu bytes of the file", capacity);
-        }
-        bytes = larger;
+        unsigned char *larger = realloc(*bytes, capacity);
+        if (!larger) return no_memory(b, capacity);
+        *bytes = larger;
         size_t got = 0;
-        const ff_status status = ff_input_read(b->fd, b->path, b->offset, bytes + used, capacity - used, &got, b->err);
-        used += got;
+        const ff_status status = ff_input_read(b->fd, b->path, b->offset, larger + *used, capacity - *used, &got, b->err);
+        *used += got;
         b->offset += (int64_t)got;
-        if (status == FF_OK && used <= most && used == capacity) {
-            capacity = 2 * capacity;
-            continue;
-        }
-        if (status == FF_OK && used <= most) break;
-        free(bytes);
-        return status ? status
-                      : ff_error_set(b->err, FF_ERR_FORMAT, b->path, 0, b->offset,
-                                     "found a file of more than %zu bytes, expected fewer", most);
+        if (status != FF_OK || *used < capacity) return status;
+        if (*used > most) return more_than(b, most);
     }
-    *data = bytes;
-    *n = used;
-    return FF_OK;
+}
+
+ff_status ff_bytes_rest(ff_bytes *b, size_t most, unsigned char **data, size_t *n)
+{
+    const ff_status status = read_rest(b, most, data, n);
+    if (status == FF_OK) return FF_OK;
+    free(*data);
+    *data = NULL;
+    *n = 0;
+    return status;
 }
 
 int ff_all_finite(const double *v, size_t n)

@@ -28,7 +28,12 @@ ff_status ff_bytes_need(const ff_bytes *b, uint64_t n, const char *what);
 /** FF_ERR_FORMAT when there are more bytes; `after` says after what ("the last plane"). */
 ff_status ff_bytes_end(ff_bytes *b, const char *after);
 
-/** The whole rest of the file in memory of its size, which the caller frees. FF_ERR_FORMAT when it is more than `most` bytes. */
+/** The next `most` bytes of the file, or what is left of it, in memory that the caller frees: to be looked at before the rest. */
+ff_status ff_bytes_head(ff_bytes *b, size_t most, unsigned char **data, size_t *n);
+
+/** The whole rest of the file in memory of its size, which the caller frees, behind *data [*n]: what ff_bytes_head has handed out,
+ *  or NULL and 0. On failure that is freed too, and NULL. FF_ERR_FORMAT when it is more than `most` bytes in all, FF_ERR_READ,
+ *  FF_ERR_MEMORY. */
 ff_status ff_bytes_rest(ff_bytes *b, size_t most, unsigned char **data, size_t *n);
 
 static inline uint16_t ff_uint16_of(const unsigned char *b)

@@ -3,16 +3,51 @@
 #include "internal_output.h"
 #include <errno.h>
 #include <fcntl.h>
+#include <limits.h>
+#include <pthread.h>
+#include <signal.h>
+#include <stdatomic.h>
 #include <stdio_ext.h>
 #include <stdlib.h>
 #include <string.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
-enum { BUFFER_BYTES = 1 << 16, NAME_ATTEMPTS = 1000 };
+enum { BUFFER_BYTES = 1 << 16, NAME_ATTEMPTS = 1000, MOST_LINKS = 40, MOST_UNFINISHED = 64 };
+
+/* ---- what a signal leaves to be done ---------------------------------------------------------- */
+
+/* Names of the temporary files, for those who end the program. A handler may come at any time, so nothing is locked: a name is here
+ * before it is used and goes before it is freed. */
+static char *_Atomic unfinished[MOST_UNFINISHED];
+
+static void remember(char *name)
+{
+    char *none = NULL;
+    for (int i = 0; i < MOST_UNFINISHED && !atomic_compare_exchange_strong(&unfinished[i], &none, name); i++) none = NULL;
+}
+
+static void forget(char *name)
+{
+    for (int i = 0; name && i < MOST_UNFINISHED; i++) {
+        char *this_one = name;
+        if (atomic_compare_exchange_strong(&unfinished[i], &this_one, NULL)) return;
+    }
+}
+
+void ff_outputs_remove(void)
+{
+    for (int i = 0; i < MOST_UNFINISHED; i++) {
+        const char *name = atomic_load(&unfinished[i]);
+        if (name) unlink(name);
+    }
+}
+
+/* ---- an output and its errors ------------------------------------------------------------------ */
 
 static void output_release(ff_output *out)
 {
+    forget(out->temporary);
     free(out->target);
     free(out->temporary);
     *out = (ff_output){0};
@@ -20,7 +55,8 @@ static void output_release(ff_output *out)
 
 static ff_status fail(ff_error *err, const char *path, const char *what, int reason)
 {
-    return ff_error_set(err, FF_ERR_WRITE, path, 0, -1, "%s: %s", what, strerror(reason));
+    const ff_status status = reason == ENOMEM ? FF_ERR_MEMORY : FF_ERR_WRITE;
+    return ff_error_set(err, status, path, 0, -1, "%s: %s", what, strerror(reason));
 }
 
 /* Wraps a descriptor; on failure closes it and leaves *out released. */
@@ -46,40 +82,141 @@ static ff_status open_stdout(ff_output *out, ff_error *err)
     return output_attach(fd, "-", out, err);
 }
 
-/* Creates "TARGET.part-PID-N" with the first N that is free. */
-static int create_temporary(const char *target, mode_t mode, char **name)
+/* ---- the temporary file ---------------------------------------------------------------------- */
+
+/* Bytes of a path up to and with its last slash: its folder, 0 for the current one. */
+static int folder_length(const char *path)
 {
+    const char *slash = strrchr(path, '/');
+    return slash ? (int)(slash + 1 - path) : 0;
+}
+
+/* Nobody else may look into it while it is written, nor write: its mode comes with its name. */
+static int create_one(char *name)
+{
+    return name ? open(name, O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, S_IRUSR | S_IWUSR) : (errno = ENOMEM, -1);
+}
+
+/* "TARGET.part-PID-N", or ".part-PID-N" beside it where that is longer than a name may be. */
+static char *temporary_name(const char *target, int attempt, int is_short)
+{
+    char *name;
+    const int kept = is_short ? folder_length(target) : (int)strlen(target);
+    return asprintf(&name, "%.*s.part-%ld-%d", kept, target, (long)getpid(), attempt) < 0 ? NULL : name;
+}
+
+/* Creates it with the first N that is free. */
+static int create_temporary(const char *target, char **name)
+{
+    int is_short = 0;
     for (int attempt = 0; attempt < NAME_ATTEMPTS; attempt++) {
-        if (asprintf(name, "%s.part-%ld-%d", target, (long)getpid(), attempt) < 0) {
-            *name = NULL;
-            errno = ENOMEM;
-            return -1;
-        }
-        int fd = open(*name, O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, mode);
+        *name = temporary_name(target, attempt, is_short);
+        const int fd = create_one(*name);
         if (fd >= 0) return fd;
-        int reason = errno;
+        const int reason = errno;
         free(*name);
         *name = NULL;
         errno = reason;
-        if (reason != EEXIST) return -1;
+        if (reason == ENAMETOOLONG && !is_short) {
+            is_short = 1;
+        } else if (reason != EEXIST) {
+            return -1;
+        }
     }
     return -1;
+}
+
+/* Between its birth and its being known no signal comes to this thread, which is the one that has them handled. */
+static int create_remembered(const char *target, char **name)
+{
+    sigset_t all, before;
+    sigfillset(&all);
+    pthread_sigmask(SIG_SETMASK, &all, &before);
+    const int fd = create_temporary(target, name);
+    const int reason = errno;
+    if (fd >= 0) remember(*name);
+    pthread_sigmask(SIG_SETMASK, &before, NULL);
+    errno = reason;
+    return fd;
+}
+
+/* ---- permissions ----------------------------------------------------------------------------- */
+
+/* The process has one mask, which can only be asked for by setting it: to the strictest, for a moment. */
+static mode_t mask_by_setting(void)
+{
+    static pthread_mutex_t one_at_a_time = PTHREAD_MUTEX_INITIALIZER;
+    pthread_mutex_lock(&one_at_a_time);
+    const mode_t mask = umask(S_IRWXG | S_IRWXO);
+    umask(mask);
+    pthread_mutex_unlock(&one_at_a_time);
+    return mask;
+}
+
+/* Linux tells it without. */
+static mode_t mask_of_process(void)
+{
+    char text[512];
+    const int fd = open("/proc/self/status", O_RDONLY | O_CLOEXEC);
+    const ssize_t n = fd >= 0 ? read(fd, text, sizeof text - 1) : -1;
+    if (fd >= 0) close(fd);
+    text[n > 0 ? n : 0] = '\0';
+    const char *mask = strstr(text, "\nUmask:");
+    return mask ? (mode_t)strtoul(mask + strlen("\nUmask:"), NULL, 8) : mask_by_setting();
+}
+
+/* What the finished file may be used for: by those who could use the old one, where there is one. Never by the name of its owner:
+ * whoever had set that did not know these bytes. */
+static mode_t permissions_for(int fd, const struct stat *old)
+{
+    const mode_t all = S_IRWXU | S_IRWXG | S_IRWXO;
+    if (!old) return 0666 & ~mask_of_process();
+    if (fchown(fd, old->st_uid, old->st_gid) == 0 || fchown(fd, (uid_t)-1, old->st_gid) == 0) return old->st_mode & all;
+    const mode_t others = old->st_mode & S_IRWXO; /* our group is not the one that was meant */
+    return (old->st_mode & S_IRWXU) | (old->st_mode & S_IRWXG & others << 3) | others;
+}
+
+/* ---- opening --------------------------------------------------------------------------------- */
+
+/* Where a link leads, one step; NULL with errno: EINVAL is the end. */
+static char *link_step(const char *path)
+{
+    char to[PATH_MAX], *next = NULL;
+    const ssize_t n = readlink(path, to, sizeof to - 1);
+    if (n < 0) return NULL;
+    to[n] = '\0';
+    if (asprintf(&next, "%.*s%s", to[0] == '/' ? 0 : folder_length(path), path, to) < 0) {
+        errno = ENOMEM;
+        return NULL;
+    }
+    return next;
+}
+
+char *ff_output_name(const char *path)
+{
+    char *name = strdup(path);
+    for (int i = 0; name && i < MOST_LINKS; i++) {
+        char *next = link_step(name);
+        if (!next && (errno == EINVAL || errno == ENOENT)) return name;
+        free(name);
+        name = next;
+    }
+    return name;
 }
 
 /* A new file beside target, or beside the existing regular file that it will replace. */
 static ff_status open_replacing(const char *path, const struct stat *old, ff_output *out, ff_error *err)
 {
     if (old && access(path, W_OK) != 0) return fail(err, path, "exists and cannot be written", errno);
-    char *target = old ? realpath(path, NULL) : strdup(path), *temporary = NULL;
+    char *target = old ? realpath(path, NULL) : ff_output_name(path), *temporary = NULL;
     if (!target) return fail(err, path, "cannot be written", errno);
-    int fd = create_temporary(target, 0666, &temporary);
+    int fd = create_remembered(target, &temporary);
     if (fd < 0) {
         int reason = errno;
         free(target);
         return fail(err, path, "no file can be created beside it", reason);
     }
-    ff_output o = {.target = target, .temporary = temporary};
-    if (old) (void)fchmod(fd, old->st_mode & 07777); /* another owner's file: then ours keeps the default mode */
+    ff_output o = {.target = target, .temporary = temporary, .mode = permissions_for(fd, old)};
     ff_status status = output_attach(fd, path, &o, err);
     if (status == FF_OK) *out = o;
     return status;
@@ -127,6 +264,18 @@ static int reason_of_earlier(const ff_output *out)
     return harmless && write(fd, "", 1) < 0 ? errno : EIO;
 }
 
+/* The name is on the disk when its folder is. A folder that cannot be opened or synchronised (not every file system can) is left to
+ * the system: the file is whole and has its name. */
+static void sync_folder(const char *target)
+{
+    char *folder = strndup(target, (size_t)folder_length(target));
+    const int fd = folder ? open(*folder ? folder : ".", O_RDONLY | O_DIRECTORY | O_CLOEXEC) : -1;
+    free(folder);
+    if (fd < 0) return;
+    (void)!fsync(fd);
+    close(fd);
+}
+
 /* 0, or the errno of the first thing that failed since the file was opened. */
 static int finish_file(ff_output *out)
 {
@@ -134,10 +283,12 @@ static int finish_file(ff_output *out)
     int earlier = ferror(out->file);
     if (fflush(out->file) != 0) reason = errno;
     if (!reason && earlier) reason = reason_of_earlier(out);
+    if (!reason && out->temporary && fchmod(fileno(out->file), out->mode) != 0) reason = errno;
     if (!reason && out->temporary && fsync(fileno(out->file)) != 0) reason = errno;
     if (fclose(out->file) != 0 && !reason) reason = errno;
     out->file = NULL;
     if (!reason && out->temporary && rename(out->temporary, out->target) != 0) reason = errno;
+    if (!reason && out->temporary) sync_folder(out->target);
     return reason;
 }
 

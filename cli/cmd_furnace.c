@@ -77,11 +77,9 @@ static ff_status put_albedo(furnace *u, const double wo[3], ff_error *err)
 
 static ff_status put_rows(furnace *u, ff_error *err)
 {
-    const volatile int *cancel = cli_catch_signals();
     ff_status status = FF_OK;
     for (size_t i = 0; i < u->n && status == FF_OK; i++) {
         const double s = sqrt((1 - u->mu[i]) * (1 + u->mu[i])), wo[3] = {s * cos(u->phi), s * sin(u->phi), u->mu[i]};
-        if (*cancel) return ff_error_set(err, FF_ERR_CANCELLED, NULL, 0, -1, "cancelled");
         cli_rows_number(&u->rows, u->mu[i]);
         status = u->weak ? put_weak(u, wo, err) : put_albedo(u, wo, err);
         cli_rows_end_row(&u->rows);

@@ -48,7 +48,6 @@ int cmd_resample(const cli_args *args)
     o.grid = cli_value(args, FLAG_GRID, NULL);
     o.beyond = cli_given(args, FLAG_EXTRAPOLATE) > 0;
     o.threads = (int)cli_integer(args, FLAG_THREADS, 0);
-    o.cancel = cli_catch_signals();
     ff_status failed = ff_resample_into(&in, to, &o, &out, &report, &err);
     if (failed == FF_OK) {
         failed = to->write(args->word[1], &out, &err);

@@ -59,18 +59,15 @@ static void set_view(drawing *d)
     }
 }
 
-static ff_status put_rows(drawing *d, ff_error *err)
+static void put_rows(drawing *d)
 {
-    const volatile int *cancel = cli_catch_signals();
     for (uint64_t first = 0; first < d->n; first += BLOCK) {
         const size_t n = d->n - first < BLOCK ? (size_t)(d->n - first) : BLOCK;
-        if (*cancel) return ff_error_set(err, FF_ERR_CANCELLED, NULL, 0, -1, "cancelled");
         for (uint32_t k = 0; k < 3; k++)
             for (size_t i = 0; i < n; i++) d->u[k][i] = ff_random_uniform(d->seed, k, first + i);
         ff_sampler_sample(d->sampler, n, d->wo[0], d->u[0], NULL, d->wi[0], d->pdf, d->f, d->weight, BLOCK);
         for (size_t i = 0; i < n; i++) put_row(d, i);
     }
-    return FF_OK;
 }
 
 static int put(const cli_args *args, drawing *d)
@@ -86,10 +83,8 @@ static int put(const cli_args *args, drawing *d)
     const int status = cli_rows_open(args, &d->rows);
     if (status != EXIT_DONE) return status;
     put_header(d);
-    failed = put_rows(d, &err);
-    if (failed == FF_OK) return cli_rows_commit(&d->rows);
-    cli_rows_abort(&d->rows);
-    return cli_failed(failed, &err);
+    put_rows(d);
+    return cli_rows_commit(&d->rows);
 }
 
 int cmd_sample(const cli_args *args)

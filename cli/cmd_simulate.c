@@ -40,7 +40,6 @@ static int simulate(const cli_args *args, const char *path, const ff_format *for
     const int status = cli_scene_make(args, args->word[0], merl ? 3 : 1, &scene);
     if (status) return status;
     o->nonnegative = merl;
-    o->cancel = cli_catch_signals();
     ff_status failed = ff_simulate_into(&scene.model, scene.n_channels, scene.shape, scene.channel, o, &table, &err);
     cli_scene_free(&scene);
     if (failed != FF_OK) return cli_failed(failed, &err);

@@ -1,7 +1,9 @@
 /* No command writes over what it reads, nor two results into one file. The definitions say which words and flags name a file; here
  * all of a command line are compared before the command runs. */
 #include "internal_flags.h"
+#include "base/internal_output.h"
 #include <limits.h>
+#include <stdlib.h>
 #include <string.h>
 #include <sys/stat.h>
 #include <unistd.h>
@@ -14,7 +16,7 @@ typedef struct identity {
     int known; /* 0: a pipe or a device, which takes whatever comes, or nowhere */
     dev_t device;
     ino_t number;
-    const char *name; /* of a file that does not exist yet, in the folder that the numbers mean; "" of one that does */
+    char name[NAME_MAX + 1]; /* of a file that does not exist yet, in the folder that the numbers mean; "" of one that does */
 } identity;
 
 typedef struct named_file {
@@ -27,14 +29,25 @@ typedef struct named_file {
 
 /* ---- identity -------------------------------------------------------------------------------- */
 
-static identity identity_of_new(const char *path)
+static identity identity_in_folder(const char *path)
 {
     char folder[PATH_MAX];
     struct stat st;
     const char *slash = strrchr(path, '/'), *name = slash ? slash + 1 : path;
     const int n = snprintf(folder, sizeof folder, "%.*s.", (int)(name - path), path);
-    if (n < 0 || (size_t)n >= sizeof folder || stat(folder, &st) != 0) return (identity){0};
-    return (identity){1, st.st_dev, st.st_ino, name};
+    identity is = {0};
+    if (n < 0 || (size_t)n >= sizeof folder || strlen(name) > NAME_MAX || stat(folder, &st) != 0) return is;
+    is = (identity){.known = 1, .device = st.st_dev, .number = st.st_ino};
+    strcpy(is.name, name);
+    return is;
+}
+
+static identity identity_of_new(const char *path)
+{
+    char *end = ff_output_name(path); /* of links that lead nowhere yet */
+    const identity is = identity_in_folder(end ? end : path);
+    free(end);
+    return is;
 }
 
 static identity identify(const char *path, cli_kind use)

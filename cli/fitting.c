@@ -115,7 +115,6 @@ int cli_fitting_open(const cli_args *args, const ff_model *models, size_t n_mode
         return status;
     }
     f.progress = cli_switch(args, FLAG_PROGRESS, isatty(STDERR_FILENO));
-    f.options.cancel = cli_catch_signals();
     if ((status = cli_read(args, f.path, 1, &f.table)) != EXIT_DONE) {
         ff_noise_free(f.noise);
         return status;
@@ -185,10 +184,6 @@ ff_status cli_fitting_run(cli_fitting *f, size_t problem, const ff_model *m, con
     begin_progress(f, label, words, &o);
     ff_status status = ff_problem_fit_into(f->problem[problem], m, &o, out, err);
     if (f->progress) fputs("\r\033[K", stderr);
-    if (status == FF_OK && out->outcome == FF_CANCELLED) {
-        ff_fit_result_clear(out);
-        status = ff_error_set(err, FF_ERR_CANCELLED, NULL, 0, -1, "cancelled");
-    }
     if (status == FF_ERR_DATA && !err->path[0]) snprintf(err->path, sizeof err->path, "%s", f->path);
     return status;
 }
@@ -211,7 +206,7 @@ ff_status cli_fitting_choose(cli_fitting *f, const ff_model *m, const char *labe
     if (f->progress) fputs("\r\033[K", stderr);
     if (status == FF_OK)
         f->options.loss = out->candidate[out->chosen].loss;
-    else if (status != FF_ERR_CANCELLED && !err->path[0])
+    else if (!err->path[0])
         snprintf(err->path, sizeof err->path, "%s", f->path);
     return status;
 }

@@ -118,10 +118,11 @@ void cli_rows_end_row(cli_rows *rows);
 int cli_rows_commit(cli_rows *rows);
 void cli_rows_abort(cli_rows *rows);
 
-/* ---- Ctrl-C ------------------------------------------------------------------------------------------------------------------*/
+/* ---- signals -----------------------------------------------------------------------------------------------------------------*/
 
-/* From here on SIGINT and SIGTERM set the flag that is returned; a second one ends the program at once. */
-const volatile int *cli_catch_signals(void);
+/* From here on a signal that ends the program removes what is written and unfinished first. Ctrl-C is said, and is exit status
+ * 130. Called by the first thread before there are others. */
+void cli_signals_catch(void);
 
 /* ---- fit and compare ---------------------------------------------------------------------------------------------------------*/
 

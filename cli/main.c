@@ -61,6 +61,7 @@ static int run(const cli_command *command, int argc, char **argv)
 static int run_words(int argc, char **argv)
 {
     const char *word = argc > 1 ? argv[1] : NULL;
+    cli_signals_catch();
     if (!word) {
         cli_help(stderr);
         return EXIT_USAGE;

@@ -1,15 +1,35 @@
 /* What the program says on stderr, and its exit status. */
+#define _GNU_SOURCE /* vasprintf */
 #include "internal_flags.h"
+#include "report/internal_text.h"
 #include "report/words/words_struct.h"
 #include <signal.h>
 #include <stdarg.h>
+#include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
 
+/* A whole message; NULL: no memory. */
+static char *message_of(const char *format, va_list args)
+{
+    char *text = NULL;
+    va_list again;
+    va_copy(again, args);
+    const int n = vasprintf(&text, format, again);
+    va_end(again);
+    return n < 0 ? NULL : text;
+}
+
+/* Names and values are whatever the person, a script or an archive gave: none of it speaks to the terminal. */
 static void put_message(const char *format, va_list args)
 {
+    char cut[1024];
+    char *text = message_of(format, args);
+    if (!text) vsnprintf(cut, sizeof cut, format, args);
     fputs("facetfit: ", stderr);
-    vfprintf(stderr, format, args);
+    ff_text_print(text ? text : cut, stderr);
     fputc('\n', stderr);
+    free(text);
 }
 
 void cli_message(const char *format, ...)

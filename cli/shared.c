@@ -1,10 +1,9 @@
-/* Models with parameters, outputs, Ctrl-C. */
+/* Models with parameters, outputs. */
 #define _GNU_SOURCE
 #include "internal_cli.h"
 #include "data_formats/table/profile_file_struct.h"
 #include "base/internal_number.h"
 #include <math.h>
-#include <signal.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -264,24 +263,4 @@ void cli_rows_abort(cli_rows *rows)
     if (rows->with_json) ff_output_abort(&rows->json);
     if (rows->with_csv) ff_output_abort(&rows->csv);
     rows->with_json = rows->with_csv = 0;
-}
-
-/* ---- Ctrl-C ---------------------------------------------------------------------------------- */
-
-/* The one thing a handler may touch. */
-static volatile int cancelled;
-
-static void on_signal(int signal_number)
-{
-    (void)signal_number;
-    cancelled = 1;
-}
-
-const volatile int *cli_catch_signals(void)
-{
-    struct sigaction action = {.sa_handler = on_signal, .sa_flags = (int)SA_RESETHAND};
-    sigemptyset(&action.sa_mask);
-    sigaction(SIGINT, &action, NULL);
-    sigaction(SIGTERM, &action, NULL);
-    return &cancelled;
 }

@@ -51,18 +51,20 @@ static const char *list_names(int writable, char out[LIST])
     return out;
 }
 
-static const ff_format *most_confident(const unsigned char *head, size_t n, int64_t size)
+/* *best stays NULL where none recognises it. */
+static ff_status most_confident(const unsigned char *head, size_t n, int64_t size, const ff_format **best)
 {
-    const ff_format *best = NULL;
+    *best = NULL;
     int confidence = 0;
     for (size_t i = 0; i < ff_format_count(); i++) {
         int p = formats[i]->probe(head, n, size);
+        if (p < 0) return FF_ERR_MEMORY;
         if (p > confidence) {
             confidence = p;
-            best = formats[i];
+            *best = formats[i];
         }
     }
-    return best;
+    return FF_OK;
 }
 
 static ff_status not_recognised(const char *path, const unsigned char *head, size_t n, ff_error *err)
@@ -83,7 +85,9 @@ static ff_status detect_in(int fd, const char *path, int64_t size, size_t *looke
     if (status != FF_OK) return status;
     if (n == 0) return ff_error_set(err, FF_ERR_READ, path, 0, 0, "found an empty file, expected a measurement");
     const size_t mark = ff_byte_order_mark(head, n);
-    const ff_format *best = most_confident(head + mark, n - mark, size);
+    const ff_format *best;
+    if (most_confident(head + mark, n - mark, size, &best))
+        return ff_error_set(err, FF_ERR_MEMORY, path, 0, -1, "no memory to look at it");
     if (!best) return not_recognised(path, head, n, err);
     *out = best;
     return FF_OK;

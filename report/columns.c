@@ -85,7 +85,15 @@ static char *escaped(const char *text, const char *(*escape)(char c))
 
 static char *text_written(const ff_cell *cell)
 {
-    return strdup(cell->text);
+    char *out = NULL;
+    size_t size = 0;
+    FILE *memory = open_memstream(&out, &size);
+    if (!memory) return NULL;
+    ff_text_print(cell->text, memory);
+    const int failed = ferror(memory);
+    if (fclose(memory) == 0 && !failed) return out;
+    free(out);
+    return NULL;
 }
 
 static void text_row(const grid *g, char *const *row, const char *indent, FILE *out)

@@ -68,7 +68,8 @@ void ff_report_selection_text(const ff_report_fits *r, FILE *out)
     const char *separator = "; left out: ";
     ff_selection s;
     ff_problem_selection(r->problem[0], &s);
-    fprintf(out, "%s: %s, %zu sample%s, %zu used", r->path, r->table->format, s.samples, ff_report_plural(s.samples), s.used);
+    ff_text_print(r->path, out);
+    fprintf(out, ": %s, %zu sample%s, %zu used", r->table->format, s.samples, ff_report_plural(s.samples), s.used);
     snprintf(grazing, sizeof grazing, "beyond %s degrees", ff_text_number(ff_report_degrees(r->options->max_theta), 6, number));
     put_count(out, &separator, s.invalid, "invalid");
     put_count(out, &separator, s.below_horizon, "below the horizon");

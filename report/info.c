@@ -342,7 +342,11 @@ static ff_status put_channels(const ff_table *t, const table_summary *s, ff_tabl
 void ff_report_put_notes(const ff_table *t, FILE *out)
 {
     char text[FF_WORDS_SENTENCE];
-    for (size_t k = 0; ff_words_note(t, k, text); k++) fprintf(out, "note: %s\n", text);
+    for (size_t k = 0; ff_words_note(t, k, text); k++) {
+        fputs("note: ", out);
+        ff_text_print(text, out);
+        fputc('\n', out);
+    }
 }
 
 ff_status ff_report_table_text(const char *path, const ff_table *t, FILE *out)
@@ -350,7 +354,8 @@ ff_status ff_report_table_text(const char *path, const ff_table *t, FILE *out)
     table_summary s;
     ff_status status = summarise(t, &s);
     if (status != FF_OK) return status;
-    fprintf(out, "%s: %s\n", path, t->format);
+    ff_text_print(path, out);
+    fprintf(out, ": %s\n", t->format);
     fprintf(out, "samples    %zu", t->n);
     if (t->n_invalid > 0) fprintf(out, ", %zu marked invalid", t->n_invalid);
     if (s.survey.below_horizon > 0) fprintf(out, ", %zu below the horizon", s.survey.below_horizon);

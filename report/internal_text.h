@@ -3,11 +3,17 @@
 #define FF_INTERNAL_TEXT_H
 #include <stddef.h>
 #include <stdint.h>
+#include <stdio.h>
 
 enum { FF_TEXT_NUMBER = 48 };
 
 /* Columns that text takes on a terminal: code points, wide ones twice, combining marks none. */
 size_t ff_text_width(const char *text);
+
+/* Is this code one that a terminal obeys, or that changes the order or the lines of what stands around it? */
+int ff_text_is_control(uint32_t code);
+/* Prints text that others chose, a name of a file say: controls, and bytes that are no UTF-8, as \xNN each. */
+void ff_text_print(const char *text, FILE *out);
 
 /* Length of the valid UTF-8 sequence at text, 0 when there is none. */
 size_t ff_text_sequence(const char *text, uint32_t *code);

@@ -25,10 +25,10 @@ static void put_string(FILE *f, const char *s)
             fprintf(f, "\\%c", c);
         } else if (c == '\n') {
             fputs("\\n", f);
-        } else if (c < 0x20 || c == 0x7f) {
-            fprintf(f, "\\u%04x", c);
         } else if (n == 0) {
             fputs("\xef\xbf\xbd", f);
+        } else if (ff_text_is_control(code)) {
+            fprintf(f, "\\u%04x", (unsigned)code);
         } else {
             fwrite(s, 1, n, f);
         }

@@ -8,7 +8,8 @@ static void put_head(const ff_report_ndf *n, FILE *out)
     char a[FF_TEXT_NUMBER], b[FF_TEXT_NUMBER], c[FF_TEXT_NUMBER];
     ff_selection s;
     ff_problem_selection(n->problem, &s);
-    fprintf(out, "%s: %s, %zu samples, %zu used\n", n->path, n->table->format, s.samples, s.used);
+    ff_text_print(n->path, out);
+    fprintf(out, ": %s, %zu samples, %zu used\n", n->table->format, s.samples, s.used);
     fprintf(out, "loss %s, weights by %s, masking %s\n", ff_loss_name((int)n->options->fit->loss),
             ff_weighting_name((int)s.weighting), ff_term_at(FF_MASKING, (size_t)n->options->masking)->name);
     if (r->from_back_scatter)

@@ -85,7 +85,10 @@ void ff_report_resample_warning(const ff_resample_report *r, char out[FF_WORDS_S
 ff_status ff_report_resample_text(const char *in, const char *out_path, const ff_format *to, const ff_table *t,
                                   const ff_table *made, const ff_resample_report *r, FILE *out)
 {
-    fprintf(out, "%s: %s, %zu samples -> %s: %s, %zu samples\n", in, t->format, t->n, out_path, to->name, made->n);
+    ff_text_print(in, out);
+    fprintf(out, ": %s, %zu samples -> ", t->format, t->n);
+    ff_text_print(out_path, out);
+    fprintf(out, ": %s, %zu samples\n", to->name, made->n);
     if (r->as_it_is) {
         fprintf(out, "directions    as they were, nothing interpolated\n");
     } else {

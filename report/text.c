@@ -46,6 +46,28 @@ size_t ff_text_width(const char *text)
     return width;
 }
 
+/* ---- text of others -------------------------------------------------------------------------- */
+
+/* C0, DEL, C1 (Unicode 15, 23.1); line and paragraph separator (23.2); marks, embeddings, overrides and isolates of UAX #9. */
+int ff_text_is_control(uint32_t c)
+{
+    return c < 0x20 || (c >= 0x7f && c < 0xa0) || c == 0x61c || c == 0x200e || c == 0x200f || (c >= 0x2028 && c <= 0x202e) ||
+           (c >= 0x2066 && c <= 0x2069);
+}
+
+void ff_text_print(const char *text, FILE *out)
+{
+    while (*text) {
+        uint32_t code;
+        const size_t valid = ff_text_sequence(text, &code), n = valid ? valid : 1;
+        if (valid && !ff_text_is_control(code))
+            fwrite(text, 1, n, out);
+        else
+            for (size_t i = 0; i < n; i++) fprintf(out, "\\x%02x", (unsigned char)text[i]);
+        text += n;
+    }
+}
+
 /* ---- numbers --------------------------------------------------------------------------------- */
 
 /* Whatever a locale puts between the digits (',' or several bytes) becomes a point. */

@@ -1,11 +1,16 @@
 /* The warnings of a result as people and as programs read them. */
 #include "ff_report.h"
+#include "internal_text.h"
 #include <stdio.h>
 
 void ff_report_warnings_text(const ff_words_subject *s, const ff_warnings *w, FILE *out)
 {
     char text[FF_WORDS_SENTENCE];
-    for (size_t k = 0; k < w->n; k++) fprintf(out, "  warning: %s\n", ff_words_warning(s, &w->item[k], text));
+    for (size_t k = 0; k < w->n; k++) {
+        fputs("  warning: ", out);
+        ff_text_print(ff_words_warning(s, &w->item[k], text), out);
+        fputc('\n', out);
+    }
 }
 
 /* "f0[r]" where it is of several channels' own. */

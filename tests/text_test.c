@@ -1,4 +1,5 @@
-/* Numbers as the reports print them: as many digits as the standard error has something to say about. */
+/* Numbers as the reports print them: as many digits as the standard error has something to say about. Names as they may be printed.
+ */
 #include "ff_test.h"
 #include "report/internal_text.h"
 
@@ -67,4 +68,28 @@ static void no_error(void)
     check(of, sizeof of / sizeof *of);
 }
 
-FF_TEST_MAIN(FF_TEST(errors_decide), FF_TEST(rounding_carries), FF_TEST(exponents), FF_TEST(no_error))
+/* What speaks to a terminal, breaks a line or turns the reading about; and all else as it is. */
+static void text_of_others(void)
+{
+    static const char *const of[][2] = {
+        {"a b.csv", "a b.csv"},
+        {"caf\xc3\xa9 \xe6\xb8\xac \xf0\x9f\x98\x80", "caf\xc3\xa9 \xe6\xb8\xac \xf0\x9f\x98\x80"},
+        {"\x1b[31m", "\\x1b[31m"},
+        {"a\nb\r\t\x7f", "a\\x0ab\\x0d\\x09\\x7f"},
+        {"\xc2\x80\xc2\x9b\xc2\x9f\xc2\xa0", "\\xc2\\x80\\xc2\\x9b\\xc2\\x9f\xc2\xa0"},
+        {"\xe2\x80\xa8\xe2\x80\xae\xe2\x81\xa9", "\\xe2\\x80\\xa8\\xe2\\x80\\xae\\xe2\\x81\\xa9"},
+        {"\xff\xc3", "\\xff\\xc3"},
+        {"\xc0\x9b\xed\xa0\x80", "\\xc0\\x9b\\xed\\xa0\\x80"},
+        {"", ""},
+    };
+    for (size_t i = 0; i < sizeof of / sizeof *of; i++) {
+        char out[128] = "";
+        FILE *memory = fmemopen(out, sizeof out, "w");
+        if (!FF_CHECK(memory != NULL, "fmemopen")) return;
+        ff_text_print(of[i][0], memory);
+        fclose(memory);
+        FF_CHECK(!strcmp(out, of[i][1]), "%zu: found %s, expected %s", i, out, of[i][1]);
+    }
+}
+
+FF_TEST_MAIN(FF_TEST(errors_decide), FF_TEST(rounding_carries), FF_TEST(exponents), FF_TEST(no_error), FF_TEST(text_of_others))

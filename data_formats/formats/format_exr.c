@@ -205,6 +205,7 @@ static ff_status read_wavelengths(const ff_exr_file *f, description *d)
     if (!(d->wavelength = calloc(d->n_channels, sizeof *d->wavelength))) return no_memory(f);
     const ff_status status = find(f, FF_EXR_A("wavelengths"), "string", &a);
     char *text = status == FF_OK ? copy_text(a) : NULL, *rest = NULL;
+    if (status == FF_OK && !text) return no_memory(f);
     int right = text != NULL;
     size_t c = 0;
     for (char *word = text ? strtok_r(text, " ", &rest) : NULL; word && right; word = strtok_r(NULL, " ", &rest), c++) {

@@ -30,7 +30,7 @@ static const double pi = 3.14159265358979323846;
 static const char magic[] = "NVIDIA ARC MBSDF V1\n";
 static const char family[] = "NVIDIA ARC MBSDF ";
 static const char transmission_line[] = "MBSDF_DATA_TRANSMISSION=\n";
-enum { MAGIC = sizeof magic - 1, FAMILY = sizeof family - 1, HEADER = 12, MOST_BYTES = 1 << 30 };
+enum { MAGIC = sizeof magic - 1, FAMILY = sizeof family - 1, HEADER = 12, MOST_BYTES = 1 << 30, MOST_TEXT = 1 << 24 };
 
 typedef struct mbsdf {
     const char *path;
@@ -306,6 +306,23 @@ static ff_status check_part(const char *path, const char *part, ff_error *err)
                         ff_quote(part, strlen(part), found));
 }
 
+/* Are the first bytes the text and the first block of a file of this size? Then it is worth its memory. */
+static ff_status check_head(const ff_bytes *f, const unsigned char *head, size_t n)
+{
+    mbsdf m = {.path = f->path, .err = f->err, .data = head, .n = n};
+    int transmission;
+    block unused;
+    const ff_status status = find_data(&m, &transmission);
+    if (n < MOST_TEXT) return status; /* it is the whole file */
+    if (status == FF_ERR_READ || (status == FF_OK && n - m.at < HEADER))
+        return ff_error_set(f->err, FF_ERR_FORMAT, f->path, 0, -1,
+                            "found no values in the first %zu bytes, expected a line "
+                            "MBSDF_DATA_REFLECTION= and values behind it",
+                            n);
+    m.n = f->size < 0 ? MOST_BYTES : (size_t)f->size;
+    return status == FF_OK ? read_block(&m, &unused) : status;
+}
+
 static ff_status read_mbsdf(const char *path, const ff_read_options *o, ff_table *out, ff_error *err)
 {
     ff_bytes b;
@@ -314,11 +331,12 @@ static ff_status read_mbsdf(const char *path, const ff_read_options *o, ff_table
     ff_status status = check_part(path, o->part, err);
     if (status == FF_OK) status = ff_bytes_open(path, &b, err);
     if (status != FF_OK) return status;
-    status = ff_bytes_rest(&b, MOST_BYTES, &data, &m.n); /* floats are a tenth of the table that they become */
+    status = ff_bytes_head(&b, MOST_TEXT, &data, &m.n);
+    if (status == FF_OK) status = check_head(&b, data, m.n);
+    if (status == FF_OK) status = ff_bytes_rest(&b, MOST_BYTES, &data, &m.n); /* floats are a tenth of the table that they become */
     ff_bytes_close(&b);
-    if (status != FF_OK) return status;
     m.data = data;
-    status = read_data(&m, out);
+    if (status == FF_OK) status = read_data(&m, out);
     free(data);
     return status;
 }

@@ -20,7 +20,8 @@ static const ff_csv_layout layout = {
 static int probe(const unsigned char *head, size_t n, int64_t file_size)
 {
     (void)file_size;
-    return ff_csv_layout_probe(&layout, head, n) ? 95 : 0;
+    const int is = ff_csv_layout_probe(&layout, head, n);
+    return is > 0 ? 95 : is;
 }
 
 static ff_status read_nist(const char *path, const ff_read_options *o, ff_table *out, ff_error *err)

@@ -95,7 +95,7 @@ struct ff_format {
     const char *extensions; /**< usual ones, space separated, with the dot; a hint for writing, never for reading */
     const char *source;     /**< where the layout is documented                                               */
     /** Confidence 0..100 that a file is of this format, from its first n_head bytes (>= 0, without a UTF-8 byte-order mark) and
-     *  its size (-1 = a stream). */
+     *  its size (-1 = a stream). -1: no memory to tell. */
     int (*probe)(const unsigned char *head, size_t n_head, int64_t file_size);
     unsigned reads;        /**< FF_READS_...                                                                     */
     unsigned holds;        /**< FF_HOLDS_..., where it can be written                                            */

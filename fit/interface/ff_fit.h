@@ -14,10 +14,12 @@
  *  Objective  1/2 sum over samples i and channels c of rho(r_ic^2), r_ic = sqrt(w_i) (g(f(p)) - g(y)) with g of the loss
  *             (ff_loss.h) and w of the weighting below; the weights have mean 1, so that the objective of unit weights is the
  *             plain half sum.
- *  Memory     problems and results own their arrays; release with the _free functions.
- *  Errors     ff_status and ff_error. How a fit ended (converged, stalled, ...) is not a status: see ff_outcome.
- *  Threads    a problem may serve one fit at a time; several problems are independent. A const result may be read from many threads
- * at once. */
+ *  Memory     problems and results own their arrays; release with the _free functions. Where memory runs out the status is
+ *             FF_ERR_MEMORY, with one exception: within the solver, Ceres allocates also where it may not throw (in destructors),
+ * and then ends the process by std::terminate; elsewhere in it an allocation or two may stay behind. A program that has to survive
+ * that fits in a process of its own. Errors     ff_status and ff_error. How a fit ended (converged, stalled, ...) is not a status:
+ * see ff_outcome. Threads    a problem may serve one fit at a time; several problems are independent. A const result may be read
+ * from many threads at once. */
 #ifndef FF_FIT_H
 #define FF_FIT_H
 #include "ff_api.h"

@@ -25,10 +25,12 @@ typedef struct slab_result {
     double cos_lo, cos_hi; /* of both directions of the used samples */
 } slab_result;
 
-/* Of a block: values that are known from one side; the largest value and how many samples have it. */
+/* Of a block: values that are known from one side; the largest value and how many samples have it; the datum that weighs most. */
 typedef struct block_result {
     size_t saturated, below_noise, at_top;
     double top;
+    double most; /* |weight * target|; infinite also where that is not a number */
+    size_t most_sample, most_channel;
 } block_result;
 
 /* Everything the building needs; read by all threads. */
@@ -228,6 +230,15 @@ static void fill_targets(const build *b, size_t block, const uint32_t *index, si
     }
 }
 
+static void note_most(block_result *r, double weighted, size_t sample, size_t channel)
+{
+    const double size = weighted <= INFINITY ? weighted : INFINITY;
+    if (size <= r->most) return;
+    r->most = size;
+    r->most_sample = sample;
+    r->most_channel = channel;
+}
+
 static void build_block(void *context, size_t block, int worker)
 {
     const build *b = context;
@@ -250,11 +261,13 @@ static void build_block(void *context, size_t block, int worker)
         double largest = 0, value = -INFINITY;
         for (size_t c = 0; c < p->n_channels; c++) {
             const double w = ff_problem_plane(p, block, p->weight + p->weight_stride * (int)c)[i];
-            largest = fmax(largest, fabs(w * ff_problem_plane(p, block, p->target + (int)c)[i]));
+            const double weighted = fabs(w * ff_problem_plane(p, block, p->target + (int)c)[i]);
+            note_most(result, weighted, b->index[first + i], c);
+            largest = fmax(largest, weighted);
             value = fmax(value, ff_problem_plane(p, block, p->value + (int)c)[i]);
         }
         b->size[first + i] = (float)largest;
-        if (i == 0 || value > result->top) *result = (block_result){result->saturated, result->below_noise, 0, value};
+        if (i == 0 || value > result->top) result->at_top = 0, result->top = value;
         result->at_top += value == result->top;
     }
 }
@@ -352,6 +365,26 @@ static void pack_index(build *b, size_t slabs)
         memmove(b->index + n, b->index + s * FF_SLAB, b->slab[s].count[FF_USED] * sizeof *b->index);
         n += b->slab[s].count[FF_USED];
     }
+}
+
+/* Squares of residuals are summed, products of their derivatives too: all of them stay numbers up to here. */
+#define MOST_WEIGHTED 1e140
+
+static ff_status check_size(const build *b, ff_error *err)
+{
+    const double degree = 3.14159265358979323846 / 180;
+    const block_result *most = b->block;
+    double w[6], y, scratch, *const planes[6] = {w, w + 1, w + 2, w + 3, w + 4, w + 5};
+    for (size_t k = 1; k < b->p->n_blocks; k++)
+        if (b->block[k].most > most->most) most = &b->block[k];
+    if (most->most <= MOST_WEIGHTED) return FF_OK;
+    ff_table_directions(b->t, most->most_sample, 1, planes);
+    values_of(b, most->most_channel, (uint32_t)most->most_sample, 1, &y, &scratch);
+    return ff_error_set(err, FF_ERR_DATA, NULL, 0, -1,
+                        "sample %zu, theta_i = %.6g and theta_o = %.6g degrees, channel %s: the value %g weighs %.3g, expected at "
+                        "most %g: its square cannot be summed; is the value or its standard deviation in another unit?",
+                        most->most_sample, acos(fmin(w[2], 1)) / degree, acos(fmin(w[5], 1)) / degree,
+                        b->p->channel_name[most->most_channel], y, most->most, MOST_WEIGHTED);
 }
 
 static ff_status nothing_left(const ff_selection *s, const ff_fit_options *o, ff_error *err)
@@ -491,10 +524,12 @@ static ff_status build_all(build *b, const ff_model *models, size_t n_models, ff
         if (b->block[k].top > sel->top) sel->at_top = 0, sel->top = b->block[k].top;
         if (b->block[k].top == sel->top) sel->at_top += b->block[k].at_top;
     }
+    ff_status status = check_size(b, err);
+    if (status) return status;
     if (sel->saturated || !looks_saturated(b)) sel->at_top = 0;
     p->index = b->index; /* the problem's from here on */
     b->index = NULL;
-    ff_status status = ff_problem_subsample(p, b->size, FF_SUBSAMPLE, 0, &p->subsample);
+    status = ff_problem_subsample(p, b->size, FF_SUBSAMPLE, 0, &p->subsample);
     p->sparse = p->subsample;
     if (!status && p->n > FF_SPARSE && b->o->errors != FF_ERRORS_RESIDUALS)
         status = ff_problem_subsample(p, b->size, FF_SPARSE, 0, &p->sparse);

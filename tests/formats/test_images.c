@@ -344,7 +344,7 @@ static void messages(void)
         {"p.png,0,0,0,0,1,1,,,,,", FF_ERR_FORMAT, "found 12 cells, expected 11"},
         {"gone/p.png,0,0,0,0,1,1,,,,", FF_ERR_OPEN, "image 'gone/p.png' cannot be opened at '/tmp/"},
         {".,0,0,0,0,1,1,,,,", FF_ERR_OPEN, "image '.': found no regular file"},
-        {"text.png,0,0,0,0,1,1,,,,", FF_ERR_UNSUPPORTED, "image 'text.png': found the bytes 'no image at all', expected a PNG"},
+        {"text.png,0,0,0,0,1,1,,,,", FF_ERR_UNSUPPORTED, "image 'text.png': found another kind of file, expected a PNG"},
         {"raw.NEF,0,0,0,0,1,1,,,,", FF_ERR_UNSUPPORTED, "image 'raw.NEF': found a raw file of a camera"},
         {"cut.png,0,0,0,0,1,1,,,,", FF_ERR_FORMAT, "image 'cut.png': OpenImageIO cannot read it"},
         {"big.png,0,0,0,0,1,1,,,,", FF_ERR_FORMAT, "image 'big.png': found a chunk of 1073741824 bytes, expected at most the 4"},

@@ -4,8 +4,20 @@
 #include <errno.h>
 #include <fcntl.h>
 #include <signal.h>
+#include <limits.h>
 #include <sys/resource.h>
+#include <sys/syscall.h>
 #include <sys/wait.h>
+
+/* Stands before the C library's, and counts the folders. */
+static int synced_folders;
+
+int fsync(int fd)
+{
+    struct stat st;
+    synced_folders += fstat(fd, &st) == 0 && S_ISDIR(st.st_mode);
+    return (int)syscall(SYS_fsync, fd);
+}
 
 static void fill(FILE *f, size_t bytes)
 {
@@ -67,6 +79,152 @@ static void permissions_and_links(void)
     char *bytes = ff_test_slurp(path, &n);
     FF_CHECK(strcmp(bytes, "one") == 0, "'%s'", bytes);
     free(bytes);
+}
+
+static mode_t mode_of(const char *path)
+{
+    struct stat st;
+    return lstat(path, &st) == 0 ? st.st_mode & 07777 : (mode_t)-1;
+}
+
+/* Writes `path` and looks at the permissions before and after. */
+static void check_modes(const char *label, const char *path, mode_t after)
+{
+    ff_output out;
+    ff_error err = {0};
+    if (!FF_CHECK(ff_output_open(path, &out, &err) == FF_OK, "%s: %s", label, err.message)) return;
+    fputs("x", out.file);
+    fflush(out.file);
+    FF_CHECK(mode_of(out.temporary) == 0600, "%s: unfinished, its mode is %o", label, (unsigned)mode_of(out.temporary));
+    FF_CHECK(ff_output_commit(&out, &err) == FF_OK, "%s: %s", label, err.message);
+    FF_CHECK(mode_of(path) == after, "%s: mode %o, expected %o", label, (unsigned)mode_of(path), (unsigned)after);
+}
+
+/* An unfinished file is its owner's alone, under every umask; then it has what the umask leaves, or what the old one had. */
+static void modes(void)
+{
+    static const mode_t masks[] = {0, 022, 027, 077}, old[] = {0600, 0644, 0666, 0755, 0660};
+    const char *path = ff_test_path("modes.txt");
+    const mode_t before = umask(0);
+    for (size_t k = 0; k < sizeof masks / sizeof *masks; k++) {
+        umask(masks[k]);
+        unlink(path);
+        check_modes("new", path, 0666 & ~masks[k]);
+        for (size_t i = 0; i < sizeof old / sizeof *old; i++) {
+            chmod(path, old[i]);
+            check_modes("old", path, old[i]);
+        }
+        FF_CHECK(umask(masks[k]) == masks[k], "the umask was changed");
+    }
+    umask(before);
+    chmod(path, 06755);
+    check_modes("setuid", path, 0755);
+    chmod(path, 01644);
+    check_modes("sticky", path, 0644);
+}
+
+/* As the one who may: the file stays its owner's and its group's. */
+static void owner(void)
+{
+    const char *path = ff_test_path("owner.txt");
+    struct stat st;
+    if (geteuid() != 0) FF_SKIP("only root may give files away\n");
+    ff_test_write(path, "x", 1);
+    if (!FF_CHECK(chown(path, 12345, 54321) == 0 && chmod(path, 0640) == 0, "chown")) return;
+    check_modes("another's", path, 0640);
+    FF_CHECK(stat(path, &st) == 0 && st.st_uid == 12345 && st.st_gid == 54321, "%ld:%ld", (long)st.st_uid, (long)st.st_gid);
+}
+
+/* Whose group cannot be kept: ours may no more than everyone. In a child, which gives up its rights. */
+static void group(void)
+{
+    const char *path = ff_test_path("group.txt");
+    if (geteuid() != 0) FF_SKIP("only root may take another group\n");
+    ff_test_write(path, "x", 1);
+    if (!FF_CHECK(chown(path, 12345, 54321) == 0 && chmod(path, 0664) == 0 && chmod(ff_test_dir, 0777) == 0, "chown")) return;
+    fflush(NULL);
+    const pid_t child = fork();
+    if (child == 0) {
+        ff_output out;
+        ff_error err = {0};
+        if (setgid(777) || setuid(12345) || ff_output_open(path, &out, &err) != FF_OK) _exit(1);
+        _exit(ff_output_commit(&out, &err) == FF_OK ? 0 : 2);
+    }
+    int how = 0;
+    waitpid(child, &how, 0);
+    FF_CHECK(WIFEXITED(how) && WEXITSTATUS(how) == 0, "child ended with %d", how);
+    FF_CHECK(mode_of(path) == 0644, "mode %o", (unsigned)mode_of(path));
+}
+
+/* A link to nowhere stays one, and leads to the new file, whether it says so from the root or from where it lies. */
+static void dangling_links(void)
+{
+    const char *names[][2] = {{"nowhere.txt", "relative.link"}, {ff_test_path("absent.txt"), "absolute.link"}};
+    for (int k = 0; k < 2; k++) {
+        const char *link_path = ff_test_path(names[k][1]), *first = ff_test_path(k ? "first.link" : "second.link");
+        struct stat st;
+        ff_output out;
+        ff_error err = {0};
+        FF_CHECK(symlink(names[k][0], link_path) == 0 && symlink(names[k][1], first) == 0, "symlink");
+        if (!FF_CHECK(ff_output_open(first, &out, &err) == FF_OK, "%s", err.message)) continue;
+        fputs("there", out.file);
+        FF_CHECK(ff_output_commit(&out, &err) == FF_OK, "%s", err.message);
+        FF_CHECK(lstat(link_path, &st) == 0 && S_ISLNK(st.st_mode), "the link became a file");
+        FF_CHECK(lstat(first, &st) == 0 && S_ISLNK(st.st_mode), "the first link became a file");
+        FF_CHECK(stat(first, &st) == 0 && st.st_size == 5, "it leads nowhere");
+        const char *found = ff_test_path(k ? "absent.txt" : "nowhere.txt");
+        FF_CHECK(lstat(found, &st) == 0 && S_ISREG(st.st_mode), "%s is not there", found);
+    }
+}
+
+/* Names as long as the system lets them be, whole paths and last parts. */
+static void long_names(void)
+{
+    char name[NAME_MAX + 1], path[PATH_MAX];
+    for (size_t length = NAME_MAX - 40; length <= NAME_MAX; length++) {
+        memset(name, 'n', length);
+        name[length] = '\0';
+        ff_output out;
+        ff_error err = {0};
+        snprintf(path, sizeof path, "%s/%s", ff_test_dir, name);
+        if (!FF_CHECK(ff_output_open(path, &out, &err) == FF_OK, "%zu bytes: %s", length, err.message)) continue;
+        FF_CHECK(ff_output_commit(&out, &err) == FF_OK && exists(path), "%zu bytes: %s", length, err.message);
+    }
+    FF_CHECK(check_leftovers() == 0, "%d unfinished files", check_leftovers());
+}
+
+/* The new name survives a power cut only when the folder is written too. */
+static void folder_is_synced(void)
+{
+    static const char *const names[] = {"a.txt", "sub/b.txt"};
+    ff_error err = {0};
+    char before[PATH_MAX];
+    if (!FF_CHECK(getcwd(before, sizeof before) && mkdir(ff_test_path("sub"), 0777) == 0 && chdir(ff_test_dir) == 0, "chdir"))
+        return;
+    for (size_t k = 0; k < 2; k++) {
+        ff_output out;
+        synced_folders = 0;
+        if (!FF_CHECK(ff_output_open(names[k], &out, &err) == FF_OK, "%s", err.message)) continue;
+        FF_CHECK(ff_output_commit(&out, &err) == FF_OK, "%s", err.message);
+        FF_CHECK(synced_folders == 1, "%s: %d folders were synchronised", names[k], synced_folders);
+    }
+    FF_CHECK(chdir(before) == 0, "chdir");
+}
+
+/* What a handler does: the unfinished files go, and those that were finished or dropped do not matter. */
+static void removed_by_signal(void)
+{
+    ff_output out[3];
+    ff_error err = {0};
+    for (int k = 0; k < 3; k++)
+        if (!FF_CHECK(ff_output_open(ff_test_path(k ? k == 1 ? "s1" : "s2" : "s0"), &out[k], &err) == FF_OK, "%s", err.message))
+            return;
+    ff_output_abort(&out[1]);
+    FF_CHECK(check_leftovers() == 2, "%d unfinished files", check_leftovers());
+    ff_outputs_remove();
+    FF_CHECK(check_leftovers() == 0, "%d unfinished files", check_leftovers());
+    FF_CHECK(ff_output_commit(&out[0], &err) == FF_ERR_WRITE, "a file that is gone was finished");
+    ff_output_abort(&out[2]);
 }
 
 static void expect_refusal(const char *label, const char *path, const char *word)
@@ -183,5 +341,6 @@ static void test_stdout(void)
     free(bytes);
 }
 
-FF_TEST_MAIN(FF_TEST(commit_and_abort), FF_TEST(permissions_and_links), FF_TEST(refusals), FF_TEST(full_device),
-             FF_TEST(disk_that_fills), FF_TEST(test_stdout))
+FF_TEST_MAIN(FF_TEST(commit_and_abort), FF_TEST(permissions_and_links), FF_TEST(modes), FF_TEST(owner), FF_TEST(group),
+             FF_TEST(dangling_links), FF_TEST(long_names), FF_TEST(folder_is_synced), FF_TEST(removed_by_signal), FF_TEST(refusals),
+             FF_TEST(full_device), FF_TEST(disk_that_fills), FF_TEST(test_stdout))

@@ -92,7 +92,9 @@ static ff_status best_split(const ff_csv_mapping *map, const char *text, size_t 
 int ff_csv_layout_probe(const ff_csv_layout *layout, const unsigned char *head, size_t n)
 {
     ff_csv_mapping map;
-    if (memchr(head, '\0', n) || ff_csv_mapping_read(layout->columns, "", &map, NULL) != FF_OK) return 0;
+    if (memchr(head, '\0', n)) return 0;
+    ff_status status = ff_csv_mapping_read(layout->columns, "", &map, NULL);
+    if (status != FF_OK) return status == FF_ERR_MEMORY ? -1 : 0;
     const char *p = (const char *)head, *stop = p + n;
     int found = 0;
     for (int line = 0; p < stop && line < 20 && !found; line++) {
@@ -101,13 +103,14 @@ int ff_csv_layout_probe(const ff_csv_layout *layout, const unsigned char *head, 
         if (length && p[length - 1] == '\r') length--;
         ff_names names;
         char separator;
-        if (best_split(&map, p, length, "", 0, &names, &separator, NULL) != FF_OK) break;
+        status = best_split(&map, p, length, "", 0, &names, &separator, NULL);
+        if (status != FF_OK) break;
         found = names.n && count_found(&map, &names) == count_named(&map);
         ff_names_free(&names);
         p = end ? end + 1 : stop;
     }
     ff_csv_mapping_free(&map);
-    return found;
+    return status == FF_ERR_MEMORY ? -1 : found;
 }
 
 ff_status ff_csv_missing_column(const ff_csv_item *item, const ff_csv_header *h, const char *path, ff_error *err)

@@ -114,7 +114,7 @@ typedef struct ff_csv_layout {
     const char *note;        /**< sentence on what is read of such files, or NULL                                      */
 } ff_csv_layout;
 
-/** 1 when one of the first lines at head has all the columns of the layout. */
+/** 1 when one of the first lines at head has all the columns of the layout; -1: no memory. */
 int ff_csv_layout_probe(const ff_csv_layout *layout, const unsigned char *head, size_t n);
 
 /** Reads a file whose columns the layout names, or o->columns where layout is NULL. */

@@ -10,28 +10,53 @@
 
 /* ---- OpenEXRCore ----------------------------------------------------------------------------- */
 
+/* Whose context works in this thread. The context itself cannot be asked in a handler: what calls it may have it locked, and waits
+ * for itself. */
+static _Thread_local ff_exr_io *current;
+
 static void keep_error(exr_const_context_t context, exr_result_t code, const char *message)
 {
-    void *user = NULL;
-    if (exr_get_user_data(context, &user) != EXR_ERR_SUCCESS || !user) return;
-    ff_exr_io *io = user;
+    (void)context;
+    ff_exr_io *io = current;
+    if (!io) return;
     io->code = code;
     size_t n = strnlen(message, sizeof io->message - 1);
     memcpy(io->message, message, n);
     io->message[n] = '\0';
 }
 
+/* More is asked for by a damaged file only. */
+static const size_t most_plausible = (size_t)1 << 32;
+
+static void *allocate(size_t bytes)
+{
+    void *p = malloc(bytes);
+    if (!p && current && bytes <= most_plausible) current->no_memory = 1;
+    return p;
+}
+
+exr_result_t ff_exr_finish(exr_context_t *context)
+{
+    const exr_result_t r = *context ? exr_finish(context) : EXR_ERR_SUCCESS;
+    current = NULL;
+    return r;
+}
+
 exr_context_initializer_t ff_exr_initializer(ff_exr_io *io)
 {
+    current = io;
     exr_context_initializer_t init = EXR_DEFAULT_CONTEXT_INITIALIZER;
     init.error_handler_fn = keep_error;
+    init.alloc_fn = allocate;
+    init.free_fn = free;
     init.user_data = io;
     return init;
 }
 
 ff_status ff_exr_failed(const ff_exr_io *io, exr_result_t result, const char *path, const char *expected, ff_error *err)
 {
-    if (result == EXR_ERR_OUT_OF_MEMORY) return ff_error_set(err, FF_ERR_MEMORY, path, 0, -1, "no memory for the image");
+    if (result == EXR_ERR_OUT_OF_MEMORY || io->no_memory)
+        return ff_error_set(err, FF_ERR_MEMORY, path, 0, -1, "no memory for the image");
     if (result == EXR_ERR_FEATURE_NOT_IMPLEMENTED)
         return ff_error_set(err, FF_ERR_UNSUPPORTED, path, 0, -1,
                             "this version of OpenEXRCore cannot read the image (%s), expected another compression, best none",
@@ -265,7 +290,7 @@ ff_status ff_exr_pixels_read(ff_exr_file *f, const ff_exr_plane *planes, size_t 
         const exr_result_t r = exr_start_read(&p.context, f->path, &init);
         status = r == EXR_ERR_SUCCESS ? read_chunks(&p) : ff_exr_failed(&p.io, r, f->path, "an image", f->err);
         if (p.open) exr_decoding_destroy(p.context, &p.pipe);
-        if (p.context) exr_finish(&p.context);
+        ff_exr_finish(&p.context);
     }
     free(p.line);
     free(p.storage);

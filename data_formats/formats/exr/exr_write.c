@@ -207,7 +207,8 @@ static exr_result_t order_parts(writer *w)
 {
     const exr_attr_chlist_t *list;
     const exr_result_t r = exr_get_channels(w->context, 0, &list);
-    for (int c = 0; c < list->num_channels && r == EXR_ERR_SUCCESS; c++) {
+    if (r != EXR_ERR_SUCCESS) return r;
+    for (int c = 0; c < list->num_channels; c++) {
         const char *name = list->entries[c].name.str;
         for (size_t k = 0; k < w->n_sources; k++) {
             const source *s = &w->sources[k];
@@ -218,7 +219,7 @@ static exr_result_t order_parts(writer *w)
             if (s->doubles && strcmp(name + n, FF_EXR_LOW) == 0) w->parts[w->n_parts++] = (part){k, 0};
         }
     }
-    return r == EXR_ERR_SUCCESS && w->n_parts != (size_t)list->num_channels ? EXR_ERR_INVALID_ATTR : r;
+    return w->n_parts != (size_t)list->num_channels ? EXR_ERR_INVALID_ATTR : EXR_ERR_SUCCESS;
 }
 
 static exr_result_t write_header(writer *w)
@@ -314,9 +315,12 @@ static ff_status write_context(writer *w)
     exr_context_initializer_t init = ff_exr_initializer(&w->io);
     init.write_fn = write_at;
     exr_result_t r = exr_start_write(&w->context, w->path, EXR_WRITE_FILE_DIRECTLY, &init);
-    if (r != EXR_ERR_SUCCESS) return ff_exr_failed(&w->io, r, w->path, "to start an image", w->err);
+    if (r != EXR_ERR_SUCCESS) {
+        ff_exr_finish(&w->context);
+        return ff_exr_failed(&w->io, r, w->path, "to start an image", w->err);
+    }
     const ff_status status = write_image(w);
-    r = exr_finish(&w->context);
+    r = ff_exr_finish(&w->context);
     if (status == FF_OK && r != EXR_ERR_SUCCESS && !w->broken)
         return ff_exr_failed(&w->io, r, w->path, "to finish the image", w->err);
     return status;

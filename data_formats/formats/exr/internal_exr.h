@@ -101,10 +101,14 @@ typedef struct ff_exr_io {
     ff_exr_file *in;
     void *out;
     exr_result_t code;
+    int no_memory; /**< 1: an allocation of the library has failed; what it says then may be anything */
     char message[256];
 } ff_exr_io;
-/** A context initializer whose errors go to io, which print nothing. */
+/** A context initializer whose errors go to io, which print nothing. From here to ff_exr_finish one context at a time is this
+ *  thread's. */
 exr_context_initializer_t ff_exr_initializer(ff_exr_io *io);
+/** exr_finish; a context that is NULL is legal. */
+exr_result_t ff_exr_finish(exr_context_t *context);
 /** The status of an OpenEXRCore result that is not EXR_ERR_SUCCESS, with its message. */
 ff_status ff_exr_failed(const ff_exr_io *io, exr_result_t result, const char *path, const char *expected, ff_error *err);
 #endif

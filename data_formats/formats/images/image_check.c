@@ -218,7 +218,6 @@ static ff_status check_open(ff_bytes *b, const char **kind)
 {
     unsigned char head[HEAD] = {0};
     size_t n;
-    char found[FF_QUOTE];
     ff_status status = ff_input_read(b->fd, b->path, 0, head, sizeof head, &n, b->err);
     if (status != FF_OK) return status;
     const char *k = kind_of(head, b->path);
@@ -228,9 +227,8 @@ static ff_status check_open(ff_bytes *b, const char **kind)
     if (!k)
         return ff_error_set(
             b->err, FF_ERR_UNSUPPORTED, b->path, 0, 0,
-            "found the bytes %s, expected a PNG, JPEG, JPEG 2000, TIFF, OpenEXR, Radiance HDR, PNM, PFM, BMP, TGA or "
-            "WebP image",
-            ff_quote((const char *)head, n, found));
+            "found another kind of file, expected a PNG, JPEG, JPEG 2000, TIFF, OpenEXR, Radiance HDR, PNM, PFM, BMP, TGA or "
+            "WebP image"); /* not what it holds: a list can name any file that the reader of the message may not see */
     if (b->size < 0) return ff_error_set(b->err, FF_ERR_UNSUPPORTED, b->path, 0, -1, "found a pipe or device, expected a file");
     status = skip(b, 0);
     if (status == FF_OK && strcmp(k, "png") == 0) status = check_png(b);

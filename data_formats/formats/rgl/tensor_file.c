@@ -7,6 +7,8 @@ const char ff_tensor_magic[FF_TENSOR_MAGIC] = "tensor_file";
 
 enum { ALIGNMENT = 8, FIXED = 2 + 2 + 1 + 8 };
 static const size_t largest_file = (size_t)1 << 33;
+/* No descriptions are longer: 256 times a name of 65535 bytes and 16 dimensions. */
+enum { MOST_DESCRIPTIONS = FF_TENSOR_HEADER + FF_TENSOR_FIELDS * (FIXED + 65535 + 8 * FF_TENSOR_DIMS) };
 
 static const struct {
     const char *name;
@@ -73,6 +75,7 @@ typedef struct reader {
     ff_error *err;
     const unsigned char *bytes;
     size_t n, at;
+    int no_size; /* 1: n is only what a file may have */
 } reader;
 
 static ff_status need(const reader *r, size_t bytes, const char *what)
@@ -173,7 +176,7 @@ static ff_status check_places(const reader *r, const ff_tensor_file *f, size_t b
                 k ? "those of the one before end" : "the descriptions end");
         end = t->offset + t->count * ff_tensor_type_bytes(t->type);
     }
-    if (r->n - end < ALIGNMENT) return FF_OK;
+    if (r->n - end < ALIGNMENT || r->no_size) return FF_OK;
     return ff_error_set(r->err, FF_ERR_FORMAT, r->path, 0, (int64_t)end,
                         "found %zu bytes after the last field, expected the end of the file", r->n - end);
 }
@@ -206,13 +209,27 @@ static ff_status read_fields(reader *r, ff_tensor_file *f)
     return check_places(r, f, r->at);
 }
 
+/* Are the descriptions those of a tensor file of this size? Then it is worth its memory. */
+static ff_status check_head(const ff_bytes *b, const unsigned char *head, size_t n)
+{
+    const int is_whole = n < MOST_DESCRIPTIONS, no_size = !is_whole && b->size < 0;
+    ff_tensor_file f = {0};
+    reader r = {.path = b->path, .err = b->err, .bytes = head, .n = n, .no_size = no_size};
+    if (!is_whole) r.n = no_size ? largest_file : (size_t)b->size;
+    const ff_status status = read_fields(&r, &f);
+    ff_tensor_file_free(&f);
+    return status;
+}
+
 ff_status ff_tensor_file_read(const char *path, ff_tensor_file *out, ff_error *err)
 {
     ff_bytes b;
     ff_tensor_file f = {0};
     ff_status status = ff_bytes_open(path, &b, err);
     if (status != FF_OK) return status;
-    status = ff_bytes_rest(&b, largest_file, &f.bytes, &f.n_bytes);
+    status = ff_bytes_head(&b, MOST_DESCRIPTIONS, &f.bytes, &f.n_bytes);
+    if (status == FF_OK) status = check_head(&b, f.bytes, f.n_bytes);
+    if (status == FF_OK) status = ff_bytes_rest(&b, largest_file, &f.bytes, &f.n_bytes);
     ff_bytes_close(&b);
     if (status == FF_OK) {
         reader r = {.path = path, .err = err, .bytes = f.bytes, .n = f.n_bytes};
