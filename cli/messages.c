@@ -20,12 +20,36 @@ static char *message_of(const char *format, va_list args)
     return n < 0 ? NULL : text;
 }
 
+/* A word of a hundred thousand characters, as of a list that a script has put together wrongly, hides what is said about it: the
+ * middle of longer ones than any path of ordinary length is left out. */
+static void shorten_words(char *text)
+{
+    enum { MOST = 1024, BEGINNING = 480, END = 80 };
+    static const char gap[] = " ... ";
+    char *to = text;
+    for (const char *from = text; *from;) {
+        const size_t n = strcspn(from, " \n"), blanks = strspn(from + n, " \n");
+        if (n > MOST) {
+            memmove(to, from, BEGINNING);
+            memcpy(to + BEGINNING, gap, sizeof gap - 1);
+            memmove(to + BEGINNING + sizeof gap - 1, from + n - END, END + blanks);
+            to += BEGINNING + sizeof gap - 1 + END + blanks;
+        } else {
+            memmove(to, from, n + blanks);
+            to += n + blanks;
+        }
+        from += n + blanks;
+    }
+    *to = '\0';
+}
+
 /* Names and values are whatever the person, a script or an archive gave: none of it speaks to the terminal. */
 static void put_message(const char *format, va_list args)
 {
     char cut[1024];
     char *text = message_of(format, args);
     if (!text) vsnprintf(cut, sizeof cut, format, args);
+    if (text) shorten_words(text);
     fputs("facetfit: ", stderr);
     ff_text_print(text ? text : cut, stderr);
     fputc('\n', stderr);
