@@ -146,6 +146,21 @@ static int check_table(const cli_args *args)
                      cli_value(args, FLAG_TABLE, NULL));
 }
 
+/* What cannot be written is said before anything is computed. A pipe is not touched: whoever reads it would see its end. */
+static int check_can_be_written(const named_file *f)
+{
+    struct stat st;
+    ff_output out;
+    ff_error err = {0};
+    const int there = stat(f->path, &st) == 0;
+    if (f->use != KIND_OUTPUT_FILE || !strcmp(f->path, "-") || (there && !S_ISREG(st.st_mode) && !S_ISDIR(st.st_mode)))
+        return EXIT_DONE;
+    const ff_status status = ff_output_open(f->path, &out, &err);
+    if (status != FF_OK) return cli_failed(status, &err);
+    ff_output_abort(&out);
+    return EXIT_DONE;
+}
+
 int cli_files_check(const cli_args *args)
 {
     named_file a, b;
@@ -155,6 +170,10 @@ int cli_files_check(const cli_args *args)
         if (!take(args, i, &a)) continue;
         for (size_t j = 0; j < PLACES; j++)
             if (j != i && take(args, j, &b) && collide(&a, &b)) return refuse(args, &a, &b);
+    }
+    for (size_t i = 0; i < PLACES; i++) {
+        const int failed = take(args, i, &a) ? check_can_be_written(&a) : EXIT_DONE;
+        if (failed) return failed;
     }
     return EXIT_DONE;
 }

@@ -276,7 +276,7 @@ static void name_foreign_channels(const csv *f, ff_table *t)
     for (size_t c = 0; c < f->n_channels && ours; c++) {
         const char *name = f->names.name[f->column[4 + c]];
         if (strcmp(name, "f") == 0 || channel_of(name) != name || !isnan(ff_wavelength_of(name))) continue;
-        ff_table_note(t, "column '%s' is taken for a channel; --columns names those that are", name);
+        ff_table_note(t, "column '%s' is taken for a channel; the option 'columns' names those that are", name);
     }
 }
 

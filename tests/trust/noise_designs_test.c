@@ -388,18 +388,40 @@ static int falls_short(const design *d, method by)
     return strstr(d->s.words, "lobe2") && !is_by_weights(by);
 }
 
+/* Of the estimates of a parameter: their standard deviation, and how well that is known, relative: by their kurtosis, since a few
+ * far ones may have most of it. */
+typedef struct spread_of_values {
+    double sd, uncertainty;
+} spread_of_values;
+
+static spread_of_values spread(const trial *t, size_t k, size_t repeats)
+{
+    double n = 0, mean = 0, square = 0, fourth = 0;
+    for (size_t at = k; at < repeats * MAX_PARAMETERS; at += MAX_PARAMETERS) {
+        if (isnan(t->half[at])) continue;
+        n++;
+        mean += (t->value[at] - mean) / n;
+    }
+    for (size_t at = k; at < repeats * MAX_PARAMETERS; at += MAX_PARAMETERS) {
+        const double d2 = (t->value[at] - mean) * (t->value[at] - mean);
+        if (isnan(t->half[at])) continue;
+        square += d2 / n;
+        fourth += d2 * d2 / n;
+    }
+    const double kurtosis = square > 0 ? fourth / (square * square) : 3;
+    return (spread_of_values){sqrt(fmax(square, 1e-300)), sqrt(fmax(kurtosis - 1, 0) / (4 * n))};
+}
+
 /* Prints the cell of parameter k and checks it; adds to the sums of a line. */
 static void judge(const trial *t, const char *line, const char *name, size_t k, size_t repeats, double *half, double *sum_of_line)
 {
-    double n = 0, in = 0, sum = 0, square = 0;
+    double n = 0, in = 0;
     size_t widths = 0;
     for (size_t i = 0; i < repeats; i++) {
         const size_t at = i * MAX_PARAMETERS + k;
         if (isnan(t->half[at])) continue;
         n++;
         in += t->inside[at];
-        sum += t->value[at];
-        square += t->value[at] * t->value[at];
         half[widths++] = t->half[at];
     }
     if (n < 0.5 * (double)repeats) {
@@ -407,8 +429,10 @@ static void judge(const trial *t, const char *line, const char *name, size_t k, 
         return;
     }
     qsort(half, widths, sizeof *half, ascending);
-    const double share = in / n, wide = half[widths / 2] / (FF_NORMAL_975 * sqrt(fmax(square / n - sum * sum / n / n, 1e-300))),
-                 scatter = sqrt(0.95 * 0.05 / n), more = fmax(5 * (scatter - sqrt(0.95 * 0.05 / 1000)), 0);
+    const spread_of_values v = spread(t, k, repeats);
+    const double share = in / n, wide = half[widths / 2] / (FF_NORMAL_975 * v.sd), scatter = sqrt(0.95 * 0.05 / n),
+                 more = fmax(5 * (scatter - sqrt(0.95 * 0.05 / 1000)), 0),
+                 wider = 1 + 5 * fmax(v.uncertainty - v.uncertainty * sqrt(n / 1000), 0);
     const int known = t->d->noise <= MIXED;
     printf("  %s %.1f (%.2f)", name, 100 * share, wide);
     sum_of_line[0] += share;
@@ -419,7 +443,7 @@ static void judge(const trial *t, const char *line, const char *name, size_t k, 
              name, 100 * share);
     if (is_by_weights(t->by) && t->d->noise == ADDITIVE) return; /* one incidence has most to say: the errors are twice too large */
     if (known)
-        FF_CHECK(wide > 0.7 - more && wide < (1.3 + more) * t->widest, "%s: the half-width of %s is %.2f of what it is", line, name,
+        FF_CHECK(wide > 0.7 / wider && wide < 1.3 * wider * t->widest, "%s: the half-width of %s is %.2f of what it is", line, name,
                  wide);
 }
 
