@@ -5,22 +5,24 @@
 #include "oiio_bridge.h"
 #include <dlfcn.h>
 #include <limits.h>
+#include <link.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/auxv.h>
 #include <unistd.h>
 
 static const char module_name[] = "facetfit_images.so";
 
-/* Directory of the file that holds this code. */
+/* Directory of the file that holds this code. The loader knows a library by its path and the program by no name: the one it was
+ * called by is whatever the caller says. */
 static int own_directory(char out[PATH_MAX])
 {
     Dl_info info;
+    struct link_map *map = NULL;
     char resolved[PATH_MAX];
-    if (!dladdr((const void *)module_name, &info) || !info.dli_fname) return 0;
-    /* of a program this is the name it was called by, which need not be a path */
-    const char *file = strchr(info.dli_fname, '/') ? info.dli_fname : "/proc/self/exe";
-    if (!realpath(file, resolved)) return 0;
+    if (!dladdr1((const void *)module_name, &info, (void **)&map, RTLD_DL_LINKMAP) || !map) return 0;
+    if (!realpath(*map->l_name ? map->l_name : "/proc/self/exe", resolved)) return 0;
     *strrchr(resolved, '/') = '\0';
     strcpy(out, resolved);
     return 1;
@@ -39,7 +41,8 @@ static ff_status use(void *module, const char *path, const ff_image_reader **out
 ff_status ff_image_reader_get(const ff_image_reader **out, ff_error *err)
 {
     char own[PATH_MAX] = "", path[2 * PATH_MAX], reason[400] = "";
-    const char *given = getenv("FACETFIT_MODULES");
+    const char *given = secure_getenv("FACETFIT_MODULES"); /* not of a program that has another's rights */
+    if (getauxval(AT_SECURE)) unsetenv("OIIO_LIBRARY_PATH"); /* nor where OpenImageIO looks for more */
     const int here = own_directory(own);
     const struct {
         int use;
