@@ -41,7 +41,7 @@ static ff_status use(void *module, const char *path, const ff_image_reader **out
 ff_status ff_image_reader_get(const ff_image_reader **out, ff_error *err)
 {
     char own[PATH_MAX] = "", path[2 * PATH_MAX], reason[400] = "";
-    const char *given = secure_getenv("FACETFIT_MODULES"); /* not of a program that has another's rights */
+    const char *given = secure_getenv("FACETFIT_MODULES");   /* not of a program that has another's rights */
     if (getauxval(AT_SECURE)) unsetenv("OIIO_LIBRARY_PATH"); /* nor where OpenImageIO looks for more */
     const int here = own_directory(own);
     const struct {
