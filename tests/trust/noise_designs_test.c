@@ -382,10 +382,10 @@ static int ascending(const void *a, const void *b)
 }
 
 /* Two lobes with the weights of the loss: the wide one drowns in the noise of the few values that these look at, and its errors are
- * not linear. What falls short is shown, and said in the manual with its figures. */
-static int falls_short(const design *d, method by)
+ * not linear. What falls short is shown by a short run, and said in the manual with its figures; the long run is red. */
+static int falls_short(const design *d, method by, size_t repeats)
 {
-    return strstr(d->s.words, "lobe2") && !is_by_weights(by);
+    return repeats < MANY && strstr(d->s.words, "lobe2") && !is_by_weights(by);
 }
 
 /* Of the estimates of a parameter: their standard deviation, and how well that is known, relative: by their kurtosis, since a few
@@ -437,7 +437,7 @@ static void judge(const trial *t, const char *line, const char *name, size_t k, 
     printf("  %s %.1f (%.2f)", name, 100 * share, wide);
     sum_of_line[0] += share;
     sum_of_line[1]++;
-    if (t->by == RESIDUALS || t->d->s.fitted || falls_short(t->d, t->by)) return;
+    if (t->by == RESIDUALS || t->d->s.fitted || falls_short(t->d, t->by, repeats)) return;
     if (t->d->noise == GAIN && !is_by_weights(t->by)) return; /* what a whole incidence has in common it does not see: shown */
     FF_CHECK(share >= (known ? 0.925 : 0.91) - more && share <= (known ? 0.975 : 0.98) + more, "%s: %s inside in %.1f %%", line,
              name, 100 * share);
@@ -478,7 +478,7 @@ static void try_design(const design *d, method by, const char *line, size_t repe
     }
     printf("\n");
     fflush(stdout);
-    if (d->noise <= MIXED && !u->fitted && !falls_short(d, by)) of_geometry[0] += of_line[0], of_geometry[1] += of_line[1];
+    if (d->noise <= MIXED && !u->fitted && !falls_short(d, by, repeats)) of_geometry[0] += of_line[0], of_geometry[1] += of_line[1];
     free(t.value);
     free(t.half);
     free(t.inside);
@@ -498,7 +498,7 @@ static void judge_geometry(const geometry *g, const double *sum, method by, int 
 /* A few of them. */
 static int is_in_short_run(const list *l, size_t k, method by)
 {
-    return k % 4 == 0 && !falls_short(&l->d[k], by);
+    return k % 4 == 0 && !falls_short(&l->d[k], by, 0);
 }
 
 static method method_of(const char *word)
