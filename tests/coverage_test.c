@@ -27,7 +27,7 @@ static void add_fit(const fit_surface *s, const ff_fit_result *r, coverage *c)
         if (v->column >= 0) column_z[v->column] = z;
     }
     for (size_t a = 0; a < r->n_columns; a++)
-        for (size_t b = 0; b < a; b++) {
+        for (size_t b = 0; b <= a; b++) {
             c->sum_zz[a][b] += column_z[a] * column_z[b];
             c->sum_correlation[a][b] += r->correlation[a * r->n_columns + b];
         }
@@ -52,17 +52,16 @@ static void report(const char *what, const ff_fit_result *r, const coverage *c, 
     printf("%s, %d repeats:\n   %s\n", what, n, line);
 }
 
-/* The errors of two parameters go together as their correlation r says: the product of two normal numbers of standard deviation 1
- * has the variance 1 + r^2, the mean of n of them is within 4 of its standard deviations. */
+/* The errors of two parameters go together as their correlation says: within 4 standard deviations of a correlation of n pairs. */
 static void check_correlations(const char *what, const ff_fit_result *r, const coverage *c, int n)
 {
     double worst = 0;
     for (size_t a = 0; a < r->n_columns; a++)
         for (size_t b = 0; b < a; b++) {
-            const double seen = c->sum_zz[a][b] / n, said = c->sum_correlation[a][b] / n;
+            const double seen = c->sum_zz[a][b] / sqrt(c->sum_zz[a][a] * c->sum_zz[b][b]), said = c->sum_correlation[a][b] / n;
             worst = fmax(worst, fabs(seen - said));
-            FF_CHECK(fabs(seen - said) <= 4 * sqrt((1 + said * said) / n),
-                     "%s: parameters %zu and %zu: correlation %.2f of the errors, %.2f reported", what, a, b, seen, said);
+            FF_CHECK(fabs(seen - said) <= 4 / sqrt(n), "%s: parameters %zu and %zu: correlation %.2f of the errors, %.2f reported",
+                     what, a, b, seen, said);
         }
     printf("    correlations of the errors within %.2f of the reported ones\n", worst);
 }

@@ -22,6 +22,10 @@ double *ff_block_memory(size_t bytes);
 /* Targets of a channel's values in a block, and the weights of a loss that weighs by the datum; x [FF_BLOCK]: cos(theta_i). */
 void ff_problem_aim(const struct ff_problem *p, size_t block, size_t c, const double *x);
 
+/* Do the samples that share the very largest value lie at several half vectors and difference angles? A detector that saturates
+ * makes such a plateau, a surface does not; data that are nearly all the same have none. index [n]: places in the table. */
+int ff_problem_looks_saturated(const struct ff_problem *p, const ff_table *t, const uint32_t *index);
+
 /* Leaves out of index [*n] what only repeats an earlier sample, unless the table is a grid or has weights; copies: how many.
  * FF_ERR_MEMORY. */
 ff_status ff_copies_leave_out(const ff_table *t, uint32_t *index, size_t *n, size_t *copies);

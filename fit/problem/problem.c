@@ -435,40 +435,6 @@ static ff_status find_least(build *b)
     return FF_OK;
 }
 
-/* Values that are further apart than 0.01, of n; sorted here. */
-static size_t count_distinct(double *v, size_t n)
-{
-    size_t count = 1, last = 0;
-    qsort(v, n, sizeof *v, ff_ascending);
-    for (size_t i = 1; i < n; i++)
-        if (v[i] - v[last] > 0.01) last = i, count++;
-    return count;
-}
-
-/* Do the samples that share the very largest value lie at several half vectors and difference angles? A detector that saturates
- * makes such a plateau, a surface does not; data that are nearly all the same have none. */
-static int looks_saturated(const build *b)
-{
-    enum { LOOKED_AT = 256, SEVERAL = 3 };
-    const struct ff_problem *p = b->p;
-    const size_t at_top = p->selection.at_top, step = at_top / LOOKED_AT + 1;
-    double half[LOOKED_AT], difference[LOOKED_AT], w[6];
-    size_t n = 0, seen = 0;
-    if (at_top <= SEVERAL || at_top > p->n / 2) return 0;
-    for (size_t i = 0; i < p->n && n < LOOKED_AT; i++) {
-        int is_top = 0;
-        for (size_t c = 0; c < p->n_channels; c++)
-            is_top |= ff_problem_plane(p, i / FF_BLOCK, p->value + (int)c)[i % FF_BLOCK] == p->selection.top;
-        if (!is_top || seen++ % step) continue;
-        double *const planes[6] = {w, w + 1, w + 2, w + 3, w + 4, w + 5};
-        ff_table_directions(b->t, b->index[i], 1, planes);
-        const double io = w[0] * w[3] + w[1] * w[4] + w[2] * w[5];
-        half[n] = acos(fmin((w[2] + w[5]) / sqrt(fmax(2 + 2 * io, 1e-300)), 1));
-        difference[n++] = acos(fmin(fmax(io, -1), 1));
-    }
-    return n > SEVERAL && count_distinct(half, n) >= SEVERAL && count_distinct(difference, n) >= SEVERAL;
-}
-
 static ff_status build_all(build *b, const ff_model *models, size_t n_models, ff_error *err)
 {
     struct ff_problem *p = b->p;
@@ -526,7 +492,7 @@ static ff_status build_all(build *b, const ff_model *models, size_t n_models, ff
     }
     ff_status status = check_size(b, err);
     if (status) return status;
-    if (sel->saturated || !looks_saturated(b)) sel->at_top = 0;
+    if (sel->saturated || !ff_problem_looks_saturated(p, t, b->index)) sel->at_top = 0;
     p->index = b->index; /* the problem's from here on */
     b->index = NULL;
     status = ff_problem_subsample(p, b->size, FF_SUBSAMPLE, 0, &p->subsample);

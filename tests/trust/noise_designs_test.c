@@ -388,28 +388,17 @@ static int falls_short(const design *d, method by, size_t repeats)
     return repeats < MANY && strstr(d->s.words, "lobe2") && !is_by_weights(by);
 }
 
-/* Of the estimates of a parameter: their standard deviation, and how well that is known, relative: by their kurtosis, since a few
- * far ones may have most of it. */
-typedef struct spread_of_values {
-    double sd, uncertainty;
-} spread_of_values;
-
-static spread_of_values spread(const trial *t, size_t k, size_t repeats)
+static double standard_deviation(const trial *t, size_t k, size_t repeats)
 {
-    double n = 0, mean = 0, square = 0, fourth = 0;
+    double n = 0, mean = 0, square = 0;
     for (size_t at = k; at < repeats * MAX_PARAMETERS; at += MAX_PARAMETERS) {
         if (isnan(t->half[at])) continue;
+        const double d = t->value[at] - mean;
         n++;
-        mean += (t->value[at] - mean) / n;
+        mean += d / n;
+        square += d * (t->value[at] - mean);
     }
-    for (size_t at = k; at < repeats * MAX_PARAMETERS; at += MAX_PARAMETERS) {
-        const double d2 = (t->value[at] - mean) * (t->value[at] - mean);
-        if (isnan(t->half[at])) continue;
-        square += d2 / n;
-        fourth += d2 * d2 / n;
-    }
-    const double kurtosis = square > 0 ? fourth / (square * square) : 3;
-    return (spread_of_values){sqrt(fmax(square, 1e-300)), sqrt(fmax(kurtosis - 1, 0) / (4 * n))};
+    return sqrt(fmax(square / n, 1e-300));
 }
 
 /* Prints the cell of parameter k and checks it; adds to the sums of a line. */
@@ -429,10 +418,8 @@ static void judge(const trial *t, const char *line, const char *name, size_t k, 
         return;
     }
     qsort(half, widths, sizeof *half, ascending);
-    const spread_of_values v = spread(t, k, repeats);
-    const double share = in / n, wide = half[widths / 2] / (FF_NORMAL_975 * v.sd), scatter = sqrt(0.95 * 0.05 / n),
-                 more = fmax(5 * (scatter - sqrt(0.95 * 0.05 / 1000)), 0),
-                 wider = 1 + 5 * fmax(v.uncertainty - v.uncertainty * sqrt(n / 1000), 0);
+    const double share = in / n, wide = half[widths / 2] / (FF_NORMAL_975 * standard_deviation(t, k, repeats)),
+                 scatter = sqrt(0.95 * 0.05 / n), more = fmax(5 * (scatter - sqrt(0.95 * 0.05 / 1000)), 0);
     const int known = t->d->noise <= MIXED;
     printf("  %s %.1f (%.2f)", name, 100 * share, wide);
     sum_of_line[0] += share;
@@ -443,7 +430,7 @@ static void judge(const trial *t, const char *line, const char *name, size_t k, 
              name, 100 * share);
     if (is_by_weights(t->by) && t->d->noise == ADDITIVE) return; /* one incidence has most to say: the errors are twice too large */
     if (known)
-        FF_CHECK(wide > 0.7 / wider && wide < 1.3 * wider * t->widest, "%s: the half-width of %s is %.2f of what it is", line, name,
+        FF_CHECK(wide > 0.7 - more && wide < (1.3 + more) * t->widest, "%s: the half-width of %s is %.2f of what it is", line, name,
                  wide);
 }
 
