@@ -3,7 +3,7 @@
 
   seeds.py BUILD [N] [FIRST] [--tests PATTERN] [--limit SECONDS] [--budget SECONDS] [--sites] [--markdown FILE]
 
-FF_TEST_SEED is FIRST .. FIRST + N - 1 (20 from 1). A test that takes longer than the limit (60 s) with its first seed is run with that
+FF_TEST_SEED is FIRST .. FIRST + N - 1 (20 from 1); a program has the arguments that ctest gives it. A test that takes longer than the limit (60 s) with its first seed is run with that
 one alone; with a budget none begins another seed after so many seconds of its own. The column of seeds says how many there were. With
 --sites the checks are listed that no seed came to. With --markdown the table is also written to FILE, each row as soon as it is known,
 rows of other tests that stand there already are kept. Returns 1 when a test failed with any seed.
@@ -11,6 +11,7 @@ rows of other tests that stand there already are kept. Returns 1 when a test fai
 import argparse
 import datetime
 import glob
+import json
 import os
 import platform
 import re
@@ -32,14 +33,25 @@ def programs(build, pattern):
     return found
 
 
-def run(path, seed, limit, sites):
+def arguments(build):
+    """What ctest gives each program, by its path: that of the first of its tests."""
+    listed = subprocess.run(["ctest", "--test-dir", build, "--show-only=json-v1"], stdout=subprocess.PIPE, check=True).stdout
+    given = {}
+    for test in json.loads(listed)["tests"]:
+        command = test.get("command", [])
+        if command:
+            given.setdefault(os.path.realpath(command[0]), command[1:])
+    return given
+
+
+def run(command, seed, limit, sites):
     """(exit code, seconds, output) with one seed; a skip, 77, is no failure."""
     environment = dict(os.environ, FF_TEST_SEED=str(seed))
     if sites:
         environment["FF_TEST_SITES"] = "1"
     begin = time.time()
     try:
-        p = subprocess.run([path], cwd=os.path.dirname(path), env=environment, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, timeout=4 * limit)
+        p = subprocess.run(command, cwd=os.path.dirname(command[0]), env=environment, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, timeout=4 * limit)
         return p.returncode, time.time() - begin, p.stdout.decode(errors="replace")
     except subprocess.TimeoutExpired as e:
         return 1, time.time() - begin, (e.stdout or b"").decode(errors="replace") + "\ntoo slow\n"
@@ -91,12 +103,12 @@ def main():
     a.add_argument("--sites", action="store_true")
     a.add_argument("--markdown", metavar="FILE")
     o = a.parse_args()
-    wrong, unreached = 0, []
+    wrong, unreached, given = 0, [], arguments(o.build)
     print(f"{'test':34} {'seeds':>5} {'failures':>8} {'s each':>7}  failed with")
     for path in programs(o.build, o.tests):
         failed, count, seconds, skipped, never, shown = [], 0, 0, 0, None, ""
         for seed in range(o.first, o.first + o.n):
-            code, took, output = run(path, seed, o.limit, o.sites)
+            code, took, output = run([path, *given.get(os.path.realpath(path), [])], seed, o.limit, o.sites)
             count, seconds = count + 1, seconds + took
             here = set(re.findall(r"^never reached: (\S+)", output, re.M))
             never = here if never is None else never & here
