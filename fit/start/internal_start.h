@@ -15,13 +15,15 @@ typedef struct ff_candidate {
 double ff_tied_least_squares(const ff_layout *l, const ff_normal *normal, const double *at, double *out);
 
 /* A model that is linear in its channel parameters and has the lobes of l's: its start leads to that of l's (ff_surrogate_start).
- * For a layout that is linear itself that is the layout. FF_ERR_INTERNAL cannot happen for models that parsed. */
+ * For a layout that is linear itself that is the layout. f0_in_common: F0 of lobes that share a Fresnel term whose scale is free
+ * (ff_surrogate_has_f0_in_common); unused otherwise. FF_ERR_INTERNAL cannot happen for models that parsed. */
 typedef struct ff_surrogate {
     ff_model model;
     ff_plan plan;
     ff_limits *limits; /* of its model, NULL = none */
 } ff_surrogate;
-ff_status ff_surrogate_make(const ff_plan *plan, ff_surrogate *out);
+ff_status ff_surrogate_make(const ff_plan *plan, double f0_in_common, ff_surrogate *out);
+int ff_surrogate_has_f0_in_common(const ff_layout *l);
 void ff_surrogate_free(ff_surrogate *s);
 
 /* From an optimum of the surrogate: shape, channel of l's model. There are ff_surrogate_variants ways where it does not say enough.

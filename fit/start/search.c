@@ -14,7 +14,7 @@ enum { FF_STEPS = 40, FF_FIRST_STEPS = 10 };
 enum {
     FF_CANDIDATES_OF_ONE = 4, /* of the grid over one parameter                                         */
     FF_CANDIDATES = 10,       /* over several, where minima are more; of those that are minimised to the end */
-    FF_OPTIMA = 3,            /* optima of the surrogate that lead on to the model                            */
+    FF_OPTIMA = 5,            /* optima of the surrogate that lead on to the model                            */
     FF_MOVED = 2,             /* optima whose lobes are moved                                                */
     FF_ROUNDS = 4,            /* times that they are at most                                                 */
     FF_MOST = FF_MOVED * FF_MAX_LOBES * FF_MOVES,
@@ -258,14 +258,14 @@ static void free_trials(trial *t, size_t n)
     for (size_t i = 0; i < n; i++) ff_point_free(&t[i].at);
 }
 
-/* A search through the shapes, and the best of it minimised on fewer samples. */
-static ff_status look_for_start(const ff_plan *plan, ff_point *at)
+/* A search through the shapes, and the best of it minimised on fewer samples; at->cost2 is what it came to. */
+static ff_status look_with_f0(const ff_plan *plan, double f0_in_common, ff_point *at)
 {
     search s = {.n = 0};
     trial optima[FF_OPTIMA + 1] = {{.status = FF_OK}};
     const trial *best = NULL;
     ff_surrogate surrogate = {.limits = NULL};
-    ff_status status = ff_surrogate_make(plan, &surrogate);
+    ff_status status = ff_surrogate_make(plan, f0_in_common, &surrogate);
     if (status) return status;
     s.work = (polish){.plan = plan, .surrogate = &surrogate};
     status = make_trials(&surrogate.plan, s.points, FF_POINTS);
@@ -273,11 +273,49 @@ static ff_status look_for_start(const ff_plan *plan, ff_point *at)
     if (!status) status = first_candidates(&s);
     if (!status) status = move_lobes(&s);
     if (!status) status = best_of_model(&s, optima, &best);
-    if (!status) ff_point_set(plan, best->at.shape, best->at.channel, at);
+    if (!status) {
+        ff_point_set(plan, best->at.shape, best->at.channel, at);
+        at->cost2 = best->at.cost2;
+    }
     free_trials(s.points, FF_POINTS);
     free_trials(optima, FF_OPTIMA + 1);
     ff_surrogate_free(&surrogate);
     return status;
+}
+
+/* Mean over the channels of the Fresnel reflectance of the first lobe at normal incidence. */
+static ff_status mean_f0(const ff_plan *plan, const ff_point *at, double *f0)
+{
+    const double zero = 0, one = 1;
+    const ff_dirs up = {&zero, &zero, &one, &zero, &zero, &one};
+    ff_status status = FF_OK;
+    *f0 = 0;
+    for (size_t c = 0; c < plan->l.n_channels && !status; c++) {
+        double fresnel = 0;
+        status = ff_model_terms(plan->l.m, plan->p->isa, plan->l.n_channels, at->shape, at->channel, 0, c, &up, 1,
+                                &(ff_terms){.fresnel = &fresnel});
+        *f0 += fresnel / (double)plan->l.n_channels;
+    }
+    return status;
+}
+
+#define USUAL_F0 0.04 /* of a dielectric */
+
+/* Where the surrogate's lobes have one F0 that stays what it is, once more with the one that was found. */
+static ff_status look_for_start(const ff_plan *plan, ff_point *at)
+{
+    ff_point other;
+    double f0 = USUAL_F0;
+    ff_status status = look_with_f0(plan, f0, at);
+    if (status || !ff_surrogate_has_f0_in_common(&plan->l)) return status;
+    status = mean_f0(plan, at, &f0);
+    if (status || !(f0 > 0 && f0 < 1) || fabs(log(f0 / USUAL_F0)) < log(1.5)) return status;
+    status = ff_point_new(plan, &other);
+    if (status) return status;
+    status = look_with_f0(plan, f0, &other);
+    if (!status && other.cost2 < at->cost2) ff_point_set(plan, other.shape, other.channel, at);
+    ff_point_free(&other);
+    return status == FF_ERR_CANCELLED || status == FF_ERR_MEMORY ? status : FF_OK; /* there is one already */
 }
 
 /* Most of the way is gone on fewer samples: from a given start on the subsample, then on the middle one. */

@@ -80,14 +80,27 @@ static ff_model_param *scale_of(ff_model *m, uint32_t lobe)
     return &m->channel[m->lobe[lobe].channel0 + m->lobe[lobe].n_channel - 1];
 }
 
+/* Is the Fresnel term of lobe k that of other lobes too? */
+static int is_shared(const ff_model *m, uint32_t k)
+{
+    int others = 0;
+    for (uint32_t other = 1; other < m->n_lobes; other++) others |= m->lobe[other].fresnel == FF_FRESNEL_SHARED;
+    return others && (k == 0 || m->lobe[k].fresnel == FF_FRESNEL_SHARED);
+}
+
 /* Where the scale of a lobe is free, so is that of its surrogate: F0 and the scale together are linear, and the data may be of any
- * magnitude. Lobes that share a Fresnel term share its scale. */
-static void free_scales(const ff_model *m, ff_model *surrogate)
+ * magnitude. Lobes that share a Fresnel term share its scale; in their surrogates, each of which has a scale, F0 is the same and
+ * stays what it is: with one of their own they would describe what the model cannot. */
+static void free_scales(const ff_model *m, double f0_in_common, ff_model *surrogate)
 {
     for (uint32_t k = 0; k < m->n_lobes; k++) {
         const ff_lobe *own = &m->lobe[m->lobe[k].fresnel == FF_FRESNEL_SHARED ? 0 : k];
-        if (!(m->channel[own->channel0 + own->n_channel - 1].flags & FF_PARAM_HELD))
-            scale_of(surrogate, k)->flags &= ~(uint32_t)FF_PARAM_HELD;
+        if (m->channel[own->channel0 + own->n_channel - 1].flags & FF_PARAM_HELD) continue;
+        scale_of(surrogate, k)->flags &= ~(uint32_t)FF_PARAM_HELD;
+        ff_model_param *f0 = &surrogate->channel[surrogate->lobe[k].channel0];
+        if (!is_shared(m, k) || surrogate->lobe[k].n_channel < 2 || (f0->flags & FF_PARAM_HELD)) continue;
+        f0->flags |= FF_PARAM_HELD;
+        f0->init = f0_in_common;
     }
 }
 
@@ -112,7 +125,7 @@ void ff_surrogate_free(ff_surrogate *s)
     s->limits = NULL;
 }
 
-ff_status ff_surrogate_make(const ff_plan *plan, ff_surrogate *out)
+ff_status ff_surrogate_make(const ff_plan *plan, double f0_in_common, ff_surrogate *out)
 {
     const ff_layout *l = &plan->l;
     const ff_model *m = l->m;
@@ -145,7 +158,7 @@ ff_status ff_surrogate_make(const ff_plan *plan, ff_surrogate *out)
         out->model.channel[i].init = m->channel[k].init;
         out->model.channel[i].flags = m->channel[k].flags;
     }
-    free_scales(m, &out->model);
+    free_scales(m, f0_in_common, &out->model);
     const int mean_slope = l->mode == FF_TILTED_MODE;
     ff_shape shape = FF_SHAPE_ISOTROPIC;
     for (uint32_t k = 0; k < l->free.n_shape; k++) {
@@ -157,6 +170,13 @@ ff_status ff_surrogate_make(const ff_plan *plan, ff_surrogate *out)
     tie_shape(l, &out->plan.l);
     out->plan.l.arrowhead = l->arrowhead && ff_layout_is_arrowhead(&out->plan.l, 0);
     return take_limits(l, out);
+}
+
+int ff_surrogate_has_f0_in_common(const ff_layout *l)
+{
+    const ff_model *m = l->m;
+    if (m->n_lobes < 2 || !is_shared(m, 0) || l->linear) return 0;
+    return !(m->channel[m->lobe[0].channel0 + m->lobe[0].n_channel - 1].flags & FF_PARAM_HELD);
 }
 
 static double clamp(const ff_param *info, double v)
