@@ -9,9 +9,15 @@
 #include <string.h>
 
 #define RISE    0.01  /* share of the data, root mean square, up to which the rise of a lobe without F0 counts as nothing */
-#define NOTHING 1e-12 /* reflectance that is 0 but for rounding */
+#define NOTHING 1e-12 /* reflectance that is 0 but for rounding, of data of that size */
 
 /* ---- the weight of a term in a channel -------------------------------------------------------- */
+
+/* What is 0 but for rounding: data may be in units in which all reflectances are small. */
+static double nothing_in(const ff_plan *plan, size_t c)
+{
+    return NOTHING * fmin(1, plan->p->channel_mean[c]);
+}
 
 /* Fresnel reflectance of lobe l at normal incidence in channel c. */
 static double normal_reflectance(const ff_plan *plan, const ff_point *at, uint32_t l, size_t c)
@@ -39,7 +45,7 @@ static int lobe_is_off(const ff_plan *plan, const ff_point *at, uint32_t l, size
     double weight[FF_MAX_LOBES];
     ff_model_weights(m, at->shape, weight, NULL);
     const double scale = weight[l] * own[leader->channel0 + leader->n_channel - 1];
-    return fabs(scale) <= NOTHING || fabs(scale * normal_reflectance(plan, at, l, c)) <= NOTHING;
+    return fabs(scale * fmin(1, normal_reflectance(plan, at, l, c))) <= nothing_in(plan, c);
 }
 
 /* Is it one that says itself that its term is 0: a reflectance or scale? kd is one also where it does not enter linearly. */
@@ -55,7 +61,7 @@ static int base_is_off(const ff_plan *plan, const ff_point *at, uint32_t b, size
     int scales = 0;
     for (uint32_t k = base->channel0; k < base->channel0 + base->n_channel; k++) {
         if (!is_scale(&m->channel[k])) continue;
-        if (fabs(at->channel[c * m->n_channel + k]) > NOTHING) return 0;
+        if (fabs(at->channel[c * m->n_channel + k]) > nothing_in(plan, c)) return 0;
         scales++;
     }
     return scales > 0;
