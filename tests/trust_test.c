@@ -246,6 +246,31 @@ static void profiles(void)
     }
 }
 
+/* Two parameters pressed against their bounds, neither of which moves while the other's interval is looked for: each ends where the
+ * profile does, in which the other one stays where it is. */
+static void two_on_their_bounds(void)
+{
+    static const ff_bound bounds[] = {{.name = "f0", .lo = 0, .hi = 0.45}, {.name = "kd", .lo = 0, .hi = 0.12}};
+    const ff_constraints c = {.n_bounds = 2, .bound = bounds};
+    ff_fit_options o = fit_options();
+    ff_error err = {0};
+    measured m;
+    o.constraints = &c;
+    if (!scan("two on their bounds", "ggx+lambert", "alpha=0.25 f0=0.5 kd=0.1", usual_scan, &o, &m)) return;
+    const ff_fit_value *v = m.fit.channel_value;
+    const size_t K = m.fit.model.n_channel;
+    double low[4], high[4];
+    FF_CHECK(v[0].at_bound > 0 && v[K - 1].at_bound > 0, "f0 %d, kd %d", v[0].at_bound, v[K - 1].at_bound);
+    for (size_t k = 0; k < K; k++) low[k] = v[k].low, high[k] = v[k].high;
+    FF_CHECK(ff_trust_profile(m.p, &o, &m.fit, &err) == FF_OK, "%s", err.message);
+    for (size_t k = 0; k < K; k += K - 1) {
+        printf("%s: %.5f to %.5f, by the profile %.5f to %.5f\n", m.fit.model.channel[k].name, low[k], high[k], v[k].low,
+               v[k].high);
+        FF_CHECK_CLOSE(high[k] - low[k], v[k].high - v[k].low, 0.1, 0);
+    }
+    forget(&m);
+}
+
 /* Near a profile's end the objective, with all others free, is where it should be: checked by a fit with the parameter held there.
  */
 static void ends_of_profiles(void)
@@ -922,7 +947,6 @@ static void outliers(void)
     ff_table_clear(&t);
 }
 
-/* A scale given by hand: the units are those of the weighted residual. */
 /* The scale is that of a noise model where one is given: what lies beyond FF_OUTLIER of its standard deviations is an outlier. */
 static void scale_of_a_noise_model(void)
 {
@@ -957,13 +981,15 @@ static void scale_of_a_noise_model(void)
             }
         FF_CHECK(!ff_trust_outliers_into(m.p, &m.places, &o, &m.fit, &out, &err), "%s", err.message);
         FF_CHECK(out.n_worst > 0 && out.worst[0].sample == planted, "the worst is %u", out.n_worst ? out.worst[0].sample : 0);
-        FF_CHECK_CLOSE(out.worst[0].ratio, expected, 1e-4, 0);
+        /* the scale is that about the fit of the last round, which ends where its median changes by less than 0.01 */
+        FF_CHECK_CLOSE(out.worst[0].ratio, expected, 0.01, 0);
         free(model);
         forget(&m);
         ff_noise_free(noise);
     }
 }
 
+/* A scale given by hand: the units are those of the weighted residual. */
 static void given_scale(void)
 {
     ff_fit_options o = fit_options();
@@ -1078,10 +1104,10 @@ static void wrong_options(void)
 }
 
 FF_TEST_MAIN(FF_TEST(quantiles), FF_TEST(effective_number), FF_TEST(misfit_of_scattered_samples),
-             FF_TEST(known_noise_that_goes_together), FF_TEST(places_of_samples), FF_TEST(profiles), FF_TEST(ends_of_profiles),
-             FF_TEST(not_determined), FF_TEST(errors_by_refits), FF_TEST(bootstraps), FF_TEST(bootstrap_of_losses),
-             FF_TEST(bootstrap_on_a_bound), FF_TEST(cut_offs), FF_TEST(comparisons), FF_TEST(comparison_by_hand),
-             FF_TEST(size_and_power_of_the_test), FF_TEST(validation_by_hand), FF_TEST(bands_of_angles),
-             FF_TEST(bands_of_weighted_samples), FF_TEST(residual_tables), FF_TEST(channels_by_welch),
+             FF_TEST(known_noise_that_goes_together), FF_TEST(places_of_samples), FF_TEST(profiles), FF_TEST(two_on_their_bounds),
+             FF_TEST(ends_of_profiles), FF_TEST(not_determined), FF_TEST(errors_by_refits), FF_TEST(bootstraps),
+             FF_TEST(bootstrap_of_losses), FF_TEST(bootstrap_on_a_bound), FF_TEST(cut_offs), FF_TEST(comparisons),
+             FF_TEST(comparison_by_hand), FF_TEST(size_and_power_of_the_test), FF_TEST(validation_by_hand),
+             FF_TEST(bands_of_angles), FF_TEST(bands_of_weighted_samples), FF_TEST(residual_tables), FF_TEST(channels_by_welch),
              FF_TEST(channels_that_differ), FF_TEST(outliers), FF_TEST(given_scale), FF_TEST(scale_of_a_noise_model),
              FF_TEST(saturation), FF_TEST(noise_floor), FF_TEST(negative_samples), FF_TEST(wrong_options))
