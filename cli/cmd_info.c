@@ -16,7 +16,7 @@ static ff_status write_json(const void *context, FILE *out)
 static ff_status write_text(const void *context, FILE *out)
 {
     const file *f = context;
-    return ff_report_table_text(f->path, f->table, out);
+    return ff_report_table_text(f->path, f->table, &f->args->style, out);
 }
 
 static ff_status write_table(const void *context, ff_table_form form, FILE *out)

@@ -100,7 +100,7 @@ static int write_profile(const ndf_report *n, const char *path)
 
 static ff_report_ndf report_of(const ndf_report *n)
 {
-    return (ff_report_ndf){n->f->path, &n->f->table, n->f->problem[0], n->options, n->r};
+    return (ff_report_ndf){n->f->path, &n->f->table, n->f->problem[0], n->options, n->r, &n->args->style};
 }
 
 static ff_status write_text(const void *context, FILE *out)
@@ -272,8 +272,7 @@ static void show(void *context, int iteration, double objective)
 {
     char text[FF_REPORT_NUMBER];
     (void)context;
-    fprintf(stderr, "\r\033[Kiteration %d, objective %.12s", iteration, ff_report_number(objective, text));
-    fflush(stderr);
+    cli_progress_show("iteration %d, objective %.12s", iteration, ff_report_number(objective, text));
 }
 
 /* The table alone where it goes to standard output. */
@@ -308,7 +307,7 @@ int cmd_ndf(const cli_args *args)
     o.fit = &fit;
     // NOLINTNEXTLINE(clang-analyzer-core.NullDereference): where the status is EXIT_DONE there is a problem
     failed = ff_ndf_retrieve_into(f.problem[0], &o, &r, &err);
-    if (f.progress) fputs("\r\033[K", stderr);
+    if (f.progress) cli_progress_end();
     if (failed == FF_OK) {
         const ndf_report n = {args, &f, &o, &r};
         status = report(&n);

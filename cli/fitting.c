@@ -114,7 +114,7 @@ int cli_fitting_open(const cli_args *args, const ff_model *models, size_t n_mode
         ff_noise_free(f.noise);
         return status;
     }
-    f.progress = cli_switch(args, FLAG_PROGRESS, isatty(STDERR_FILENO));
+    f.progress = cli_progress_wanted(args);
     if ((status = cli_read(args, f.path, 1, &f.table)) != EXIT_DONE) {
         ff_noise_free(f.noise);
         return status;
@@ -144,8 +144,7 @@ void cli_fitting_close(cli_fitting *f)
 static void show(void *label, int iteration, double objective)
 {
     char text[FF_REPORT_NUMBER];
-    fprintf(stderr, "\r\033[K%s: iteration %d, objective %.12s", (const char *)label, iteration, ff_report_number(objective, text));
-    fflush(stderr);
+    cli_progress_show("%s: iteration %d, objective %.12s", (const char *)label, iteration, ff_report_number(objective, text));
 }
 
 /* words [FF_MODEL_NAME + 64] must live as long as the fit. */
@@ -155,8 +154,7 @@ static void begin_progress(const cli_fitting *f, const char *label, char *words,
     if (!f->progress) return;
     o->progress = show;
     o->progress_context = words;
-    fprintf(stderr, "\r\033[K%s", words);
-    fflush(stderr);
+    cli_progress_show("%s", words);
 }
 
 /* The options of one problem: each alone has one channel. */
@@ -183,7 +181,7 @@ ff_status cli_fitting_run(cli_fitting *f, size_t problem, const ff_model *m, con
     ff_fit_options o = options_of(f, problem);
     begin_progress(f, label, words, &o);
     ff_status status = ff_problem_fit_into(f->problem[problem], m, &o, out, err);
-    if (f->progress) fputs("\r\033[K", stderr);
+    if (f->progress) cli_progress_end();
     if (status == FF_ERR_DATA && !err->path[0]) snprintf(err->path, sizeof err->path, "%s", f->path);
     return status;
 }
@@ -203,7 +201,7 @@ ff_status cli_fitting_choose(cli_fitting *f, const ff_model *m, const char *labe
     ff_fit_options o = f->options;
     begin_progress(f, label, words, &o);
     const ff_status status = ff_fit_adaptive_into(&f->table, m, &o, out, err);
-    if (f->progress) fputs("\r\033[K", stderr);
+    if (f->progress) cli_progress_end();
     if (status == FF_OK)
         f->options.loss = out->candidate[out->chosen].loss;
     else if (!err->path[0])
@@ -254,5 +252,6 @@ ff_report_fits cli_fitting_report(const cli_args *args, const cli_fitting *f, co
                             .n_problems = f->n_problems,
                             .problem = (const ff_problem *const *)f->problem,
                             .n_fits = n_fits,
-                            .fit = fit};
+                            .fit = fit,
+                            .style = &args->style};
 }

@@ -1,12 +1,13 @@
 /* Commands and flags: what they are (commands.def, flags.def), a command line taken apart, and everything that is made of the
  * definitions: help, man pages, completion, docs/flags.md.
  *
- * A flag is one entry of flags.def. Files in the order of their calls: messages < words < definitions < values < parse, files;
- * text < help, man, completion, page. */
+ * A flag is one entry of flags.def. Files in the order of their calls: terminal < messages < words < definitions < values < parse,
+ * files; text < help, man, completion, page. */
 #ifndef FF_INTERNAL_FLAGS_H
 #define FF_INTERNAL_FLAGS_H
 #include "ff_report.h"
 #include "ff_status.h"
+#include <signal.h>
 #include <stddef.h>
 #include <stdint.h>
 #include <stdio.h>
@@ -41,7 +42,7 @@ cli_words cli_words_loss, cli_words_loss_auto, cli_meaning_loss, cli_words_robus
     cli_words_errors, cli_words_shape, cli_words_channels, cli_words_channels_one, cli_words_isa, cli_words_quantity,
     cli_words_monotone, cli_words_negative, cli_words_ndf, cli_words_masking, cli_words_masking_one, cli_words_fresnel,
     cli_words_diffuse, cli_words_model, cli_words_read, cli_words_written, cli_words_grid, cli_words_reduce, cli_words_from,
-    cli_words_to, cli_words_by, cli_words_table, cli_words_shell;
+    cli_words_to, cli_words_by, cli_words_table, cli_words_color, cli_words_shell;
 
 int cli_words_find(cli_words *words, const char *word, size_t length); /* index, -1 = none of them */
 size_t cli_words_count(cli_words *words);
@@ -156,10 +157,11 @@ const char *cli_flag_name(cli_flag_id flag);
 typedef struct cli_args {
     const cli_command *command;
     size_t n_words, n_given;
-    const char **word;   /* [n_words] positional           */
-    int *flag;           /* [n_given] cli_flag_id          */
-    const char **value;  /* [n_given] NULL for a switch, "no" for one that is switched off */
-    ff_report_head head; /* the whole command line         */
+    const char **word;     /* [n_words] positional           */
+    int *flag;             /* [n_given] cli_flag_id          */
+    const char **value;    /* [n_given] NULL for a switch, "no" for one that is switched off */
+    ff_report_head head;   /* the whole command line         */
+    ff_report_style style; /* of text on stdout              */
 } cli_args;
 
 /* Takes argv apart for `command` (argv[0] is its first word); every value is one of its kind. Exit status; cli_args_free
@@ -227,6 +229,21 @@ void cli_man(const char *version, FILE *out);
 void cli_man_command(const cli_command *command, const char *version, FILE *out);
 ff_status cli_page(FILE *out);           /* docs/flags.md */
 void cli_complete(int shell, FILE *out); /* shell: index into cli_words_shell */
+
+/* ---- the terminal ------------------------------------------------------------------------------------------------------------*/
+
+/* Columns of the terminal behind a descriptor, 0: it is none. */
+size_t cli_terminal_width(int descriptor);
+/* Does it obey more than line ends? */
+int cli_terminal_is_smart(int descriptor);
+/* How text on stdout is laid out, by --wide, --color and the terminal. */
+ff_report_style cli_style(const cli_args *args);
+/* --progress; without it where stderr is a terminal that can take a line back. */
+int cli_progress_wanted(const cli_args *args);
+/* One line on stderr in place of the last, cut to the terminal; the end takes it away. */
+void cli_progress_show(const char *format, ...) __attribute__((format(printf, 1, 2)));
+void cli_progress_end(void);
+extern volatile sig_atomic_t cli_progress_is_shown;
 
 /* ---- messages --------------------------------------------------------------------------------------------------------------*/
 

@@ -45,6 +45,7 @@ static int run(const cli_command *command, int argc, char **argv)
     cli_args args;
     int status = cli_args_parse(command, argc - 1, argv + 1, &args);
     args.head = (ff_report_head){ff_version(), (size_t)argc, (const char *const *)argv};
+    args.style = cli_style(&args);
     if (status != EXIT_DONE) {
         /* a message has been written */
     } else if (cli_given(&args, FLAG_HELP)) {

@@ -8,6 +8,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <unistd.h>
 
 /* A whole message; NULL: no memory. */
 static char *message_of(const char *format, va_list args)
@@ -43,6 +44,14 @@ static void shorten_words(char *text)
     *to = '\0';
 }
 
+static ff_status write_line(const void *text, FILE *out)
+{
+    fputs("facetfit: ", out);
+    ff_text_print(text, out);
+    fputc('\n', out);
+    return FF_OK;
+}
+
 /* Names and values are whatever the person, a script or an archive gave: none of it speaks to the terminal. */
 static void put_message(const char *format, va_list args)
 {
@@ -50,9 +59,9 @@ static void put_message(const char *format, va_list args)
     char *text = message_of(format, args);
     if (!text) vsnprintf(cut, sizeof cut, format, args);
     if (text) shorten_words(text);
-    fputs("facetfit: ", stderr);
-    ff_text_print(text ? text : cut, stderr);
-    fputc('\n', stderr);
+    /* in a file or a pipe a message is one line, which can be looked for */
+    const ff_report_style style = {.width = isatty(STDERR_FILENO) ? cli_terminal_width(STDERR_FILENO) : 0};
+    if (ff_report_fold(write_line, text ? text : cut, &style, stderr)) write_line(text ? text : cut, stderr);
     free(text);
 }
 

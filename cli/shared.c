@@ -148,12 +148,24 @@ int cli_write(const char *path, cli_writer write, const void *context)
     return status == FF_OK ? EXIT_DONE : cli_failed(status, &err);
 }
 
+typedef struct text_job {
+    cli_writer write;
+    const void *context;
+    const ff_report_style *style;
+} text_job;
+
+static ff_status write_folded(const void *context, FILE *out)
+{
+    const text_job *job = context;
+    return ff_report_fold(job->write, job->context, job->style, out);
+}
+
 int cli_write_both(const cli_args *args, cli_writer json, cli_writer text, const void *context)
 {
     const char *path = cli_value(args, FLAG_JSON, NULL);
     const int status = path ? cli_write(path, json, context) : EXIT_DONE;
     if (status != EXIT_DONE || (path && !strcmp(path, "-"))) return status;
-    return cli_write("-", text, context);
+    return cli_write("-", write_folded, &(text_job){text, context, &args->style});
 }
 
 typedef struct table_job {

@@ -34,7 +34,7 @@ static void on_signal(int signal_number)
     }
     ff_outputs_remove();
     if (signal_number != SIGINT) end_by(signal_number);
-    if (isatty(STDERR_FILENO)) put("\r\033[K"); /* over the progress */
+    if (cli_progress_is_shown) put("\r\033[K");
     put("facetfit: cancelled\n");
     _exit(128 + SIGINT);
 }

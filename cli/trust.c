@@ -99,6 +99,14 @@ static ff_status leave_out_incidences(const cli_trust *t, const cli_fitting *f, 
     return status;
 }
 
+static ff_status look_at_explained(const cli_fitting *f, size_t problem, const ff_fit_result *fit, ff_report_trust *each,
+                                   ff_error *err)
+{
+    const ff_status status = ff_trust_explained_into(f->problem[problem], &f->options, fit, &each->explained, err);
+    each->has_explained = status == FF_OK;
+    return status;
+}
+
 static ff_status look_at_fit(cli_trust *t, cli_fitting *f, size_t problem, ff_fit_result *fit, ff_report_trust *each, ff_error *err)
 {
     ff_problem *p = f->problem[problem];
@@ -110,7 +118,7 @@ static ff_status look_at_fit(cli_trust *t, cli_fitting *f, size_t problem, ff_fi
         each->has_bootstrap = status == FF_OK;
     }
     if (status == FF_OK && t->profile) status = ff_trust_profile(p, o, fit, err);
-    return status;
+    return status == FF_OK ? look_at_explained(f, problem, fit, each, err) : status;
 }
 
 static ff_status look_at_residuals(cli_trust *t, cli_fitting *f, size_t problem, const ff_fit_result *fit, ff_report_trust *each,
@@ -135,7 +143,7 @@ static ff_status begin(cli_trust *t, cli_fitting *f, size_t n_fits, ff_error *er
 
 static void say(const cli_fitting *f, const char *what)
 {
-    if (f->progress) fprintf(stderr, "\r\033[K%s", what);
+    if (f->progress) cli_progress_show("%s", what);
 }
 
 int cli_trust_fit(cli_trust *t, cli_fitting *f, ff_fit_result *fit, size_t n_fits)
@@ -174,6 +182,7 @@ int cli_trust_compare(cli_trust *t, cli_fitting *f, ff_fit_result *fit, size_t n
             status = leave_out_incidences(t, f, p, &fit[p * models + m], &err);
             if (status != FF_OK) break;
             status = look_at_residuals(t, f, p, &fit[p * models + m], each, &err);
+            if (status == FF_OK) status = look_at_explained(f, p, &fit[p * models + m], each, &err);
         }
     }
     say(f, "");

@@ -76,6 +76,13 @@ const char *cli_words_table(size_t i)
     return ff_table_form_name((int)i);
 }
 
+/* In the order that cli_style knows. */
+const char *cli_words_color(size_t i)
+{
+    static const char *const words[] = {"auto", "always", "never"};
+    return i < sizeof words / sizeof *words ? words[i] : NULL;
+}
+
 /* In the order of ff_isa. */
 const char *cli_words_isa(size_t i)
 {

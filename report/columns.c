@@ -48,8 +48,11 @@ void ff_cell_exact(ff_cell *cell, double x)
 typedef struct grid {
     size_t columns, rows; /* the head is row 0                        */
     char **cell;          /* [rows][columns]                          */
+    ff_ink *ink;          /* [rows][columns]                          */
     ff_align *align;      /* [columns]                                */
     size_t *width;        /* [columns], for text                      */
+    const ff_column **of; /* [columns]                                */
+    ff_report_style style;
 } grid;
 
 typedef struct form {
@@ -58,7 +61,7 @@ typedef struct form {
     int exact;
     /* The characters of a cell, to be freed; NULL: no memory. */
     char *(*written)(const ff_cell *cell);
-    void (*print)(const grid *g, const char *indent, FILE *out);
+    void (*print)(grid *g, const char *indent, FILE *out);
 } form;
 
 /* Copies text, with escape(c) instead of a character c for which that is not NULL. */
@@ -96,30 +99,96 @@ static char *text_written(const ff_cell *cell)
     return NULL;
 }
 
-static void text_row(const grid *g, char *const *row, const char *indent, FILE *out)
+/* The end of a cell that there is no room for. */
+static const char cut[] = "..";
+
+static void text_cell(const grid *g, size_t at, size_t width, FILE *out)
 {
-    size_t last = 0, pending = 0;
+    const char *text = g->cell[at], *ink = ff_text_ink(g->style.color, g->ink[at]);
+    const int whole = ff_text_width(text) <= width;
+    const size_t n = whole ? strlen(text) : ff_text_fitting(text, width - (sizeof cut - 1));
+    fprintf(out, "%s%.*s%s%s", ink, (int)n, text, whole ? "" : cut, *ink ? ff_text_ink(1, FF_INK_PLAIN) : "");
+}
+
+/* The last cell of a row that goes on below itself, words whole where they fit; `start`: its first column. */
+static void wrapped_cell(const grid *g, size_t at, size_t start, size_t width, FILE *out)
+{
+    const char *text = g->cell[at];
+    for (;;) {
+        size_t n = ff_text_fitting(text, width);
+        const int rest = text[n] != '\0';
+        for (size_t k = n; rest && k > 0 && text[n] != ' '; k--)
+            if (text[k - 1] == ' ') n = k - 1;
+        fprintf(out, "%.*s", (int)n, text);
+        text += n;
+        while (*text == ' ') text++;
+        if (!*text) return;
+        fprintf(out, "\n%*s", (int)start, "");
+    }
+}
+
+/* A column that was left out has no width. */
+static void text_row(const grid *g, size_t row, const char *indent, FILE *out)
+{
+    size_t last = 0, pending = 0, column = strlen(indent);
     for (size_t c = 0; c < g->columns; c++)
-        if (row[c][0]) last = c + 1;
+        if (g->width[c] && g->cell[row * g->columns + c][0]) last = c + 1;
     fputs(indent, out);
     for (size_t c = 0; c < last; c++) { /* no spaces at the end of a line */
-        const size_t fill = g->width[c] - ff_text_width(row[c]);
-        fprintf(out, "%*s%s", (int)(pending + (g->align[c] == FF_RIGHT ? fill : 0)), "", row[c]);
+        const size_t at = row * g->columns + c, w = ff_text_width(g->cell[at]), fill = w < g->width[c] ? g->width[c] - w : 0;
+        if (!g->width[c]) continue;
+        fprintf(out, "%*s", (int)(pending + (g->align[c] == FF_RIGHT ? fill : 0)), "");
+        if (g->of[c]->wraps && w > g->width[c])
+            wrapped_cell(g, at, column, g->width[c], out);
+        else
+            text_cell(g, at, g->width[c], out);
         pending = 2 + (g->align[c] == FF_RIGHT ? 0 : fill);
+        column += g->width[c] + 2;
     }
     fputc('\n', out);
 }
 
-static void text_print(const grid *g, const char *indent, FILE *out)
+static size_t text_total(const grid *g, const char *indent)
+{
+    size_t total = strlen(indent), shown = 0;
+    for (size_t c = 0; c < g->columns; c++)
+        if (g->width[c]) total += g->width[c] + (shown++ ? 2 : 0);
+    return total;
+}
+
+/* Leaves out one column, of those that may go the one that goes first; 0: none may. */
+static int leave_out_one(grid *g)
+{
+    size_t found = g->columns;
+    for (size_t c = 0; c < g->columns; c++)
+        if (g->width[c] && g->of[c]->drop && (found == g->columns || g->of[c]->drop >= g->of[found]->drop)) found = c;
+    if (found == g->columns) return 0;
+    g->width[found] = 0;
+    return 1;
+}
+
+/* Takes one column of the terminal from the widest that may be cut; 0: none may. */
+static int cut_one(grid *g)
+{
+    size_t found = g->columns;
+    for (size_t c = 0; c < g->columns; c++)
+        if (g->of[c]->least && g->width[c] > g->of[c]->least && (found == g->columns || g->width[c] > g->width[found])) found = c;
+    if (found == g->columns) return 0;
+    g->width[found]--;
+    return 1;
+}
+
+static void text_print(grid *g, const char *indent, FILE *out)
 {
     for (size_t k = 0; k < g->rows * g->columns; k++) {
         const size_t w = ff_text_width(g->cell[k]);
         if (w > g->width[k % g->columns]) g->width[k % g->columns] = w;
     }
+    while (g->style.width && text_total(g, indent) > g->style.width && (leave_out_one(g) || cut_one(g))) continue;
     size_t first = 1; /* a head of nothing is left out */
     for (size_t c = 0; c < g->columns; c++)
         if (g->cell[c][0]) first = 0;
-    for (size_t i = first; i < g->rows; i++) text_row(g, g->cell + i * g->columns, indent, out);
+    for (size_t i = first; i < g->rows; i++) text_row(g, i, indent, out);
 }
 
 /* ---- CSV and TSV ----------------------------------------------------------------------------- */
@@ -163,13 +232,13 @@ static void print_separated(const grid *g, const char *before, const char *betwe
     fputs(after, out);
 }
 
-static void csv_print(const grid *g, const char *indent, FILE *out)
+static void csv_print(grid *g, const char *indent, FILE *out)
 {
     (void)indent;
     for (size_t i = 0; i < g->rows; i++) print_separated(g, "", ",", "\n", i, out);
 }
 
-static void tsv_print(const grid *g, const char *indent, FILE *out)
+static void tsv_print(grid *g, const char *indent, FILE *out)
 {
     (void)indent;
     for (size_t i = 0; i < g->rows; i++) print_separated(g, "", "\t", "\n", i, out);
@@ -187,7 +256,7 @@ static char *markdown_written(const ff_cell *cell)
     return escaped(cell->text, markdown_escape);
 }
 
-static void markdown_print(const grid *g, const char *indent, FILE *out)
+static void markdown_print(grid *g, const char *indent, FILE *out)
 {
     (void)indent;
     for (size_t i = 0; i < g->rows; i++) {
@@ -252,7 +321,7 @@ static char *latex_written(const ff_cell *cell)
     return latex_number(cell->text);
 }
 
-static void latex_print(const grid *g, const char *indent, FILE *out)
+static void latex_print(grid *g, const char *indent, FILE *out)
 {
     (void)indent;
     fputs("\\begin{tabular}{", out);
@@ -303,8 +372,10 @@ static void grid_free(grid *g)
 {
     for (size_t i = 0; g->cell && i < g->rows * g->columns; i++) free(g->cell[i]);
     free(g->cell);
+    free(g->ink);
     free(g->align);
     free(g->width);
+    free(g->of);
 }
 
 /* Fills the g->columns wanted columns. */
@@ -314,12 +385,15 @@ static ff_status grid_fill(grid *g, const ff_column *column, size_t n, const voi
     for (size_t c = 0; c < n; c++) {
         if (!is_wanted(&column[c], of, f->exact)) continue;
         g->align[at] = column[c].align;
+        g->of[at] = &column[c];
         for (size_t i = 0; i < g->rows; i++) {
             ff_cell cell = {.is_number = 0};
-            if (i == 0)
+            if (i == 0) {
                 head_cell(&column[c], f->exact, &cell);
-            else
+                cell.ink = FF_INK_HEAD;
+            } else
                 column[c].cell(&cell, (ff_where){of, i - 1, column[c].index});
+            g->ink[i * g->columns + at] = cell.ink;
             char *written = f->written(&cell);
             if (!written) return FF_ERR_MEMORY;
             g->cell[i * g->columns + at] = written;
@@ -330,14 +404,17 @@ static ff_status grid_fill(grid *g, const ff_column *column, size_t n, const voi
 }
 
 ff_status ff_columns_print(const ff_column *column, size_t n_columns, const void *of, size_t rows, ff_table_form form,
-                           const char *indent, FILE *out)
+                           const char *indent, const ff_report_style *style, FILE *out)
 {
-    grid g = {.rows = rows + 1};
+    grid g = {.rows = rows + 1, .style = style ? *style : (ff_report_style){0}};
     for (size_t c = 0; c < n_columns; c++) g.columns += is_wanted(&column[c], of, forms[form].exact) != 0;
     g.cell = calloc(g.rows * g.columns + 1, sizeof *g.cell);
+    g.ink = calloc(g.rows * g.columns + 1, sizeof *g.ink);
     g.align = calloc(g.columns + 1, sizeof *g.align);
     g.width = calloc(g.columns + 1, sizeof *g.width);
-    ff_status status = g.cell && g.align && g.width ? grid_fill(&g, column, n_columns, of, &forms[form]) : FF_ERR_MEMORY;
+    g.of = calloc(g.columns + 1, sizeof *g.of);
+    ff_status status =
+        g.cell && g.ink && g.align && g.width && g.of ? grid_fill(&g, column, n_columns, of, &forms[form]) : FF_ERR_MEMORY;
     if (status == FF_OK) forms[form].print(&g, indent, out);
     grid_free(&g);
     return status;

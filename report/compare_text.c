@@ -1,5 +1,6 @@
 /* A comparison as people read it, and its ranking as a table. */
 #include "internal_fits_text.h"
+#include "internal_verdict.h"
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -35,39 +36,9 @@ static size_t problem_at(const ranking *t, size_t row)
     return t->fit[row] / (t->r->n_fits / t->r->n_problems);
 }
 
-static const ff_versus *versus_of(const ff_report_fits *r, const ff_fit_result *f)
-{
-    const ff_report_trust *t = r->trust ? &r->trust[f - r->fit] : NULL;
-    return t && t->has_versus ? &t->versus : NULL;
-}
-
-static int is_tied(const ff_report_fits *r, const ff_fit_result *f, const ff_fit_result *best)
-{
-    const ff_versus *v = versus_of(r, f);
-    return v && f != best && !v->told_apart;
-}
-
-/* The simplest fit of a problem that is not told apart from the best, the one with the lowest objective of several; best where no
- * test was possible, since being simple is no reason then. */
-static const ff_fit_result *simplest_of(const ff_report_fits *r, const ff_fit_result *best)
-{
-    const size_t models = r->n_fits / r->n_problems, first = (size_t)(best - r->fit) / models * models;
-    const ff_fit_result *found = NULL;
-    for (size_t i = first; i < first + models; i++) {
-        const ff_fit_result *f = &r->fit[i];
-        const ff_versus *v = versus_of(r, f);
-        if (v && f != best && isnan(v->vuong_p)) return best;
-        if (!v || v->told_apart) continue;
-        if (!found || f->n_free < found->n_free ||
-            (f->n_free == found->n_free && f->residual.objective < found->residual.objective))
-            found = f;
-    }
-    return found ? found : best;
-}
-
 static const ff_versus *versus_at(const ranking *t, size_t row)
 {
-    return versus_of(t->r, fit_at(t, row));
+    return ff_report_versus(t->r, fit_at(t, row));
 }
 
 /* ---- its columns ----------------------------------------------------------------------------- */
@@ -89,7 +60,9 @@ static void mark_cell(ff_cell *out, ff_where w)
     const ranking *t = w.of;
     const ff_fit_result *f = fit_at(t, w.row), *best = best_at(t, w.row);
     const ff_versus *v = versus_at(t, w.row);
-    ff_cell_text(out, "%s", f == simplest_of(t->r, best) ? "*" : v && !v->told_apart ? "~" : "");
+    const int chosen = f == ff_report_simplest(t->r, best);
+    ff_cell_text(out, "%s", chosen ? "*" : v && !v->told_apart ? "~" : "");
+    out->ink = chosen ? FF_INK_GOOD : FF_INK_FAINT;
 }
 
 /* From 1 for the best of its problem. */
@@ -153,6 +126,12 @@ static void kd_cell(ff_cell *out, ff_where w)
     ff_report_channel_cells(out, fit_at(w.of, w.row), 0, "kd");
 }
 
+static void relative_cell(ff_cell *out, ff_where w)
+{
+    const double best = best_at(w.of, w.row)->residual.objective, x = fit_at(w.of, w.row)->residual.objective;
+    ff_cell_number(out, x == best ? 1 : x / best, 4);
+}
+
 enum { OBJECTIVE, RMSE, COSINE, LOG };
 static void residual_cell(ff_cell *out, ff_where w)
 {
@@ -180,6 +159,16 @@ static void vuong_cell(ff_cell *out, ff_where w)
     if (fit_at(t, w.row) == best_at(t, w.row)) return;
     const double z = versus_at(t, w.row)->vuong_z;
     if (!isnan(z)) ff_cell_number(out, z, 3); /* else no test was possible */
+}
+
+/* How probable so large a difference is where there is none. */
+static void evidence_cell(ff_cell *out, ff_where w)
+{
+    const ranking *t = w.of;
+    char number[FF_TEXT_NUMBER];
+    if (fit_at(t, w.row) == best_at(t, w.row)) return;
+    const double p = versus_at(t, w.row)->vuong_p;
+    if (!isnan(p)) ff_cell_text(out, p < 1e-3 ? "< 0.001" : "%s", ff_text_fixed(p, 3, number));
 }
 
 static void apart_cell(ff_cell *out, ff_where w)
@@ -262,22 +251,24 @@ static const ff_column ranking_columns[] = {
     {.head = "channel", .wanted = of_several, .cell = problem_cell},
     {.head = "", .audience = FF_PEOPLE, .cell = mark_cell},
     {.head = "rank", .audience = FF_PROGRAMS, .cell = rank_cell},
-    {.head = "distribution", .cell = ndf_cell},
-    {.head = "masking", .cell = masking_cell},
-    {.head = "fresnel", .wanted = fresnels_differ, .cell = fresnel_cell},
-    {.head = "diffuse", .wanted = bases_differ, .cell = base_cell},
+    {.head = "distribution", .cell = ndf_cell, .least = 9},
+    {.head = "masking", .cell = masking_cell, .least = 14},
+    {.head = "fresnel", .wanted = fresnels_differ, .cell = fresnel_cell, .least = 7},
+    {.head = "diffuse", .wanted = bases_differ, .cell = base_cell, .least = 7},
     {.head = "model", .audience = FF_PROGRAMS, .cell = model_cell},
-    {.head = "alpha", .audience = FF_PEOPLE, .cell = shape_cell},
-    {.head = "f0", .audience = FF_PEOPLE, .cell = f0_cell},
-    {.head = "kd", .audience = FF_PEOPLE, .cell = kd_cell},
-    {.head = "objective", .align = FF_RIGHT, .cell = residual_cell, .index = OBJECTIVE},
-    {.head = "rmse", .align = FF_RIGHT, .cell = residual_cell, .index = RMSE},
-    {.head = "cosine rmse", .align = FF_RIGHT, .cell = residual_cell, .index = COSINE},
-    {.head = "log rmse", .align = FF_RIGHT, .cell = residual_cell, .index = LOG},
-    {.head = "delta AIC", .key = "delta_aic", .align = FF_RIGHT, .cell = aic_cell},
-    {.head = "Vuong z", .key = "vuong_z", .align = FF_RIGHT, .wanted = has_versus, .cell = vuong_cell},
+    {.head = "alpha", .audience = FF_PEOPLE, .cell = shape_cell, .least = 8},
+    {.head = "f0", .audience = FF_PEOPLE, .cell = f0_cell, .drop = 4},
+    {.head = "kd", .audience = FF_PEOPLE, .cell = kd_cell, .drop = 5},
+    {.head = "objective", .align = FF_RIGHT, .cell = residual_cell, .index = OBJECTIVE, .drop = 6},
+    {.head = "/ best", .audience = FF_PEOPLE, .align = FF_RIGHT, .cell = relative_cell},
+    {.head = "rmse", .align = FF_RIGHT, .cell = residual_cell, .index = RMSE, .drop = 10},
+    {.head = "cosine rmse", .align = FF_RIGHT, .cell = residual_cell, .index = COSINE, .drop = 8},
+    {.head = "log rmse", .align = FF_RIGHT, .cell = residual_cell, .index = LOG, .drop = 9},
+    {.head = "delta AIC", .key = "delta_aic", .align = FF_RIGHT, .cell = aic_cell, .drop = 7},
+    {.head = "Vuong z", .key = "vuong_z", .align = FF_RIGHT, .wanted = has_versus, .cell = vuong_cell, .drop = 3},
+    {.head = "p", .audience = FF_PEOPLE, .align = FF_RIGHT, .wanted = has_versus, .cell = evidence_cell},
     {.head = "told apart", .audience = FF_PROGRAMS, .wanted = has_versus, .cell = apart_cell},
-    {.head = "held out", .align = FF_RIGHT, .audience = FF_PEOPLE, .wanted = has_folds, .cell = held_out_text},
+    {.head = "held out", .align = FF_RIGHT, .audience = FF_PEOPLE, .wanted = has_folds, .cell = held_out_text, .drop = 1},
     {.head = "held out", .audience = FF_PROGRAMS, .wanted = has_folds, .cell = held_out_cell, .index = VALUE},
     {.head = "held out error", .audience = FF_PROGRAMS, .wanted = has_folds, .cell = held_out_cell, .index = ERROR},
     {.head = "", .audience = FF_PEOPLE, .cell = outcome_text},
@@ -331,7 +322,7 @@ static void see_what_differs(ranking *t)
 static ff_status put_ranking(ranking *t, ff_table_form form, FILE *out)
 {
     see_what_differs(t);
-    return ff_columns_print(ranking_columns, FF_COUNT(ranking_columns), t, t->n, form, "", out);
+    return ff_columns_print(ranking_columns, FF_COUNT(ranking_columns), t, t->n, form, "", t->r->style, out);
 }
 
 /* ---- with a column for every parameter ------------------------------------------------------- */
@@ -385,7 +376,7 @@ static ff_status put_wide(ranking *t, ff_table_form form, FILE *out)
                 (ff_column){.head = of ? ff_report_key(name, of, label[k]) : label[k], .cell = channel_value_cell, .index = k};
         }
         see_what_differs(t);
-        status = ff_columns_print(column, n, t, t->n, form, "", out);
+        status = ff_columns_print(column, n, t, t->n, form, "", t->r->style, out);
     }
     free(column);
     free(label);
@@ -454,7 +445,7 @@ static void with_cell(ff_cell *out, ff_where w)
     ff_cell_text(out, "%s", ff_report_ndf_name(masking_fit(w.of, w.row)));
 }
 
-static const ff_column masking_columns[] = {{.head = "by masking", .cell = by_masking_cell},
+static const ff_column masking_columns[] = {{.head = "by masking", .cell = by_masking_cell, .least = 14},
                                             {.head = "objective / best", .align = FF_RIGHT, .cell = ratio_cell},
                                             {.head = "with", .cell = with_cell}};
 
@@ -464,7 +455,7 @@ static ff_status put_maskings(const ff_report_fits *r, size_t p, FILE *out)
     ff_status status = best_of_maskings(r, p, &row, &n);
     if (status != FF_OK) return status;
     const maskings t = {r, row};
-    status = ff_columns_print(masking_columns, FF_COUNT(masking_columns), &t, n, FF_TABLE_TEXT, "", out);
+    status = ff_columns_print(masking_columns, FF_COUNT(masking_columns), &t, n, FF_TABLE_TEXT, "", r->style, out);
     if (status == FF_OK && r->trust) status = ff_report_bands_text(r, row, n, out);
     free(row);
     return status;
@@ -478,21 +469,12 @@ static int any_on_bound(const ff_fit_result *f)
     return any;
 }
 
-static const ff_fit_result *best_of(const ff_report_fits *r, size_t p)
-{
-    const size_t models = r->n_fits / r->n_problems;
-    size_t best = p * models;
-    for (size_t i = best; i < (p + 1) * models; i++)
-        if (r->fit[i].residual.objective < r->fit[best].residual.objective) best = i;
-    return &r->fit[best];
-}
-
 /* What a model that contains the simplest gains by its parameter: nothing that these data show. */
 static void put_no_better(const ff_report_fits *r, size_t p, FILE *out)
 {
     const size_t models = r->n_fits / r->n_problems;
     for (size_t i = p * models; i < (p + 1) * models; i++) {
-        const ff_versus *v = versus_of(r, &r->fit[i]);
+        const ff_versus *v = ff_report_versus(r, &r->fit[i]);
         if (!v || !v->by_parameter || v->told_apart) continue;
         fprintf(out, "%s/%s: the model with the lowest residuals becomes it with one parameter held, and is no better for it\n",
                 ff_report_ndf_name(&r->fit[i]), ff_report_masking_name(&r->fit[i]));
@@ -502,7 +484,7 @@ static void put_no_better(const ff_report_fits *r, size_t p, FILE *out)
 /* Are there too few incidences for any test? */
 static int is_untested(const ff_report_fits *r, size_t p)
 {
-    const ff_versus *v = versus_of(r, &r->fit[p * (r->n_fits / r->n_problems)]);
+    const ff_versus *v = ff_report_versus(r, &r->fit[p * (r->n_fits / r->n_problems)]);
     return v && v->weighted && v->incidences < 3;
 }
 
@@ -512,13 +494,13 @@ static void put_legend(const ff_report_fits *r, FILE *out)
     for (size_t i = 0; i < r->n_fits; i++) any |= any_on_bound(&r->fit[i]);
     for (size_t p = 0; p < r->n_problems && r->trust; p++)
         for (size_t i = p * (r->n_fits / r->n_problems); i < (p + 1) * (r->n_fits / r->n_problems); i++)
-            tied |= is_tied(r, &r->fit[i], best_of(r, p));
+            tied |= ff_report_is_tied(r, &r->fit[i], ff_report_best(r, p));
     if (any || tied) fputc('\n', out);
     if (any) fputs("! on its bound\n", out);
     if (tied) fputs("~ cannot be told apart from the best by these data", out);
     if (tied) fputs(is_untested(r, 0) ? "\n" : "; * is the simplest of them\n", out);
     for (size_t p = 0; p < r->n_problems && r->trust; p++) {
-        const ff_versus *v = versus_of(r, &r->fit[p * (r->n_fits / r->n_problems)]);
+        const ff_versus *v = ff_report_versus(r, &r->fit[p * (r->n_fits / r->n_problems)]);
         put_no_better(r, p, out);
         if (is_untested(r, p))
             fprintf(out, "no model can be ruled out: that takes 3 incidences at least, found %zu; * is the best\n", v->incidences);
@@ -531,7 +513,8 @@ static void put_winner(const ff_report_fits *r, size_t i, FILE *out)
     const ff_fit_result *f = &r->fit[i];
     char expression[FF_MODEL_NAME];
     ff_model_expression(&f->model, expression, sizeof expression);
-    const char *what = f == best_of(r, i / (r->n_fits / r->n_problems)) ? "best" : "simplest that is not told apart from the best";
+    const char *what =
+        f == ff_report_best(r, i / (r->n_fits / r->n_problems)) ? "best" : "simplest that is not told apart from the best";
     fprintf(out, "\n* %s: %s, %s\n", what, expression, ff_shape_name((int)f->shape));
     ff_report_fit_warnings(r, i, out);
 }
@@ -553,7 +536,7 @@ static ff_status put_problem(const ff_report_fits *r, size_t p, size_t *best, FI
 
 ff_status ff_report_compare_text(const ff_report_fits *r, FILE *out)
 {
-    ff_status status = FF_OK;
+    ff_status status = ff_report_verdict_text(r, out);
     ff_report_selection_text(r, out);
     for (size_t p = 0; p < r->n_problems && status == FF_OK; p++) {
         size_t best = 0;
@@ -564,7 +547,7 @@ ff_status ff_report_compare_text(const ff_report_fits *r, FILE *out)
         if (status == FF_OK) status = put_maskings(r, p, out);
         if (status != FF_OK) break;
         if (r->trust && r->trust[best].has_outliers) ff_report_outliers_text(r, best, out);
-        put_winner(r, (size_t)(simplest_of(r, &r->fit[best]) - r->fit), out);
+        put_winner(r, (size_t)(ff_report_simplest(r, &r->fit[best]) - r->fit), out);
     }
     if (status == FF_OK) put_legend(r, out);
     return status;

@@ -42,14 +42,28 @@ typedef struct ff_report_head {
 /** Writes "schema", "version" and "command" into the open object of j. */
 void ff_report_head_json(ff_json *j, ff_schema schema, const ff_report_head *head);
 
+/** How text for people is laid out. All 0, or a NULL in its place: lines as long as they are, no colours. Whatever the style, a
+ * line of text has the same beginning. */
+typedef struct ff_report_style {
+    size_t width; /**< columns of the terminal: tables leave out what there is no room for; 0 = any   */
+    int color;    /**< 1: with colours (ECMA-48)                                                        */
+} ff_report_style;
+
+/** Passes on what `write` writes, text, with lines that are longer than style->width broken between words; what a line continues
+ *  with is indented further than the line. style NULL: as it is.
+ *  @return the status of write, or FF_ERR_MEMORY */
+ff_status ff_report_fold(ff_status (*write)(const void *context, FILE *out), const void *context, const ff_report_style *style,
+                         FILE *out);
+
 /** What is known of a fit beyond its result; a part that is not there was not asked for. */
 typedef struct ff_report_trust {
-    int has_bands, has_versus, has_cut_off, has_bootstrap, has_outliers;
+    int has_bands, has_versus, has_cut_off, has_bootstrap, has_outliers, has_explained;
     ff_bands bands;
     ff_versus versus; /**< against the best of its problem: all 0 for that one      */
     ff_cut_off cut_off;
     ff_bootstrap bootstrap;
     ff_outliers outliers;
+    ff_explained explained;
 } ff_report_trust;
 
 /** Written forms of the main table of a report, for --table: text as in the report; CSV (RFC 4180) and TSV for programs, with a
@@ -80,6 +94,7 @@ typedef struct ff_report_fits {
     const ff_difference *difference;  /**< between the channels, each fitted alone; NULL       */
     const ff_adaptive *adaptive;      /**< how the loss was chosen, where it was; else NULL; fit is its chosen one */
     size_t rows;                      /**< of a comparison's text, at most; 0 = all            */
+    const ff_report_style *style;     /**< of text; NULL = plain                               */
 } ff_report_fits;
 
 /** Objectives that are no further apart, relative to the lower, are equal. Those of two instruction sets differ by up to 4e-13 of
@@ -99,10 +114,10 @@ void ff_report_warnings_json(ff_json *j, const ff_words_subject *s, const ff_war
 /** The lines of the warnings of fit i. */
 void ff_report_fit_warnings(const ff_report_fits *r, size_t i, FILE *out);
 
-/** Fits one after another: parameters, ellipse, residuals, warnings. */
+/** The verdict, then fits one after another: parameters, ellipse, residuals, warnings. */
 ff_status ff_report_fit_text(const ff_report_fits *r, FILE *out);
 
-/** Fits as rows, best first and marked '*', at most r->rows of them, then the best objective of every masking. */
+/** The verdict, then fits as rows, best first and marked '*', at most r->rows of them, then the best objective of every masking. */
 ff_status ff_report_compare_text(const ff_report_fits *r, FILE *out);
 
 /** Writes the root mean squares of r into the open object of j, a key for every loss that has one: "cosine_rmse", "cube_root_rmse".
@@ -129,6 +144,7 @@ typedef struct ff_report_ndf {
     const ff_problem *problem;
     const ff_ndf_options *options; /**< those of the fit among them     */
     const ff_ndf_result *result;
+    const ff_report_style *style; /**< of text; NULL = plain           */
 } ff_report_ndf;
 
 /** How it was retrieved, its roughness in several measures, the parameters, and its residuals beside those of the formulas. */
@@ -137,7 +153,7 @@ ff_status ff_report_ndf_table(const ff_report_ndf *n, ff_table_form form, FILE *
 
 /** What is in a table: size, channels, range of angles and values, coverage, reflectance, symmetries as ff_survey_new measures
  * them. */
-ff_status ff_report_table_text(const char *path, const ff_table *t, FILE *out);
+ff_status ff_report_table_text(const char *path, const ff_table *t, const ff_report_style *style, FILE *out);
 ff_status ff_report_table_json(const ff_report_head *head, const char *path, const ff_table *t, FILE *out); /**< FF_SCHEMA_INFO */
 
 ff_status ff_report_channels_table(const ff_table *t, ff_table_form form, FILE *out); /**< a row for every channel */
@@ -152,11 +168,11 @@ ff_status ff_report_resample_json(const ff_report_head *head, const char *in, co
 void ff_report_resample_warning(const ff_resample_report *r, char out[FF_WORDS_SENTENCE]);
 
 /** The registries. */
-ff_status ff_report_models_text(FILE *out);
+ff_status ff_report_models_text(const ff_report_style *style, FILE *out);
 ff_status ff_report_models_markdown(FILE *out);                         /**< docs/models.md */
 ff_status ff_report_models_table(ff_table_form form, FILE *out);        /**< a row for every term */
 ff_status ff_report_models_json(const ff_report_head *head, FILE *out); /**< FF_SCHEMA_MODELS */
-ff_status ff_report_formats_text(FILE *out);
+ff_status ff_report_formats_text(const ff_report_style *style, FILE *out);
 ff_status ff_report_formats_table(ff_table_form form, FILE *out);
 ff_status ff_report_formats_json(const ff_report_head *head, FILE *out); /**< FF_SCHEMA_FORMATS */
 

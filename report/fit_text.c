@@ -1,5 +1,6 @@
 /* A fit as people read it, and its parameters as a table. */
 #include "internal_fits_text.h"
+#include "internal_verdict.h"
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -215,18 +216,18 @@ static const ff_column parameter_columns[] = {
     {.head = "95 % interval", .align = FF_RIGHT, .audience = FF_PEOPLE, .cell = interval_text},
     {.head = "low", .audience = FF_PROGRAMS, .cell = limit_cell, .index = LOW},
     {.head = "high", .audience = FF_PROGRAMS, .cell = limit_cell, .index = HIGH},
-    {.head = "N", .key = "carriers", .align = FF_RIGHT, .wanted = has_carriers, .cell = carriers_cell},
+    {.head = "N", .key = "carriers", .align = FF_RIGHT, .wanted = has_carriers, .cell = carriers_cell, .drop = 2},
     {.head = "residual error",
      .key = "residual_error",
      .audience = FF_PROGRAMS,
      .wanted = has_carriers,
      .cell = residual_error_cell},
-    {.head = "unit", .cell = unit_cell},
-    {.head = "", .key = "note", .cell = note_cell}};
+    {.head = "unit", .cell = unit_cell, .drop = 3},
+    {.head = "", .key = "note", .cell = note_cell, .least = 10, .wraps = 1}};
 
 static ff_status put_rows(const parameters *t, ff_table_form form, const char *indent, FILE *out)
 {
-    return ff_columns_print(parameter_columns, FF_COUNT(parameter_columns), t, t->n, form, indent, out);
+    return ff_columns_print(parameter_columns, FF_COUNT(parameter_columns), t, t->n, form, indent, t->r->style, out);
 }
 
 ff_status ff_report_fit_table(const ff_report_fits *r, ff_table_form form, FILE *out)
@@ -249,6 +250,7 @@ ff_status ff_report_fit_table(const ff_report_fits *r, ff_table_form form, FILE 
 typedef struct channels {
     const ff_problem *p;
     const ff_fit_result *f;
+    const ff_report_style *style;
 } channels;
 
 static const ff_fit_value *channel_value(const channels *t, size_t c, size_t k)
@@ -291,9 +293,9 @@ static void channel_note_cell(ff_cell *out, ff_where w)
 }
 
 /* A row for each channel: its name, value and error of every parameter, and what is to be said of them. */
-static ff_status put_channels(const ff_problem *p, const ff_fit_result *f, FILE *out)
+static ff_status put_channels(const ff_problem *p, const ff_fit_result *f, const ff_report_style *style, FILE *out)
 {
-    const channels t = {p, f};
+    const channels t = {p, f, style};
     ff_column *column = malloc((2 + 2 * (size_t)f->model.n_channel) * sizeof *column);
     size_t n = 0;
     if (!column) return FF_ERR_MEMORY;
@@ -301,10 +303,10 @@ static ff_status put_channels(const ff_problem *p, const ff_fit_result *f, FILE 
     for (uint32_t k = 0; k < f->model.n_channel; k++) {
         if (ff_report_all_left_alone(f, k)) continue;
         column[n++] = (ff_column){.head = f->model.channel[k].name, .align = FF_RIGHT, .cell = channel_value_cell, .index = k};
-        column[n++] = (ff_column){.head = "std error", .align = FF_RIGHT, .cell = channel_error_cell, .index = k};
+        column[n++] = (ff_column){.head = "std error", .align = FF_RIGHT, .cell = channel_error_cell, .index = k, .drop = 1};
     }
-    column[n++] = (ff_column){.head = "", .cell = channel_note_cell};
-    const ff_status status = ff_columns_print(column, n, &t, f->n_channels, FF_TABLE_TEXT, "  ", out);
+    column[n++] = (ff_column){.head = "", .cell = channel_note_cell, .least = 10, .wraps = 1};
+    const ff_status status = ff_columns_print(column, n, &t, f->n_channels, FF_TABLE_TEXT, "  ", style, out);
     free(column);
     return status;
 }
@@ -331,7 +333,7 @@ static ff_status put_parameters(const ff_report_fits *r, size_t i, FILE *out)
     free(t.row);
     if (status != FF_OK || !apart) return status;
     fputc('\n', out);
-    return put_channels(ff_report_problem_of(r, i), &r->fit[i], out);
+    return put_channels(ff_report_problem_of(r, i), &r->fit[i], r->style, out);
 }
 
 static void put_ellipse(const ff_fit_result *f, FILE *out)
@@ -401,12 +403,12 @@ static const ff_column residual_columns[] = {{.head = "residual", .cell = residu
                                              {.head = "value", .align = FF_RIGHT, .cell = residual_value},
                                              {.head = "unit", .cell = residual_unit}};
 
-static ff_status put_residual(const ff_fit_result *f, FILE *out)
+static ff_status put_residual(const ff_fit_result *f, const ff_report_style *style, FILE *out)
 {
     residuals t = {.f = f};
     for (int loss = 0; loss < FF_LOSS_COUNT; loss++)
         if (ff_loss_at(loss)->rmse_unit) t.loss[t.n_losses++] = loss;
-    return ff_columns_print(residual_columns, FF_COUNT(residual_columns), &t, residual_rows(&t), FF_TABLE_TEXT, "  ", out);
+    return ff_columns_print(residual_columns, FF_COUNT(residual_columns), &t, residual_rows(&t), FF_TABLE_TEXT, "  ", style, out);
 }
 
 static ff_status put_fit(const ff_report_fits *r, size_t i, FILE *out)
@@ -422,7 +424,7 @@ static ff_status put_fit(const ff_report_fits *r, size_t i, FILE *out)
     ff_status status = put_parameters(r, i, out);
     put_ellipse(f, out);
     fputc('\n', out);
-    if (status == FF_OK) status = put_residual(f, out);
+    if (status == FF_OK) status = put_residual(f, r->style, out);
     ff_report_trust_of_fit(r, i, out);
     if (f->warnings.n > 0) fputc('\n', out);
     ff_report_fit_warnings(r, i, out);
@@ -484,15 +486,16 @@ static void candidate_outcome(ff_cell *out, ff_where w)
 static const ff_column candidate_columns[] = {{.head = "", .cell = candidate_mark},
                                               {.head = "loss", .cell = candidate_loss},
                                               {.head = "picture difference", .align = FF_RIGHT, .cell = candidate_difference},
-                                              {.head = "alpha", .cell = candidate_shape},
-                                              {.head = "f0", .cell = candidate_f0},
-                                              {.head = "kd", .cell = candidate_kd},
+                                              {.head = "alpha", .cell = candidate_shape, .least = 8},
+                                              {.head = "f0", .cell = candidate_f0, .least = 8, .drop = 1},
+                                              {.head = "kd", .cell = candidate_kd, .least = 8, .drop = 2},
                                               {.head = "", .cell = candidate_outcome}};
 
-static ff_status put_candidates(const ff_adaptive *a, FILE *out)
+static ff_status put_candidates(const ff_adaptive *a, const ff_report_style *style, FILE *out)
 {
     fputc('\n', out);
-    const ff_status status = ff_columns_print(candidate_columns, FF_COUNT(candidate_columns), a, a->n, FF_TABLE_TEXT, "", out);
+    const ff_status status =
+        ff_columns_print(candidate_columns, FF_COUNT(candidate_columns), a, a->n, FF_TABLE_TEXT, "", style, out);
     fprintf(out, "* chosen: its pictures of a lit sphere are nearest to the data's, which cover %zu of %zu pixels\n",
             a->coverage.measured, a->coverage.pixels);
     return status;
@@ -500,9 +503,9 @@ static ff_status put_candidates(const ff_adaptive *a, FILE *out)
 
 ff_status ff_report_fit_text(const ff_report_fits *r, FILE *out)
 {
-    ff_status status = FF_OK;
+    ff_status status = ff_report_verdict_text(r, out);
     ff_report_selection_text(r, out);
-    if (r->adaptive) status = put_candidates(r->adaptive, out);
+    if (r->adaptive && status == FF_OK) status = put_candidates(r->adaptive, r->style, out);
     for (size_t i = 0; i < r->n_fits && status == FF_OK; i++) status = put_fit(r, i, out);
     if (r->difference) put_difference(r->difference, out);
     return status;

@@ -129,3 +129,42 @@ const char *ff_report_column_name(const ff_problem *p, const ff_fit_result *f, s
     snprintf(out, FF_REPORT_NAME, "column %zu", column);
     return out;
 }
+
+/* ---- which is the answer --------------------------------------------------------------------- */
+
+const ff_fit_result *ff_report_best(const ff_report_fits *r, size_t p)
+{
+    const size_t models = r->n_fits / r->n_problems;
+    size_t best = p * models;
+    for (size_t i = best; i < (p + 1) * models; i++)
+        if (r->fit[i].residual.objective < r->fit[best].residual.objective) best = i;
+    return &r->fit[best];
+}
+
+const ff_versus *ff_report_versus(const ff_report_fits *r, const ff_fit_result *f)
+{
+    const ff_report_trust *t = r->trust ? &r->trust[f - r->fit] : NULL;
+    return t && t->has_versus ? &t->versus : NULL;
+}
+
+int ff_report_is_tied(const ff_report_fits *r, const ff_fit_result *f, const ff_fit_result *best)
+{
+    const ff_versus *v = ff_report_versus(r, f);
+    return v && f != best && !v->told_apart;
+}
+
+const ff_fit_result *ff_report_simplest(const ff_report_fits *r, const ff_fit_result *best)
+{
+    const size_t models = r->n_fits / r->n_problems, first = (size_t)(best - r->fit) / models * models;
+    const ff_fit_result *found = NULL;
+    for (size_t i = first; i < first + models; i++) {
+        const ff_fit_result *f = &r->fit[i];
+        const ff_versus *v = ff_report_versus(r, f);
+        if (v && f != best && isnan(v->vuong_p)) return best;
+        if (!v || v->told_apart) continue;
+        if (!found || f->n_free < found->n_free ||
+            (f->n_free == found->n_free && f->residual.objective < found->residual.objective))
+            found = f;
+    }
+    return found ? found : best;
+}

@@ -1,6 +1,7 @@
 /* FF_SCHEMA_FIT: one document for `fit` and `compare`. */
 #include "ff_report.h"
 #include "internal_report.h"
+#include "internal_verdict.h"
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -441,6 +442,7 @@ ff_status ff_report_fits_json(const ff_report_fits *r, FILE *out)
     put_constraints(&j, r->options->constraints);
     if (r->places) put_groups(&j, r);
     if (r->difference) put_difference(&j, r->difference);
+    ff_status status = ff_report_verdict_json(&j, r);
     ff_json_array(&j, "fits", FF_JSON_BLOCK);
     for (size_t i = 0; i < r->n_fits; i++) put_fit(&j, r, i);
     ff_json_close(&j);
@@ -454,5 +456,5 @@ ff_status ff_report_fits_json(const ff_report_fits *r, FILE *out)
     ff_json_close(&j);
     ff_json_end(&j);
     free(rank);
-    return FF_OK;
+    return status;
 }

@@ -263,7 +263,8 @@ static int negatives_matter(const ff_table *t, const ff_survey *s)
     return 0;
 }
 
-static ff_status put_reflectance_table(const reflectances *of, void (*cell)(ff_cell *, ff_where), FILE *out)
+static ff_status put_reflectance_table(const reflectances *of, void (*cell)(ff_cell *, ff_where), const ff_report_style *style,
+                                       FILE *out)
 {
     ff_column column[4 + SHOWN] = {{.head = "theta_i", .align = FF_RIGHT, .cell = theta_cell}};
     size_t n = 1;
@@ -273,16 +274,18 @@ static ff_status put_reflectance_table(const reflectances *of, void (*cell)(ff_c
     column[n++] = (ff_column){.head = "covered", .align = FF_RIGHT, .cell = covered_cell};
     for (size_t k = 0; k < SHOWN && k < of->t->n_channels; k++) {
         const size_t c = channel_shown(of->t, k);
-        column[n++] = (ff_column){.head = of->t->channels[c].name, .align = FF_RIGHT, .cell = cell, .index = c};
+        column[n++] =
+            (ff_column){.head = of->t->channels[c].name, .align = FF_RIGHT, .cell = cell, .index = c, .drop = (unsigned)(k + 2)};
     }
     if (several && cell == reflectance_cell)
         column[n++] = (ff_column){.head = of->t->n_channels > 1 ? "mean of channels, by phi_i" : "by phi_i",
                                   .align = FF_RIGHT,
-                                  .cell = over_azimuths_cell};
-    return ff_columns_print(column, n, of, of->s->n_reflectances, FF_TABLE_TEXT, "  ", out);
+                                  .cell = over_azimuths_cell,
+                                  .drop = 1};
+    return ff_columns_print(column, n, of, of->s->n_reflectances, FF_TABLE_TEXT, "  ", style, out);
 }
 
-static ff_status put_reflectances(const ff_table *t, const ff_survey *s, FILE *out)
+static ff_status put_reflectances(const ff_table *t, const ff_survey *s, const ff_report_style *style, FILE *out)
 {
     const reflectances of = {t, s};
     if (s->n_reflectances == 0) return FF_OK;
@@ -291,10 +294,10 @@ static ff_status put_reflectances(const ff_table *t, const ff_survey *s, FILE *o
         return FF_OK;
     }
     fprintf(out, "\nreflectance into the covered part of the hemisphere (%s)\n", s->method);
-    ff_status status = put_reflectance_table(&of, reflectance_cell, out);
+    ff_status status = put_reflectance_table(&of, reflectance_cell, style, out);
     if (status == FF_OK && negatives_matter(t, s)) {
         fprintf(out, "the same with negative values as 0, as renderers take them\n");
-        status = put_reflectance_table(&of, raised_cell, out);
+        status = put_reflectance_table(&of, raised_cell, style, out);
     }
     if (status == FF_OK) warn_of_reflectance(t, s, out);
     return status;
@@ -327,16 +330,17 @@ static void summary_cell(ff_cell *out, ff_where w)
 }
 
 static const ff_column channel_columns[] = {
-    {.head = "channel", .cell = channel_cell},
+    {.head = "channel", .cell = channel_cell, .least = 10},
     {.head = "wavelength/nm", .key = "wavelength_nm", .align = FF_RIGHT, .cell = wavelength_cell},
     {.head = "min/(1/sr)", .key = "min", .align = FF_RIGHT, .cell = summary_cell, .index = LEAST},
     {.head = "median", .align = FF_RIGHT, .cell = summary_cell, .index = MEDIAN},
     {.head = "max", .align = FF_RIGHT, .cell = summary_cell, .index = MOST}};
 
-static ff_status put_channels(const ff_table *t, const table_summary *s, ff_table_form form, const char *indent, FILE *out)
+static ff_status put_channels(const ff_table *t, const table_summary *s, ff_table_form form, const char *indent,
+                              const ff_report_style *style, FILE *out)
 {
     const channels of = {t, s};
-    return ff_columns_print(channel_columns, FF_COUNT(channel_columns), &of, t->n_channels, form, indent, out);
+    return ff_columns_print(channel_columns, FF_COUNT(channel_columns), &of, t->n_channels, form, indent, style, out);
 }
 
 void ff_report_put_notes(const ff_table *t, FILE *out)
@@ -349,7 +353,7 @@ void ff_report_put_notes(const ff_table *t, FILE *out)
     }
 }
 
-ff_status ff_report_table_text(const char *path, const ff_table *t, FILE *out)
+ff_status ff_report_table_text(const char *path, const ff_table *t, const ff_report_style *style, FILE *out)
 {
     table_summary s;
     ff_status status = summarise(t, &s);
@@ -371,10 +375,10 @@ ff_status ff_report_table_text(const char *path, const ff_table *t, FILE *out)
                                     : "none: every sample counts the same");
     if (t->sigma) fprintf(out, "sigma      every value has a standard deviation\n");
     fputc('\n', out);
-    status = put_channels(t, &s, FF_TABLE_TEXT, "  ", out);
+    status = put_channels(t, &s, FF_TABLE_TEXT, "  ", style, out);
     put_coverage(&s.survey, out);
     if (status == FF_OK) status = put_brightest(t, out);
-    if (status == FF_OK) status = put_reflectances(t, &s.survey, out);
+    if (status == FF_OK) status = put_reflectances(t, &s.survey, style, out);
     fputc('\n', out);
     if (s.survey.every > 1) fprintf(out, "from one sample in %zu:\n", s.survey.every);
     put_symmetry("isotropy  ", "values turned about the normal", &s.survey.isotropy, out);
@@ -391,7 +395,7 @@ ff_status ff_report_channels_table(const ff_table *t, ff_table_form form, FILE *
     table_summary s;
     ff_status status = summarise(t, &s);
     if (status != FF_OK) return status;
-    status = put_channels(t, &s, form, "", out);
+    status = put_channels(t, &s, form, "", NULL, out);
     summary_free(&s);
     return status;
 }

@@ -14,6 +14,7 @@ typedef struct ff_cell {
     char text[FF_CELL]; /* as people read it, "" = empty                                        */
     double number;      /* the same in all its digits, if is_number; NaN is empty in CSV        */
     int is_number;
+    ff_ink ink; /* in text                                                             */
 } ff_cell;
 
 void ff_cell_text(ff_cell *cell, const char *format, ...) __attribute__((format(printf, 2, 3)));
@@ -40,14 +41,18 @@ typedef struct ff_column {
     int (*wanted)(const void *of);          /* NULL: always                                                */
     void (*cell)(ff_cell *out, ff_where w); /* *out is empty before                               */
     size_t index;                           /* for functions that serve several columns                    */
+    unsigned drop;                          /* of text that is too wide the largest goes first; 0: stays   */
+    unsigned least;                         /* its text is cut down to so many columns; 0: never           */
+    int wraps;                              /* 1: of the last column, which goes on below instead          */
 } ff_column;
 
 /* Are these forms for programs? Then numbers have all their digits. */
 int ff_table_form_exact(ff_table_form form);
 
-/* Prints head and rows; text is indented. FF_ERR_MEMORY: nothing was printed. */
+/* Prints head and rows; text is indented, and in a style that has a width loses columns and ends of words until it fits. style:
+ * NULL = plain. FF_ERR_MEMORY: nothing was printed. */
 ff_status ff_columns_print(const ff_column *column, size_t n_columns, const void *of, size_t rows, ff_table_form form,
-                           const char *indent, FILE *out);
+                           const char *indent, const ff_report_style *style, FILE *out);
 
 /* A line about the table, under it: text, or a comment. Nothing in CSV. */
 void ff_columns_remark(ff_table_form form, FILE *out, const char *format, ...) __attribute__((format(printf, 3, 4)));

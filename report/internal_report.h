@@ -15,6 +15,16 @@ int ff_report_all_held(const ff_fit_result *f, uint32_t k);
 /* From more channels than these on, text has a row for each channel, and a comparison the range of a parameter over them. */
 enum { FF_REPORT_CHANNELS = 8 };
 
+/* The fit of problem p with the lowest objective. */
+const ff_fit_result *ff_report_best(const ff_report_fits *r, size_t p);
+/* What fit f differs from the best by; NULL where that was not asked for. */
+const ff_versus *ff_report_versus(const ff_report_fits *r, const ff_fit_result *f);
+/* Is f not the best and not told apart from it? */
+int ff_report_is_tied(const ff_report_fits *r, const ff_fit_result *f, const ff_fit_result *best);
+/* The simplest fit of a problem that is not told apart from the best, the one with the lowest objective of several; best where no
+ * test was possible, since being simple is no reason then. */
+const ff_fit_result *ff_report_simplest(const ff_report_fits *r, const ff_fit_result *best);
+
 /* Radians as degrees, without the dust of the conversion: 80, not 80.000000000000014. */
 double ff_report_degrees(double radians);
 

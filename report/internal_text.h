@@ -7,8 +7,15 @@
 
 enum { FF_TEXT_NUMBER = 48 };
 
-/* Columns that text takes on a terminal: code points, wide ones twice, combining marks none. */
+/* Columns that text takes on a terminal: code points, wide ones twice, combining marks and colours (ff_text_ink) none. */
 size_t ff_text_width(const char *text);
+/* Length in bytes of the most of text that takes no more than `width` columns. */
+size_t ff_text_fitting(const char *text, size_t width);
+
+/* What is worth a colour. */
+typedef enum ff_ink { FF_INK_PLAIN, FF_INK_HEAD, FF_INK_GOOD, FF_INK_WARNING, FF_INK_BAD, FF_INK_FAINT } ff_ink;
+/* The sequence that a terminal obeys (ECMA-48, SGR), "" without colour; FF_INK_PLAIN ends any. */
+const char *ff_text_ink(int color, ff_ink ink);
 
 /* Is this code one that a terminal obeys, or that changes the order or the lines of what stands around it? */
 int ff_text_is_control(uint32_t code);

@@ -122,12 +122,12 @@ static const ff_column quantity_columns[] = {{.head = "quantity", .cell = name_c
                                              {.head = "value", .align = FF_RIGHT, .cell = value_cell},
                                              {.head = "std error", .align = FF_RIGHT, .cell = error_cell},
                                              {.head = "unit", .cell = unit_cell},
-                                             {.head = "", .key = "note", .cell = note_cell}};
+                                             {.head = "", .key = "note", .cell = note_cell, .least = 10, .wraps = 1}};
 
 static ff_status put_quantities(const ff_report_ndf *n, ff_table_form form, const char *indent, FILE *out)
 {
     return ff_columns_print(quantity_columns, FF_COUNT(quantity_columns), n, MEASURES + 2 * n->result->n_channels, form, indent,
-                            out);
+                            n->style, out);
 }
 
 ff_status ff_report_ndf_table(const ff_report_ndf *n, ff_table_form form, FILE *out)
@@ -185,7 +185,7 @@ ff_status ff_report_ndf_text(const ff_report_ndf *n, FILE *out)
     ff_status status = put_quantities(n, FF_TABLE_TEXT, "  ", out);
     fputc('\n', out);
     if (status == FF_OK)
-        status = ff_columns_print(fit_columns, FF_COUNT(fit_columns), n->result, FF_NDF_FITS, FF_TABLE_TEXT, "  ", out);
+        status = ff_columns_print(fit_columns, FF_COUNT(fit_columns), n->result, FF_NDF_FITS, FF_TABLE_TEXT, "  ", n->style, out);
     if (n->result->warnings.n) fputc('\n', out);
     ff_report_warnings_text(&subject, &n->result->warnings, out);
     return status;

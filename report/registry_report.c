@@ -57,7 +57,7 @@ static const ff_column parameter_columns[] = {{.head = "", .cell = name_cell},
                                               {.head = "", .cell = range_cell},
                                               {.head = "", .align = FF_RIGHT, .cell = initial_cell},
                                               {.head = "", .cell = unit_cell},
-                                              {.head = "", .cell = meaning_cell}};
+                                              {.head = "", .cell = meaning_cell, .least = 16}};
 
 enum { CLAIMS_TEXT = 128 };
 /* "reciprocal, passive", or "nothing". */
@@ -69,7 +69,7 @@ static const char *claims_text(uint32_t bits, char out[CLAIMS_TEXT])
     return at ? out : "nothing";
 }
 
-static ff_status put_term(const ff_term *term, FILE *out)
+static ff_status put_term(const ff_term *term, const ff_report_style *style, FILE *out)
 {
     char claimed[CLAIMS_TEXT];
     fprintf(out, "  %s\n      %s\n", term->name, term->title);
@@ -77,10 +77,11 @@ static ff_status put_term(const ff_term *term, FILE *out)
     fprintf(out, "      claims: %s\n", claims_text(term->claims, claimed));
     if (term->note[0]) fprintf(out, "      note: %s\n", term->note);
     if (term->n_params == 0) return FF_OK;
-    return ff_columns_print(parameter_columns, FF_COUNT(parameter_columns), term, term->n_params, FF_TABLE_TEXT, "      ", out);
+    return ff_columns_print(parameter_columns, FF_COUNT(parameter_columns), term, term->n_params, FF_TABLE_TEXT, "      ", style,
+                            out);
 }
 
-ff_status ff_report_models_text(FILE *out)
+ff_status ff_report_models_text(const ff_report_style *style, FILE *out)
 {
     ff_status status = FF_OK;
     fputs("A model is a sum of lobes NDF[/MASKING[/FRESNEL]] and diffuse names: ggx, beckmann/v-cavity, "
@@ -92,7 +93,7 @@ ff_status ff_report_models_text(FILE *out)
     for (int kind = 0; kind < FF_TERM_KINDS; kind++) {
         fprintf(out, "\n%s\n", ff_term_kind_name((ff_term_kind)kind));
         for (size_t i = 0; i < ff_term_count((ff_term_kind)kind) && status == FF_OK; i++)
-            status = put_term(ff_term_at((ff_term_kind)kind, i), out);
+            status = put_term(ff_term_at((ff_term_kind)kind, i), style, out);
     }
     fputs("\npreset\n", out);
     for (size_t i = 0; i < ff_preset_count(); i++) {
@@ -164,7 +165,7 @@ ff_status ff_report_models_table(ff_table_form form, FILE *out)
 {
     size_t rows = 0;
     for (int kind = 0; kind < FF_TERM_KINDS; kind++) rows += ff_term_count((ff_term_kind)kind);
-    return ff_columns_print(model_columns, FF_COUNT(model_columns), NULL, rows, form, "", out);
+    return ff_columns_print(model_columns, FF_COUNT(model_columns), NULL, rows, form, "", NULL, out);
 }
 
 /* ---- the same as a page ---------------------------------------------------------------------- */
@@ -356,20 +357,26 @@ static void format_title_cell(ff_cell *out, ff_where w)
     ff_cell_text(out, "%s", ff_format_at(w.row)->title);
 }
 
-static const ff_column format_columns[] = {{.head = "format", .cell = format_cell},
-                                           {.head = "writes", .cell = writes_cell},
-                                           {.head = "names", .cell = extensions_cell},
-                                           {.head = "options", .cell = options_cell},
-                                           {.head = "what it is", .key = "title", .cell = format_title_cell}};
+static const ff_column format_columns[] = {
+    {.head = "format", .cell = format_cell},
+    {.head = "writes", .cell = writes_cell},
+    {.head = "names", .cell = extensions_cell, .drop = 1},
+    {.head = "options", .cell = options_cell, .drop = 2},
+    {.head = "what it is", .key = "title", .cell = format_title_cell, .least = 20, .wraps = 1}};
+
+static ff_status put_formats(ff_table_form form, const ff_report_style *style, FILE *out)
+{
+    return ff_columns_print(format_columns, FF_COUNT(format_columns), NULL, ff_format_count(), form, "", style, out);
+}
 
 ff_status ff_report_formats_table(ff_table_form form, FILE *out)
 {
-    return ff_columns_print(format_columns, FF_COUNT(format_columns), NULL, ff_format_count(), form, "", out);
+    return put_formats(form, NULL, out);
 }
 
-ff_status ff_report_formats_text(FILE *out)
+ff_status ff_report_formats_text(const ff_report_style *style, FILE *out)
 {
-    const ff_status status = ff_report_formats_table(FF_TABLE_TEXT, out);
+    const ff_status status = put_formats(FF_TABLE_TEXT, style, out);
     fputs("\nAll can be read. A format is recognised by the content of the file; --format NAME overrides. Options are those of "
           "fit, compare,\n"
           "ndf, info and resample: --columns, --grid, --part, --quantity; --scale and --reduce go with every format. "

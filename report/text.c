@@ -34,16 +34,52 @@ static size_t code_width(uint32_t c)
     return 1;
 }
 
+/* A colour: ESC [ digits m. */
+static size_t ink_length(const char *text)
+{
+    if (text[0] != '\x1b' || text[1] != '[') return 0;
+    const size_t digits = strspn(text + 2, "0123456789;");
+    return text[2 + digits] == 'm' ? digits + 3 : 0;
+}
+
+/* Length of what comes next, and its columns. */
+static size_t next_code(const char *text, size_t *width)
+{
+    uint32_t code = 'x';
+    const size_t ink = ink_length(text), n = ink ? ink : ff_text_sequence(text, &code);
+    *width = ink ? 0 : code_width(code);
+    return n ? n : 1;
+}
+
 size_t ff_text_width(const char *text)
 {
-    size_t width = 0;
+    size_t width = 0, one;
     while (*text) {
-        uint32_t code = 'x';
-        const size_t n = ff_text_sequence(text, &code);
-        width += code_width(code);
-        text += n ? n : 1;
+        text += next_code(text, &one);
+        width += one;
     }
     return width;
+}
+
+size_t ff_text_fitting(const char *text, size_t width)
+{
+    size_t at = 0, used = 0, one;
+    while (text[at]) {
+        const size_t n = next_code(text + at, &one);
+        if (used + one > width) break;
+        at += n;
+        used += one;
+    }
+    return at;
+}
+
+/* ---- colours --------------------------------------------------------------------------------- */
+
+const char *ff_text_ink(int color, ff_ink ink)
+{
+    static const char *const of[] = {[FF_INK_PLAIN] = "\x1b[0m",    [FF_INK_HEAD] = "\x1b[1m",   [FF_INK_GOOD] = "\x1b[1;32m",
+                                     [FF_INK_WARNING] = "\x1b[33m", [FF_INK_BAD] = "\x1b[1;31m", [FF_INK_FAINT] = "\x1b[2m"};
+    return color ? of[ink] : "";
 }
 
 /* ---- text of others -------------------------------------------------------------------------- */

@@ -108,6 +108,24 @@ static void put_outliers(ff_json *j, const ff_problem *p, const ff_outliers *o)
     ff_json_close(j);
 }
 
+static void put_explained(ff_json *j, const ff_explained *e)
+{
+    ff_json_object(j, "explained", FF_JSON_LINE);
+    ff_json_number(j, "share", e->share);
+    ff_json_number(j, "bright_error", e->bright_error);
+    ff_json_integer(j, "bright_values", (int64_t)e->bright_values);
+    if (!isnan(e->worst_mean)) {
+        ff_json_object(j, "worst", FF_JSON_LINE);
+        ff_json_string(j, "angle", ff_place_name(e->worst_place));
+        ff_json_integer(j, "from_deg", (int64_t)e->worst_band * FF_BAND_DEGREES);
+        ff_json_integer(j, "to_deg", ((int64_t)e->worst_band + 1) * FF_BAND_DEGREES);
+        ff_json_number(j, "mean", e->worst_mean);
+        ff_json_number(j, "share", e->worst_share);
+        ff_json_close(j);
+    }
+    ff_json_close(j);
+}
+
 void ff_report_trust_json(ff_json *j, const ff_report_fits *r, size_t i)
 {
     const ff_fit_result *f = &r->fit[i];
@@ -115,6 +133,7 @@ void ff_report_trust_json(ff_json *j, const ff_report_fits *r, size_t i)
     const ff_report_trust *t = r->trust ? &r->trust[i] : NULL;
     put_information(j, f);
     if (!t) return;
+    if (t->has_explained) put_explained(j, &t->explained);
     if (t->has_versus) put_versus(j, &t->versus);
     if (t->has_bands) put_bands(j, &t->bands);
     if (t->has_cut_off) put_cut_off(j, p, f, &t->cut_off);

@@ -225,15 +225,17 @@ static ff_status put_bands_of(const ff_report_fits *r, const size_t *row, size_t
 {
     const bands t = {r, row, place};
     char angle[64], label[FF_BANDS][32];
-    ff_column column[2 + FF_BANDS] = {{.head = angle, .cell = masking_cell}, {.head = "", .cell = ndf_cell}};
+    ff_column column[2 + FF_BANDS] = {{.head = angle, .cell = masking_cell, .least = 14},
+                                      {.head = "", .cell = ndf_cell, .drop = 2}};
     size_t columns = 2;
     snprintf(angle, sizeof angle, "%s, degrees", ff_place_name(place));
     for (size_t b = 0; b < FF_BANDS && n; b++) {
         if (!r->trust[row[0]].bands.band[place][b].n) continue;
         snprintf(label[b], sizeof label[b], "%zu-%zu", b * FF_BAND_DEGREES, (b + 1) * FF_BAND_DEGREES);
-        column[columns++] = (ff_column){.head = label[b], .align = FF_RIGHT, .cell = band_cell, .index = b};
+        column[columns++] =
+            (ff_column){.head = label[b], .align = FF_RIGHT, .cell = band_cell, .index = b, .drop = b % 2}; /* then every other */
     }
-    return ff_columns_print(column, columns, &t, n, FF_TABLE_TEXT, "", out);
+    return ff_columns_print(column, columns, &t, n, FF_TABLE_TEXT, "", r->style, out);
 }
 
 ff_status ff_report_bands_text(const ff_report_fits *r, const size_t *row, size_t n, FILE *out)

@@ -65,6 +65,19 @@ ff_status ff_trust_residual_table(const ff_problem *p, const ff_table *t, const 
     return status ? status : ff_table_move(&made, out, err);
 }
 
+ff_status ff_trust_explained(const ff_problem *p, const ff_fit_options *o, const ff_fit_result *fit, ff_explained *out,
+                             ff_error *err)
+{
+    ff_fit_options own;
+    ff_explained found;
+    ff_status status = ff_record_check("ff_explained", out, FF_END_OF(ff_explained, worst_share), err);
+    o = ff_fit_options_take(o, &own, err);
+    if (!o) return FF_ERR_RANGE;
+    if (!status) status = ff_trust_explained_into(p, o, fit, &found, err);
+    if (!status) ff_options_init(out, out->size, &found, sizeof found);
+    return status;
+}
+
 ff_status ff_trust_outliers(const ff_problem *p, const ff_places *places, const ff_fit_options *o, const ff_fit_result *fit,
                             ff_outliers *out, ff_error *err)
 {

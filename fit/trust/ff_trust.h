@@ -76,6 +76,26 @@ FF_API ff_status ff_trust_bands(const ff_problem *p, const ff_places *places, co
 FF_API ff_status ff_trust_residual_table(const ff_problem *p, const ff_table *t, const ff_fit_options *o, const ff_fit_result *fit,
                                          ff_table **out, ff_error *err);
 
+/** What a fit explains of its data, and where it fails most. Of more than 20,000 samples it is looked at through some of them. */
+typedef struct ff_explained {
+    size_t size;  /**< sizeof(ff_explained), set by the caller                                                       */
+    double share; /**< 1 - squares that the model leaves / squares that a constant of each channel leaves, with the weights and
+                       the loss of the fit; NaN of data that are constant. Below 0: worse than a constant             */
+    double bright_error;  /**< median of |y - f| / f where f cos(theta_i) cos(theta_o) is at least a tenth of the largest of its
+                               channel; NaN: nowhere                                                                    */
+    size_t bright_values; /**< how many these are                                                                       */
+    int worst_place;      /**< FF_PLACE_THETA_I or FF_PLACE_THETA_H, of the band of angles ...                          */
+    int worst_band;       /**< ... in which the mean of model - data is furthest from 0, of those whose mean is more than twice
+                               its own scatter and that have a hundredth of the light and of the samples, five at least */
+    double worst_mean;    /**< relative to the mean of the data there, both times cos(theta_i); NaN: there is none      */
+    double worst_share;   /**< of the data, times cos(theta_i), that lie in that band                                   */
+} ff_explained;
+
+/** How well does the fit describe its data? *out is written only on FF_OK, its size is set. FF_ERR_RANGE for a size that is none;
+ *  FF_ERR_MEMORY. */
+FF_API ff_status ff_trust_explained(const ff_problem *p, const ff_fit_options *o, const ff_fit_result *fit, ff_explained *out,
+                                    ff_error *err);
+
 #define FF_OUTLIER 5.0 /**< standard deviations of a residual, as the scale of the robust loss tells these */
 enum { FF_WORST = 5 };
 /** Values that lie further from the model than FF_OUTLIER. */

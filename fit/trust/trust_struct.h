@@ -26,6 +26,8 @@ ff_status ff_trust_residual_table_into(const ff_problem *p, const ff_table *t, c
                                        ff_table *out, ff_error *err);
 ff_status ff_trust_outliers_into(const ff_problem *p, const ff_places *places, const ff_fit_options *o, const ff_fit_result *fit,
                                  ff_outliers *out, ff_error *err);
+ff_status ff_trust_explained_into(const ff_problem *p, const ff_fit_options *o, const ff_fit_result *fit, ff_explained *out,
+                                  ff_error *err);
 ff_status ff_trust_bootstrap_into(const ff_problem *p, const ff_places *places, const ff_fit_options *o, size_t repeats,
                                   uint64_t seed, ff_fit_result *fit, ff_bootstrap *out, ff_error *err);
 ff_status ff_trust_cut_off_into(const ff_problem *p, const ff_fit_options *o, const ff_fit_result *fit, double max_theta,

@@ -175,9 +175,11 @@ static void real_file(const char *path, size_t *number)
     if (strcmp(f->name, "pgii") == 0) o.scale = 1e-3;
     if (ff_table_read_with_into(path, &o, &t, &err) != FF_OK) return; /* a table of parameters */
     const char *name = strrchr(path, '/') + 1;
-    if (every_format) all_formats(name, &t, *number);
-    else some_formats(name, &t);
-    ++*number;
+    if (every_format)
+        all_formats(name, &t, *number);
+    else
+        some_formats(name, &t);
+    *number += 1;
     ff_table_clear(&t);
 }
 

@@ -1,0 +1,78 @@
+/* Text for people in lines that fit their terminal. */
+#include "ff_report.h"
+#include "internal_text.h"
+#include <stdlib.h>
+#include <string.h>
+
+enum { FURTHER = 2 }; /* what a broken line continues with is indented by so much more */
+
+/* Of text [n]; longer than any line: its bytes. */
+static size_t columns_of(const char *text, size_t n)
+{
+    char word[256];
+    if (n >= sizeof word) return n;
+    memcpy(word, text, n);
+    word[n] = '\0';
+    return ff_text_width(word);
+}
+
+/* Writes text [n] and returns its columns. */
+static size_t put(const char *text, size_t n, FILE *out)
+{
+    fwrite(text, 1, n, out);
+    return columns_of(text, n);
+}
+
+/* A line [n] that is too long: blanks between words stay what they are where the line is not broken. */
+static void put_broken(const char *line, size_t n, size_t width, FILE *out)
+{
+    const size_t indent = strspn(line, " ");
+    size_t at = indent, column = put(line, indent, out);
+    while (at < n) {
+        const size_t word = strcspn(line + at, " \n"), blanks = strspn(line + at + word, " ");
+        column += put(line + at, word, out);
+        at += word + blanks;
+        if (at >= n) break;
+        if (column + blanks + columns_of(line + at, strcspn(line + at, " \n")) > width) {
+            fprintf(out, "\n%*s", (int)(indent + FURTHER), "");
+            column = indent + FURTHER;
+        } else {
+            column += put(line + at - blanks, blanks, out);
+        }
+    }
+}
+
+static int is_too_long(const char *line, size_t n, size_t width)
+{
+    size_t used = 0;
+    for (size_t at = 0; at < n && used <= width;) {
+        const size_t blanks = strspn(line + at, " "), word = strcspn(line + at + blanks, " \n");
+        used += blanks + columns_of(line + at + blanks, word);
+        at += blanks + word;
+    }
+    return used > width;
+}
+
+ff_status ff_report_fold(ff_status (*write)(const void *context, FILE *out), const void *context, const ff_report_style *style,
+                         FILE *out)
+{
+    char *text = NULL;
+    size_t size = 0;
+    if (!style || !style->width) return write(context, out);
+    FILE *memory = open_memstream(&text, &size);
+    if (!memory) return FF_ERR_MEMORY;
+    ff_status status = write(context, memory);
+    const int failed = ferror(memory);
+    if ((fclose(memory) != 0 || failed) && status == FF_OK) status = FF_ERR_MEMORY;
+    for (const char *line = text; status == FF_OK && *line;) {
+        const size_t n = strcspn(line, "\n");
+        if (is_too_long(line, n, style->width))
+            put_broken(line, n, style->width, out);
+        else
+            fwrite(line, 1, n, out);
+        if (line[n]) fputc('\n', out);
+        line += n + (line[n] != '\0');
+    }
+    free(text);
+    return status;
+}

@@ -1,0 +1,532 @@
+/* The sentences of a verdict, and when each is said. */
+#define _GNU_SOURCE
+#include "internal_verdict.h"
+#include "internal_fits_text.h"
+#include <math.h>
+#include <stdarg.h>
+#include <stdlib.h>
+#include <string.h>
+
+static void put(ff_verdict *v, const char *format, ...) __attribute__((format(printf, 2, 3)));
+static void put(ff_verdict *v, const char *format, ...)
+{
+    const size_t used = strlen(v->text);
+    va_list args;
+    va_start(args, format);
+    vsnprintf(v->text + used, sizeof v->text - used, format, args);
+    va_end(args);
+}
+
+static size_t models_of(const ff_report_fits *r)
+{
+    return r->n_fits / r->n_problems;
+}
+
+static const ff_explained *explained_of(const ff_report_fits *r, const ff_fit_result *f)
+{
+    const ff_report_trust *t = r->trust ? &r->trust[f - r->fit] : NULL;
+    return t && t->has_explained ? &t->explained : NULL;
+}
+
+/* ---- how good -------------------------------------------------------------------------------- */
+
+static int is_within(const ff_explained *e, double share, double deviation)
+{
+    return e->share >= share && !(e->bright_error > deviation) && !(fabs(e->worst_mean) > deviation);
+}
+
+ff_quality ff_quality_of(const ff_explained *e)
+{
+    if (!e || isnan(e->share)) return FF_QUALITY_UNKNOWN;
+    return is_within(e, 0.98, 0.1) ? FF_QUALITY_GOOD : is_within(e, 0.9, 0.3) ? FF_QUALITY_FAIR : FF_QUALITY_POOR;
+}
+
+/* 99.97, 99.3, 12: no digits that say nothing, and no 100 of what is less. */
+static const char *share_text(double share, char out[FF_TEXT_NUMBER])
+{
+    if (share <= 0) return "nothing";
+    if (share > 0.9999) return strcpy(out, share > 1 - 1e-9 ? "all" : "more than 99.99 %");
+    char number[FF_TEXT_NUMBER];
+    snprintf(out, FF_TEXT_NUMBER, "%.40s %%", ff_text_fixed(100 * share, share > 0.99 ? 2 : share > 0.9 ? 1 : 0, number));
+    return out;
+}
+
+static const char *percent(double x, char out[FF_TEXT_NUMBER])
+{
+    if (fabs(x) < 5e-4) return "0.1";
+    return ff_text_fixed(100 * fabs(x), fabs(x) < 0.0995 ? 1 : 0, out);
+}
+
+static int say_quality(const ff_report_fits *r, const ff_fit_result *f, ff_verdict *v)
+{
+    static const char *const word[] = {[FF_QUALITY_POOR] = "A poor", [FF_QUALITY_FAIR] = "A fair", [FF_QUALITY_GOOD] = "A good"};
+    const ff_explained *e = explained_of(r, f);
+    char share[FF_TEXT_NUMBER], error[FF_TEXT_NUMBER], mean[FF_TEXT_NUMBER];
+    v->code = FF_VERDICT_QUALITY;
+    v->quality = ff_quality_of(e);
+    if (v->quality == FF_QUALITY_UNKNOWN) return 0;
+    put(v, "%s fit: it explains %s of the data", word[v->quality], share_text(e->share, share));
+    if (!isnan(e->bright_error))
+        put(v, ", and where they are bright half of the values are within %s%s %% of it",
+            e->bright_error < 5e-4 ? "less than " : "", percent(e->bright_error, error));
+    if (isnan(e->worst_mean) || fabs(e->worst_mean) < 0.005) return 1;
+    put(v, "; it is furthest off at %s %d to %d degrees, %s by %s %% on average", ff_place_name(e->worst_place),
+        e->worst_band * FF_BAND_DEGREES, (e->worst_band + 1) * FF_BAND_DEGREES, e->worst_mean > 0 ? "too bright" : "too dark",
+        percent(e->worst_mean, mean));
+    return 1;
+}
+
+/* ---- what was found -------------------------------------------------------------------------- */
+
+/* "0.198 (95 %: 0.186 to 0.211)" */
+static void put_value(ff_verdict *out, const char *name, const ff_fit_value *v)
+{
+    char value[FF_TEXT_NUMBER], low[FF_TEXT_NUMBER], high[FF_TEXT_NUMBER], rest[FF_TEXT_NUMBER];
+    const double width = v->interval != FF_INTERVAL_NONE && v->high > v->low ? 0.5 * (v->high - v->low) : NAN;
+    if (isnan(width)) {
+        put(out, "%s %s", name, ff_text_number(v->value, 3, value));
+        return;
+    }
+    ff_text_with_error(v->value, width, value, rest);
+    ff_text_with_error(v->low, width, low, rest);
+    ff_text_with_error(v->high, width, high, rest);
+    put(out, "%s %s (95 %%: %s to %s)", name, value, low, high);
+}
+
+static int is_isotropic(const ff_fit_result *f)
+{
+    return f->shape == FF_SHAPE_ISOTROPIC;
+}
+
+/* alpha_x of an isotropic surface is its alpha. */
+static const char *shape_name(const ff_fit_result *f, uint32_t k)
+{
+    const char *name = f->model.shape[k].name;
+    return is_isotropic(f) && !strcmp(name, "alpha_x") ? "alpha" : name;
+}
+
+/* Of one channel the value and its interval; of several the values, from eight on least and largest. */
+static void put_channel_parameter(const ff_fit_result *f, uint32_t k, ff_verdict *v)
+{
+    const size_t C = f->n_channels, K = f->model.n_channel;
+    char number[FF_TEXT_NUMBER], other[FF_TEXT_NUMBER];
+    if (C == 1) {
+        put_value(v, f->model.channel[k].name, &f->channel_value[k]);
+        return;
+    }
+    put(v, "%s ", f->model.channel[k].name);
+    if (C < FF_REPORT_CHANNELS) {
+        for (size_t c = 0; c < C; c++) put(v, "%s%s", c ? "/" : "", ff_text_number(f->channel_value[c * K + k].value, 3, number));
+        return;
+    }
+    double low = INFINITY, high = -INFINITY;
+    for (size_t c = 0; c < C; c++) {
+        low = fmin(low, f->channel_value[c * K + k].value);
+        high = fmax(high, f->channel_value[c * K + k].value);
+    }
+    put(v, "%s to %s", ff_text_number(low, 3, number), ff_text_number(high, 3, other));
+}
+
+/* The shape, and the first parameter of each channel, its reflectance. */
+static int say_found(const ff_report_fits *r, const ff_fit_result *f, ff_verdict *v)
+{
+    const char *separator = "";
+    char expression[FF_MODEL_NAME];
+    (void)r;
+    v->code = FF_VERDICT_FOUND;
+    for (uint32_t k = 0; k < f->model.n_shape; k++) {
+        const ff_fit_value *value = &f->shape_value[k];
+        if (value->held || value->tied || ff_report_left_alone(value, f->model.shape[k].info)) continue;
+        put(v, "%s", separator);
+        put_value(v, shape_name(f, k), value);
+        separator = ", ";
+    }
+    for (uint32_t k = 0; k < f->model.n_channel; k++) {
+        if (ff_report_all_held(f, k) || ff_report_all_left_alone(f, k)) continue;
+        put(v, "%s", separator);
+        put_channel_parameter(f, k, v);
+        separator = ", ";
+        break;
+    }
+    ff_model_expression(&f->model, expression, sizeof expression);
+    if (!*separator) return 0;
+    put(v, ": %s", expression);
+    return 1;
+}
+
+/* Is there a parameter whose lobe or base came out as nothing? */
+static int is_of_nothing(const ff_fit_result *f)
+{
+    for (uint32_t k = 0; k < f->model.n_shape; k++)
+        if (f->shape_value[k].weightless) return 1;
+    return 0;
+}
+
+static int say_failure(const ff_fit_result *f, ff_verdict *v)
+{
+    if (f->outcome != FF_CONVERGED) {
+        v->code = FF_VERDICT_NOT_CONVERGED;
+        put(v, "No answer: the fit did not converge (%s)", ff_outcome_name((int)f->outcome));
+        return 1;
+    }
+    if (!is_of_nothing(f)) return 0;
+    v->code = FF_VERDICT_NOTHING_FOUND;
+    put(v, "No answer: these data show no lobe whose roughness could be known");
+    return 1;
+}
+
+/* ---- what cannot be told --------------------------------------------------------------------- */
+
+/* A roughness that may be three times as much or as little. */
+static const ff_fit_value *hardly_known(const ff_fit_result *f, uint32_t *at)
+{
+    for (uint32_t k = 0; k < f->model.n_shape; k++) {
+        const ff_fit_value *v = &f->shape_value[k];
+        if (strncmp(f->model.shape[k].name, "alpha", 5) != 0 || v->held || v->tied || v->interval == FF_INTERVAL_NONE) continue;
+        *at = k;
+        if (v->high > 9 * v->low) return v;
+    }
+    return NULL;
+}
+
+/* The first warning that says so. */
+static int say_not_told(const ff_report_fits *r, const ff_fit_result *f, ff_verdict *v)
+{
+    static const ff_warning_code codes[] = {FF_WARNING_NOT_DETERMINED, FF_WARNING_COMBINATION_NOT_DETERMINED, FF_WARNING_TRADE_OFF,
+                                            FF_WARNING_CORRELATED, FF_WARNING_ONE_INCIDENCE};
+    const ff_words_subject subject = {.problem = r->problem[(size_t)(f - r->fit) / models_of(r)], .fit = f};
+    char text[FF_WORDS_SENTENCE];
+    uint32_t of = 0;
+    const ff_fit_value *wide = hardly_known(f, &of);
+    char low[FF_TEXT_NUMBER], high[FF_TEXT_NUMBER];
+    v->code = FF_VERDICT_NOT_TOLD;
+    if (wide) {
+        put(v, "Not known: %s may be anything from %s to %s", shape_name(f, of), ff_text_number(wide->low, 2, low),
+            ff_text_number(wide->high, 2, high));
+        return 1;
+    }
+    for (size_t k = 0; k < FF_COUNT(codes); k++) {
+        for (size_t i = 0; i < f->warnings.n; i++) {
+            if (f->warnings.item[i].code != codes[k]) continue;
+            put(v, "Not known: %.2000s", ff_words_warning(&subject, &f->warnings.item[i], text));
+            return 1;
+        }
+    }
+    return 0;
+}
+
+static int has_warning(const ff_fit_result *f, ff_warning_code code)
+{
+    for (size_t i = 0; i < f->warnings.n; i++)
+        if (f->warnings.item[i].code == code) return 1;
+    return 0;
+}
+
+/* ---- what a comparison prefers --------------------------------------------------------------- */
+
+/* Names, each once, in the order in which they came. */
+typedef struct names {
+    const char *name[64];
+    size_t n;
+} names;
+
+static void add_name(names *to, const char *name)
+{
+    for (size_t k = 0; k < to->n; k++)
+        if (!strcmp(to->name[k], name)) return;
+    if (to->n < FF_COUNT(to->name)) to->name[to->n++] = name;
+}
+
+enum { NAMED = 5 };
+
+/* "a, b and c"; of more than fit into a sentence how many: "13 of the 14 distributions". */
+static void put_names(ff_verdict *v, const names *of, size_t all, const char *what)
+{
+    if (of->n > NAMED && of->n < all) put(v, "%zu of the %zu %s", of->n, all, what);
+    if (of->n > NAMED && of->n >= all) put(v, "the %zu %s", of->n, what);
+    for (size_t k = 0; k < of->n && of->n <= NAMED; k++) put(v, "%s%s", k == 0 ? "" : k + 1 == of->n ? " and " : ", ", of->name[k]);
+}
+
+/* The masking functions of Smith, whatever they are correlated with, are one family. */
+static const char *family_of(const ff_fit_result *f)
+{
+    const char *name = ff_report_masking_name(f);
+    return strncmp(name, "smith-", 6) == 0 ? "Smith" : name;
+}
+
+/* The density of slopes of the first lobe at the slope s along x, relative to that at 0; NaN where there is none. */
+static double slope_density(const ff_fit_result *f, double s)
+{
+    const double x[2] = {0, s / sqrt(1 + s * s)}, y[2] = {0, 0}, z[2] = {1, 1 / sqrt(1 + s * s)};
+    const ff_dirs normal = {x, y, z, x, y, z};
+    double shape[FF_MAX_SHAPE], d[2], *channel = malloc((f->n_channels * f->model.n_channel + 1) * sizeof *channel);
+    ff_status status = channel ? FF_OK : FF_ERR_MEMORY;
+    for (uint32_t k = 0; k < f->model.n_shape; k++) shape[k] = f->shape_value[k].value;
+    for (size_t k = 0; k < f->n_channels * f->model.n_channel && !status; k++) channel[k] = f->channel_value[k].value;
+    if (!status)
+        status = ff_model_terms(&f->model, FF_ISA_BEST, f->n_channels, shape, channel, 0, 0, &normal, 2, &(ff_terms){.d = d});
+    free(channel);
+    return status || !(d[0] > 0) ? NAN : d[1] * z[1] * z[1] * z[1] * z[1] / d[0];
+}
+
+/* Does the density of slopes still have a ten-thousandth of its peak at six times the slope where it has half? That of GGX has 40
+ * times as much there, that of Beckmann 1e-7 times. */
+static int has_long_tails(const ff_fit_result *f)
+{
+    double low = 0, high = 1e-4;
+    if (f->model.n_lobes == 0) return 0;
+    while (high < 1e3 && slope_density(f, high) > 0.5) high *= 2;
+    for (int k = 0; k < 40; k++) {
+        const double middle = 0.5 * (low + high);
+        if (slope_density(f, middle) > 0.5)
+            low = middle;
+        else
+            high = middle;
+    }
+    return slope_density(f, 6 * high) > 1e-4;
+}
+
+/* What those that are not told apart from the best have, and what the others do. */
+typedef struct leaders {
+    size_t n, others;
+    names ndf, family, masking;
+    int long_tails, short_tails;             /* among the leaders  */
+    int other_long_tails, other_short_tails; /* among the others   */
+    names other_family, other_ndf, any_family, any_ndf;
+} leaders;
+
+static void look_at_model(const ff_report_fits *r, const ff_fit_result *f, const ff_fit_result *best, leaders *out)
+{
+    const int leads = f == best || ff_report_is_tied(r, f, best), has_long = has_long_tails(f);
+    out->n += leads != 0;
+    out->others += leads == 0;
+    add_name(leads ? &out->ndf : &out->other_ndf, ff_report_ndf_name(f));
+    add_name(leads ? &out->family : &out->other_family, family_of(f));
+    if (leads) add_name(&out->masking, ff_report_masking_name(f));
+    add_name(&out->any_ndf, ff_report_ndf_name(f));
+    add_name(&out->any_family, family_of(f));
+    if (leads) *(has_long ? &out->long_tails : &out->short_tails) = 1;
+    if (!leads) *(has_long ? &out->other_long_tails : &out->other_short_tails) = 1;
+}
+
+/* Is there a name among `of` that is not among `than`? */
+static int has_other(const names *of, const names *than)
+{
+    for (size_t i = 0; i < of->n; i++) {
+        int found = 0;
+        for (size_t k = 0; k < than->n; k++) found |= !strcmp(of->name[i], than->name[k]);
+        if (!found) return 1;
+    }
+    return 0;
+}
+
+/* "These data prefer long tails (student-t and gtr)"; where there is a choice between kinds of tails and they have made it. */
+static void put_distributions(const leaders *l, ff_verdict *v)
+{
+    const int of_tails =
+        l->long_tails != l->short_tails && l->ndf.n > 1 && (l->long_tails ? l->other_short_tails : l->other_long_tails);
+    if (of_tails)
+        put(v, "These data prefer %s tails (", l->long_tails ? "long" : "short");
+    else
+        put(v, has_other(&l->other_ndf, &l->ndf) ? "These data prefer " : "These data do not tell apart ");
+    put_names(v, &l->ndf, l->any_ndf.n, "distributions");
+    if (of_tails) put(v, ")");
+}
+
+/* "...; they do not tell apart Smith and v-cavity; simplest adequate: ggx/smith-separable". */
+static int say_preference(const ff_report_fits *r, size_t p, ff_verdict *v)
+{
+    const ff_fit_result *best = ff_report_best(r, p), *simplest = ff_report_simplest(r, best);
+    const ff_versus *versus = ff_report_versus(r, best);
+    leaders *l = calloc(1, sizeof *l);
+    v->code = FF_VERDICT_PREFERENCE;
+    if (!l || !versus || models_of(r) < 2) {
+        free(l);
+        return 0;
+    }
+    for (size_t i = p * models_of(r); i < (p + 1) * models_of(r); i++) look_at_model(r, &r->fit[i], best, l);
+    if (l->n == 1) {
+        put(v, "These data tell %s/%s from the %zu other%s", ff_report_ndf_name(best), ff_report_masking_name(best), l->others,
+            ff_report_plural(l->others));
+        free(l);
+        return 1;
+    }
+    put_distributions(l, v);
+    if (l->family.n == 1 && has_other(&l->other_family, &l->family)) put(v, " with the masking %s", l->family.name[0]);
+    if (l->family.n > 1) {
+        put(v, "; they do not tell apart ");
+        put_names(v, &l->family, l->any_family.n, "maskings");
+    }
+    if (l->family.n == 1 && l->masking.n > 1) put(v, "; they do not tell apart %zu forms of Smith's masking", l->masking.n);
+    put(v, "; simplest adequate: %s/%s", ff_report_ndf_name(simplest), ff_report_masking_name(simplest));
+    free(l);
+    return 1;
+}
+
+/* Are there too few incidences for any test? */
+static int say_no_test(const ff_report_fits *r, size_t p, ff_verdict *v)
+{
+    const ff_fit_result *best = ff_report_best(r, p);
+    const ff_versus *versus = ff_report_versus(r, best);
+    if (!versus || !versus->weighted || versus->incidences >= 3) return 0;
+    v->code = FF_VERDICT_NO_TEST;
+    put(v, "Lowest residuals: %s/%s; from %zu incidence%s no model can be ruled out", ff_report_ndf_name(best),
+        ff_report_masking_name(best), versus->incidences, ff_report_plural(versus->incidences));
+    return 1;
+}
+
+/* ---- what to do next ------------------------------------------------------------------------- */
+
+/* A file name as a shell takes it. */
+static void put_path(ff_verdict *v, const char *path)
+{
+    static const char plain[] = "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_./-+=,:@%";
+    if (*path && *path != '-' && strspn(path, plain) == strlen(path)) {
+        put(v, "%s", path);
+        return;
+    }
+    put(v, "'");
+    for (; *path; path++) put(v, *path == '\'' ? "'\\''" : "%c", *path);
+    put(v, "'");
+}
+
+static void put_command(ff_verdict *v, const char *command, const char *path, const char *flags)
+{
+    put(v, "facetfit %s ", command);
+    put_path(v, path);
+    put(v, "%s", flags);
+}
+
+/* Does a parameter rest on fewer than three values? */
+static int is_carried_by_few(const ff_fit_result *f)
+{
+    return has_warning(f, FF_WARNING_FEW_CARRIERS);
+}
+
+static int say_next_of_fit(const ff_report_fits *r, const ff_fit_result *f, ff_verdict *v)
+{
+    const ff_quality quality = ff_quality_of(explained_of(r, f));
+    v->code = FF_VERDICT_NEXT;
+    put(v, "Next: ");
+    if (has_warning(f, FF_WARNING_BRIGHTEST_ELSEWHERE))
+        put(v, "look at the angles of the file, which the warning below is about");
+    else if (f->outcome != FF_CONVERGED || is_of_nothing(f) || quality == FF_QUALITY_POOR)
+        put_command(v, "compare", r->path, "   # does another model do better?");
+    else if (is_carried_by_few(f) && r->options->weighting != FF_WEIGHT_NOISE)
+        put_command(v, "fit", r->path, " --weight noise   # smaller errors where few values carry a parameter");
+    else if (quality == FF_QUALITY_FAIR)
+        put_command(v, "compare", r->path, "   # does another model do better?");
+    else
+        return 0;
+    return 1;
+}
+
+static int say_next_of_comparison(const ff_report_fits *r, const ff_fit_result *f, ff_verdict *v)
+{
+    const ff_quality quality = ff_quality_of(explained_of(r, f));
+    char expression[FF_MODEL_NAME], flags[FF_MODEL_NAME + 192];
+    v->code = FF_VERDICT_NEXT;
+    ff_model_expression(&f->model, expression, sizeof expression);
+    put(v, "Next: ");
+    if (has_warning(f, FF_WARNING_BRIGHTEST_ELSEWHERE)) {
+        put(v, "look at the angles of the file, which the warning below is about");
+        return 1;
+    }
+    if (quality == FF_QUALITY_POOR && f->model.n_lobes == 1)
+        snprintf(flags, sizeof flags, " --model %s/%s+%s   # do two lobes do better?", ff_report_ndf_name(f),
+                 ff_report_masking_name(f), expression);
+    else
+        snprintf(flags, sizeof flags, " --model %s   # its errors and warnings", expression);
+    put_command(v, "fit", r->path, flags);
+    return 1;
+}
+
+/* ---- the whole ------------------------------------------------------------------------------- */
+
+typedef int (*sayer)(const ff_report_fits *r, const ff_fit_result *f, ff_verdict *v);
+
+static void say(sayer one, const ff_report_fits *r, const ff_fit_result *f, ff_verdict *out, size_t *n)
+{
+    out[*n] = (ff_verdict){.quality = FF_QUALITY_UNKNOWN};
+    *n += one(r, f, &out[*n]) != 0;
+}
+
+size_t ff_verdict_of(const ff_report_fits *r, size_t p, ff_verdict out[FF_VERDICT_MOST])
+{
+    const int compared = models_of(r) > 1;
+    const ff_fit_result *best = ff_report_best(r, p), *f = compared ? ff_report_simplest(r, best) : best;
+    size_t n = 0;
+    out[n] = (ff_verdict){.quality = FF_QUALITY_UNKNOWN};
+    if (say_failure(f, &out[n])) {
+        n++;
+    } else {
+        if (compared) {
+            out[n] = (ff_verdict){.quality = FF_QUALITY_UNKNOWN};
+            n += (say_no_test(r, p, &out[n]) || say_preference(r, p, &out[n])) != 0;
+        }
+        say(say_found, r, f, out, &n);
+        say(say_quality, r, f, out, &n);
+        say(say_not_told, r, f, out, &n);
+    }
+    say(compared ? say_next_of_comparison : say_next_of_fit, r, f, out, &n);
+    return n;
+}
+
+static ff_ink ink_of(const ff_verdict *v)
+{
+    static const ff_ink of[] = {
+        [FF_QUALITY_POOR] = FF_INK_BAD, [FF_QUALITY_FAIR] = FF_INK_WARNING, [FF_QUALITY_GOOD] = FF_INK_GOOD};
+    if (v->code == FF_VERDICT_NOT_CONVERGED || v->code == FF_VERDICT_NOTHING_FOUND) return FF_INK_BAD;
+    if (v->code == FF_VERDICT_QUALITY) return of[v->quality];
+    return v->code == FF_VERDICT_NEXT ? FF_INK_FAINT : FF_INK_PLAIN;
+}
+
+ff_status ff_report_verdict_text(const ff_report_fits *r, FILE *out)
+{
+    const int color = r->style && r->style->color;
+    ff_verdict *v = calloc(FF_VERDICT_MOST, sizeof *v);
+    if (!v) return FF_ERR_MEMORY;
+    for (size_t p = 0; p < r->n_problems; p++) {
+        const size_t n = ff_verdict_of(r, p, v);
+        for (size_t k = 0; k < n; k++) {
+            const ff_ink ink = ink_of(&v[k]);
+            if (p && v[k].code == FF_VERDICT_NEXT) continue; /* once is enough */
+            if (ink != FF_INK_PLAIN) fputs(ff_text_ink(color, ink), out);
+            if (v[k].code != FF_VERDICT_NEXT) ff_report_problem_text(r, p, out);
+            ff_text_print(v[k].text, out);
+            if (v[k].code != FF_VERDICT_NEXT) fputc('.', out);
+            if (ink != FF_INK_PLAIN) fputs(ff_text_ink(color, FF_INK_PLAIN), out);
+            fputc('\n', out);
+        }
+        fputc('\n', out);
+    }
+    free(v);
+    return FF_OK;
+}
+
+ff_status ff_report_verdict_json(ff_json *j, const ff_report_fits *r)
+{
+    static const char *const name[] = {
+#define FF_VERDICT(ID, text) text,
+#include "ff_verdicts.def"
+#undef FF_VERDICT
+    };
+    static const char *const quality[] = {NULL, "poor", "fair", "good"};
+    ff_verdict *v = calloc(FF_VERDICT_MOST, sizeof *v);
+    if (!v) return FF_ERR_MEMORY;
+    ff_json_array(j, "verdict", FF_JSON_BLOCK);
+    for (size_t p = 0; p < r->n_problems; p++) {
+        const size_t n = ff_verdict_of(r, p, v);
+        for (size_t k = 0; k < n; k++) {
+            ff_json_object(j, NULL, FF_JSON_LINE);
+            ff_json_integer(j, "problem", (int64_t)p);
+            ff_json_string(j, "code", name[v[k].code]);
+            if (v[k].code == FF_VERDICT_QUALITY) ff_json_string(j, "quality", quality[v[k].quality]);
+            ff_json_string(j, "text", v[k].text);
+            ff_json_close(j);
+        }
+    }
+    ff_json_close(j);
+    free(v);
+    return FF_OK;
+}

@@ -1,0 +1,267 @@
+#!/usr/bin/env python3
+"""verdict_test.py PROGRAM [DATA]: the sentences that open `fit` and `compare`: when each is said and when not, and that its numbers
+are those of the report beneath. What a fit is said to explain is computed anew from its residuals. With DATA also on the eleven
+paints of that folder."""
+import csv
+import glob
+import json
+import math
+import os
+import statistics
+import subprocess
+import sys
+import tempfile
+
+PROGRAM = os.path.abspath(sys.argv[1])
+DATA = sys.argv[2] if len(sys.argv) > 2 else ""
+FAILURES = []
+CHECKS = [0]
+
+# name: call of `simulate`
+FILES = {
+    "good.csv": "ggx+lambert --set alpha=0.25,f0=0.5,kd=0.1 --grid goniometer:5 --noise 0.02 --seed 1",
+    "coarse.csv": "ggx+lambert --set alpha=0.2,f0=0.5,kd=0.1 --grid goniometer:10 --noise 0.05 --seed 1",
+    "two.csv": "ggx+ggx+lambert --set alpha=0.08,f0=0.5,lobe2.alpha=0.6,lobe2.f0=0.4,kd=0.05 --grid goniometer:5 --noise 0.01 --seed 1",
+    "short.csv": "beckmann+lambert --set alpha=0.15,f0=0.5,kd=0.05 --grid goniometer:5 --noise 0.05 --seed 1",
+    "long.csv": "ggx/smith-height-correlated+lambert --set alpha=0.3,f0=0.5,kd=0.05 --grid goniometer:5 --noise 0.02 --seed 1",
+    "cavity.csv": "ggx/v-cavity+lambert --set alpha=0.3,f0=0.5,kd=0.05 --grid goniometer:5 --noise 0.02 --seed 1",
+    "narrow.csv": "ggx+lambert --set alpha=0.01,f0=0.5,kd=0.1 --grid goniometer:10 --noise 0.05 --seed 1",
+    "rgb.csv": "ggx+lambert --set alpha=0.25,f0=0.5:0.3:0.1,kd=0.1:0.2:0.3 --grid goniometer:10 --noise 0.02 --seed 1",
+}
+
+
+def check(held, what):
+    CHECKS[0] += 1
+    if not held:
+        FAILURES.append(what)
+        print("failed:", what)
+
+
+def run(*words):
+    done = subprocess.run([PROGRAM, *words], stdout=subprocess.PIPE, stderr=subprocess.PIPE, check=False)
+    return done.stdout.decode(), done.returncode
+
+
+def report(*words):
+    text, _ = run(*words, "--json", "-")
+    return json.loads(text)
+
+
+def verdict(document, problem=0):
+    """code: text"""
+    return {v["code"]: v["text"] for v in document["verdict"] if v["problem"] == problem}
+
+
+def quality(document):
+    return [v["quality"] for v in document["verdict"] if v["code"] == "quality"][0]
+
+
+def rewritten(name, to, change):
+    """A copy of a CSV with every row changed."""
+    with open(name, encoding="utf-8") as source, open(to, "w", encoding="utf-8") as out:
+        for line in source:
+            if line.startswith("#") or line.startswith("theta"):
+                out.write(line)
+            else:
+                out.write(",".join("%.17g" % x for x in change([float(x) for x in line.split(",")])) + "\n")
+    return to
+
+
+# ---- when each is said ---------------------------------------------------------------------------------------------------------
+
+
+def sentences_of_fits():
+    good = report("fit", "good.csv", "--weight", "noise")
+    check(set(verdict(good)) == {"found", "quality"}, "a good fit: %s" % verdict(good))
+    check(quality(good) == "good", "a good fit is called %s" % quality(good))
+    check(abs(float(verdict(good)["found"].split()[1]) - 0.25) < 0.001, "found: %s" % verdict(good)["found"])
+    two = report("fit", "two.csv", "--model", "beckmann+lambert")
+    check(quality(two) == "poor" and " compare two.csv" in verdict(two)["next"], "one lobe for two: %s" % verdict(two))
+    check("not-told" not in verdict(two), "one lobe for two: %s" % verdict(two))
+    coarse = report("fit", "coarse.csv")
+    check("--weight noise" in verdict(coarse).get("next", ""), "few carriers: %s" % verdict(coarse))
+    by_noise = report("fit", "coarse.csv", "--weight", "noise")
+    check("--weight noise" not in verdict(by_noise).get("next", ""), "few carriers, by the noise: %s" % verdict(by_noise))
+    stopped = report("fit", "two.csv", "--max-iterations", "1", "--model", "vmf+lambert")
+    check(set(verdict(stopped)) == {"not-converged", "next"}, "stopped: %s" % verdict(stopped))
+    rewritten("good.csv", "dark.csv", lambda x: x[:-1] + [0])
+    dark = report("fit", "dark.csv")
+    check(set(verdict(dark)) == {"nothing-found", "next"}, "all values 0: %s" % verdict(dark))
+    rewritten("good.csv", "turned.csv", lambda x: x[:3] + [(x[3] + 180) % 360] + x[4:])
+    turned = report("fit", "turned.csv")
+    check("angles of the file" in verdict(turned).get("next", ""), "turned by 180 degrees: %s" % verdict(turned))
+    narrow = report("fit", "narrow.csv", "--loss", "cube-root")
+    alpha = narrow["fits"][0]["parameters"]["alpha_x"]
+    wide = alpha["interval"] is not None and alpha["interval"][1] > 9 * alpha["interval"][0]
+    check(("alpha may be anything" in verdict(narrow).get("not-told", "")) == wide, "a narrow lobe: %s, %s" % (alpha, verdict(narrow)))
+    known = report("fit", "good.csv", "--model", "ggx/smith-height-correlated/conductor+lambert", "--free", "ks")
+    check("not-told" in verdict(known), "eta, k and ks: %s" % verdict(known))
+    each = report("fit", "rgb.csv", "--channels", "each")
+    check([v["problem"] for v in each["verdict"] if v["code"] == "found"] == [0, 1, 2], "each channel has its own")
+
+
+def sentences_of_comparisons():
+    some = ("--ndf", "beckmann,ggx,student-t,gtr,gaussian", "--masking", "smith-separable,smith-height-correlated,v-cavity")
+    for name, word in (("long.csv", "long"), ("short.csv", "short")):
+        said = verdict(report("compare", name, *some))["preference"]
+        check("prefer %s tails" % word in said, "%s: %s" % (name, said))
+    only_long = verdict(report("compare", "long.csv", "--ndf", "ggx,student-t", "--masking", "smith-separable,v-cavity"))["preference"]
+    check("tails" not in only_long, "no short tails to choose from: %s" % only_long)
+    cavity = verdict(report("compare", "cavity.csv", *some))["preference"]
+    check("with the masking v-cavity" in cavity and "Smith" not in cavity, "V-cavity: %s" % cavity)
+    smith = verdict(report("compare", "long.csv", *some))["preference"]
+    check("with the masking Smith" in smith and "v-cavity" not in smith, "Smith: %s" % smith)
+    rewritten("good.csv", "one.csv", lambda x: x)
+    with open("good.csv", encoding="utf-8") as source, open("one.csv", "w", encoding="utf-8") as out:
+        out.writelines(line for line in source if not line[0].isdigit() or float(line.split(",")[0]) == 45)
+    one = verdict(report("compare", "one.csv", "--ndf", "ggx,beckmann", "--masking", "v-cavity,smith-separable"))
+    check("no-test" in one and "preference" not in one, "one incidence: %s" % one)
+    poor = verdict(report("compare", "two.csv", "--ndf", "beckmann,gaussian", "--masking", "v-cavity"))
+    check("two lobes" in poor["next"], "two lobes: %s" % poor)
+    fine = verdict(report("compare", "long.csv", *some))
+    check(" fit long.csv --model ggx/" in fine["next"], "next after a good one: %s" % fine["next"])
+
+
+def commands_that_can_be_run():
+    """What is to be tried next, pasted into a shell, does something, whatever the file is called."""
+    os.rename("two.csv", "it's $(two).csv")
+    said = verdict(report("fit", "it's $(two).csv", "--model", "beckmann+lambert"))["next"]
+    command = said.replace("Next: facetfit", "'%s'" % PROGRAM)
+    done = subprocess.run(["sh", "-c", command], stdout=subprocess.PIPE, stderr=subprocess.PIPE, check=False)
+    check(done.returncode == 0 and done.stdout, "%s: %s" % (command, done.stderr.decode()))
+    os.rename("it's $(two).csv", "two.csv")
+
+
+# ---- their numbers -------------------------------------------------------------------------------------------------------------
+
+
+def bands(rows, angle):
+    """band: (light, mean, scatter, count)"""
+    sums = {}
+    for row in rows:
+        x = math.cos(math.radians(row["theta_i"]))
+        s = sums.setdefault(min(int((row[angle] + 1e-3) / 10), 8), [0, 0, 0, 0])
+        for f, y in row["values"]:
+            s[0] += 1
+            s[1] += (f - y) * x
+            s[2] += ((f - y) * x) ** 2
+            s[3] += abs(y) * x
+    channels = len(rows[0]["values"])
+    return {b: (s[3], s[1] / s[3], math.sqrt(s[2] * s[0] / (s[0] / channels)) / s[3], s[0] / channels) for b, s in sums.items() if s[3]}
+
+
+def worst_of(rows):
+    found = None
+    for angle in ("theta_i", "theta_h"):
+        by = bands(rows, angle)
+        light = sum(s[0] for s in by.values())
+        for b in sorted(by):
+            own, mean, scatter, count = by[b]
+            if count < max(5, 0.01 * len(rows)) or own < 0.01 * light or abs(mean) < 2 * scatter:
+                continue
+            if found is None or abs(mean) > abs(found[2]):
+                found = (angle, 10 * b, mean)
+    return found
+
+
+def explained_by_hand(path):
+    """By the loss cosine with equal weights, from the file of the residuals."""
+    with open(path, encoding="utf-8") as file:
+        lines = [line for line in file if not line.startswith("#")]
+    rows = []
+    for line in csv.DictReader(lines):
+        names = [k[6:] for k in line if k.startswith("model_")]
+        rows.append({"theta_i": float(line["theta_i"]), "theta_o": float(line["theta_o"]), "theta_h": float(line["theta_h"]),
+                     "values": [(float(line["model_" + n]), float(line["f_" + n])) for n in names]})
+    left = all_ = 0.0
+    near = []
+    for c in range(len(rows[0]["values"])):
+        w = [math.cos(math.radians(r["theta_i"])) ** 2 for r in rows]
+        y = [r["values"][c][1] for r in rows]
+        mean = sum(a * b for a, b in zip(w, y)) / sum(w)
+        left += sum(a * (r["values"][c][0] - b) ** 2 for a, b, r in zip(w, y, rows))
+        all_ += sum(a * (b - mean) ** 2 for a, b in zip(w, y))
+        bright = [r["values"][c][0] * math.cos(math.radians(r["theta_i"])) * math.cos(math.radians(r["theta_o"])) for r in rows]
+        near += [abs(r["values"][c][1] / r["values"][c][0] - 1) for r, b in zip(rows, bright) if b >= 0.1 * max(bright)]
+    return 1 - left / all_, statistics.median_low(near), len(near), worst_of(rows)
+
+
+def close(a, b, relative):
+    return abs(a - b) <= relative * max(abs(a), abs(b))
+
+
+def numbers_by_hand(name, *words):
+    document = report("fit", name, *words, "--residuals", "residuals.csv")
+    said = document["fits"][0]["explained"]
+    share, error, count, worst = explained_by_hand("residuals.csv")
+    check(close(1 - said["share"], 1 - share, 1e-6), "%s: explains %s, by hand %s" % (name, said["share"], share))
+    check(close(said["bright_error"], error, 1e-6), "%s: bright %s, by hand %s" % (name, said["bright_error"], error))
+    check(said["bright_values"] == count, "%s: %s bright values, by hand %s" % (name, said["bright_values"], count))
+    got = said.get("worst")
+    if worst is None or got is None:
+        check((worst is None) == (got is None), "%s: worst %s, by hand %s" % (name, got, worst))
+        return
+    check((got["angle"], got["from_deg"]) == worst[:2] and close(got["mean"], worst[2], 1e-5), "%s: worst %s, by hand %s" % (name, got, worst))
+
+
+def agrees(document, name):
+    """The text of a verdict and the numbers of the report."""
+    compared = len(document["fits"]) > 1
+    v = verdict(document)
+    if "found" not in v:
+        return
+    model = v["found"].rsplit(": ", 1)[1]
+    fit = [f for f in document["fits"] if f["model"] == model][0]
+    if not compared:
+        check(fit is document["fits"][0], "%s: of another model" % name)
+    alpha = fit["parameters"].get("alpha_x")
+    if alpha:
+        said = float(v["found"].split("alpha ", 1)[1].split()[0].rstrip(",:"))
+        check(close(said, alpha["value"], 0.2) or abs(said - alpha["value"]) < 0.51 * (alpha["interval"][1] - alpha["interval"][0]),
+              "%s: alpha %s, beneath %s" % (name, said, alpha["value"]))
+    e = fit["explained"]
+    good = lambda share, deviation: (e["share"] >= share and e["bright_error"] <= deviation
+                                     and abs(e.get("worst", {"mean": 0})["mean"]) <= deviation)
+    expected = "good" if good(0.98, 0.1) else "fair" if good(0.9, 0.3) else "poor"
+    check(quality(document) == expected, "%s: %s, by its numbers %s" % (name, quality(document), expected))
+    if compared and "preference" in v:
+        leaders = [f for f in document["fits"] if f["versus_best"] is None or not f["versus_best"]["told_apart"]
+                   or f is document["fits"][document["ranking"][0]]]
+        check(model in [f["model"] for f in leaders], "%s: %s is not among those that are not told apart" % (name, model))
+        for ndf in {f["ndf"] for f in document["fits"]}:
+            leads = ndf in {f["ndf"] for f in leaders}
+            words = v["preference"].split("; simplest")[0].replace("(", " ").replace(")", " ").replace(",", " ").replace(";", " ").split()
+            if "distributions" not in words and len({f["ndf"] for f in leaders}) > 1:
+                check((ndf in words) == leads, "%s: %s leads %s, but: %s" % (name, ndf, leads, v["preference"]))
+
+
+def paints():
+    for path in sorted(glob.glob(os.path.join(DATA, "astm", "*.astm"))):
+        name = os.path.basename(path)
+        agrees(report("fit", path), name)
+        agrees(report("compare", path, "--ndf", "beckmann,ggx,student-t", "--masking", "smith-separable,v-cavity"), name + " compared")
+
+
+def main():
+    with tempfile.TemporaryDirectory() as folder:
+        os.chdir(folder)
+        for name, words in FILES.items():
+            _, status = run("simulate", *words.split(), "-o", name)
+            check(status == 0, "simulate %s" % words)
+        sentences_of_fits()
+        sentences_of_comparisons()
+        commands_that_can_be_run()
+        numbers_by_hand("coarse.csv")
+        numbers_by_hand("two.csv", "--model", "beckmann+lambert")
+        numbers_by_hand("rgb.csv")
+        for name in FILES:
+            agrees(report("fit", name), name)
+        agrees(report("compare", "short.csv"), "short.csv compared")
+        paints()
+        os.chdir("/")
+    print("%d checks, %d failures" % (CHECKS[0], len(FAILURES)))
+    return bool(FAILURES)
+
+
+if __name__ == "__main__":
+    sys.exit(main())
