@@ -182,7 +182,8 @@ int cli_trust_compare(cli_trust *t, cli_fitting *f, ff_fit_result *fit, size_t n
             status = leave_out_incidences(t, f, p, &fit[p * models + m], &err);
             if (status != FF_OK) break;
             status = look_at_residuals(t, f, p, &fit[p * models + m], each, &err);
-            if (status == FF_OK) status = look_at_explained(f, p, &fit[p * models + m], each, &err);
+            if (status == FF_OK && !each->versus.told_apart) /* the answer is one of these */
+                status = look_at_explained(f, p, &fit[p * models + m], each, &err);
         }
     }
     say(f, "");
