@@ -16,7 +16,7 @@ static ff_status write_text(const void *report, FILE *out)
 /* Do the flags ask for something that needs to know where samples lie? */
 static int looks_at_samples(const cli_args *args)
 {
-    return cli_given(args, FLAG_BOOTSTRAP) || cli_given(args, FLAG_RESIDUALS) ||
+    return cli_given(args, FLAG_BOOTSTRAP) || cli_given(args, FLAG_REACH) || cli_given(args, FLAG_RESIDUALS) ||
            strcmp(cli_value(args, FLAG_ROBUST, "none"), "none") || cli_given(args, FLAG_JSON) ||
            !strcmp(cli_value(args, FLAG_ERRORS, ""), "incidences") || !strcmp(cli_value(args, FLAG_WEIGHT, ""), "noise");
 }

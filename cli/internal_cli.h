@@ -169,6 +169,7 @@ typedef struct cli_trust {
     double cut_off;        /* radians; 0: none                     */
     int cut_off_given;     /* 1: asked for                         */
     const char *residuals; /* file; NULL: none                     */
+    double reach;          /* radians; below 0: not asked for      */
     size_t n_fits, n_places;
     ff_report_trust *each; /* [n_fits]                             */
     ff_places *places;     /* [n_places] one for each problem      */

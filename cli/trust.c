@@ -45,7 +45,8 @@ int cli_trust_read(const cli_args *args, const ff_fit_options *o, cli_trust *out
                    .profile = cli_switch(args, FLAG_PROFILE, 0),
                    .cut_off = cut_off * degree,
                    .cut_off_given = cli_given(args, FLAG_CUT_OFF) > 0 && cut_off > 0,
-                   .residuals = cli_value(args, FLAG_RESIDUALS, NULL)};
+                   .residuals = cli_value(args, FLAG_RESIDUALS, NULL),
+                   .reach = cli_given(args, FLAG_REACH) ? cli_number(args, FLAG_REACH, 0) * degree : -1};
     if (t.residuals && o->channels == FF_CHANNELS_EACH)
         return cli_usage(args,
                          "--residuals takes one fit, --channels each makes several: choose a channel with --reduce channels:NAME");
@@ -146,6 +147,20 @@ static void say(const cli_fitting *f, const char *what)
     if (f->progress) cli_progress_show("%s", what);
 }
 
+/* What to measure next, where the noise of the data says what a sample tells; rival NULL: none. */
+static ff_status look_ahead(cli_trust *t, cli_fitting *f, size_t problem, const ff_fit_result *fit, size_t i, size_t rival,
+                            ff_error *err)
+{
+    ff_error reason = {0};
+    const ff_status status = ff_trust_next_into(f->problem[problem], &f->table, &t->places[problem], &f->options, &fit[i],
+                                                rival == i ? NULL : &fit[rival], fmax(t->reach, 0), &t->each[i].next, &reason);
+    t->each[i].has_next = status == FF_OK;
+    t->each[i].next_rival = rival;
+    if (status == FF_ERR_UNSUPPORTED) return FF_OK;
+    if (status != FF_OK) *err = reason;
+    return status;
+}
+
 int cli_trust_fit(cli_trust *t, cli_fitting *f, ff_fit_result *fit, size_t n_fits)
 {
     ff_error err = {0};
@@ -154,6 +169,7 @@ int cli_trust_fit(cli_trust *t, cli_fitting *f, ff_fit_result *fit, size_t n_fit
     for (size_t i = 0; i < n_fits && status == FF_OK; i++) {
         status = look_at_fit(t, f, i, &fit[i], &t->each[i], &err);
         if (status == FF_OK && t->places) status = look_at_residuals(t, f, i, &fit[i], &t->each[i], &err);
+        if (status == FF_OK && t->places && t->reach >= 0) status = look_ahead(t, f, i, fit, i, i, &err);
     }
     if (status == FF_OK && n_fits > 1) {
         status = ff_trust_channels_differ_into(fit, n_fits, &t->difference, &err);
@@ -162,6 +178,17 @@ int cli_trust_fit(cli_trust *t, cli_fitting *f, ff_fit_result *fit, size_t n_fit
     say(f, "");
     if (status == FF_ERR_DATA && !err.path[0]) snprintf(err.path, sizeof err.path, "%s", f->path);
     return status == FF_OK ? EXIT_DONE : cli_failed(status, &err);
+}
+
+/* The best of those of n fits from `first` on that are not told apart from the best one; that itself where there is none. */
+static size_t rival_of(const cli_trust *t, const ff_fit_result *fit, size_t first, size_t n, size_t best)
+{
+    size_t found = best;
+    for (size_t i = first; i < first + n; i++) {
+        if (i == best || t->each[i].versus.told_apart) continue;
+        if (found == best || fit[i].residual.objective < fit[found].residual.objective) found = i;
+    }
+    return found;
 }
 
 int cli_trust_compare(cli_trust *t, cli_fitting *f, ff_fit_result *fit, size_t n_fits, const size_t *best)
@@ -185,6 +212,7 @@ int cli_trust_compare(cli_trust *t, cli_fitting *f, ff_fit_result *fit, size_t n
             if (status == FF_OK && !each->versus.told_apart) /* the answer is one of these */
                 status = look_at_explained(f, p, &fit[p * models + m], each, &err);
         }
+        if (status == FF_OK) status = look_ahead(t, f, p, fit, best[p], rival_of(t, fit, p * models, models, best[p]), &err);
     }
     say(f, "");
     free(versus);

@@ -136,8 +136,11 @@ const ff_fit_result *ff_report_best(const ff_report_fits *r, size_t p)
 {
     const size_t models = r->n_fits / r->n_problems;
     size_t best = p * models;
-    for (size_t i = best; i < (p + 1) * models; i++)
-        if (r->fit[i].residual.objective < r->fit[best].residual.objective) best = i;
+    for (size_t i = best + 1; i < (p + 1) * models; i++) {
+        const double least = rank_objective(r, best), own = rank_objective(r, i);
+        const int tied = own <= least * (1 + FF_REPORT_TIE) && least <= own * (1 + FF_REPORT_TIE);
+        if (tied ? is_simpler(r, i, best) : is_better(r, i, best)) best = i;
+    }
     return &r->fit[best];
 }
 

@@ -428,6 +428,40 @@ static void put_difference(ff_json *j, const ff_difference *d)
     ff_json_close(j);
 }
 
+/* Of every problem that has it. */
+static void put_next(ff_json *j, const ff_report_fits *r)
+{
+    int any = 0;
+    for (size_t i = 0; i < r->n_fits; i++) any |= r->trust && r->trust[i].has_next;
+    if (!any) return;
+    ff_json_array(j, "measure_next", FF_JSON_BLOCK);
+    for (size_t i = 0; i < r->n_fits; i++) {
+        const ff_report_trust *t = &r->trust[i];
+        const ff_problem *p = r->problem[i / (r->n_fits / r->n_problems)];
+        const ff_next *next = &t->next;
+        if (!t->has_next) continue;
+        const int of_channel = next->parameter.kind == FF_PARAM_CHANNEL;
+        ff_json_object(j, NULL, FF_JSON_BLOCK);
+        ff_json_integer(j, "fit", (int64_t)i);
+        if (t->next_rival != i) ff_json_integer(j, "rival", (int64_t)t->next_rival);
+        if (next->parameter.kind != FF_PARAM_NONE)
+            ff_json_string(j, "parameter", ff_model_param_at(&r->fit[i].model, next->parameter)->name);
+        if (of_channel) ff_json_string(j, "channel", ff_problem_channel_name(p, next->channel));
+        ff_json_array(j, "incidences", FF_JSON_LINE);
+        for (size_t k = 0; k < next->n; k++) {
+            ff_json_object(j, NULL, FF_JSON_LINE);
+            ff_json_number(j, "theta_i_deg", ff_report_degrees(next->at[k].theta_i));
+            ff_json_number(j, "phi_i_deg", ff_report_degrees(next->at[k].phi_i));
+            ff_json_close(j);
+        }
+        ff_json_close(j);
+        ff_json_number(j, "now", next->now);
+        ff_json_number(j, "then", next->then);
+        ff_json_close(j);
+    }
+    ff_json_close(j);
+}
+
 ff_status ff_report_fits_json(const ff_report_fits *r, FILE *out)
 {
     ff_json j;
@@ -443,6 +477,7 @@ ff_status ff_report_fits_json(const ff_report_fits *r, FILE *out)
     if (r->places) put_groups(&j, r);
     if (r->difference) put_difference(&j, r->difference);
     ff_status status = ff_report_verdict_json(&j, r);
+    put_next(&j, r);
     ff_json_array(&j, "fits", FF_JSON_BLOCK);
     for (size_t i = 0; i < r->n_fits; i++) put_fit(&j, r, i);
     ff_json_close(&j);

@@ -375,6 +375,58 @@ static int say_no_test(const ff_report_fits *r, size_t p, ff_verdict *v)
     return 1;
 }
 
+/* ---- what to measure next -------------------------------------------------------------------- */
+
+/* "20, 55 and 75", with "at phi_i ..." where azimuths differ. */
+static void put_incidences(const ff_next *next, ff_verdict *v)
+{
+    int turned = 0;
+    char number[FF_TEXT_NUMBER];
+    for (size_t k = 0; k < next->n; k++) turned |= fabs(next->at[k].phi_i - next->at[0].phi_i) > 1e-6;
+    for (size_t k = 0; k < next->n; k++) {
+        put(v, "%s%s",
+            k == 0             ? ""
+            : k + 1 == next->n ? " and "
+                               : ", ",
+            ff_text_number(ff_report_degrees(next->at[k].theta_i), 3, number));
+        if (turned) put(v, " (phi_i %s)", ff_text_number(ff_report_degrees(next->at[k].phi_i), 4, number));
+    }
+}
+
+#define TELLS       2    /* the z that tells two models apart at several incidences       */
+#define WORTH_WHILE 0.7  /* of a standard error that new incidences leave                */
+#define KNOWN_WELL  0.03 /* of a value: its error needs no more measurements             */
+
+static int say_measure(const ff_report_fits *r, const ff_fit_result *f, ff_verdict *v)
+{
+    const ff_fit_result *best = ff_report_best(r, (size_t)(f - r->fit) / models_of(r));
+    const ff_report_trust *t = r->trust ? &r->trust[best - r->fit] : NULL;
+    char now[FF_TEXT_NUMBER], then[FF_TEXT_NUMBER];
+    v->code = FF_VERDICT_MEASURE;
+    if (!t || !t->has_next || t->next.n == 0) return 0;
+    const ff_next *next = &t->next;
+    const ff_fit_result *rival = &r->fit[t->next_rival];
+    if (rival != best) {
+        put(v, next->then < TELLS ? "No incidences within reach tell %s/%s" : "To tell %s/%s", ff_report_ndf_name(best),
+            ff_report_masking_name(best));
+        put(v, " from %s/%s", ff_report_ndf_name(rival), ff_report_masking_name(rival));
+        if (next->then < TELLS) return 1;
+        put(v, ", measure at theta_i ");
+        put_incidences(next, v);
+        put(v, " degrees: z is expected to be %s then, now %s", ff_text_number(next->then, 2, then),
+            ff_text_number(next->now, 2, now));
+        return 1;
+    }
+    const int of_shape = next->parameter.kind == FF_PARAM_SHAPE;
+    const ff_fit_value *value = of_shape ? &best->shape_value[next->parameter.index]
+                                         : &best->channel_value[next->channel * best->model.n_channel + next->parameter.index];
+    if (!(next->then < WORTH_WHILE * next->now) || !(next->now > KNOWN_WELL * fabs(value->value))) return 0;
+    put(v, "To know %s better, measure at theta_i ", ff_model_param_at(&best->model, next->parameter)->name);
+    put_incidences(next, v);
+    put(v, " degrees: its error would be %s of what it is", ff_text_number(next->then / next->now, 2, then));
+    return 1;
+}
+
 /* ---- what to do next ------------------------------------------------------------------------- */
 
 /* A file name as a shell takes it. */
@@ -467,6 +519,7 @@ size_t ff_verdict_of(const ff_report_fits *r, size_t p, ff_verdict out[FF_VERDIC
         say(say_found, r, f, out, &n);
         say(say_quality, r, f, out, &n);
         say(say_not_told, r, f, out, &n);
+        say(say_measure, r, f, out, &n);
     }
     say(compared ? say_next_of_comparison : say_next_of_fit, r, f, out, &n);
     return n;

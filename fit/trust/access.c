@@ -91,6 +91,19 @@ ff_status ff_trust_outliers(const ff_problem *p, const ff_places *places, const 
     return status;
 }
 
+ff_status ff_trust_next(const ff_problem *p, const ff_table *t, const ff_places *places, const ff_fit_options *o,
+                        const ff_fit_result *fit, const ff_fit_result *rival, double reach, ff_next *out, ff_error *err)
+{
+    ff_fit_options own;
+    ff_next found;
+    ff_status status = ff_record_check("ff_next", out, FF_END_OF(ff_next, channel), err);
+    o = ff_fit_options_take(o, &own, err);
+    if (!o) return FF_ERR_RANGE;
+    if (!status) status = ff_trust_next_into(p, t, places, o, fit, rival, reach, &found, err);
+    if (!status) ff_options_init(out, out->size, &found, sizeof found);
+    return status;
+}
+
 /* ---- intervals ------------------------------------------------------------------------------- */
 
 ff_status ff_trust_bootstrap(const ff_problem *p, const ff_places *places, const ff_fit_options *o, size_t repeats, uint64_t seed,

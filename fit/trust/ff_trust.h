@@ -223,6 +223,34 @@ FF_API ff_status ff_trust_compare(const ff_problem *p, const ff_places *places, 
                                   const ff_fit_result *const *fits, size_t n, size_t winner, size_t folds, ff_versus *out,
                                   ff_error *err);
 
+/** An incident direction, radians. */
+typedef struct ff_incidence {
+    double theta_i, phi_i;
+} ff_incidence;
+enum { FF_NEXT = 3 };
+/** What to measure next. */
+typedef struct ff_next {
+    size_t size; /**< sizeof(ff_next), set by the caller                                                          */
+    size_t n;    /**< incidences, by theta_i, then phi_i: fewer than FF_NEXT where there is no room for more       */
+    ff_incidence at[FF_NEXT];
+    /** With a rival: the z that a comparison may be expected to find (ff_versus), with the samples that there are and with the
+     *  incidences added. Without: the standard error of `parameter`. */
+    double now, then;
+    ff_param_ref parameter; /**< without a rival the one whose error is largest beside its value; else none           */
+    size_t channel;         /**< of it                                                                                */
+} ff_next;
+
+/** Which incidences would best tell `fit` from `rival`, if fit is the surface, or with rival NULL say most of the parameter that is
+ *  known worst? A new incidence is taken to be measured in the exit directions of the one that has the most samples, with the noise
+ *  that fit has found; candidates lie every 5 degrees, not within 2 of what is there. By first derivatives (Atkinson and Fedorov
+ *  1975; Fedorov 1972).
+ *  @param t      the table that p was made from, unchanged
+ *  @param reach  the largest theta_i of the instrument, radians in [0, pi/2): FF_ERR_RANGE; 0: that of the data
+ *  *out is written only on FF_OK, its size is set. FF_ERR_RANGE for a size that is none; FF_ERR_UNSUPPORTED where fit has found no
+ *  noise; FF_ERR_MEMORY. */
+FF_API ff_status ff_trust_next(const ff_problem *p, const ff_table *t, const ff_places *places, const ff_fit_options *o,
+                               const ff_fit_result *fit, const ff_fit_result *rival, double reach, ff_next *out, ff_error *err);
+
 /** A test of a difference: chi^2 of dof degrees of freedom by errors that are estimates themselves, F of it, which allows for that
  *  by error_dof (INFINITY: errors are known), and the probability of an F as large where there is no difference. */
 typedef struct ff_difference {

@@ -34,6 +34,9 @@ ff_status ff_trust_cut_off_into(const ff_problem *p, const ff_fit_options *o, co
                                 ff_cut_off *out, ff_error *err);
 void ff_cut_off_clear(ff_cut_off *c);
 
+ff_status ff_trust_next_into(const ff_problem *p, const ff_table *t, const ff_places *places, const ff_fit_options *o,
+                             const ff_fit_result *fit, const ff_fit_result *rival, double reach, ff_next *out, ff_error *err);
+
 /* fits [n] */
 ff_status ff_trust_likeliest_into(const ff_problem *p, const ff_fit_options *o, const ff_fit_result *fits, size_t n, size_t *out,
                                   ff_error *err);

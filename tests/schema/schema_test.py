@@ -41,6 +41,7 @@ FILES = {
     "bright.csv": "ggx+lambert --set alpha=0.3,f0=1,ks=1.6,kd=0.05 --grid goniometer:10 --noise 0.01",
     "sigma.csv": "ggx+lambert --set alpha=0.2,f0=0.5,kd=0.1 --grid scattered:300 --noise 0.05 --noise-floor 0.02 --sigma",
     "many.csv": "ggx+lambert --set alpha=0.3,kd=0.1,f0=0.3:0.34:0.38:0.42:0.46:0.5:0.54:0.58:0.62:0.66:0.7 --grid scattered:400 --noise 0.02",
+    "coarse.csv": "ggx+lambert --set alpha=0.2,f0=0.9:0.6:0.3,kd=0.02 --grid goniometer:30 --noise 0.05",
     "exact.csv": "ggx+lambert --set alpha=0.3,f0=0.5,kd=0.1 --grid scattered:200",
     "dark.csv": "ggx+lambert --set alpha=0.3,f0=0.5:0,kd=0.1:0 --grid scattered:200:0.9",
     "peak.csv": "ggx+lambert --set alpha=0.3,f0=0.5,kd=0.1 --grid scattered:400:1 --noise 0.02",
@@ -62,6 +63,9 @@ fit paint.csv --channels each --max-theta 70 --shape axis
 fit paint.csv --channels mean --profile --free ks
 fit paint.csv --errors noise --cut-off 60
 fit paint.csv --weight noise
+fit paint.csv --reach 60 --cut-off 0
+fit grey.csv --reach 70
+fit coarse.csv --reach 80
 fit paint.csv --noise-model relative=0.02,floor=0.001,cos_i=-1
 fit paint.csv --bootstrap 20 --cut-off 0 --seed 3
 fit paint.csv --cut-off 60 --loss log --robust cauchy
@@ -87,6 +91,7 @@ fit merl.binary --threads 1 --loss cube-root
 fit grey.csv --model tabulated+lambert --ndf-table kept.tab
 compare paint.csv --ndf beckmann,ggx --masking v-cavity,smith-height-correlated --cross-validate 3
 compare grey.csv --ndf ggx,gtr --masking v-cavity --channels each --robust huber
+compare grey.csv --ndf ggx --masking smith-separable,smith-height-correlated --reach 85
 compare sigma.csv --ndf ggx --masking v-cavity --fresnel schlick,dielectric --diffuse lambert,none
 ndf grey.csv
 ndf paint.csv --smooth 10 --nodes 31 --monotone d --loss log
