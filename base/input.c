@@ -62,7 +62,7 @@ static ff_status write_all(int fd, const char *bytes, size_t n, ff_error *err)
 
 static ff_status copy_all(int from, int to, ff_error *err)
 {
-    char block[1 << 16];
+    char block[1 << 14];
     for (int64_t at = 0;; at += (int64_t)sizeof block) {
         size_t got = 0;
         ff_status status = ff_input_read(from, "-", at, block, sizeof block, &got, err);
