@@ -1,5 +1,5 @@
 # What a mistake in a reader of other people's files can be made to do is limited by the compiler and the linker: each flag where they
-# have it. A list of hardening flags that a distribution's own flags bring along as well does no harm; the last one wins.
+# have it. tests/objects reads what was built for it. A distribution that brings some of them along itself loses nothing.
 include(CheckCCompilerFlag)
 include(CheckCSourceCompiles)
 include(CheckLinkerFlag)
@@ -29,6 +29,7 @@ if(NOT FACETFIT_SANITIZE AND NOT FACETFIT_COVERAGE)
   check_c_source_compiles("#ifdef _FORTIFY_SOURCE\n#error there\n#endif\nint main(void) { return 0; }" FACETFIT_LACKS_FORTIFY)
   unset(CMAKE_REQUIRED_FLAGS)
   if(FACETFIT_LACKS_FORTIFY)
+    set(FACETFIT_FORTIFIES ON)
     add_compile_options($<$<NOT:$<CONFIG:Debug>>:-D_FORTIFY_SOURCE=2>)
   endif()
 endif()
