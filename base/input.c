@@ -1,6 +1,7 @@
 /* Opening inputs, and lines of text. */
 #define _GNU_SOURCE
 #include "internal_input.h"
+#include "internal_errno.h"
 #include <errno.h>
 #include <fcntl.h>
 #include <stdio.h>
@@ -19,7 +20,8 @@ ff_status ff_input_open(const char *path, int *fd, int64_t *size, ff_error *err)
     if (opened < 0 || fstat(opened, &st) != 0) {
         int reason = errno;
         if (opened >= 0) close(opened);
-        return ff_error_set(err, FF_ERR_OPEN, path, 0, -1, "cannot be opened: %s", strerror(reason));
+        return ff_error_set(err, FF_ERR_OPEN, path, 0, -1, "cannot be opened: %s",
+                            ff_errno_text(reason, (char[FF_ERRNO_TEXT]){""}));
     }
     if (S_ISDIR(st.st_mode)) {
         close(opened);
@@ -37,7 +39,7 @@ ff_status ff_input_read(int fd, const char *path, int64_t offset, void *out, siz
         ssize_t n = read(fd, (char *)out + done, bytes - done);
         if (n < 0 && errno == EINTR) continue;
         if (n < 0) {
-            const char *reason = strerror(errno);
+            const char *reason = ff_errno_text(errno, (char[FF_ERRNO_TEXT]){""});
             return ff_error_set(err, FF_ERR_READ, path, 0, offset + (int64_t)done, "cannot be read further: %s", reason);
         }
         if (n == 0) break;
@@ -62,7 +64,7 @@ static ff_status write_all(int fd, const char *bytes, size_t n, ff_error *err)
 
 static ff_status copy_all(int from, int to, ff_error *err)
 {
-    char block[1 << 16];
+    char block[1 << 14];
     for (int64_t at = 0;; at += (int64_t)sizeof block) {
         size_t got = 0;
         ff_status status = ff_input_read(from, "-", at, block, sizeof block, &got, err);
@@ -77,7 +79,7 @@ static ff_status keep_pipe(int pipe, ff_error *err)
     if (copy < 0) return ff_error_set(err, FF_ERR_MEMORY, "-", 0, -1, "no memory for what comes through a pipe");
     ff_status status = copy_all(pipe, copy, err);
     if (status == FF_OK && (lseek(copy, 0, SEEK_SET) != 0 || dup2(copy, STDIN_FILENO) < 0))
-        status = ff_error_set(err, FF_ERR_READ, "-", 0, -1, "cannot be kept: %s", strerror(errno));
+        status = ff_error_set(err, FF_ERR_READ, "-", 0, -1, "cannot be kept: %s", ff_errno_text(errno, (char[FF_ERRNO_TEXT]){""}));
     close(copy);
     return status;
 }

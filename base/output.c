@@ -1,6 +1,7 @@
 /* Output files that appear whole or not at all. */
 #define _GNU_SOURCE
 #include "internal_output.h"
+#include "internal_errno.h"
 #include <errno.h>
 #include <fcntl.h>
 #include <limits.h>
@@ -56,7 +57,7 @@ static void output_release(ff_output *out)
 static ff_status fail(ff_error *err, const char *path, const char *what, int reason)
 {
     const ff_status status = reason == ENOMEM ? FF_ERR_MEMORY : FF_ERR_WRITE;
-    return ff_error_set(err, status, path, 0, -1, "%s: %s", what, strerror(reason));
+    return ff_error_set(err, status, path, 0, -1, "%s: %s", what, ff_errno_text(reason, (char[FF_ERRNO_TEXT]){""}));
 }
 
 /* Wraps a descriptor; on failure closes it and leaves *out released. */

@@ -7,7 +7,7 @@
 #include <stdatomic.h>
 #include <stdlib.h>
 
-enum { THREADS_MOST = 1024, STACK = 4 << 20 };
+enum { THREADS_MOST = 1024, STACK = 1 << 20 };
 
 struct ff_pool {
     int threads;       /* that really run, the caller's included */
@@ -54,7 +54,7 @@ static void *work(void *argument)
 }
 
 /* With a stack of its own size: the system's usual one is that of the limit of the process, or of the C library, and may be less
- * than the library needs (docs/library.md), which is less than this; what is not touched costs nothing. */
+ * than the library needs (docs/library.md), or so much that a thousand threads of it are not to be had. */
 static int create(pthread_t *thread, void *start)
 {
     pthread_attr_t attributes;

@@ -1,5 +1,6 @@
 /* Tails and quantiles: the incomplete gamma function by series and continued fraction, Student's t by the incomplete beta function
  * (DLMF 8.7.1, 8.9.2, 8.17.22), and so F. */
+#define _DEFAULT_SOURCE /* lgamma_r */
 #include "internal_statistics.h"
 #include <float.h>
 #include <math.h>
@@ -11,6 +12,13 @@ double ff_normal_two_sided(double z)
     return erfc(z / sqrt(2));
 }
 
+/* ln Gamma(a), a > 0. lgamma itself writes the sign to a variable that all threads have. */
+static double ln_gamma(double a)
+{
+    int sign;
+    return lgamma_r(a, &sign);
+}
+
 /* P(a, x) by its series; x < a + 1. */
 static double gamma_series(double a, double x)
 {
@@ -19,7 +27,7 @@ static double gamma_series(double a, double x)
         term *= x / (a + k);
         sum += term;
     }
-    return sum * exp(a * log(x) - x - lgamma(a));
+    return sum * exp(a * log(x) - x - ln_gamma(a));
 }
 
 /* Keeps a denominator of Lentz's algorithm away from 0. */
@@ -40,7 +48,7 @@ static double gamma_fraction(double a, double x)
         h *= c * d;
         if (fabs(c * d - 1) < DBL_EPSILON) break;
     }
-    return h * exp(a * log(x) - x - lgamma(a));
+    return h * exp(a * log(x) - x - ln_gamma(a));
 }
 
 double ff_chi2_tail(double x, double dof)
@@ -74,7 +82,7 @@ static double incomplete_beta(double a, double b, double x, double y)
 {
     if (!(x > 0)) return 0;
     if (!(y > 0)) return 1;
-    const double front = exp(lgamma(a + b) - lgamma(a) - lgamma(b) + a * log(x) + b * log(y));
+    const double front = exp(ln_gamma(a + b) - ln_gamma(a) - ln_gamma(b) + a * log(x) + b * log(y));
     return x < (a + 1) / (a + b + 2) ? front * beta_fraction(a, b, x) / a : 1 - front * beta_fraction(b, a, y) / b;
 }
 

@@ -92,15 +92,19 @@ static int fit_all(const cli_args *args, cli_fitting *f, const ff_model *model, 
 static int fit_adaptive(const cli_args *args, cli_fitting *f, const ff_model *model, const char *expression)
 {
     ff_error err = {0};
-    ff_adaptive all;
-    const ff_status failed = cli_fitting_choose(f, model, expression, &all, &err);
-    if (failed != FF_OK) return cli_failed(failed, &err);
-    f->problem = &all.problem; /* for as long as it lasts */
+    ff_adaptive *all = malloc(sizeof *all);
+    const ff_status failed = all ? cli_fitting_choose(f, model, expression, all, &err) : FF_ERR_MEMORY;
+    if (failed != FF_OK) {
+        free(all);
+        return cli_failed(failed, &err);
+    }
+    f->problem = &all->problem; /* for as long as it lasts */
     f->n_problems = 1;
-    const int status = finish(args, f, &all.candidate[all.chosen].fit, 1, &all);
+    const int status = finish(args, f, &all->candidate[all->chosen].fit, 1, all);
     f->problem = NULL;
     f->n_problems = 0;
-    ff_adaptive_clear(&all);
+    ff_adaptive_clear(all);
+    free(all);
     return status;
 }
 

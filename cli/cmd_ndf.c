@@ -32,7 +32,7 @@ static void read_options(const cli_args *args, ff_ndf_options *o)
 }
 
 /* The same command line with an isotropic shape, which is the only one that a retrieval has. */
-static int open_isotropic(const cli_args *args, const ff_model *models, cli_fitting *f)
+static int open_with_shape(const cli_args *args, const ff_model *models, cli_fitting *f)
 {
     cli_args with_shape = *args;
     const size_t n = args->n_given;
@@ -51,6 +51,16 @@ static int open_isotropic(const cli_args *args, const ff_model *models, cli_fitt
     }
     free(with_shape.flag);
     free(with_shape.value);
+    return status;
+}
+
+static int open_isotropic(const cli_args *args, int masking, cli_fitting *f)
+{
+    ff_error err = {0};
+    ff_model *models = malloc(FF_NDF_MODELS * sizeof *models);
+    const ff_status failed = models ? ff_ndf_models(masking, models, &err) : FF_ERR_MEMORY;
+    const int status = failed == FF_OK ? open_with_shape(args, models, f) : cli_failed(failed, &err);
+    free(models);
     return status;
 }
 
@@ -288,25 +298,22 @@ static int report(const ndf_report *n)
 
 int cmd_ndf(const cli_args *args)
 {
-    ff_model models[FF_NDF_MODELS];
     ff_ndf_options o;
     ff_ndf_result r;
     ff_error err = {0};
     cli_fitting f = {0};
     ff_ndf_options_init(&o);
     read_options(args, &o);
-    ff_status failed = ff_ndf_models(o.masking, models, &err);
-    if (failed != FF_OK) return cli_failed(failed, &err);
     if (!strcmp(cli_value(args, FLAG_WEIGHT, ""), "noise"))
         return cli_usage(
             args, "--weight noise is of the noise about a model, which is not known here: expected solid-angle, sigma or sample");
-    int status = open_isotropic(args, models, &f);
+    int status = open_isotropic(args, o.masking, &f);
     if (status != EXIT_DONE) return status;
     ff_fit_options fit = f.options;
     if (f.progress) fit.progress = show;
     o.fit = &fit;
     // NOLINTNEXTLINE(clang-analyzer-core.NullDereference): where the status is EXIT_DONE there is a problem
-    failed = ff_ndf_retrieve_into(f.problem[0], &o, &r, &err);
+    const ff_status failed = ff_ndf_retrieve_into(f.problem[0], &o, &r, &err);
     if (f.progress) cli_progress_end();
     if (failed == FF_OK) {
         const ndf_report n = {args, &f, &o, &r};

@@ -1,5 +1,9 @@
-/* No command writes over what it reads, nor two results into one file. The definitions say which words and flags name a file; here
- * all of a command line are compared before the command runs. */
+/* No command writes over what it reads unless it is told to, nor two results into one file. The definitions say which words and
+ * flags name a file; here all of a command line are compared before the command runs.
+ *
+ * --force lets an output replace an input: everything is read before anything is written, and what is written takes the name when
+ * it is complete, so that a command that fails leaves the input. It lifts nothing else. Two outputs of one name are one output that
+ * is lost; what the shell opened for standard output is written while the input is read; a device is written in place. */
 #include "internal_flags.h"
 #include "base/internal_output.h"
 #include <limits.h>
@@ -13,7 +17,8 @@ enum { FLAGS_FROM = CLI_PLACES, UNNAMED_OUTPUT = FLAGS_FROM + FLAG_COUNT, PLACES
 
 /* What a file is, however it is spelled. */
 typedef struct identity {
-    int known; /* 0: a pipe or a device, which takes whatever comes, or nowhere */
+    int known;       /* 0: a pipe or a device, which takes whatever comes, or nowhere */
+    int is_replaced; /* 1: by an output of its name, when that is complete            */
     dev_t device;
     ino_t number;
     char name[NAME_MAX + 1]; /* of a file that does not exist yet, in the folder that the numbers mean; "" of one that does */
@@ -56,7 +61,8 @@ static identity identify(const char *path, cli_kind use)
     const int standard = !strcmp(path, "-");
     const int failed = standard ? fstat(use == KIND_INPUT_FILE ? STDIN_FILENO : STDOUT_FILENO, &st) : stat(path, &st);
     if (failed) return standard ? (identity){0} : identity_of_new(path);
-    return (identity){S_ISREG(st.st_mode) || S_ISBLK(st.st_mode), st.st_dev, st.st_ino, ""};
+    const int regular = S_ISREG(st.st_mode) != 0;
+    return (identity){regular || S_ISBLK(st.st_mode), regular && !standard, st.st_dev, st.st_ino, ""};
 }
 
 static int same(const identity *a, const identity *b)
@@ -118,12 +124,20 @@ static void show(const named_file *f, char out[PATH_MAX])
     snprintf(out, PATH_MAX, "%s%s%s", f->label, f->unnamed ? "" : " ", f->unnamed ? "" : f->path);
 }
 
+/* Is it an output that may take the place of an input, if --force says so? */
+static int may_replace(const named_file *output)
+{
+    return output->use == KIND_OUTPUT_FILE && output->is.is_replaced;
+}
+
 static int refuse(const cli_args *args, const named_file *a, const named_file *b)
 {
     char first[PATH_MAX], second[PATH_MAX];
     show(a, first);
     show(b, second);
-    if (a->use != b->use) return cli_usage(args, "%s is the input %s; give another file to %s", first, second, a->label);
+    if (a->use != b->use)
+        return cli_usage(args, "%s is the input %s; give another file to %s%s", first, second, a->label,
+                         may_replace(a) ? ", or --force to replace it" : "");
     if (!strcmp(a->path, "-") && !strcmp(b->path, "-"))
         return cli_usage(args, "%s and %s both want standard %s; give a file to one of them", first, second,
                          a->use == KIND_INPUT_FILE ? "input" : "output");
@@ -131,8 +145,9 @@ static int refuse(const cli_args *args, const named_file *a, const named_file *b
 }
 
 /* Reading a file twice is no harm, reading standard input twice is. */
-static int collide(const named_file *a, const named_file *b)
+static int collide(const cli_args *args, const named_file *a, const named_file *b)
 {
+    if (a->use != b->use && may_replace(a) && cli_switch(args, FLAG_FORCE, 0)) return 0;
     if (a->use == b->use && !strcmp(a->path, "-") && !strcmp(b->path, "-")) return 1;
     return a->use == KIND_OUTPUT_FILE && same(&a->is, &b->is);
 }
@@ -169,7 +184,7 @@ int cli_files_check(const cli_args *args)
     for (size_t i = 0; i < PLACES; i++) {
         if (!take(args, i, &a)) continue;
         for (size_t j = 0; j < PLACES; j++)
-            if (j != i && take(args, j, &b) && collide(&a, &b)) return refuse(args, &a, &b);
+            if (j != i && take(args, j, &b) && collide(args, &a, &b)) return refuse(args, &a, &b);
     }
     for (size_t i = 0; i < PLACES; i++) {
         const int failed = take(args, i, &a) ? check_can_be_written(&a) : EXIT_DONE;
@@ -184,8 +199,9 @@ ff_status cli_files_ask(const void *args, const char *path, ff_error *err)
     const identity input = identify(path, KIND_INPUT_FILE);
     for (size_t place = 0; place < PLACES; place++) {
         if (!take(args, place, &output) || output.use != KIND_OUTPUT_FILE || !same(&output.is, &input)) continue;
-        return ff_error_set(err, FF_ERR_UNSUPPORTED, NULL, 0, -1, "it is what %s would write; give another file to %s",
-                            output.label, output.label);
+        if (may_replace(&output) && cli_switch(args, FLAG_FORCE, 0)) continue;
+        return ff_error_set(err, FF_ERR_UNSUPPORTED, NULL, 0, -1, "it is what %s would write; give another file to %s%s",
+                            output.label, output.label, may_replace(&output) ? ", or --force to replace it" : "");
     }
     return FF_OK;
 }

@@ -27,6 +27,7 @@ function(facetfit_room_target target)
   target_include_directories(${target} PRIVATE ${PROJECT_SOURCE_DIR} $<TARGET_PROPERTY:facetfit_headers,INTERFACE_INCLUDE_DIRECTORIES>)
   # A shared library exports what a header declares FF_API, and nothing else.
   set_target_properties(${target} PROPERTIES C_VISIBILITY_PRESET hidden CXX_VISIBILITY_PRESET hidden VISIBILITY_INLINES_HIDDEN ON)
+  facetfit_limit_frames(${target})
   set_property(GLOBAL APPEND PROPERTY FACETFIT_OBJECTS $<TARGET_OBJECTS:${target}>)
 endfunction()
 

@@ -26,6 +26,7 @@
 #include "base/internal_gauss.h"
 #include "internal_model.h"
 #include <math.h>
+#include <stdlib.h>
 #include <string.h>
 
 #define PI 3.14159265358979323846
@@ -50,6 +51,7 @@ typedef struct filler {
     double mu, tangent;                        /* of the view */
     uint32_t at;
     ff_albedo_points points;
+    ff_block_work *work;
 } filler;
 
 static void make_ray(filler *f)
@@ -90,7 +92,7 @@ static void range_of_lobe(const ff_prepared *p, uint32_t l, double *nearest, dou
 
 static void flush(filler *f)
 {
-    if (f->points.n) f->lobes.kernels->albedo_add(&f->lobes, f->mu, &f->points, f->at);
+    if (f->points.n) f->lobes.kernels->albedo_add(&f->lobes, f->mu, &f->points, f->at, f->work);
     f->points.n = 0;
 }
 
@@ -339,18 +341,26 @@ static void sum_curves(filler *f)
         }
 }
 
-void ff_coupling_fill(ff_prepared *p)
+ff_status ff_coupling_fill(ff_prepared *p)
 {
     const size_t albedos = p->couples & FF_COUPLE_ALBEDO ? p->n_channels : 0,
                  losses = p->couples & FF_COUPLE_LOSS ? p->m->n_lobes : 0;
-    filler f;
+    filler *f = malloc(sizeof *f);
+    if (f) f->work = ff_block_work_new(1);
+    if (!f || !f->work) {
+        free(f);
+        return FF_ERR_MEMORY;
+    }
     for (uint32_t l = 0; l < losses; l++) p->loss[l].over_cosine = is_unbounded(p, l);
     for (size_t c = 0; c < albedos; c++)
         for (uint32_t l = 0; l < p->m->n_lobes; l++) p->albedo[c].over_cosine |= is_unbounded(p, l);
     for (size_t i = 0; i < albedos + losses; i++) /* the curves of both kinds lie one after the other */
         memset(p->albedo[i].coefficient, 0, p->albedo[i].n_functions * FF_ALBEDO_COEFFICIENTS * sizeof(double));
-    start(p, &f);
-    sum_curves(&f);
-    for (size_t i = 0; i < albedos + losses; i++) finish_curve(&f, &p->albedo[i]);
-    if (losses) average_fresnel(&f, p);
+    start(p, f);
+    sum_curves(f);
+    for (size_t i = 0; i < albedos + losses; i++) finish_curve(f, &p->albedo[i]);
+    if (losses) average_fresnel(f, p);
+    free(f->work);
+    free(f);
+    return FF_OK;
 }

@@ -1,6 +1,7 @@
 /* Evaluation of a composed model over any number of direction pairs, block by block. */
 #include "internal_model.h"
 #include <math.h>
+#include <stdlib.h>
 #include <string.h>
 
 static ff_dirs dirs_at(const ff_dirs *w, size_t i)
@@ -50,9 +51,14 @@ static void want_all(const ff_model *m, ff_wanted *w)
 
 /* The value always comes from the cheapest mode, so that it has the same bits with and without derivatives; those need the general
  * mode also where alpha_x = alpha_y. */
+typedef struct derivation {
+    ff_block_work work;
+    ff_prepared prepared;
+} derivation;
 typedef struct evaluation {
-    ff_prepared value, derivatives;
+    ff_prepared value;
     uint32_t planes;
+    derivation *d; /* NULL: values alone */
 } evaluation;
 
 static ff_status prepare(evaluation *e, const ff_model *m, const ff_kernels *k, size_t n_channels, const double *shape,
@@ -64,41 +70,64 @@ static ff_status prepare(evaluation *e, const ff_model *m, const ff_kernels *k, 
     if (status) return status;
     e->planes = ff_prepared_planes(&e->value);
     if (!derivatives) return FF_OK;
+    e->d = aligned_alloc(64, (sizeof *e->d + 63) / 64 * 64);
+    if (!e->d) return FF_ERR_MEMORY;
+    e->d->work.block.d = &e->d->work.slopes;
+    e->d->prepared.storage = NULL;
     ff_wanted wanted;
     want_all(m, &wanted);
-    status = ff_prepare(m, k, FF_TILTED_MODE, n_channels, shape, channel, &wanted, lo, hi, &e->derivatives);
-    if (status)
-        ff_prepared_free(&e->value);
-    else
-        e->planes |= ff_prepared_planes(&e->derivatives);
+    status = ff_prepare(m, k, FF_TILTED_MODE, n_channels, shape, channel, &wanted, lo, hi, &e->d->prepared);
+    if (!status) e->planes |= ff_prepared_planes(&e->d->prepared);
     return status;
+}
+
+static void release(evaluation *e)
+{
+    ff_prepared_free(&e->value);
+    if (e->d) ff_prepared_free(&e->d->prepared);
+    free(e->d);
+}
+
+/* df of every channel and parameter; `up` is 0 where they are 0. */
+static void derive_block(const evaluation *e, const ff_geometry *g, size_t n, const double *up, double *df, size_t ld)
+{
+    const ff_prepared *p = &e->d->prepared;
+    ff_block_work *work = &e->d->work;
+    const size_t n_params = p->m->n_shape + p->m->n_channel;
+    double unused[FF_BLOCK];
+    p->kernels->block_shape(p, g, n, &work->block);
+    for (size_t c = 0; c < p->n_channels; c++) {
+        p->kernels->block_value(p, g, n, c, &work->block, unused);
+        p->kernels->block_columns(p, n, c, up, &work->block, work->column);
+        for (size_t k = 0; k < n_params; k++) memcpy(df + (c * n_params + k) * ld, work->column[k], n * sizeof *df);
+    }
+}
+
+/* Not a part of its caller, which has the planes of the geometry on its stack. */
+static __attribute__((noinline)) void value_block(const evaluation *e, const ff_geometry *g, size_t n, const double *up, double *f,
+                                                  size_t ld)
+{
+    const ff_kernels *k = e->value.kernels;
+    ff_block b;
+    b.d = NULL;
+    k->block_shape(&e->value, g, n, &b);
+    for (size_t c = 0; c < e->value.n_channels; c++) {
+        double *fc = f + c * ld;
+        k->block_value(&e->value, g, n, c, &b, fc);
+        for (size_t i = 0; i < n; i++) fc[i] *= up[i];
+    }
 }
 
 static void eval_block(const evaluation *e, const ff_dirs *w, size_t n, double *f, double *df, size_t ld)
 {
-    const ff_kernels *k = e->value.kernels;
-    const size_t C = e->value.n_channels, n_params = e->value.m->n_shape + e->value.m->n_channel;
-    double planes[FF_G_COUNT][FF_BLOCK], up[FF_BLOCK], column[FF_MAX_SHAPE + FF_MAX_CHANNEL_PARAMS][FF_BLOCK], unused[FF_BLOCK];
-    ff_block b;
+    double planes[FF_G_COUNT][FF_BLOCK], up[FF_BLOCK];
     ff_geometry g = {{NULL}};
     for (int p = 0; p < FF_G_COUNT; p++)
         if (e->planes & 1u << p) g.plane[p] = planes[p];
-    k->geometry(w, n, &g);
+    e->value.kernels->geometry(w, n, &g);
     above_horizon(w, n, up);
-    if (df) {
-        k->block_shape(&e->derivatives, &g, n, &b);
-        for (size_t c = 0; c < C; c++) {
-            k->block_value(&e->derivatives, &g, n, c, &b, unused);
-            k->block_columns(&e->derivatives, n, c, up, &b, column);
-            for (size_t p = 0; p < n_params; p++) memcpy(df + (c * n_params + p) * ld, column[p], n * sizeof *df);
-        }
-    }
-    k->block_shape(&e->value, &g, n, &b);
-    for (size_t c = 0; c < C; c++) {
-        double *fc = f + c * ld;
-        k->block_value(&e->value, &g, n, c, &b, fc);
-        for (size_t i = 0; i < n; i++) fc[i] *= up[i];
-    }
+    if (df) derive_block(e, &g, n, up, df, ld);
+    value_block(e, &g, n, up, f, ld);
 }
 
 ff_status ff_model_eval(const ff_model *m, ff_isa isa, size_t n_channels, const double *shape, const double *channel,
@@ -110,15 +139,37 @@ ff_status ff_model_eval(const ff_model *m, ff_isa isa, size_t n_channels, const 
     if (!k) return FF_ERR_UNSUPPORTED;
     if (ld < n) return FF_ERR_RANGE;
     evaluation e;
+    e.value.storage = NULL;
+    e.d = NULL;
     status = prepare(&e, m, k, n_channels, shape, channel, w, n, df != NULL);
-    if (status) return status;
-    for (size_t i = 0; i < n; i += FF_BLOCK) {
+    for (size_t i = 0; i < n && !status; i += FF_BLOCK) {
         const ff_dirs block = dirs_at(w, i);
         eval_block(&e, &block, n - i < FF_BLOCK ? n - i : FF_BLOCK, f + i, df ? df + i : NULL, ld);
     }
-    ff_prepared_free(&e.value);
-    if (df) ff_prepared_free(&e.derivatives);
-    return FF_OK;
+    release(&e);
+    return status;
+}
+
+/* The terms are asked for by people, a few at a time: what they need may be allocated. */
+typedef struct terms_work {
+    ff_model lobes; /* without bases: what these are coupled to is not asked for */
+    ff_prepared p;
+    double planes[FF_G_COUNT][FF_BLOCK], up[FF_BLOCK], term[5][FF_BLOCK];
+    ff_lobe_work lobe;
+} terms_work;
+
+static void terms_block(terms_work *t, uint32_t l, const double *channel, const ff_dirs *w, size_t n)
+{
+    const ff_kernels *k = t->p.kernels;
+    const ff_lobe *with_fresnel = &t->lobes.lobe[ff_model_group(&t->lobes, l)];
+    ff_geometry g = {{NULL}};
+    for (int q = 0; q < FF_G_COUNT; q++)
+        if (t->p.planes & 1u << q) g.plane[q] = t->planes[q];
+    k->geometry(w, n, &g);
+    above_horizon(w, n, t->up);
+    k->lobe_terms(&t->p.lobe[l], &g, n, &t->lobe, t->term[0], t->term[1], t->term[2], t->term[3]);
+    k->fresnel[with_fresnel->fresnel]->eval(channel + with_fresnel->channel0, &g, n, t->term[4], NULL);
+    for (size_t j = 0; j < n; j++) t->term[4][j] *= t->up[j];
 }
 
 ff_status ff_model_terms(const ff_model *m, ff_isa isa, size_t n_channels, const double *shape, const double *channel, uint32_t l,
@@ -129,32 +180,26 @@ ff_status ff_model_terms(const ff_model *m, ff_isa isa, size_t n_channels, const
     if (status) return status;
     if (!k) return FF_ERR_UNSUPPORTED;
     if (l >= m->n_lobes || c >= n_channels) return FF_ERR_RANGE;
-    ff_model lobes = *m; /* what the bases are coupled to is not asked for */
-    lobes.n_bases = 0;
-    ff_prepared p;
+    terms_work *t = malloc(sizeof *t);
+    if (!t) return FF_ERR_MEMORY;
+    t->lobes = *m;
+    t->lobes.n_bases = 0;
     double lo, hi;
     range_of_tan2(m, w, n, &lo, &hi);
-    status = ff_prepare(&lobes, k, FF_TILTED_MODE, n_channels, shape, channel, NULL, lo, hi, &p);
-    if (status) return status;
-    p.lobe[l].mode = FF_TILTED_MODE; /* the terms are asked for one at a time, by people: the general form serves all */
-    const uint32_t need = ff_prepared_planes(&p);
-    const ff_lobe *with_fresnel = &m->lobe[ff_model_group(m, l)];
-    for (size_t i = 0; i < n; i += FF_BLOCK) {
+    status = ff_prepare(&t->lobes, k, FF_TILTED_MODE, n_channels, shape, channel, NULL, lo, hi, &t->p);
+    if (!status) {
+        t->p.lobe[l].mode = FF_TILTED_MODE; /* the general form serves all */
+        t->p.planes = ff_prepared_planes(&t->p);
+    }
+    for (size_t i = 0; i < n && !status; i += FF_BLOCK) {
         const size_t count = n - i < FF_BLOCK ? n - i : FF_BLOCK;
         const ff_dirs block = dirs_at(w, i);
-        double planes[FF_G_COUNT][FF_BLOCK], up[FF_BLOCK], term[5][FF_BLOCK];
-        ff_geometry g = {{NULL}};
-        for (int q = 0; q < FF_G_COUNT; q++)
-            if (need & 1u << q) g.plane[q] = planes[q];
-        k->geometry(&block, count, &g);
-        above_horizon(&block, count, up);
-        k->lobe_terms(&p.lobe[l], &g, count, term[0], term[1], term[2], term[3]);
-        k->fresnel[with_fresnel->fresnel]->eval(channel + c * m->n_channel + with_fresnel->channel0, &g, count, term[4], NULL);
-        for (size_t j = 0; j < count; j++) term[4][j] *= up[j];
+        terms_block(t, l, channel + c * m->n_channel, &block, count);
         double *const planes_out[5] = {out->d, out->lambda_i, out->lambda_o, out->g, out->fresnel};
-        for (int t = 0; t < 5; t++)
-            if (planes_out[t]) memcpy(planes_out[t] + i, term[t], count * sizeof(double));
+        for (int q = 0; q < 5; q++)
+            if (planes_out[q]) memcpy(planes_out[q] + i, t->term[q], count * sizeof(double));
     }
-    ff_prepared_free(&p);
-    return FF_OK;
+    if (!status) ff_prepared_free(&t->p);
+    free(t);
+    return status;
 }

@@ -18,11 +18,13 @@
  *  Slopes   of a normal m: (-mx/mz, -my/mz).
  *  Arrays   planes of double, owned by the caller, never kept after return; outputs must not overlap inputs.
  *  Sizes    n_shape and n_channel stand for ff_model_param_count of FF_PARAM_SHAPE and FF_PARAM_CHANNEL.
- *  Memory   models are released with ff_model_free. Nothing else allocates but evaluations, for the tables of models that have any;
- *           they release it before they return.
+ *  Memory   models are released with ff_model_free. Nothing else allocates but evaluations, for derivatives and for the tables of
+ *           models that have any; they release it before they return.
  *  Errors   ff_status; outputs are written only on FF_OK. Nothing aborts or prints.
- *  Stack    every function of the library needs at most 768 KiB, those of its own threads have 4 MiB: give a thread that calls it
- *           a stack of 1 MiB where the system's usual one is less.
+ *  Stack    every function of the library works on a thread of 128 KiB, Ceres and the libraries that read files included; half of
+ *           it is what glibc takes out of a thread's stack for the thread-local variables of the libraries that a process has
+ *           (62 KiB with Ceres, glog and METIS of Debian 12): a process with more of these adds them. Threads of the library's own
+ *           have 1 MiB, of which what is not touched costs nothing.
  *  Threads  descriptors are immutable; every function may be called from many threads at once, those that change a model from one
  *           thread at a time. */
 #ifndef FF_MODEL_H

@@ -86,13 +86,13 @@ void ff_model_lobe_alone(const ff_model *m, uint32_t l, size_t n_channels, const
 
 /* Makes m ready. shape, channel as ff_model_eval, checked before; mode for the lobes that are not isotropic; wanted NULL: the value
  * alone. tan2_lo, tan2_hi: range of tan^2 theta over all directions to come, 0 and INFINITY when unknown. channel and m must
- * outlive it. FF_ERR_MEMORY. */
+ * outlive it. FF_ERR_MEMORY: *out is of no use then, and holds nothing. */
 ff_status ff_prepare(const ff_model *m, const struct ff_kernels *k, ff_stretch_mode mode, size_t n_channels, const double *shape,
                      const double *channel, const ff_wanted *wanted, double tan2_lo, double tan2_hi, ff_prepared *out);
 void ff_prepared_free(ff_prepared *p);
 
-/* Fills the curves that the couplings of p need (albedo, loss, f_average); p is otherwise ready. */
-void ff_coupling_fill(ff_prepared *p);
+/* Fills the curves that the couplings of p need (albedo, loss, f_average); p is otherwise ready. FF_ERR_MEMORY. */
+ff_status ff_coupling_fill(ff_prepared *p);
 
 /* p->planes after a change of its lobes' modes. */
 uint32_t ff_prepared_planes(const ff_prepared *p);

@@ -195,20 +195,20 @@ ff_status ff_prepare(const ff_model *m, const ff_kernels *k, ff_stretch_mode mod
                      const double *channel, const ff_wanted *wanted, double tan2_lo, double tan2_hi, ff_prepared *out)
 {
     double jac[FF_MAX_LOBES][FF_MAX_SHAPE][FF_D_COUNT], dw[FF_MAX_LOBES][FF_MAX_LOBES];
-    ff_prepared p = {.kernels = k, .m = m, .n_channels = n_channels, .channel = channel};
-    if (wanted) p.wanted = *wanted;
-    ff_model_weights(m, shape, p.weight, dw);
-    prepare_bases(&p, shape);
-    const ff_status status = allocate(&p);
+    *out = (ff_prepared){.kernels = k, .m = m, .n_channels = n_channels, .channel = channel};
+    if (wanted) out->wanted = *wanted;
+    ff_model_weights(m, shape, out->weight, dw);
+    prepare_bases(out, shape);
+    ff_status status = allocate(out);
     if (status) return status;
-    const int curves = (p.couples & (FF_COUPLE_ALBEDO | FF_COUPLE_LOSS)) != 0; /* they ask for all directions */
-    prepare_lobes(&p, mode, shape, wanted ? jac : NULL, curves ? 0 : tan2_lo, curves ? INFINITY : tan2_hi, p.storage);
-    if (wanted) prepare_columns(&p, jac, dw);
-    if (p.f0) prepare_f0(&p);
-    p.planes = ff_prepared_planes(&p);
-    if (curves) ff_coupling_fill(&p);
-    *out = p;
-    return FF_OK;
+    const int curves = (out->couples & (FF_COUPLE_ALBEDO | FF_COUPLE_LOSS)) != 0; /* they ask for all directions */
+    prepare_lobes(out, mode, shape, wanted ? jac : NULL, curves ? 0 : tan2_lo, curves ? INFINITY : tan2_hi, out->storage);
+    if (wanted) prepare_columns(out, jac, dw);
+    if (out->f0) prepare_f0(out);
+    out->planes = ff_prepared_planes(out);
+    if (curves) status = ff_coupling_fill(out);
+    if (status) ff_prepared_free(out);
+    return status;
 }
 
 void ff_prepared_free(ff_prepared *p)

@@ -94,20 +94,20 @@ static void count_negative(ff_table *t)
 static ff_status fill(const ff_model *m, const double *shape, const double *channel, const ff_simulate_options *o, ff_table *t,
                       ff_error *err)
 {
-    double plane[6][BLOCK], *const planes[6] = {plane[0], plane[1], plane[2], plane[3], plane[4], plane[5]};
-    double *f = malloc(t->n_channels * BLOCK * sizeof *f);
+    double *f = malloc((t->n_channels + 6) * BLOCK * sizeof *f), *planes[6];
     ff_status status =
         f ? FF_OK : ff_error_set(err, FF_ERR_MEMORY, NULL, 0, -1, "no memory for a block of %zu channels", t->n_channels);
     size_t raised = 0;
+    for (size_t k = 0; k < 6 && f; k++) planes[k] = f + (t->n_channels + k) * BLOCK;
     for (size_t first = 0; first < t->n && status == FF_OK; first += BLOCK) {
         const size_t n = t->n - first < BLOCK ? t->n - first : BLOCK;
-        const ff_dirs w = {plane[0], plane[1], plane[2], plane[3], plane[4], plane[5]};
+        const ff_dirs w = {planes[0], planes[1], planes[2], planes[3], planes[4], planes[5]};
         if (o->cancel && *o->cancel) {
             status = ff_error_set(err, FF_ERR_CANCELLED, NULL, 0, -1, "cancelled at sample %zu of %zu", first, t->n);
             break;
         }
         ff_table_directions(t, first, n, planes);
-        mark_below_horizon(t, first, n, plane[2], plane[5]);
+        mark_below_horizon(t, first, n, planes[2], planes[5]);
         status = ff_model_eval(m, o->isa, t->n_channels, shape, channel, &w, n, f, NULL, BLOCK);
         if (status != FF_OK) ff_error_set(err, status, NULL, 0, -1, "the model cannot be evaluated");
         for (size_t c = 0; c < t->n_channels && status == FF_OK; c++) raised += store(o, t, c, first, n, &w, f + c * BLOCK);

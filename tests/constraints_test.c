@@ -864,7 +864,10 @@ static void albedo_derivatives(void)
             FF_CHECK(ff_albedo_parts_make(&s.model, ff_kernels_get(FF_ISA_BEST), l.mode, 2, s.shape, s.channel, &l.free, &parts) ==
                          FF_OK,
                      "parts");
-            ff_albedo_parts_at(parts, 8, wo, out);
+            ff_block_work *work = ff_block_work_new(1);
+            FF_CHECK(work != NULL, "memory");
+            ff_albedo_parts_at(parts, 8, wo, work, out);
+            free(work);
             ff_albedo_parts_free(parts);
             ff_integral exact[2];
             FF_CHECK(ff_albedo_directional(&s.model, FF_ISA_BEST, 2, s.shape, s.channel, wo, exact, NULL) == FF_OK, "albedo");

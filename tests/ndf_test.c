@@ -535,7 +535,8 @@ static void power_iteration(void)
     if (ff_ndf_models(masking, models, NULL) || ff_problem_make(&t, models, FF_NDF_MODELS, o.fit, &p, NULL) ||
         ff_curve_new(scale, asinh(tan(79 * FIT_DEGREE) / scale) / 40, 40, 1, 5, &curve))
         exit(1);
-    FF_CHECK(ff_ndf_back_scatter(p, &curve, &kd, falls, &r) == 1, "%zu samples look back", r.back_samples);
+    FF_CHECK(ff_ndf_back_scatter(p, &curve, &kd, falls, &r) == FF_OK && r.from_back_scatter, "%zu samples look back",
+             r.back_samples);
     FF_CHECK_CLOSE(r.back_f0, 0.7, 0.03, 0);
     const double peak = student_t_d(0.3, 2, 0);
     for (int i = 1; i <= 36; i++) {

@@ -77,12 +77,13 @@ ff_status ff_table_copy_into(const ff_table *t, ff_table *out, ff_error *err)
 /* 1 when both tables have the same pairs of directions in the same order, to rounding. */
 static int same_directions(const ff_table *a, const ff_table *b)
 {
-    double x[6][BLOCK], y[6][BLOCK];
+    enum { FEW = 128 };
+    double x[6][FEW], y[6][FEW];
     double *const px[6] = {x[0], x[1], x[2], x[3], x[4], x[5]}, *const py[6] = {y[0], y[1], y[2], y[3], y[4], y[5]};
     if (a->n != b->n) return 0;
     if (a->grid && a->grid == b->grid) return 1;
-    for (size_t first = 0; first < a->n; first += BLOCK) {
-        const size_t n = a->n - first < BLOCK ? a->n - first : BLOCK;
+    for (size_t first = 0; first < a->n; first += FEW) {
+        const size_t n = a->n - first < FEW ? a->n - first : FEW;
         ff_table_directions(a, first, n, px);
         ff_table_directions(b, first, n, py);
         for (int k = 0; k < 6; k++)

@@ -24,8 +24,9 @@ typedef struct run {
     const ff_arrowhead *arrowhead;
     ff_influence_chunk_fn kernel;
     size_t n_sums, n_score;
-    double *lanes;  /* [threads][n_sums * 8 + n_score] */
-    double *result; /* [chunks][n_sums]                */
+    double *lanes;              /* [threads][n_sums * 8 + n_score] */
+    ff_influence_scratch *work; /* [threads]                       */
+    double *result;             /* [chunks][n_sums]                */
     double *runs;
 } run;
 
@@ -46,7 +47,7 @@ static void run_chunk(void *context, size_t chunk, int worker)
     const run *r = context;
     const struct ff_problem *p = r->pass->p;
     double *lanes = r->lanes + (size_t)worker * (r->n_sums * 8 + r->n_score);
-    ff_influence_sums sums = {.stat = lanes, .shape = lanes + FF_STAT_COUNT * 8, .runs = r->runs};
+    ff_influence_sums sums = {.stat = lanes, .shape = lanes + FF_STAT_COUNT * 8, .runs = r->runs, .work = r->work + worker};
     sums.channel = sums.shape + (r->arrowhead ? r->arrowhead->S * (r->arrowhead->S + 1) / 2 * 8 : 0);
     sums.own = sums.shape + products(r->arrowhead) * 8;
     sums.whole = sums.own + (r->arrowhead ? r->arrowhead->P * 8 : 0);
@@ -75,8 +76,9 @@ static ff_status influence_pass(const ff_pass *pass, const ff_arrowhead *arrowhe
         .pass = pass, .arrowhead = arrowhead, .n_sums = n_sums, .n_score = arrowhead ? arrowhead->P * FF_BLOCK : 0, .runs = runs};
     r.kernel = ff_isa_available(p->isa) ? FF_ISA_PICK(p->isa, ff_influence_chunk) : NULL;
     r.lanes = aligned_alloc(64, (threads * (n_sums * 8 + r.n_score) * sizeof(double) + 63) / 64 * 64);
+    r.work = aligned_alloc(64, threads * sizeof *r.work);
     r.result = malloc(chunks * n_sums * sizeof(double));
-    const ff_status status = !r.kernel ? FF_ERR_UNSUPPORTED : r.lanes && r.result ? FF_OK : FF_ERR_MEMORY;
+    const ff_status status = !r.kernel ? FF_ERR_UNSUPPORTED : r.lanes && r.work && r.result ? FF_OK : FF_ERR_MEMORY;
     if (!status) ff_pool_run(p->pool, chunks, run_chunk, &r);
     memset(out, 0, n_sums * sizeof *out);
     for (size_t c = 0; c < chunks && !status; c++)
@@ -85,6 +87,7 @@ static ff_status influence_pass(const ff_pass *pass, const ff_arrowhead *arrowhe
             out[k] = k == FF_STAT_MAX ? fmax(out[k], v) : out[k] + v;
         }
     free(r.lanes);
+    free(r.work);
     free(r.result);
     return status;
 }

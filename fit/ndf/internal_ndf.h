@@ -161,9 +161,10 @@ double ff_ndf_penalty2(const ff_ndf_fit *f);
 
 /* Falls [top] of the curve through ln D [top + 1] at the nodes. */
 void ff_ndf_falls(const ff_curve *curve, const double *ln_d, double *falls);
-/* Falls [top] by the power iteration, kd [n_channels] taken off before; fills the back_... of out. 0 when the data have too few
- * samples that look back: falls are not written then. */
-int ff_ndf_back_scatter(const struct ff_problem *p, const ff_curve *curve, const double *kd, double *falls, ff_ndf_result *out);
+/* Falls [top] by the power iteration, kd [n_channels] taken off before; fills the back_... of out.
+ * from_back_scatter is 0 when the data have too few samples that look back: falls are not written then. FF_ERR_MEMORY. */
+ff_status ff_ndf_back_scatter(const struct ff_problem *p, const ff_curve *curve, const double *kd, double *falls,
+                              ff_ndf_result *out);
 
 /* ---- result ---------------------------------------------------------------------------------- */
 

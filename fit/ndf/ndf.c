@@ -239,7 +239,7 @@ static void fill_box(ff_ndf_fit *f, ff_ndf_monotone monotone)
 }
 
 /* Falls of the reference, and a start. */
-static void fill_start(const struct ff_problem *p, reference t, const ff_fit_result *from, ff_ndf_fit *f, ff_ndf_result *r)
+static ff_status fill_start(const struct ff_problem *p, reference t, const ff_fit_result *from, ff_ndf_fit *f, ff_ndf_result *r)
 {
     const ff_curve *curve = f->curve;
     const size_t C = p->n_channels, top = (size_t)curve->top;
@@ -250,9 +250,11 @@ static void fill_start(const struct ff_problem *p, reference t, const ff_fit_res
         channel[2 * c] = ff_fit_result_find(from, f->scaled ? "ks" : "f0", c)->value;
         kd[c] = channel[2 * c + 1] = ff_fit_result_find(from, "kd", c)->value;
     }
-    r->from_back_scatter = ff_ndf_back_scatter(p, curve, kd, f->u, r);
+    const ff_status status = ff_ndf_back_scatter(p, curve, kd, f->u, r);
+    if (status) return status;
     if (!r->from_back_scatter) memcpy(f->u, f->reference, top * sizeof *f->u);
     for (size_t k = 0; k < f->P; k++) f->u[k] = fmin(fmax(f->u[k], f->lower[k]), f->upper[k]);
+    return FF_OK;
 }
 
 /* ---- how smooth ------------------------------------------------------------------------------ */
@@ -361,13 +363,12 @@ static ff_status refine(ff_ndf_fit *f, const struct ff_problem *p, const ff_ndf_
     return status ? status : ff_ndf_result_fill(f, p, o->monotone, r);
 }
 
-static ff_status retrieve(const struct ff_problem *p, const ff_ndf_options *o, ff_ndf_result *r, ff_error *err)
+static ff_status retrieve_with(ff_model *models, const struct ff_problem *p, const ff_ndf_options *o, ff_ndf_result *r,
+                               ff_error *err)
 {
-    ff_model models[FF_NDF_MODELS];
     ff_curve curve = {.top = 0};
     ff_ndf_fit f = {.P = 0};
-    ff_status status = ff_ndf_models(o->masking, models, err);
-    if (!status) status = fit_parametric(p, o->fit, models, r, err);
+    ff_status status = fit_parametric(p, o->fit, models, r, err);
     if (!status) status = check_peak(p, o->fit, &models[FF_NDF_FITS], r, err);
     if (status) return status;
     const reference t = reference_of(r);
@@ -381,12 +382,21 @@ static ff_status retrieve(const struct ff_problem *p, const ff_ndf_options *o, f
         ff_ndf_fit_new(&curve, o->fit, o->masking, masking->n_params ? masking->params[0].init : 0, r->scaled, p->n_channels, &f);
     if (!status) {
         fill_box(&f, o->monotone);
-        fill_start(p, t, &r->fit[r->reference], &f, r);
-        status = refine(&f, p, o, LEAST_VARIANCE * range.mean_square, r);
+        status = fill_start(p, t, &r->fit[r->reference], &f, r);
+        if (!status) status = refine(&f, p, o, LEAST_VARIANCE * range.mean_square, r);
     }
     ff_ndf_fit_free(&f);
     ff_curve_free(&curve);
     return status ? failed(status, err) : fit_profile(p, o->fit, &models[FF_NDF_TABULATED], r, err);
+}
+
+static ff_status retrieve(const struct ff_problem *p, const ff_ndf_options *o, ff_ndf_result *r, ff_error *err)
+{
+    ff_model *models = malloc(FF_NDF_MODELS * sizeof *models);
+    ff_status status = models ? ff_ndf_models(o->masking, models, err) : failed(FF_ERR_MEMORY, err);
+    if (!status) status = retrieve_with(models, p, o, r, err);
+    free(models);
+    return status;
 }
 
 ff_status ff_ndf_retrieve_into(const ff_problem *p, const ff_ndf_options *o, ff_ndf_result *out, ff_error *err)

@@ -91,11 +91,11 @@ static double measure(const ff_curve *curve, int k)
     return 0.5 * (behind - before) * sin(here);
 }
 
-/* D [top + 1] of area 1 from b; returns F0. */
-static double iterate(const ff_curve *curve, const double *b, double *d, int *iterations)
+/* D [top + 1] of area 1 from b; returns F0. kernel [top + 1]. */
+static double iterate(const ff_curve *curve, const double *b, double (*kernel)[NODES], double *d, int *iterations)
 {
     enum { MOST = 200 };
-    double weight[NODES], kernel[NODES][NODES], next[NODES], f0 = 0, change = 1;
+    double weight[NODES], next[NODES], f0 = 0, change = 1;
     const int n = curve->top + 1;
     for (int m = 0; m < n; m++) weight[m] = measure(curve, m);
     for (int o = 0; o < n; o++) {
@@ -120,7 +120,8 @@ static double iterate(const ff_curve *curve, const double *b, double *d, int *it
     return f0;
 }
 
-int ff_ndf_back_scatter(const struct ff_problem *p, const ff_curve *curve, const double *kd, double *falls, ff_ndf_result *out)
+ff_status ff_ndf_back_scatter(const struct ff_problem *p, const ff_curve *curve, const double *kd, double *falls,
+                              ff_ndf_result *out)
 {
     static const double limits[] = {2.5, 5, 10};
     back_scatter s = {.samples = 0};
@@ -131,11 +132,15 @@ int ff_ndf_back_scatter(const struct ff_problem *p, const ff_curve *curve, const
         if (s.samples >= LEAST_SAMPLES && 4 * s.filled >= (size_t)curve->top) break;
     }
     out->back_samples = s.samples;
-    if (i == sizeof limits / sizeof *limits || !fill_gaps(curve, &s)) return 0;
+    out->from_back_scatter = i < sizeof limits / sizeof *limits && fill_gaps(curve, &s);
+    if (!out->from_back_scatter) return FF_OK;
+    double(*kernel)[NODES] = malloc(NODES * sizeof *kernel);
+    if (!kernel) return FF_ERR_MEMORY;
     out->back_angle = limits[i] * pi / 180;
-    out->back_f0 = iterate(curve, s.b, d, &out->back_iterations);
+    out->back_f0 = iterate(curve, s.b, kernel, d, &out->back_iterations);
+    free(kernel);
     for (int k = 0; k <= curve->top; k++) ln_d[k] = log(d[k]);
     for (int k = 1; k <= curve->top; k++) ln_d[k] = fmin(ln_d[k], ln_d[k - 1]);
     ff_ndf_falls(curve, ln_d, falls);
-    return 1;
+    return FF_OK;
 }

@@ -29,6 +29,7 @@ typedef struct walk {
     double *own, *square, *z;           /* [parameters] of v, v^2; [parameters][NUMBERS]                  */
     double *joint;                      /* [parameters]                                                   */
     double *shared[SUMS];               /* [C][S][S] of an arrowhead: products of influences on what is shared */
+    double *row;                        /* [m][FF_BLOCK] of the Jacobian, by coordinate                   */
     double *influence;                  /* [P][FF_BLOCK]                                                  */
     double *together;                   /* [P][FF_BLOCK] sum over channels so far                         */
     double *tail;                       /* [C][P][ROOM] in deviations, the latest block behind those before it */
@@ -169,7 +170,8 @@ static void look_at(void *context, const ff_visited *v)
     const double *inverse = w->inverse + v->c * w->P * w->m;
     const float *deviation = w->deviation + v->c * w->p->n_blocks * FF_BLOCK + v->first;
     const ff_noise_level *level = ff_noise_of(w->noise, v->c);
-    double row[FF_MAX_COLUMNS][FF_BLOCK], z[NUMBERS][FF_BLOCK], sd[FF_BLOCK], h[FF_BLOCK] = {0}, e2[FF_BLOCK], e3[FF_BLOCK];
+    double(*row)[FF_BLOCK] = (double(*)[FF_BLOCK])w->row, z[NUMBERS][FF_BLOCK], sd[FF_BLOCK], h[FF_BLOCK] = {0}, e2[FF_BLOCK],
+    e3[FF_BLOCK];
     const double unit = w->noise->unit > 0 ? w->noise->unit : 1;
     if (v->c == 0) prepare_block(w, v);
     ff_noise_rows(w->l, v, row);
@@ -299,6 +301,7 @@ static ff_status walk_over(const ff_plan *plan, const ff_point *at, const ff_noi
                  {&w.shared[HC2], shared},
                  {&w.shared[HC3], shared},
                  {&w.shared[LAGGED], shared},
+                 {&w.row, w.m * FF_BLOCK},
                  {&w.influence, w.P * FF_BLOCK},
                  {&w.together, w.P * FF_BLOCK},
                  {&w.tail, C * w.P * ROOM},

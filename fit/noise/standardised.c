@@ -61,6 +61,7 @@ typedef struct leverages {
     const ff_layout *l;
     size_t n, m;                     /* samples; coordinates of a channel                  */
     double *inverse;                 /* [C][m][m]                                          */
+    double *row;                     /* [m][FF_BLOCK] of the Jacobian                      */
     double *value, *square, *weight; /* [C][n]                               */
 } leverages;
 
@@ -69,7 +70,7 @@ static void take_block(void *context, const ff_visited *v)
     const leverages *w = context;
     const size_t m = w->m;
     const double *inverse = w->inverse + v->c * m * m;
-    double row[FF_MAX_COLUMNS][FF_BLOCK], h[FF_BLOCK] = {0};
+    double(*row)[FF_BLOCK] = (double(*)[FF_BLOCK])w->row, h[FF_BLOCK] = {0};
     ff_noise_rows(w->l, v, row);
     for (size_t a = 0; a < m; a++)
         for (size_t b = 0; b <= a; b++) {
@@ -103,7 +104,8 @@ static ff_status residuals(const ff_plan *plan, ff_point *at, double *value, dou
     ff_information *info = NULL;
     leverages w = {.l = l, .n = plan->p->n, .m = l->n_shared + l->n_own, .value = value, .square = square, .weight = weight};
     w.inverse = malloc((l->n_channels * w.m * w.m + 1) * sizeof *w.inverse);
-    ff_status status = w.inverse ? ff_point_pass(plan, at) : FF_ERR_MEMORY;
+    w.row = malloc((w.m + 1) * FF_BLOCK * sizeof *w.row);
+    ff_status status = w.inverse && w.row ? ff_point_pass(plan, at) : FF_ERR_MEMORY;
     if (!status) status = ff_information_new(plan, &at->normal, at->at_bound, &info);
     if (!status) {
         const ff_gram g = {.S = l->n_shared, .K = l->n_own, .C = l->n_channels};
@@ -117,6 +119,7 @@ static ff_status residuals(const ff_plan *plan, ff_point *at, double *value, dou
     }
     free(info);
     free(w.inverse);
+    free(w.row);
     return status;
 }
 

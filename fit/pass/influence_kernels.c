@@ -4,13 +4,6 @@
 #include "internal_block.h"
 #include "internal_influence.h"
 
-typedef struct __attribute__((aligned(64))) block_scratch {
-    ff_block model;
-    double f[FF_BLOCK], r[FF_BLOCK], j[FF_BLOCK], x[FF_BLOCK];
-    double column[FF_MAX_COLUMNS][FF_BLOCK], local[FF_MAX_COLUMNS][FF_BLOCK];
-    double on_shape[FF_MAX_SHARED][FF_BLOCK], on_channel[FF_MAX_CHANNEL_PARAMS][FF_BLOCK];
-} block_scratch;
-
 /* out += factor * v */
 static void add_scaled(double factor, const double *restrict v, double *restrict out)
 {
@@ -27,7 +20,7 @@ static void add_product(const double *restrict a, const double *restrict b, doub
 
 /* Adds channel c to the shape's scores [S] and keeps its own [K]; squares [P][8] of the scores of single values. Columns of one
  * parameter are added up. */
-static void channel_scores(const ff_arrowhead *a, size_t c, block_scratch *s, double (*restrict shape)[FF_BLOCK],
+static void channel_scores(const ff_arrowhead *a, size_t c, ff_influence_scratch *s, double (*restrict shape)[FF_BLOCK],
                            double (*restrict own)[FF_BLOCK], double *squares)
 {
     memset(s->local, 0, (a->S + a->K) * sizeof *s->local);
@@ -58,7 +51,8 @@ static void sum_runs(size_t P, size_t length, double (*restrict score)[FF_BLOCK]
 }
 
 /* The influences of the block's samples, and their products. */
-static void influences(const ff_arrowhead *a, double (*restrict score)[FF_BLOCK], block_scratch *s, const ff_influence_sums *sums)
+static void influences(const ff_arrowhead *a, double (*restrict score)[FF_BLOCK], ff_influence_scratch *s,
+                       const ff_influence_sums *sums)
 {
     const size_t S = a->S, K = a->K;
     double(*left)[FF_BLOCK] = s->column; /* of the shape's scores by what the channels take up */
@@ -95,24 +89,25 @@ void FF_ISA_NAME(ff_influence_chunk)(const ff_pass *pass, const ff_arrowhead *ar
     const struct ff_problem *p = pass->p;
     const ff_prepared *prepared = &pass->prepared;
     double(*score)[FF_BLOCK] = (double(*)[FF_BLOCK])sums->score, robust[8] __attribute__((aligned(64))) = {0};
-    block_scratch s;
+    ff_influence_scratch *s = sums->work;
+    s->model.d = &s->slopes;
     for (size_t block = first; block < first + n_blocks; block++) {
         ff_geometry g;
         for (int k = 0; k < FF_G_COUNT; k++) g.plane[k] = p->geometry[k] < 0 ? NULL : ff_problem_plane(p, block, p->geometry[k]);
-        cosines(&g, s.x);
-        prepared->kernels->block_shape(prepared, &g, FF_BLOCK, &s.model);
+        cosines(&g, s->x);
+        prepared->kernels->block_shape(prepared, &g, FF_BLOCK, &s->model);
         if (arrowhead) memset(score, 0, arrowhead->S * sizeof *score);
         for (size_t c = 0; c < p->n_channels; c++) {
-            prepared->kernels->block_value(prepared, &g, FF_BLOCK, c, &s.model, s.f);
-            statistics(s.f, ff_problem_plane(p, block, p->value + (int)c), s.x, ff_problem_plane(p, block, p->sample_weight),
+            prepared->kernels->block_value(prepared, &g, FF_BLOCK, c, &s->model, s->f);
+            statistics(s->f, ff_problem_plane(p, block, p->value + (int)c), s->x, ff_problem_plane(p, block, p->sample_weight),
                        sums->stat);
             if (!arrowhead) continue;
-            weighted_residuals(pass, block, c, s.x, s.f, s.r, s.j, robust);
-            prepared->kernels->block_columns(prepared, FF_BLOCK, c, s.j, &s.model, s.column);
-            channel_scores(arrowhead, c, &s, score, score + arrowhead->S + c * arrowhead->K, sums->own);
+            weighted_residuals(pass, block, c, s->x, s->f, s->r, s->j, robust);
+            prepared->kernels->block_columns(prepared, FF_BLOCK, c, s->j, &s->model, s->column);
+            channel_scores(arrowhead, c, s, score, score + arrowhead->S + c * arrowhead->K, sums->own);
         }
         if (!arrowhead) continue;
-        influences(arrowhead, score, &s, sums);
+        influences(arrowhead, score, s, sums);
         const size_t length = ff_run_length(p);
         sum_runs(arrowhead->P, length, score, sums->runs + block * (FF_BLOCK / length) * arrowhead->P);
     }

@@ -24,6 +24,15 @@ typedef struct ff_arrowhead {
 /* Influence H^-1 s of the score s [P], both scaled. */
 void ff_arrowhead_apply(const ff_arrowhead *a, const double *score, double *influence);
 
+/* What the kernel of a chunk works in, one for each thread. */
+typedef struct __attribute__((aligned(64))) ff_influence_scratch {
+    ff_block model;
+    ff_block_slopes slopes;
+    double f[FF_BLOCK], r[FF_BLOCK], j[FF_BLOCK], x[FF_BLOCK];
+    double column[FF_MAX_COLUMNS][FF_BLOCK], local[FF_MAX_COLUMNS][FF_BLOCK];
+    double on_shape[FF_MAX_SHARED][FF_BLOCK], on_channel[FF_MAX_CHANNEL_PARAMS][FF_BLOCK];
+} ff_influence_scratch;
+
 /* Lane sums [8] of a chunk: statistics, then products of the scaled influences by their packed triangle: of the shape, and for
  * each channel [K][S] with the shape's and a triangle of its own. */
 typedef struct ff_influence_sums {
@@ -34,6 +43,7 @@ typedef struct ff_influence_sums {
     double *whole;   /* [S][8] and of the shape's scores of samples   */
     double *runs;    /* [n_runs][P] of all blocks: sums of the scores */
     double *score;   /* scratch [S + C K][FF_BLOCK]    */
+    ff_influence_scratch *work;
 } ff_influence_sums;
 
 static inline size_t ff_influence_channel(const ff_arrowhead *a)

@@ -146,6 +146,14 @@ void ff_normal_free(ff_normal *n);
  * FF_ERR_MEMORY; FF_ERR_INTERNAL when a sum is not finite. */
 ff_status ff_pass_run(const ff_pass *pass, int parallel, ff_normal *out);
 
+/* What the kernel of a chunk works in, one for each thread: too much for a stack. */
+typedef struct __attribute__((aligned(64))) ff_pass_scratch {
+    ff_block model;
+    ff_block_slopes slopes;
+    double f[FF_BLOCK], r[FF_BLOCK], j[FF_BLOCK], x[FF_BLOCK];
+    double column[FF_MAX_COLUMNS][FF_BLOCK];
+} ff_pass_scratch;
+
 /* The kernel of one chunk of blocks: adds to the lane sums [8] each. acc: cost2 lanes, gram lanes, stat lanes, lanes of score
  * products; see pass.c. */
 typedef struct ff_chunk_sums {
@@ -156,6 +164,7 @@ typedef struct ff_chunk_sums {
     double *own;            /* [P][8]                                */
     double *score;          /* scratch [P][FF_BLOCK], with errors     */
     double *runs;           /* [n_runs][P] of the whole problem, with errors */
+    ff_pass_scratch *work;
 } ff_chunk_sums;
 typedef void (*ff_pass_chunk_fn)(const ff_pass *pass, size_t first_block, size_t n_blocks, const ff_chunk_sums *sums);
 ff_pass_chunk_fn ff_pass_chunk_get(ff_isa isa);

@@ -45,8 +45,9 @@ typedef struct run {
     const ff_pass *pass;
     ff_pass_chunk_fn kernel;
     size_t share, n_gram, n_products, n_own, n_sums, n_score;
-    double *lanes;  /* [threads][n_sums * 8 + n_score] */
-    double *result; /* [chunks][n_sums]                */
+    double *lanes;         /* [threads][n_sums * 8 + n_score] */
+    ff_pass_scratch *work; /* [threads]                       */
+    double *result;        /* [chunks][n_sums]                */
     double *runs;
 } run;
 
@@ -63,6 +64,7 @@ static void run_chunk(void *context, size_t chunk, int worker)
     sums.own = sums.score_products + r->n_products * 8;
     sums.score = sums.own + r->n_own * 8;
     sums.runs = r->runs;
+    sums.work = r->work + worker;
     memset(lanes, 0, r->n_sums * 8 * sizeof *lanes);
     const size_t first = chunk * r->share, left = p->n_blocks - first;
     r->kernel(r->pass, first, left < r->share ? left : r->share, &sums);
@@ -99,9 +101,11 @@ ff_status ff_pass_run(const ff_pass *pass, int parallel, ff_normal *out)
     const size_t threads = parallel ? (size_t)ff_pool_threads(p->pool) : 1, per_thread = r.n_sums * 8 + r.n_score;
     /* lanes and scores are read as whole vectors: both start on a cache line */
     r.lanes = aligned_alloc(64, (threads * per_thread * sizeof(double) + 63) / 64 * 64);
+    r.work = aligned_alloc(64, threads * sizeof *r.work);
     r.result = malloc(chunks * r.n_sums * sizeof(double));
-    if (!r.lanes || !r.result || !r.kernel) {
+    if (!r.lanes || !r.work || !r.result || !r.kernel) {
         free(r.lanes);
+        free(r.work);
         free(r.result);
         return r.kernel ? FF_ERR_MEMORY : FF_ERR_UNSUPPORTED;
     }
@@ -125,6 +129,7 @@ ff_status ff_pass_run(const ff_pass *pass, int parallel, ff_normal *out)
         for (size_t k = 0; k < r.n_own; k++) out->own[k] += *s++;
     }
     free(r.lanes);
+    free(r.work);
     free(r.result);
     if (pass->robust == FF_ROBUST_NONE)
         for (size_t c = 0; c < out->n_channels; c++) cost2 += out->gram[(c + 1) * tri - 1]; /* r^T r */

@@ -87,13 +87,6 @@ static void gram(size_t m, double (*restrict column)[FF_BLOCK], double *restrict
 
 /* ---- a block --------------------------------------------------------------------------------- */
 
-typedef struct __attribute__((aligned(64))) block_scratch {
-    ff_block model;
-    double f[FF_BLOCK], r[FF_BLOCK], j[FF_BLOCK];
-    double x[FF_BLOCK];
-    double column[FF_MAX_COLUMNS][FF_BLOCK];
-} block_scratch;
-
 /* Adds column * r to the score of a parameter, and its square to own [8]. */
 static void add_score(const double *restrict column, const double *restrict r, double *restrict score, double *restrict own)
 {
@@ -122,9 +115,10 @@ static void sum_runs(size_t P, size_t length, const double *restrict score, doub
 }
 
 /* x: the cosines, NULL where they are not needed. */
-static void channel_block(const ff_pass *pass, size_t block, size_t c, const ff_geometry *g, const double *x, block_scratch *s,
+static void channel_block(const ff_pass *pass, size_t block, size_t c, const ff_geometry *g, const double *x,
                           const ff_chunk_sums *sums)
 {
+    ff_pass_scratch *s = sums->work;
     const ff_prepared *prepared = &pass->prepared;
     const struct ff_problem *p = pass->p;
     const uint32_t n_shape = prepared->wanted.n_shape, n_channel = prepared->wanted.n_channel;
@@ -150,14 +144,15 @@ void FF_ISA_NAME(ff_pass_chunk)(const ff_pass *pass, size_t first, size_t n_bloc
     const size_t P = prepared->wanted.n_shape + p->n_channels * prepared->wanted.n_channel;
     const int errors = pass->final && pass->errors;
     const int needs_x = pass->final || (!p->linearised && FF_ISA_NAME(ff_losses)[p->loss]->reads_cosine);
-    block_scratch s;
+    ff_pass_scratch *s = sums->work;
+    s->model.d = &s->slopes;
     for (size_t block = first; block < first + n_blocks; block++) {
         ff_geometry g;
         for (int k = 0; k < FF_G_COUNT; k++) g.plane[k] = p->geometry[k] < 0 ? NULL : ff_problem_plane(p, block, p->geometry[k]);
-        if (needs_x) cosines(&g, s.x);
-        prepared->kernels->block_shape(prepared, &g, FF_BLOCK, &s.model);
+        if (needs_x) cosines(&g, s->x);
+        prepared->kernels->block_shape(prepared, &g, FF_BLOCK, &s->model);
         if (errors) memset(sums->score, 0, P * FF_BLOCK * sizeof(double));
-        for (size_t c = 0; c < p->n_channels; c++) channel_block(pass, block, c, &g, needs_x ? s.x : NULL, &s, sums);
+        for (size_t c = 0; c < p->n_channels; c++) channel_block(pass, block, c, &g, needs_x ? s->x : NULL, sums);
         if (!errors || !P) continue;
         gram(P, (double(*)[FF_BLOCK])sums->score, sums->score_products);
         const size_t length = ff_run_length(p);

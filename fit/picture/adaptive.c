@@ -96,7 +96,6 @@ static ff_status warn_of_coverage(ff_adaptive *a)
 
 ff_status ff_fit_adaptive_into(const ff_table *t, const ff_model *m, const ff_fit_options *o, ff_adaptive *out, ff_error *err)
 {
-    ff_adaptive a = {.n = 0};
     ff_picture *picture = NULL;
     ff_fit_options one = *o;
     ff_weighting weighting = FF_WEIGHT_AUTO;
@@ -105,28 +104,31 @@ ff_status ff_fit_adaptive_into(const ff_table *t, const ff_model *m, const ff_fi
                             "the scale of a robust loss is in units of the residual, which are each loss's own: name a loss "
                             "instead of auto");
     one.loss = FF_LOSS_COSINE;
+    ff_adaptive *a = calloc(1, sizeof *a);
+    if (!a) return ff_error_set(err, FF_ERR_MEMORY, NULL, 0, -1, "out of memory");
     ff_status status = ff_picture_new(t, &one, &picture, err);
     for (int loss = 0; loss < FF_LOSS_COUNT && !status; loss++) {
         one.loss = (ff_loss)loss;
-        if (!stands_for_another(one.loss, weighting)) status = add(&a, t, m, picture, &one, &weighting, err);
+        if (!stands_for_another(one.loss, weighting)) status = add(a, t, m, picture, &one, &weighting, err);
     }
     if (!status) {
-        a.chosen = choose(&a, ff_picture_black(picture));
-        a.coverage = ff_picture_covered(picture);
-        status = a.chosen < a.n ? FF_OK : nothing_chosen(err);
+        a->chosen = choose(a, ff_picture_black(picture));
+        a->coverage = ff_picture_covered(picture);
+        status = a->chosen < a->n ? FF_OK : nothing_chosen(err);
     }
     if (!status) {
-        status = warn_of_coverage(&a);
+        status = warn_of_coverage(a);
         if (status) ff_error_set(err, status, NULL, 0, -1, "out of memory");
         /* The samples once more rather than those of every loss all along: there may be millions. */
-        one.loss = a.candidate[a.chosen].loss;
-        if (!status) status = ff_problem_make(t, m, 1, &one, &a.problem, err);
+        one.loss = a->candidate[a->chosen].loss;
+        if (!status) status = ff_problem_make(t, m, 1, &one, &a->problem, err);
     }
     ff_picture_free(picture);
     if (status)
-        ff_adaptive_clear(&a);
+        ff_adaptive_clear(a);
     else
-        *out = a;
+        *out = *a;
+    free(a);
     return status;
 }
 

@@ -3,6 +3,7 @@
 #include "fit/losses/robust/internal_robust.h"
 #include "internal_problem.h"
 #include <math.h>
+#include <stdlib.h>
 #include <string.h>
 
 static double half_rho(ff_robust robust, double b, double residual, double unit)
@@ -39,6 +40,7 @@ static void evaluate_block(void *context, size_t block, int worker)
     ff_geometry g;
     double f[FF_BLOCK] __attribute__((aligned(64))), x[FF_BLOCK], of_f[FF_BLOCK];
     (void)worker;
+    scratch.d = NULL;
     for (int k = 0; k < FF_G_COUNT; k++) g.plane[k] = p->geometry[k] < 0 ? NULL : ff_problem_plane(p, block, p->geometry[k]);
     ff_problem_cosines(&g, x);
     prepared->kernels->block_shape(prepared, &g, FF_BLOCK, &scratch);
@@ -90,26 +92,29 @@ static void derivatives(const struct ff_problem *p, size_t block, size_t c, size
 ff_status ff_point_visit(const ff_plan *plan, const ff_point *at, ff_visitor visit, void *context)
 {
     const struct ff_problem *p = plan->p;
-    double column[FF_MAX_COLUMNS][FF_BLOCK] __attribute__((aligned(64))), f[FF_BLOCK] __attribute__((aligned(64))),
-        j[FF_BLOCK] __attribute__((aligned(64))), x[FF_BLOCK];
-    ff_block scratch;
+    double f[FF_BLOCK] __attribute__((aligned(64))), j[FF_BLOCK] __attribute__((aligned(64))), x[FF_BLOCK];
     ff_pass pass;
-    const ff_status status = ff_plan_pass(plan, at->shape, at->channel, &pass);
-    if (status) return status;
+    ff_block_work *work = ff_block_work_new(1);
+    const ff_status status = work ? ff_plan_pass(plan, at->shape, at->channel, &pass) : FF_ERR_MEMORY;
+    if (status) {
+        free(work);
+        return status;
+    }
     const ff_prepared *prepared = &pass.prepared;
     for (size_t block = 0; block < p->n_blocks; block++) {
         const size_t first = block * FF_BLOCK, n = p->n - first < FF_BLOCK ? p->n - first : FF_BLOCK;
         ff_geometry g;
         for (int k = 0; k < FF_G_COUNT; k++) g.plane[k] = p->geometry[k] < 0 ? NULL : ff_problem_plane(p, block, p->geometry[k]);
         ff_problem_cosines(&g, x);
-        prepared->kernels->block_shape(prepared, &g, FF_BLOCK, &scratch);
+        prepared->kernels->block_shape(prepared, &g, FF_BLOCK, &work->block);
         for (size_t c = 0; c < p->n_channels; c++) {
-            prepared->kernels->block_value(prepared, &g, FF_BLOCK, c, &scratch, f);
+            prepared->kernels->block_value(prepared, &g, FF_BLOCK, c, &work->block, f);
             derivatives(p, block, c, n, f, x, j);
-            prepared->kernels->block_columns(prepared, FF_BLOCK, c, j, &scratch, column);
-            visit(context, &(ff_visited){first, n, c, f, j, ff_problem_plane(p, block, p->value + (int)c), column});
+            prepared->kernels->block_columns(prepared, FF_BLOCK, c, j, &work->block, work->column);
+            visit(context, &(ff_visited){first, n, c, f, j, ff_problem_plane(p, block, p->value + (int)c), work->column});
         }
     }
+    free(work);
     ff_pass_free(&pass);
     return FF_OK;
 }

@@ -57,14 +57,15 @@ typedef struct ff_plan {
     void *progress_context;
     const ff_penalties *penalties;             /* NULL = none                                                                  */
     const double *start_shape, *start_channel; /* NULL: to be searched for                                         */
-    int bounded;    /* 1: there are constraints, which a given start is brought into                                  */
-    ff_model model; /* of a plan made by ff_plan_new: bounds and what is held applied                              */
+    int bounded; /* 1: there are constraints, which a given start is brought into                                  */
+    /* of a plan made by ff_plan_new, which owns them */
+    ff_model *model; /* bounds and what is held applied */
     ff_penalties *own_penalties;
     ff_limits *own_limits;
 } ff_plan;
 
 /* From the request. FF_ERR_RANGE, FF_ERR_UNKNOWN, FF_ERR_UNSUPPORTED, FF_ERR_DATA (fewer values than parameters), FF_ERR_MEMORY, as
- * ff_problem_fit. out must stay where it is; release it with ff_plan_free. */
+ * ff_problem_fit. Release it with ff_plan_free. */
 ff_status ff_plan_new(const struct ff_problem *p, const ff_model *m, const ff_fit_options *o, ff_plan *out, ff_error *err);
 void ff_plan_free(ff_plan *plan);
 

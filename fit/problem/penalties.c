@@ -158,14 +158,14 @@ typedef struct albedo_work {
     const ff_albedo_parts *parts;
     const double (*wo)[3];
     double *out;
-    size_t stride; /* doubles of a view */
+    size_t stride;       /* doubles of a view */
+    ff_block_work *work; /* [threads] */
 } albedo_work;
 
 static void one_view(void *context, size_t i, int worker)
 {
     const albedo_work *w = context;
-    (void)worker;
-    ff_albedo_parts_at(w->parts, FF_ALBEDO_ORDER, w->wo[i], w->out + i * w->stride);
+    ff_albedo_parts_at(w->parts, FF_ALBEDO_ORDER, w->wo[i], &w->work[worker], w->out + i * w->stride);
 }
 
 ff_status ff_penalties_albedos(const ff_plan *plan, int parallel, const double *shape, const double *channel,
@@ -179,10 +179,16 @@ ff_status ff_penalties_albedos(const ff_plan *plan, int parallel, const double *
     const ff_status status = ff_albedo_parts_make(l->m, ff_kernels_get(p->isa), l->mode, l->n_channels, shape, channel, w, &parts);
     if (status) return status;
     work.parts = parts;
+    work.work = ff_block_work_new(parallel ? (size_t)ff_pool_threads(p->pool) : 1);
+    if (!work.work) {
+        ff_albedo_parts_free(parts);
+        return FF_ERR_MEMORY;
+    }
     if (parallel)
         ff_pool_run(p->pool, n, one_view, &work);
     else
         for (size_t i = 0; i < n; i++) one_view(&work, i, 0);
+    free(work.work);
     ff_albedo_parts_free(parts);
     return FF_OK;
 }

@@ -40,7 +40,7 @@ ff_plan ff_plan_of_channels(const ff_plan *plan)
 /* Has the problem what the model needs, and the model its tables? */
 static ff_status check_model(const ff_plan *plan, ff_error *err)
 {
-    const ff_model *m = &plan->model;
+    const ff_model *m = plan->model;
     uint32_t have = 0;
     for (int k = 0; k < FF_G_COUNT; k++)
         if (plan->p->geometry[k] >= 0) have |= 1u << k;
@@ -74,17 +74,26 @@ static ff_status check_numbers(const ff_plan *plan, ff_error *err)
     if ((plan->start_shape == NULL) != (plan->start_channel == NULL))
         return ff_error_set(err, FF_ERR_RANGE, NULL, 0, -1, "a start needs both its shape and its channel parameters");
     if (!plan->start_shape) return FF_OK;
-    return ff_model_check(&plan->model, plan->l.n_channels, plan->start_shape, plan->start_channel, err);
+    return ff_model_check(plan->model, plan->l.n_channels, plan->start_shape, plan->start_channel, err);
+}
+
+/* A copy of the plan's own, to be changed. It is by far the largest part of a plan, and plans are copied. */
+static ff_status take_model(const ff_model *m, ff_plan *plan, ff_error *err)
+{
+    plan->model = malloc(sizeof *plan->model);
+    if (!plan->model) return ff_error_set(err, FF_ERR_MEMORY, NULL, 0, -1, "out of memory");
+    *plan->model = *m;
+    return FF_OK;
 }
 
 /* Bounds, what is held, coordinates and ties; where channels differ. */
 static ff_status lay_out(const ff_fit_options *o, size_t n_channels, ff_plan *plan, ff_error *err)
 {
     ff_ties ties;
-    ff_status status = ff_constraints_apply(o->constraints, plan->shape, &plan->model, &ties, err);
-    if (!status) status = ff_layout_init(&plan->model, n_channels, plan->shape, o->mean_slope, &plan->l, err);
+    ff_status status = ff_constraints_apply(o->constraints, plan->shape, plan->model, &ties, err);
+    if (!status) status = ff_layout_init(plan->model, n_channels, plan->shape, o->mean_slope, &plan->l, err);
     if (!status && ties.n) ff_layout_tie(&plan->l, &ties);
-    if (!status) status = ff_limits_of(o->constraints, plan->p, &plan->model, &ties, &plan->own_limits, err);
+    if (!status) status = ff_limits_of(o->constraints, plan->p, plan->model, &ties, &plan->own_limits, err);
     if (!status) plan->l.limits = plan->own_limits;
     return status;
 }
@@ -93,9 +102,10 @@ ff_status ff_plan_new(const struct ff_problem *p, const ff_model *m, const ff_fi
 {
     ff_status status = ff_fit_options_check(o, err);
     if (status) return status;
-    *out = (ff_plan){.p = p, .model = *m, .shape = ff_layout_shape(m, p->selection.isotropic, o->shape, o->mean_slope)};
+    *out = (ff_plan){.p = p, .shape = ff_layout_shape(m, p->selection.isotropic, o->shape, o->mean_slope)};
     take_options(o, out);
-    status = lay_out(o, p->n_channels, out, err);
+    status = take_model(m, out, err);
+    if (!status) status = lay_out(o, p->n_channels, out, err);
     if (!status) status = check_model(out, err);
     if (!status) status = check_numbers(out, err);
     if (!status) status = ff_penalties_new(o->constraints, &out->l, p, out->shape, &out->own_penalties, err);
@@ -113,6 +123,8 @@ void ff_plan_free(ff_plan *plan)
 {
     ff_penalties_free(plan->own_penalties);
     ff_limits_free(plan->own_limits);
+    free(plan->model);
+    plan->model = NULL;
     plan->own_penalties = NULL;
     plan->own_limits = NULL;
     plan->penalties = NULL;
@@ -128,10 +140,11 @@ ff_status ff_plan_of_result(const struct ff_problem *p, const ff_fit_options *o,
         return ff_error_set(
             err, FF_ERR_RANGE, NULL, 0, -1,
             "the scale of the robust loss is that of one fit alone: ff_problem_estimate_scale makes it the problem's");
-    *out = (ff_plan){.p = p, .model = fit->model, .shape = fit->shape};
+    *out = (ff_plan){.p = p, .shape = fit->shape};
     take_options(o, out);
     out->errors = 1; /* whoever asks for a finished fit asks for them */
-    ff_status status = lay_out(o, fit->n_channels, out, err);
+    ff_status status = take_model(&fit->model, out, err);
+    if (!status) status = lay_out(o, fit->n_channels, out, err);
     if (!status) status = check_model(out, err);
     if (status) ff_plan_free(out);
     return status;

@@ -104,8 +104,12 @@ static void linearise(struct ff_problem *p)
 ff_status ff_problem_subsample(const struct ff_problem *p, const float *size, size_t wanted, int linear, struct ff_problem **out)
 {
     struct ff_problem *t = malloc(sizeof *t);
-    size_t histogram[FF_BINS] = {0};
-    if (!t) return FF_ERR_MEMORY;
+    size_t *histogram = calloc(FF_BINS, sizeof *histogram);
+    if (!t || !histogram) {
+        free(t);
+        free(histogram);
+        return FF_ERR_MEMORY;
+    }
     *t = *p;
     t->channel_name = NULL;
     t->index = NULL;
@@ -116,6 +120,7 @@ ff_status ff_problem_subsample(const struct ff_problem *p, const float *size, si
     const size_t bin = p->n > wanted ? threshold_bin(histogram, wanted / 3) : 0;
     size_t large = 0;
     for (size_t b = bin; b < FF_BINS; b++) large += histogram[b];
+    free(histogram);
     const size_t rest = p->n - large, stride = rest ? stride_for(rest, wanted - wanted / 3) : 1;
     const size_t kept = rest ? (rest + stride - 1) / stride : 0;
     t->n = large + kept;

@@ -129,7 +129,7 @@ ff_status ff_result_fill(const ff_plan *plan, ff_point *at, int errors, ff_fit_r
 ff_status ff_result_new(const ff_plan *plan, ff_fit_result *out)
 {
     const ff_layout *l = &plan->l;
-    ff_fit_result r = {.model = plan->model, .n_channels = l->n_channels, .shape = plan->shape};
+    ff_fit_result r = {.model = *plan->model, .n_channels = l->n_channels, .shape = plan->shape};
     r.shape_value = calloc(l->m->n_shape + 1, sizeof *r.shape_value);
     r.channel_value = calloc(l->n_channels * l->m->n_channel + 1, sizeof *r.channel_value);
     if (!r.shape_value || !r.channel_value) {

@@ -152,9 +152,12 @@ static size_t distinct_places(const ff_layout *l, trial *points, size_t n, size_
 
 /* Points of the surrogate: the first n of them are optima, best first. */
 typedef struct search {
+    ff_surrogate surrogate;
     polish work;
     size_t n;
     trial points[FF_POINTS];
+    trial optima[FF_OPTIMA + 1]; /* of the model: those that the surrogate's lead to, and one more */
+    ff_candidate candidate[FF_POINTS];
 } search;
 
 /* A few steps from each candidate show where it leads; what leads somewhere else is minimised and joins the optima. */
@@ -179,7 +182,7 @@ static ff_status first_candidates(search *s)
 {
     const ff_plan *plan = &s->work.surrogate->plan;
     const ff_layout *l = &plan->l;
-    ff_candidate candidate[FF_POINTS];
+    ff_candidate *candidate = s->candidate;
     size_t n = 0;
     ff_status status = ff_start_search(plan, candidate, ff_start_searched(l) > 1 ? FF_CANDIDATES : FF_CANDIDATES_OF_ONE, &n);
     for (uint32_t first = 0; first < l->m->n_lobes && l->m->n_lobes > 1 && !l->tied && !status; first++) {
@@ -199,7 +202,7 @@ static ff_status move_lobes(search *s)
     const int moves = l->m->n_lobes > 1 || (l->m->n_lobes == 1 && l->mode != FF_ISOTROPIC_MODE);
     ff_status status = FF_OK;
     for (int round = 0; round < FF_ROUNDS && moves && !status; round++) {
-        ff_candidate candidate[FF_MOST];
+        ff_candidate *candidate = s->candidate;
         const double before = s->points[0].at.cost2;
         size_t n = 0;
         for (size_t i = 0; i < s->n && i < FF_MOVED; i++)
@@ -231,9 +234,10 @@ static ff_status try_valleys(const ff_plan *plan, trial *best, trial *spare)
     return status;
 }
 
-/* The best optimum of the model; `optima` has room for those that the surrogate's lead to and for one more. */
-static ff_status best_of_model(search *s, trial *optima, const trial **best)
+/* The best optimum of the model. */
+static ff_status best_of_model(search *s, const trial **best)
 {
+    trial *optima = s->optima;
     *best = s->points;
     if (s->work.plan->l.linear) return FF_OK;
     size_t n = s->n;
@@ -258,28 +262,35 @@ static void free_trials(trial *t, size_t n)
     for (size_t i = 0; i < n; i++) ff_point_free(&t[i].at);
 }
 
-/* A search through the shapes, and the best of it minimised on fewer samples; at->cost2 is what it came to. */
-static ff_status look_with_f0(const ff_plan *plan, double f0_in_common, ff_point *at)
+static ff_status search_shapes(search *s, const ff_plan *plan, ff_point *at)
 {
-    search s = {.n = 0};
-    trial optima[FF_OPTIMA + 1] = {{.status = FF_OK}};
     const trial *best = NULL;
-    ff_surrogate surrogate = {.limits = NULL};
-    ff_status status = ff_surrogate_make(plan, f0_in_common, &surrogate);
-    if (status) return status;
-    s.work = (polish){.plan = plan, .surrogate = &surrogate};
-    status = make_trials(&surrogate.plan, s.points, FF_POINTS);
-    if (!status) status = make_trials(plan, optima, FF_OPTIMA + 1);
-    if (!status) status = first_candidates(&s);
-    if (!status) status = move_lobes(&s);
-    if (!status) status = best_of_model(&s, optima, &best);
+    ff_status status = make_trials(&s->work.surrogate->plan, s->points, FF_POINTS);
+    if (!status) status = make_trials(plan, s->optima, FF_OPTIMA + 1);
+    if (!status) status = first_candidates(s);
+    if (!status) status = move_lobes(s);
+    if (!status) status = best_of_model(s, &best);
     if (!status) {
         ff_point_set(plan, best->at.shape, best->at.channel, at);
         at->cost2 = best->at.cost2;
     }
-    free_trials(s.points, FF_POINTS);
-    free_trials(optima, FF_OPTIMA + 1);
-    ff_surrogate_free(&surrogate);
+    free_trials(s->points, FF_POINTS);
+    free_trials(s->optima, FF_OPTIMA + 1);
+    return status;
+}
+
+/* A search through the shapes, and the best of it minimised on fewer samples; at->cost2 is what it came to. */
+static ff_status look_with_f0(const ff_plan *plan, double f0_in_common, ff_point *at)
+{
+    search *s = calloc(1, sizeof *s);
+    if (!s) return FF_ERR_MEMORY;
+    ff_status status = ff_surrogate_make(plan, f0_in_common, &s->surrogate);
+    s->work = (polish){.plan = plan, .surrogate = &s->surrogate};
+    if (!status) {
+        status = search_shapes(s, plan, at);
+        ff_surrogate_free(&s->surrogate);
+    }
+    free(s);
     return status;
 }
 

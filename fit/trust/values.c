@@ -49,6 +49,7 @@ static void sample_sums(const ff_pass *pass, size_t block, band_sums *sums)
     ff_geometry g;
     double f[FF_BLOCK] __attribute__((aligned(64))), x[FF_BLOCK];
     const double *root = ff_problem_plane(p, block, p->sample_weight);
+    scratch.d = NULL;
     for (int k = 0; k < FF_G_COUNT; k++) g.plane[k] = p->geometry[k] < 0 ? NULL : ff_problem_plane(p, block, p->geometry[k]);
     ff_problem_cosines(&g, x);
     prepared->kernels->block_shape(prepared, &g, FF_BLOCK, &scratch);

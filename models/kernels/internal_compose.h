@@ -15,7 +15,7 @@ void ff_compose_shape(const ff_prepared *p, const ff_geometry *g, size_t n, ff_b
 void ff_compose_value(const ff_prepared *p, const ff_geometry *g, size_t n, size_t c, ff_block *b, double *restrict f);
 void ff_compose_columns(const ff_prepared *p, size_t n, size_t c, const double *restrict j, ff_block *b,
                         double (*restrict df)[FF_BLOCK]);
-void ff_albedo_add(const ff_prepared *p, double mu, const ff_albedo_points *points, uint32_t at);
+void ff_albedo_add(const ff_prepared *p, double mu, const ff_albedo_points *points, uint32_t at, ff_block_work *work);
 /* A function of a curve at cosines, in two steps: what all functions share, and the values. */
 void ff_albedo_place_of(size_t n, const double *restrict mu, ff_albedo_place *place);
 void ff_albedo_values(const ff_albedo_curve *curve, uint32_t function, size_t n, const ff_albedo_place *place,

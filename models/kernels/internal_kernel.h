@@ -111,23 +111,61 @@ typedef struct ff_prepared {
     double *storage;         /* what the pointers above and the lobes' tables point into                                      */
 } ff_prepared;
 
-/* Planes of one block of samples. */
-typedef struct __attribute__((aligned(64))) ff_block {
-    double S[FF_MAX_LOBES][FF_BLOCK];
+/* Planes between the stages of a lobe. */
+typedef struct ff_lobe_work {
+    double q2[FF_BLOCK], p[FF_BLOCK], dlnp[FF_BLOCK];
+    double vi[FF_BLOCK], vo[FF_BLOCK], inv_deni[FF_BLOCK], inv_deno[FF_BLOCK];
+    double li[FF_BLOCK], lo[FF_BLOCK], dli[FF_BLOCK], dlo[FF_BLOCK];
+    double G[FF_BLOCK], gi[FF_BLOCK], go[FF_BLOCK], gx[FF_BLOCK], seen[FF_BLOCK];
+} ff_lobe_work;
+
+/* The same of its derivatives. */
+typedef struct ff_lobe_slopes {
+    double dlnp_own[FF_MAX_OWN][FF_BLOCK], dli_own[FF_MAX_OWN][FF_BLOCK], dlo_own[FF_MAX_OWN][FF_BLOCK];
+    double ei[FF_BLOCK], eo[FF_BLOCK]; /* d ln G / d vi, d ln G / d vo */
+} ff_lobe_slopes;
+
+/* Planes of the derivatives of one block of samples: seven times as many as those of the values, and too many for a stack. They
+ * are allocated once, by whoever goes over many blocks. */
+typedef struct __attribute__((aligned(64))) ff_block_slopes {
     double dS[FF_MAX_LOBES][FF_D_COUNT][FF_BLOCK];
-    double sum[FF_MAX_LOBES][FF_BLOCK];      /* of weight S over the lobes that share a Fresnel term    */
     double combined[FF_MAX_SHAPE][FF_BLOCK]; /* columns that are a sum of several kernel derivatives    */
-    const double *group[FF_MAX_LOBES];       /* S or sum, by the lobe that has the Fresnel term         */
     const double *shape[FF_MAX_SHAPE];       /* column planes before the Fresnel term; NULL: none       */
     /* of the channel at hand */
-    double F[FF_MAX_LOBES][FF_BLOCK];           /* ks F                                                      */
-    double dF[FF_MAX_CHANNEL_PARAMS][FF_BLOCK]; /* its derivative by each channel parameter of the model */
-    double scale[FF_MAX_PARTS];                 /* weight ks of the lobe a part belongs to, else 1           */
-    double part[FF_MAX_PARTS][FF_BLOCK];        /* before the scale                                          */
+    double dF[FF_MAX_CHANNEL_PARAMS][FF_BLOCK]; /* of ks F, by each channel parameter of the model */
     double d_part[FF_MAX_PARTS][FF_DD_COUNT][FF_BLOCK];
-    double ai[FF_MAX_PARTS][FF_BLOCK], ao[FF_MAX_PARTS][FF_BLOCK];
-    ff_albedo_place place_i, place_o; /* of wi and wo, where a part has a curve */
+    ff_lobe_slopes lobe; /* of the lobe at hand */
+} ff_block_slopes;
+
+/* Planes of one block of samples. */
+typedef struct __attribute__((aligned(64))) ff_block {
+    ff_block_slopes *d; /* NULL where no derivative is wanted */
+    double S[FF_MAX_LOBES][FF_BLOCK];
+    double sum[FF_MAX_LOBES][FF_BLOCK]; /* of weight S over the lobes that share a Fresnel term    */
+    const double *group[FF_MAX_LOBES];  /* S or sum, by the lobe that has the Fresnel term         */
+    double scale[FF_MAX_PARTS];         /* weight ks of the lobe a part belongs to, else 1         */
+    union {
+        ff_lobe_work lobe; /* of the lobe at hand, before there are channels: a block must fit on the stack of whoever evaluates */
+        struct {
+            ff_albedo_place place_i, place_o; /* of wi and wo, where a part has a curve */
+            /* of the channel at hand */
+            double F[FF_MAX_LOBES][FF_BLOCK];    /* ks F                                      */
+            double part[FF_MAX_PARTS][FF_BLOCK]; /* before the scale                          */
+            double ai[FF_BLOCK], ao[FF_BLOCK];   /* albedos of wi and wo, of the part at hand */
+        };
+    };
 } ff_block;
+
+/* A block with room for its derivatives and for the columns made of them. */
+typedef struct __attribute__((aligned(64))) ff_block_work {
+    ff_block block;
+    ff_block_slopes slopes;
+    double column[FF_MAX_SHAPE + FF_MAX_CHANNEL_PARAMS][FF_BLOCK];
+    double planes[FF_G_COUNT][FF_BLOCK]; /* of geometry, for whoever has none */
+} ff_block_work;
+
+/* [count], for as many threads, each ready for block_shape; NULL when out of memory. Release with free. */
+ff_block_work *ff_block_work_new(size_t count);
 
 /* The lobe whose Fresnel term lobe l uses: its own index, or 0. */
 static inline uint32_t ff_model_group(const ff_model *m, uint32_t l)
@@ -145,10 +183,12 @@ typedef struct ff_kernels {
     /* The planes that are not NULL in g, from n <= FF_BLOCK pairs of directions. */
     void (*geometry)(const ff_dirs *w, size_t n, const ff_geometry *g);
     /* S = D G / (4 iz oz) (with the projected view cosine when tilted) and its derivatives dS[FF_D_...], where the pointer is
-     * not NULL. dS itself may be NULL. */
-    void (*lobe)(const ff_lobe_pass *pass, const ff_geometry *g, size_t n, double *restrict S, double *const *dS);
+     * not NULL. dS itself may be NULL, and then d. */
+    void (*lobe)(const ff_lobe_pass *pass, const ff_geometry *g, size_t n, ff_lobe_work *restrict t, ff_lobe_slopes *restrict d,
+                 double *restrict S, double *const *dS);
     /* D, both Lambdas and G of a TILTED pass, for ff_model_terms; no plane may be NULL. */
-    void (*lobe_terms)(const ff_lobe_pass *pass, const ff_geometry *g, size_t n, double *d, double *li, double *lo, double *gg);
+    void (*lobe_terms)(const ff_lobe_pass *pass, const ff_geometry *g, size_t n, ff_lobe_work *t, double *d, double *li, double *lo,
+                       double *gg);
     /* The composed model over a block, in three steps: what all channels share; f of channel c; then df = j d f / d column for
      * that channel's columns, in the order of `wanted`. Nothing here looks at the horizon: at or below it lanes hold finite
      * numbers. */
@@ -158,7 +198,7 @@ typedef struct ff_kernels {
                           double (*restrict df)[FF_BLOCK]);
     /* Adds the albedo that comes from `points`, seen at the cosine mu, to number `at` of the coefficients (still values at nodes)
      * of every function of the curves of p, which has no parts. */
-    void (*albedo_add)(const ff_prepared *p, double mu, const ff_albedo_points *points, uint32_t at);
+    void (*albedo_add)(const ff_prepared *p, double mu, const ff_albedo_points *points, uint32_t at, ff_block_work *work);
     /* A function of an albedo curve at the cosines mu. */
     void (*albedo_at)(const ff_albedo_curve *curve, uint32_t function, size_t n, const double *restrict mu, double *restrict out);
 } ff_kernels;

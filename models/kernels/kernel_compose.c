@@ -30,7 +30,7 @@ static void add_scaled(size_t n, double factor, const double *restrict in, doubl
 static const double *shape_plane(const ff_prepared *p, uint32_t k, size_t n, ff_block *b)
 {
     const ff_shape_column *c = &p->shape[k];
-    double *out = b->combined[k];
+    double *out = b->d->combined[k];
     if (c->moves_weights) {
         memset(out, 0, n * sizeof *out);
         for (uint32_t l = 0; l < p->m->n_lobes; l++)
@@ -41,10 +41,10 @@ static const double *shape_plane(const ff_prepared *p, uint32_t k, size_t n, ff_
     int only = -1, count = 0;
     for (int d = 0; d < FF_D_COUNT; d++)
         if (c->d[d] != 0) only = d, count++;
-    if (count == 1 && c->d[only] == 1) return b->dS[c->lobe][only];
+    if (count == 1 && c->d[only] == 1) return b->d->dS[c->lobe][only];
     memset(out, 0, n * sizeof *out);
     for (int d = 0; d < FF_D_COUNT; d++)
-        if (c->d[d] != 0) add_scaled(n, c->d[d], b->dS[c->lobe][d], out);
+        if (c->d[d] != 0) add_scaled(n, c->d[d], b->d->dS[c->lobe][d], out);
     return out;
 }
 
@@ -53,12 +53,12 @@ void ff_compose_shape(const ff_prepared *p, const ff_geometry *g, size_t n, ff_b
     const ff_model *m = p->m;
     for (uint32_t l = 0; l < m->n_lobes; l++) {
         double *dS[FF_D_COUNT];
-        for (int d = 0; d < FF_D_COUNT; d++) dS[d] = p->needs[l] & 1u << d ? b->dS[l][d] : NULL;
-        p->kernels->lobe(&p->lobe[l], g, n, b->S[l], p->needs[l] ? dS : NULL);
+        for (int d = 0; d < FF_D_COUNT; d++) dS[d] = p->needs[l] & 1u << d ? b->d->dS[l][d] : NULL;
+        p->kernels->lobe(&p->lobe[l], g, n, &b->lobe, p->needs[l] ? &b->d->lobe : NULL, b->S[l], p->needs[l] ? dS : NULL);
     }
     for (uint32_t l = 0; l < m->n_lobes; l++)
         if (ff_model_group(m, l) == l) b->group[l] = group_sum(p, l, n, b);
-    for (uint32_t k = 0; k < p->wanted.n_shape; k++) b->shape[k] = shape_plane(p, k, n, b);
+    for (uint32_t k = 0; k < p->wanted.n_shape; k++) b->d->shape[k] = shape_plane(p, k, n, b);
     if (p->n_parts == 0 || !(p->couples & (FF_COUPLE_ALBEDO | FF_COUPLE_LOSS))) return;
     ff_albedo_place_of(n, g->plane[FF_G_COS_I], &b->place_i);
     ff_albedo_place_of(n, g->plane[FF_G_COS_O], &b->place_o);
@@ -86,10 +86,10 @@ static void fresnel(const ff_prepared *p, const ff_geometry *g, size_t n, const 
     const ff_fresnel *term = p->kernels->fresnel[lobe->fresnel];
     const uint32_t n_params = term->term.n_params, at = lobe->channel0;
     double *d[FF_FRESNEL_PARAMS];
-    for (uint32_t k = 0; k < n_params; k++) d[k] = b->dF[at + k];
+    for (uint32_t k = 0; k < n_params && p->wanted.n_channel; k++) d[k] = b->d->dF[at + k];
     term->eval(channel + at, g, n, b->F[l], p->wanted.n_channel ? d : NULL);
     const double ks = channel[at + n_params];
-    if (is_wanted(&p->wanted, at + n_params)) memcpy(b->dF[at + n_params], b->F[l], n * sizeof(double));
+    if (is_wanted(&p->wanted, at + n_params)) memcpy(b->d->dF[at + n_params], b->F[l], n * sizeof(double));
     if (ks == 1) return;
     scale_by(n, ks, b->F[l]);
     for (uint32_t k = 0; k < n_params && p->wanted.n_channel; k++) scale_by(n, ks, d[k]);
@@ -106,8 +106,8 @@ static void part_input(const ff_prepared *p, size_t n, size_t c, uint32_t at, ff
         in->params[k] = term->term.params[k].flags & FF_PARAM_PER_CHANNEL ? *channel++ : p->base_param[part->base][k];
     in->alpha = p->alpha;
     in->f0 = p->f0 ? p->f0[c * (1 + FF_FRESNEL_PARAMS)] : 0;
-    in->ai = b->ai[at];
-    in->ao = b->ao[at];
+    in->ai = b->ai;
+    in->ao = b->ao;
     const ff_albedo_curve *curve = NULL;
     if (term->couples & FF_COUPLE_ALBEDO) curve = &p->albedo[c];
     if (term->couples & FF_COUPLE_LOSS) {
@@ -116,8 +116,8 @@ static void part_input(const ff_prepared *p, size_t n, size_t c, uint32_t at, ff
         in->f_average = p->f_average[(c * p->m->n_lobes + group) * (1 + FF_FRESNEL_PARAMS)];
     }
     if (!curve) return;
-    ff_albedo_values(curve, 0, n, &b->place_i, b->ai[at]);
-    ff_albedo_values(curve, 0, n, &b->place_o, b->ao[at]);
+    ff_albedo_values(curve, 0, n, &b->place_i, b->ai);
+    ff_albedo_values(curve, 0, n, &b->place_o, b->ao);
     in->mean = curve->mean[0];
 }
 
@@ -134,7 +134,7 @@ static void add_part(const ff_prepared *p, const ff_geometry *g, size_t n, size_
     ff_diffuse_input in = {.mean = 0};
     double *d[FF_DD_COUNT];
     const int derivatives = p->wanted.n_shape + p->wanted.n_channel > 0;
-    for (int k = 0; k < FF_DD_COUNT; k++) d[k] = b->d_part[at][k];
+    for (int k = 0; k < FF_DD_COUNT && derivatives; k++) d[k] = b->d->d_part[at][k];
     part_input(p, n, c, at, b, &in);
     if (derivatives) memset(d[FF_DD_MEAN], 0, n * sizeof(double)); /* not every coupled term depends on it */
     term->eval(&in, g, n, b->part[at], derivatives ? d : NULL);
@@ -179,8 +179,8 @@ static void add_through_albedo(size_t n, const ff_albedo_curve *curve, uint32_t 
     ff_albedo_values(curve, function, n, &b->place_i, ai);
     ff_albedo_values(curve, function, n, &b->place_o, ao);
     const double scale = b->scale[at], mean = curve->mean[function];
-    const double *restrict di = b->d_part[at][FF_DD_AI], *restrict od = b->d_part[at][FF_DD_AO],
-                           *restrict dm = b->d_part[at][FF_DD_MEAN];
+    const double *restrict di = b->d->d_part[at][FF_DD_AI], *restrict od = b->d->d_part[at][FF_DD_AO],
+                           *restrict dm = b->d->d_part[at][FF_DD_MEAN];
     for (size_t i = 0; i < n; i++) out[i] += scale * (di[i] * ai[i] + od[i] * ao[i] + dm[i] * mean) * j[i];
 }
 
@@ -192,9 +192,9 @@ static void add_base_shape(const ff_prepared *p, size_t n, size_t c, uint32_t k,
     for (uint32_t at = 0; at < p->n_parts; at++) {
         const ff_part *part = &p->part[at];
         const uint32_t couples = p->kernels->diffuse[p->m->base[part->base].diffuse]->couples;
-        if (column->base == (int)part->base) add_product(n, b->scale[at], b->d_part[at][column->base_param], j, out);
+        if (column->base == (int)part->base) add_product(n, b->scale[at], b->d->d_part[at][column->base_param], j, out);
         if (column->base >= 0) continue; /* nothing else depends on it */
-        if ((couples & FF_COUPLE_ALPHA) && column->alpha != 0) add_product(n, column->alpha, b->d_part[at][FF_DD_ALPHA], j, out);
+        if ((couples & FF_COUPLE_ALPHA) && column->alpha != 0) add_product(n, column->alpha, b->d->d_part[at][FF_DD_ALPHA], j, out);
         if (couples & FF_COUPLE_ALBEDO) add_through_albedo(n, &p->albedo[c], 1 + k, at, j, b, out);
         if (!(couples & FF_COUPLE_LOSS)) continue;
         if (column->lobe == part->lobe) add_through_albedo(n, &p->loss[part->lobe], 1 + k, at, j, b, out);
@@ -210,10 +210,10 @@ static void add_base_channel(const ff_prepared *p, size_t n, size_t c, uint32_t 
     for (uint32_t at = 0; at < p->n_parts; at++) {
         const ff_part *part = &p->part[at];
         const uint32_t couples = p->kernels->diffuse[p->m->base[part->base].diffuse]->couples;
-        if (column->base == (int)part->base) add_product(n, b->scale[at], b->d_part[at][column->param], j, out);
+        if (column->base == (int)part->base) add_product(n, b->scale[at], b->d->d_part[at][column->param], j, out);
         if (column->group < 0) continue;
         if ((couples & FF_COUPLE_F0) && column->group == 0 && !column->is_scale)
-            add_product(n, p->f0[c * (1 + FF_FRESNEL_PARAMS) + 1 + column->param], b->d_part[at][FF_DD_F0], j, out);
+            add_product(n, p->f0[c * (1 + FF_FRESNEL_PARAMS) + 1 + column->param], b->d->d_part[at][FF_DD_F0], j, out);
         if (couples & FF_COUPLE_ALBEDO) add_through_albedo(n, &p->albedo[c], 1 + p->wanted.n_shape + k, at, j, b, out);
         if (!(couples & FF_COUPLE_LOSS) || ff_model_group(p->m, (uint32_t)part->lobe) != (uint32_t)column->group) continue;
         if (column->is_scale) {
@@ -221,7 +221,7 @@ static void add_base_channel(const ff_prepared *p, size_t n, size_t c, uint32_t 
             continue;
         }
         const double *average = p->f_average + (c * p->m->n_lobes + (size_t)column->group) * (1 + FF_FRESNEL_PARAMS);
-        add_product(n, b->scale[at] * average[1 + column->param], b->d_part[at][FF_DD_F_AVERAGE], j, out);
+        add_product(n, b->scale[at] * average[1 + column->param], b->d->d_part[at][FF_DD_F_AVERAGE], j, out);
     }
 }
 
@@ -231,8 +231,8 @@ void ff_compose_columns(const ff_prepared *p, size_t n, size_t c, const double *
     const ff_wanted *w = &p->wanted;
     for (uint32_t k = 0; k < w->n_shape; k++) {
         const uint32_t lobe = p->shape[k].lobe < 0 ? 0 : (uint32_t)p->shape[k].lobe;
-        if (b->shape[k])
-            product(n, b->shape[k], b->F[ff_model_group(p->m, lobe)], j, df[k]);
+        if (b->d->shape[k])
+            product(n, b->d->shape[k], b->F[ff_model_group(p->m, lobe)], j, df[k]);
         else
             memset(df[k], 0, n * sizeof **df);
         if (p->n_parts) add_base_shape(p, n, c, k, j, b, df[k]);
@@ -240,7 +240,7 @@ void ff_compose_columns(const ff_prepared *p, size_t n, size_t c, const double *
     df += w->n_shape;
     for (uint32_t k = 0; k < w->n_channel; k++) {
         if (p->column[k].group >= 0)
-            product(n, b->group[p->column[k].group], b->dF[w->channel[k]], j, df[k]);
+            product(n, b->group[p->column[k].group], b->d->dF[w->channel[k]], j, df[k]);
         else
             memset(df[k], 0, n * sizeof **df);
         if (p->n_parts) add_base_channel(p, n, c, k, j, b, df[k]);

@@ -82,15 +82,6 @@ static void geometry(const ff_dirs *w, size_t n, const ff_geometry *g)
         }
 }
 
-/* Planes between the stages of a lobe: all of a block, in the first-level cache. */
-typedef struct lobe_scratch {
-    double q2[FF_BLOCK], p[FF_BLOCK], dlnp[FF_BLOCK], dlnp_own[FF_MAX_OWN][FF_BLOCK];
-    double vi[FF_BLOCK], vo[FF_BLOCK], inv_deni[FF_BLOCK], inv_deno[FF_BLOCK];
-    double li[FF_BLOCK], lo[FF_BLOCK], dli[FF_BLOCK], dlo[FF_BLOCK];
-    double dli_own[FF_MAX_OWN][FF_BLOCK], dlo_own[FF_MAX_OWN][FF_BLOCK];
-    double G[FF_BLOCK], gi[FF_BLOCK], go[FF_BLOCK], gx[FF_BLOCK], seen[FF_BLOCK];
-} lobe_scratch;
-
 /* S^-1 = 1 / (1 - r^2) [[1/ax^2, -r/(ax ay)], [., 1/ay^2]] */
 typedef struct precision {
     double xx, yy, xy;
@@ -102,7 +93,7 @@ static precision precision_of(const ff_stretch *s)
     return (precision){c / (s->ax * s->ax), c / (s->ay * s->ay), -s->r * c / (s->ax * s->ay)};
 }
 
-static void stretch_isotropic(const ff_lobe_pass *pass, const ff_geometry *g, size_t n, lobe_scratch *t)
+static void stretch_isotropic(const ff_lobe_pass *pass, const ff_geometry *g, size_t n, ff_lobe_work *t)
 {
     const double a2 = pass->s.ax * pass->s.ax, inv_a2 = 1 / a2;
     const double *restrict s2 = g->plane[FF_G_S2], *restrict ti2 = g->plane[FF_G_TI2], *restrict to2 = g->plane[FF_G_TO2];
@@ -113,7 +104,7 @@ static void stretch_isotropic(const ff_lobe_pass *pass, const ff_geometry *g, si
     }
 }
 
-static void stretch_centred(const ff_lobe_pass *pass, const ff_geometry *g, size_t n, lobe_scratch *t)
+static void stretch_centred(const ff_lobe_pass *pass, const ff_geometry *g, size_t n, ff_lobe_work *t)
 {
     const double ax = pass->s.ax, ay = pass->s.ay, r = pass->s.r, xx = ax * ax, yy = ay * ay, xy2 = 2 * r * ax * ay;
     const precision m = precision_of(&pass->s);
@@ -127,7 +118,7 @@ static void stretch_centred(const ff_lobe_pass *pass, const ff_geometry *g, size
     }
 }
 
-static void stretch_tilted(const ff_lobe_pass *pass, const ff_geometry *g, size_t n, lobe_scratch *t)
+static void stretch_tilted(const ff_lobe_pass *pass, const ff_geometry *g, size_t n, ff_lobe_work *t)
 {
     const double ax = pass->s.ax, ay = pass->s.ay, r = pass->s.r, xx = ax * ax, yy = ay * ay, xy2 = 2 * r * ax * ay;
     const double x0 = pass->s.x0, y0 = pass->s.y0;
@@ -165,11 +156,12 @@ static const ff_diffuse *const diffuse_table[] = {
 #include "models/terms/models.def"
 };
 
-/* Fills q2 ... go of the scratch; own: also the derivatives by the distribution's own parameters; x: also gx. */
-static void lobe_stages(const ff_lobe_pass *pass, const ff_geometry *g, size_t n, int own, int x, lobe_scratch *t)
+/* Fills q2 ... go of the work; own, NULL: not wanted: also the derivatives by the distribution's own parameters; x: also gx. */
+static void lobe_stages(const ff_lobe_pass *pass, const ff_geometry *g, size_t n, ff_lobe_slopes *own, int x, ff_lobe_work *t)
 {
     double *dlnp_own[FF_MAX_OWN], *dli_own[FF_MAX_OWN], *dlo_own[FF_MAX_OWN];
-    for (int k = 0; k < FF_MAX_OWN; k++) dlnp_own[k] = t->dlnp_own[k], dli_own[k] = t->dli_own[k], dlo_own[k] = t->dlo_own[k];
+    for (int k = 0; k < FF_MAX_OWN && own; k++)
+        dlnp_own[k] = own->dlnp_own[k], dli_own[k] = own->dli_own[k], dlo_own[k] = own->dlo_own[k];
     const ff_ndf *ndf = ndf_table[pass->ndf];
     const ff_masking *masking = masking_table[pass->masking];
     switch (pass->mode) {
@@ -195,8 +187,8 @@ static double norm_of(const ff_stretch *s)
     return 1 / (s->ax * s->ay * sqrt(1 - s->r * s->r));
 }
 
-/* ei = d ln G / d vi, eo = d ln G / d vo over the scratch's gi, go (which are no longer needed once `own` has been served). */
-static void chain_to_v(size_t n, int uses_lambda, lobe_scratch *t, double *restrict ei, double *restrict eo)
+/* ei = d ln G / d vi, eo = d ln G / d vo over the work's gi, go (which are no longer needed once `own` has been served). */
+static void chain_to_v(size_t n, int uses_lambda, ff_lobe_work *t, double *restrict ei, double *restrict eo)
 {
     for (size_t i = 0; i < n; i++) {
         ei[i] = uses_lambda ? t->gi[i] * t->dli[i] : 0;
@@ -204,7 +196,7 @@ static void chain_to_v(size_t n, int uses_lambda, lobe_scratch *t, double *restr
     }
 }
 
-static void derivatives_isotropic(const ff_lobe_pass *pass, size_t n, const lobe_scratch *restrict t, const double *restrict ei,
+static void derivatives_isotropic(const ff_lobe_pass *pass, size_t n, const ff_lobe_work *restrict t, const double *restrict ei,
                                   const double *restrict eo, const double *restrict S, double *const *dS)
 {
     const double two_over_a = 2 / pass->s.ax;
@@ -215,7 +207,7 @@ static void derivatives_isotropic(const ff_lobe_pass *pass, size_t n, const lobe
 
 /* With u = S^-1 (s - s0): d q2/d ax = -2 ux (ax ux + r ay uy), d q2/d r = -2 ax ay ux uy, d q2/d s0 = -2 u; and v = t^T S t /
  * den^2. */
-static void derivatives_anisotropic(const ff_lobe_pass *pass, const ff_geometry *g, size_t n, const lobe_scratch *restrict t,
+static void derivatives_anisotropic(const ff_lobe_pass *pass, const ff_geometry *g, size_t n, const ff_lobe_work *restrict t,
                                     const double *restrict ei, const double *restrict eo, const double *restrict S,
                                     double *const *dS)
 {
@@ -257,64 +249,63 @@ static void derivatives_anisotropic(const ff_lobe_pass *pass, const ff_geometry 
     }
 }
 
-static void lobe(const ff_lobe_pass *pass, const ff_geometry *g, size_t n, double *restrict S, double *const *dS)
+static void lobe(const ff_lobe_pass *pass, const ff_geometry *g, size_t n, ff_lobe_work *restrict t, ff_lobe_slopes *restrict d,
+                 double *restrict S, double *const *dS)
 {
-    lobe_scratch t;
-    double ei[FF_BLOCK], eo[FF_BLOCK];
     const ff_masking *masking = masking_table[pass->masking];
     const int own = dS && dS[FF_D_OWN] && ndf_table[pass->ndf]->n_own, uses_lambda = masking->uses_lambda;
     /* where the derivative by the masking's x goes: to alpha, or to a parameter of its own */
     double *restrict dx = !dS ? NULL : masking->uses_alpha ? dS[FF_D_AX] : masking->term.n_params ? dS[FF_D_MASKING] : NULL;
-    lobe_stages(pass, g, n, own, dx != NULL, &t);
+    lobe_stages(pass, g, n, own ? d : NULL, dx != NULL, t);
     const double norm = norm_of(&pass->s), *restrict K = g->plane[FF_G_K];
-    for (size_t i = 0; i < n; i++) S[i] = norm * t.p[i] * t.G[i] * K[i];
+    for (size_t i = 0; i < n; i++) S[i] = norm * t->p[i] * t->G[i] * K[i];
     if (pass->mode == FF_TILTED_MODE)
-        for (size_t i = 0; i < n; i++) S[i] = S[i] * t.seen[i] * t.inv_deno[i];
+        for (size_t i = 0; i < n; i++) S[i] = S[i] * t->seen[i] * t->inv_deno[i];
     if (!dS) return;
+    double *restrict ei = d->ei, *restrict eo = d->eo;
     for (int k = 0; own && k < ndf_table[pass->ndf]->n_own; k++) {
-        double *restrict d = dS[FF_D_OWN + k];
-        const double *restrict dp = t.dlnp_own[k], *restrict di = t.dli_own[k], *restrict od = t.dlo_own[k];
+        double *restrict out = dS[FF_D_OWN + k];
+        const double *restrict dp = d->dlnp_own[k], *restrict di = d->dli_own[k], *restrict od = d->dlo_own[k];
         if (uses_lambda)
-            for (size_t i = 0; i < n; i++) d[i] = S[i] * (dp[i] + t.gi[i] * di[i] + t.go[i] * od[i]);
+            for (size_t i = 0; i < n; i++) out[i] = S[i] * (dp[i] + t->gi[i] * di[i] + t->go[i] * od[i]);
         else
-            for (size_t i = 0; i < n; i++) d[i] = S[i] * dp[i];
+            for (size_t i = 0; i < n; i++) out[i] = S[i] * dp[i];
     }
     if (dx && !masking->uses_alpha)
-        for (size_t i = 0; i < n; i++) dx[i] = S[i] * t.gx[i];
-    chain_to_v(n, uses_lambda, &t, ei, eo);
+        for (size_t i = 0; i < n; i++) dx[i] = S[i] * t->gx[i];
+    chain_to_v(n, uses_lambda, t, ei, eo);
     if (pass->mode == FF_ISOTROPIC_MODE) {
-        derivatives_isotropic(pass, n, &t, ei, eo, S, dS);
+        derivatives_isotropic(pass, n, t, ei, eo, S, dS);
         if (dx && masking->uses_alpha)
-            for (size_t i = 0; i < n; i++) dx[i] += S[i] * t.gx[i];
+            for (size_t i = 0; i < n; i++) dx[i] += S[i] * t->gx[i];
         return;
     }
     if (pass->mode == FF_TILTED_MODE) {
         if (!uses_lambda) { /* the slope derivatives read these */
-            memset(t.gi, 0, sizeof t.gi), memset(t.go, 0, sizeof t.go), memset(t.dli, 0, sizeof t.dli),
-                memset(t.dlo, 0, sizeof t.dlo);
+            memset(t->gi, 0, sizeof t->gi), memset(t->go, 0, sizeof t->go), memset(t->dli, 0, sizeof t->dli),
+                memset(t->dlo, 0, sizeof t->dlo);
         }
         for (size_t i = 0; i < n; i++) {
-            ei[i] *= t.inv_deni[i] * t.inv_deni[i];
-            eo[i] *= t.inv_deno[i] * t.inv_deno[i];
+            ei[i] *= t->inv_deni[i] * t->inv_deni[i];
+            eo[i] *= t->inv_deno[i] * t->inv_deno[i];
         }
     }
-    derivatives_anisotropic(pass, g, n, &t, ei, eo, S, dS);
+    derivatives_anisotropic(pass, g, n, t, ei, eo, S, dS);
 }
 
-static void lobe_terms(const ff_lobe_pass *pass, const ff_geometry *g, size_t n, double *restrict d, double *restrict li,
-                       double *restrict lo, double *restrict gg)
+static void lobe_terms(const ff_lobe_pass *pass, const ff_geometry *g, size_t n, ff_lobe_work *t, double *restrict d,
+                       double *restrict li, double *restrict lo, double *restrict gg)
 {
-    lobe_scratch t;
-    lobe_stages(pass, g, n, 0, 0, &t);
+    lobe_stages(pass, g, n, NULL, 0, t);
     const double norm = norm_of(&pass->s), *restrict sx = g->plane[FF_G_SX], *restrict sy = g->plane[FF_G_SY];
     const double *restrict K = g->plane[FF_G_K];
     const int uses_lambda = masking_table[pass->masking]->uses_lambda;
     for (size_t i = 0; i < n; i++) {
         const double inv_hz2 = 1 + sx[i] * sx[i] + sy[i] * sy[i], up = K[i] > 0 ? 1 : 0;
-        d[i] = up * norm * t.p[i] * inv_hz2 * inv_hz2;
-        li[i] = uses_lambda ? up * t.li[i] : 0;
-        lo[i] = uses_lambda ? up * t.lo[i] : 0;
-        gg[i] = up * t.seen[i] * t.G[i];
+        d[i] = up * norm * t->p[i] * inv_hz2 * inv_hz2;
+        li[i] = uses_lambda ? up * t->li[i] : 0;
+        lo[i] = uses_lambda ? up * t->lo[i] : 0;
+        gg[i] = up * t->seen[i] * t->G[i];
     }
 }
 

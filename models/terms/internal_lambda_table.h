@@ -23,8 +23,12 @@
 enum { FF_LAMBDA_OCTAVE_LO = -40, FF_LAMBDA_OCTAVE_HI = 60, FF_LAMBDA_BINS = 16 * (FF_LAMBDA_OCTAVE_HI - FF_LAMBDA_OCTAVE_LO) };
 enum { FF_LAMBDA_C = 11 }; /* the table keeps c[FF_LAMBDA_C] and those behind it for itself */
 
-/* ff_ndf.table_size of a distribution that uses the table. */
-#define FF_LAMBDA_TABLE(n_own) ((size_t)6 * FF_LAMBDA_BINS * (1 + (n_own)))
+/* Doubles of a table, and of what it is made from: the lattice, the weights and the nodes, too many for a stack. */
+#define FF_LAMBDA_ROWS(n_own) ((size_t)6 * FF_LAMBDA_BINS * (size_t)(1 + (n_own)))
+enum { FF_LAMBDA_ROOM = 9056 };
+
+/* ff_ndf.table_size of a distribution that uses the table: the room lies behind it. */
+#define FF_LAMBDA_TABLE(n_own) (FF_LAMBDA_ROWS(n_own) + (size_t)FF_LAMBDA_ROOM)
 
 #define ff_lambda_table_build FF_ISA_NAME(ff_lambda_table_build)
 #define ff_lambda_table       FF_ISA_NAME(ff_lambda_table)
@@ -43,9 +47,9 @@ void ff_lambda_table(const ff_ndf_pass *pass, size_t n, const double *restrict v
 
 /* ---- a profile that no parameter changes, and that is not smooth ----------------------------- */
 
-/* Fills rows [FF_LAMBDA_TABLE(0)], the whole table, by a lattice of 1024 points per octave: 65,000 calls of the profile.
+/* Fills rows [FF_LAMBDA_ROWS(0)], the whole table, by a lattice of 1024 points per octave: 65,000 calls of the profile.
  * storage [FF_LAMBDA_FINE]. */
-enum { FF_LAMBDA_FINE = 72000 };
+enum { FF_LAMBDA_FINE = 76800 };
 void ff_lambda_table_fine(const ff_ndf_pass *pass,
                           void (*profile)(const ff_ndf_pass *pass, size_t n, const double *restrict q2, double *restrict p,
                                           double *restrict dlnp, double *const *dlnp_own),

@@ -107,9 +107,10 @@ static void lattice_fill(const ff_ndf_pass *pass, int n_own, profile_kernel *pro
 
 /* ---- nodes ----------------------------------------------------------------------------------- */
 
-/* Lambda and its first two derivatives by ln mu, or the same of d Lambda / d own. */
+/* Lambda and its first two derivatives by ln mu, or the same of d Lambda / d own; and the sums that they are made of. */
 typedef struct nodes {
     double lam[NODES], d[NODES], dd[NODES];
+    double sum[KERNELS][NODES];
 } nodes;
 
 /* The sums over the points behind the reach of a node, for the first n nodes. */
@@ -157,16 +158,15 @@ static void sum_near_fine(const rule *w, const double *restrict g, size_t n, dou
 /* The first n nodes; that of index i lies at the lattice's point AROUND + refine i. */
 static void integrate(const rule *w, const double *restrict g, size_t n_lattice, size_t n, nodes *out)
 {
-    double sum[KERNELS][NODES];
-    sum_far(w, g, n_lattice, n, sum);
+    sum_far(w, g, n_lattice, n, out->sum);
     if (w->refine == 1)
-        sum_near(w, g, n, sum);
+        sum_near(w, g, n, out->sum);
     else
-        sum_near_fine(w, g, n, sum);
+        sum_near_fine(w, g, n, out->sum);
     for (size_t i = 0; i < n; i++) {
-        out->lam[i] = sum[OF_LAMBDA][i];
-        out->d[i] = -sum[OF_SUM][i];
-        out->dd[i] = sum[OF_SUM][i] + sum[OF_P2][i];
+        out->lam[i] = out->sum[OF_LAMBDA][i];
+        out->d[i] = -out->sum[OF_SUM][i];
+        out->dd[i] = out->sum[OF_SUM][i] + out->sum[OF_P2][i];
     }
 }
 
@@ -269,6 +269,13 @@ static size_t lattice_points(int j0, int refine)
     return (size_t)(OCTAVE_TOP * STEPS - j0) * (size_t)refine + AROUND + 1;
 }
 
+/* What a table is made from. */
+typedef struct workshop {
+    double lattice[1 + FF_MAX_OWN][LATTICE(1)], weights[KERNELS * REACH(1)];
+    nodes nodes;
+} workshop;
+_Static_assert(FF_LAMBDA_ROOM * sizeof(double) >= sizeof(workshop), "room behind the table");
+
 void ff_lambda_table_build(ff_ndf_pass *pass, int n_own, profile_kernel *profile)
 {
     if (pass->v_lo > pass->v_hi) return;
@@ -276,14 +283,14 @@ void ff_lambda_table_build(ff_ndf_pass *pass, int n_own, profile_kernel *profile
     /* the nodes around the ends: mu falls by half a step of the lattice's for each step of v */
     const int node0 = -STEPS / 2 * (FF_LAMBDA_OCTAVE_LO + (first + n) / 16 + ((first + n) % 16 != 0));
     const int node1 = -STEPS / 2 * (FF_LAMBDA_OCTAVE_LO + first / 16);
-    double lattice[1 + FF_MAX_OWN][LATTICE(1)], storage[KERNELS * REACH(1)], *g[1 + FF_MAX_OWN];
-    nodes nd;
-    const rule w = rule_make(1, correction, storage);
-    for (int k = 0; k <= FF_MAX_OWN; k++) g[k] = lattice[k];
+    workshop *made = (workshop *)(void *)(pass->table + FF_LAMBDA_ROWS(n_own));
+    double *g[1 + FF_MAX_OWN];
+    const rule w = rule_make(1, correction, made->weights);
+    for (int k = 0; k <= FF_MAX_OWN; k++) g[k] = made->lattice[k];
     lattice_fill(pass, n_own, profile, 1, node0 - AROUND, lattice_points(node0, 1), g);
     for (int k = 0; k <= n_own; k++) {
-        integrate(&w, g[k], lattice_points(node0, 1), (size_t)(node1 - node0) + 1, &nd);
-        bins_fill(&nd, node0, first, n, pass->table + (size_t)k * 6 * (size_t)n);
+        integrate(&w, g[k], lattice_points(node0, 1), (size_t)(node1 - node0) + 1, &made->nodes);
+        bins_fill(&made->nodes, node0, first, n, pass->table + (size_t)k * 6 * (size_t)n);
     }
     pass->c[C_LO] = bin_v(first);
     pass->c[C_HI] = ff_from_bits(ff_bits(bin_v(first + n)) - 1);
@@ -292,16 +299,17 @@ void ff_lambda_table_build(ff_ndf_pass *pass, int n_own, profile_kernel *profile
     pass->c[C_OWN] = n_own;
 }
 
-_Static_assert(FF_LAMBDA_FINE >= LATTICE(FINE) + KERNELS * REACH(FINE), "room for the lattice and the weights");
+enum { NODES_AT = LATTICE(FINE) + KERNELS * REACH(FINE) };
+_Static_assert(FF_LAMBDA_FINE * sizeof(double) >= NODES_AT * sizeof(double) + sizeof(nodes), "room for lattice, weights, nodes");
 
 void ff_lambda_table_fine(const ff_ndf_pass *pass, profile_kernel *profile, double *storage, double *rows)
 {
     double *g[1] = {storage};
-    nodes nd;
+    nodes *nd = (nodes *)(void *)(storage + NODES_AT);
     const rule w = rule_make(FINE, correction_fine, storage + LATTICE(FINE));
     lattice_fill(pass, 0, profile, FINE, NODE_MIN * FINE - AROUND, LATTICE(FINE), g);
-    integrate(&w, g[0], LATTICE(FINE), NODES, &nd);
-    bins_fill(&nd, NODE_MIN, 0, FF_LAMBDA_BINS, rows);
+    integrate(&w, g[0], LATTICE(FINE), NODES, nd);
+    bins_fill(nd, NODE_MIN, 0, FF_LAMBDA_BINS, rows);
 }
 
 void ff_lambda_table_whole(ff_ndf_pass *pass)

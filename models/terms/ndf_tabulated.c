@@ -38,7 +38,7 @@ static void profile(const ff_ndf_pass *pass, size_t n, const double *restrict q2
     }
 }
 
-_Static_assert(FF_LAMBDA_TABLE(0) == FF_PROFILE_LAMBDA, "the table of Lambda");
+_Static_assert(FF_LAMBDA_ROWS(0) == FF_PROFILE_LAMBDA, "the table of Lambda");
 
 void ff_tabulated_lambda(ff_profile_table *t, double *storage)
 {

@@ -1,6 +1,7 @@
 /* Directional albedo and weak white furnace of a model; internal_integral.h has the integrals. */
 #include "internal_integral.h"
 #include <math.h>
+#include <stdlib.h>
 #include <string.h>
 
 static const double nu_least = 3.01; /* of a tail q^-nu whose facets have a finite area           */
@@ -13,6 +14,29 @@ static ff_status part_make(const ff_model *m, uint32_t lobe, const ff_kernels *k
     p->n_channels = n_channels;
     ff_model_lobe_alone(m, lobe, n_channels, shape, channel, &p->model, p->shape, p->channel);
     return ff_prepare(&p->model, kernels, FF_CHEAPEST_MODE, n_channels, p->shape, p->channel, NULL, 0, INFINITY, &p->prepared);
+}
+
+/* A part and its integral: too much for a stack. */
+typedef struct quadrature {
+    ff_albedo_part part;
+    ff_prepared whole;
+    ff_integrand k;
+    ff_block_work *work;
+} quadrature;
+
+static quadrature *quadrature_new(void)
+{
+    quadrature *q = malloc(sizeof *q);
+    if (q) q->work = ff_block_work_new(1);
+    if (q && q->work) return q;
+    free(q);
+    return NULL;
+}
+
+static void quadrature_free(quadrature *q)
+{
+    if (q) free(q->work);
+    free(q);
 }
 
 static ff_status check_view(const double wo[3], ff_isa isa, ff_error *err)
@@ -34,19 +58,17 @@ static ff_status out_of_memory(ff_error *err)
 
 /* ---- albedo ---------------------------------------------------------------------------------- */
 
-static ff_status add_lobe(const ff_model *m, uint32_t lobe, const ff_kernels *kernels, size_t n, const double *shape,
+static ff_status add_lobe(quadrature *q, const ff_model *m, uint32_t lobe, const ff_kernels *kernels, size_t n, const double *shape,
                           const double *channel, const double wo[3], ff_integral total[FF_INTEGRAL_GROUP])
 {
-    ff_albedo_part p;
-    ff_integrand k;
     ff_integral one[FF_INTEGRAL_GROUP];
     double weight[FF_MAX_LOBES];
-    const ff_status status = part_make(m, lobe, kernels, n, shape, channel, &p);
+    const ff_status status = part_make(m, lobe, kernels, n, shape, channel, &q->part);
     if (status != FF_OK) return status;
     ff_model_weights(m, shape, weight, NULL);
-    ff_integrand_make(FF_INTEGRAL_LOBES, &p.prepared, wo, &k);
-    ff_integrand_integrate(&k, one);
-    ff_prepared_free(&p.prepared);
+    ff_integrand_make(FF_INTEGRAL_LOBES, &q->part.prepared, wo, q->work, &q->k);
+    ff_integrand_integrate(&q->k, one);
+    ff_prepared_free(&q->part.prepared);
     for (size_t c = 0; c < n; c++) {
         total[c].value += weight[lobe] * one[c].value;
         total[c].error += weight[lobe] * one[c].error;
@@ -54,17 +76,15 @@ static ff_status add_lobe(const ff_model *m, uint32_t lobe, const ff_kernels *ke
     return FF_OK;
 }
 
-static ff_status add_bases(const ff_model *m, const ff_kernels *kernels, size_t n, const double *shape, const double *channel,
-                           const double wo[3], ff_integral total[FF_INTEGRAL_GROUP])
+static ff_status add_bases(quadrature *q, const ff_model *m, const ff_kernels *kernels, size_t n, const double *shape,
+                           const double *channel, const double wo[3], ff_integral total[FF_INTEGRAL_GROUP])
 {
-    ff_prepared p;
-    ff_integrand k;
     ff_integral one[FF_INTEGRAL_GROUP];
-    const ff_status status = ff_prepare(m, kernels, FF_CHEAPEST_MODE, n, shape, channel, NULL, 0, INFINITY, &p);
+    const ff_status status = ff_prepare(m, kernels, FF_CHEAPEST_MODE, n, shape, channel, NULL, 0, INFINITY, &q->whole);
     if (status != FF_OK) return status;
-    ff_integrand_make(FF_INTEGRAL_BASES, &p, wo, &k);
-    ff_integrand_integrate(&k, one);
-    ff_prepared_free(&p);
+    ff_integrand_make(FF_INTEGRAL_BASES, &q->whole, wo, q->work, &q->k);
+    ff_integrand_integrate(&q->k, one);
+    ff_prepared_free(&q->whole);
     for (size_t c = 0; c < n; c++) {
         total[c].value += one[c].value;
         total[c].error += one[c].error;
@@ -79,16 +99,19 @@ ff_status ff_albedo_directional(const ff_model *m, ff_isa isa, size_t n_channels
     if (status == FF_OK) status = check_view(wo, isa, err);
     if (status != FF_OK) return status;
     const ff_kernels *kernels = ff_kernels_get(isa);
-    for (size_t first = 0; first < n_channels; first += FF_INTEGRAL_GROUP) {
+    quadrature *q = quadrature_new();
+    if (!q) status = FF_ERR_MEMORY;
+    for (size_t first = 0; first < n_channels && status == FF_OK; first += FF_INTEGRAL_GROUP) {
         const size_t n = n_channels - first < FF_INTEGRAL_GROUP ? n_channels - first : FF_INTEGRAL_GROUP;
         const double *group = channel + first * m->n_channel;
         ff_integral total[FF_INTEGRAL_GROUP] = {{0, 0}};
-        for (uint32_t l = 0; l < m->n_lobes && status == FF_OK; l++) status = add_lobe(m, l, kernels, n, shape, group, wo, total);
-        if (m->n_bases && status == FF_OK) status = add_bases(m, kernels, n, shape, group, wo, total);
-        if (status != FF_OK) return out_of_memory(err);
-        memcpy(out + first, total, n * sizeof *out);
+        for (uint32_t l = 0; l < m->n_lobes && status == FF_OK; l++)
+            status = add_lobe(q, m, l, kernels, n, shape, group, wo, total);
+        if (m->n_bases && status == FF_OK) status = add_bases(q, m, kernels, n, shape, group, wo, total);
+        if (status == FF_OK) memcpy(out + first, total, n * sizeof *out);
     }
-    return FF_OK;
+    quadrature_free(q);
+    return status == FF_OK ? FF_OK : out_of_memory(err);
 }
 
 /* ---- weak white furnace ---------------------------------------------------------------------- */
@@ -97,13 +120,14 @@ ff_status ff_albedo_directional(const ff_model *m, ff_isa isa, size_t n_channels
 static double g1_of(const ff_albedo_part *p, const double wo[3])
 {
     static const double none = 0, up = 1;
-    double f[FF_INTEGRAL_GROUP][FF_BLOCK], lambda[2][FF_BLOCK], g2[FF_BLOCK], planes[FF_G_COUNT][1];
+    double d, lambda[2], g2, planes[FF_G_COUNT][1];
+    ff_lobe_work work;
     const ff_dirs w = {&none, &none, &up, &wo[0], &wo[1], &wo[2]};
     ff_geometry g = {{NULL}};
     for (int k = 0; k < FF_G_COUNT; k++) g.plane[k] = planes[k];
     p->prepared.kernels->geometry(&w, 1, &g);
-    p->prepared.kernels->lobe_terms(&p->prepared.lobe[0], &g, 1, f[0], lambda[0], lambda[1], g2);
-    return g2[0];
+    p->prepared.kernels->lobe_terms(&p->prepared.lobe[0], &g, 1, &work, &d, &lambda[0], &lambda[1], &g2);
+    return g2;
 }
 
 /* Is there a G1 of this masking, and does it depend on the facet? */
@@ -115,13 +139,37 @@ static ff_status check_g1(const ff_masking *masking, int *own, ff_error *err)
                         "%s is a factor of both directions together: there is no masking of one to test", masking->term.name);
 }
 
+static ff_status weak_furnace(quadrature *q, const ff_model *m, ff_isa isa, const double *shape, uint32_t lobe, const double wo[3],
+                              int own_g1, ff_integral *out, ff_error *err)
+{
+    double channel[FF_MAX_CHANNEL_PARAMS];
+    ff_integrand *k = &q->k;
+    ff_integral result[FF_INTEGRAL_GROUP];
+    ff_model_defaults(m, 1, NULL, channel);
+    if (part_make(m, lobe, ff_kernels_get(isa), 1, shape, channel, &q->part) != FF_OK) return out_of_memory(err);
+    q->part.prepared.lobe[0].mode = FF_TILTED_MODE; /* the one that has D by itself */
+    ff_integrand_make(FF_INTEGRAL_FURNACE, &q->part.prepared, wo, q->work, k);
+    if (!(k->v0 > 0)) {
+        ff_prepared_free(&q->part.prepared);
+        return ff_error_set(err, FF_ERR_RANGE, NULL, 0, -1,
+                            "the mean slope turns the surface away from the view (projected cosine %g)", k->v0);
+    }
+    k->own_g1 = own_g1;
+    k->g1 = own_g1 ? 1 : g1_of(&q->part, wo);
+    ff_integrand_tail(k);
+    if (!own_g1 && k->nu < nu_least)
+        result[0] = (ff_integral){INFINITY, 0};
+    else
+        ff_integrand_integrate(k, result);
+    ff_prepared_free(&q->part.prepared);
+    *out = result[0];
+    return FF_OK;
+}
+
 ff_status ff_albedo_weak_furnace(const ff_model *m, ff_isa isa, const double *shape, uint32_t lobe, const double wo[3],
                                  ff_integral *out, ff_error *err)
 {
     double channel[FF_MAX_CHANNEL_PARAMS];
-    ff_albedo_part p;
-    ff_integrand k;
-    ff_integral result[FF_INTEGRAL_GROUP];
     int own_g1 = 0;
     ff_model_defaults(m, 1, NULL, channel);
     ff_status status = ff_model_check(m, 1, shape, channel, err);
@@ -132,24 +180,10 @@ ff_status ff_albedo_weak_furnace(const ff_model *m, ff_isa isa, const double *sh
                             m->n_lobes, lobe + 1);
     status = check_g1(ff_masking_at(m->lobe[lobe].masking), &own_g1, err);
     if (status != FF_OK) return status;
-    if (part_make(m, lobe, ff_kernels_get(isa), 1, shape, channel, &p) != FF_OK) return out_of_memory(err);
-    p.prepared.lobe[0].mode = FF_TILTED_MODE; /* the one that has D by itself */
-    ff_integrand_make(FF_INTEGRAL_FURNACE, &p.prepared, wo, &k);
-    if (!(k.v0 > 0)) {
-        ff_prepared_free(&p.prepared);
-        return ff_error_set(err, FF_ERR_RANGE, NULL, 0, -1,
-                            "the mean slope turns the surface away from the view (projected cosine %g)", k.v0);
-    }
-    k.own_g1 = own_g1;
-    k.g1 = own_g1 ? 1 : g1_of(&p, wo);
-    ff_integrand_tail(&k);
-    if (!own_g1 && k.nu < nu_least)
-        result[0] = (ff_integral){INFINITY, 0};
-    else
-        ff_integrand_integrate(&k, result);
-    ff_prepared_free(&p.prepared);
-    *out = result[0];
-    return FF_OK;
+    quadrature *q = quadrature_new();
+    status = q ? weak_furnace(q, m, isa, shape, lobe, wo, own_g1, out, err) : out_of_memory(err);
+    quadrature_free(q);
+    return status;
 }
 
 int ff_albedo_weak_furnace_claimed(const ff_model *m, uint32_t lobe)

@@ -91,7 +91,7 @@ static void add_lobe_columns(const ff_albedo_parts *a, uint32_t l, const ff_inte
     }
 }
 
-void ff_albedo_parts_at(const ff_albedo_parts *a, int order, const double wo[3], double *out)
+void ff_albedo_parts_at(const ff_albedo_parts *a, int order, const double wo[3], ff_block_work *work, double *out)
 {
     const size_t stride = 1 + a->wanted.n_shape + a->wanted.n_channel;
     ff_integrand k;
@@ -100,12 +100,12 @@ void ff_albedo_parts_at(const ff_albedo_parts *a, int order, const double wo[3],
         const channel_group *group = &a->group[g];
         double *of_group = out + g * FF_INTEGRAL_GROUP * stride;
         for (uint32_t l = 0; l < a->m->n_lobes; l++) {
-            ff_integrand_make(FF_INTEGRAL_LOBES, &group->lobe[l].prepared, wo, &k);
+            ff_integrand_make(FF_INTEGRAL_LOBES, &group->lobe[l].prepared, wo, work, &k);
             ff_integrand_sum(&k, order);
             for (size_t c = 0; c < group->n; c++) add_lobe_columns(a, l, &k, c, of_group + c * stride);
         }
         if (a->m->n_bases == 0) continue;
-        ff_integrand_make(FF_INTEGRAL_BASES, &group->whole, wo, &k);
+        ff_integrand_make(FF_INTEGRAL_BASES, &group->whole, wo, work, &k);
         ff_integrand_sum(&k, order);
         for (size_t c = 0; c < group->n; c++) {
             of_group[c * stride] += k.sum[c];

@@ -29,59 +29,58 @@ static const double slope_far = 1e6; /* the furnace integral continues as a powe
 
 /* ---- points ---------------------------------------------------------------------------------- */
 
-/* f of every channel; of a model with bases, the bases alone. Or D of its lobe. */
-static void evaluate(const ff_prepared *p, ff_integral_kind kind, const ff_dirs *w, size_t n, double f[FF_INTEGRAL_GROUP][FF_BLOCK])
+/* The geometry of n pairs of directions, in the planes of the work. */
+static ff_geometry geometry_of(const ff_integrand *k, const ff_dirs *w, size_t n)
 {
-    const uint32_t needs = ff_prepared_planes(p);
-    double planes[FF_G_COUNT][FF_BLOCK], other[3][FF_BLOCK];
+    const uint32_t needs = ff_prepared_planes(k->p);
     ff_geometry g = {{NULL}};
-    ff_block b;
-    for (int k = 0; k < FF_G_COUNT; k++)
-        if (needs & 1u << k) g.plane[k] = planes[k];
-    p->kernels->geometry(w, n, &g);
+    for (int i = 0; i < FF_G_COUNT; i++)
+        if (needs & 1u << i) g.plane[i] = k->work->planes[i];
+    k->p->kernels->geometry(w, n, &g);
+    return g;
+}
+
+/* f of every channel; of a model with bases, the bases alone. Or D of its lobe. */
+static void evaluate(const ff_integrand *k, ff_integral_kind kind, const ff_dirs *w, size_t n,
+                     double f[FF_INTEGRAL_GROUP][FF_BLOCK])
+{
+    const ff_prepared *p = k->p;
+    ff_block *b = &k->work->block;
+    const ff_geometry g = geometry_of(k, w, n);
+    double lobes[FF_BLOCK];
     if (kind == FF_INTEGRAL_FURNACE) {
-        p->kernels->lobe_terms(&p->lobe[0], &g, n, f[0], other[0], other[1], other[2]);
+        p->kernels->lobe_terms(&p->lobe[0], &g, n, &b->lobe, f[0], f[1], f[2], f[3]);
         return;
     }
-    p->kernels->block_shape(p, &g, n, &b);
+    p->kernels->block_shape(p, &g, n, b);
     for (size_t c = 0; c < p->n_channels; c++) {
-        p->kernels->block_value(p, &g, n, c, &b, f[c]);
+        p->kernels->block_value(p, &g, n, c, b, f[c]);
         if (kind == FF_INTEGRAL_LOBES) continue;
-        ff_prepared lobes = *p;
-        lobes.n_parts = 0;
-        p->kernels->block_value(&lobes, &g, n, c, &b, other[0]);
-        for (size_t i = 0; i < n; i++) f[c][i] -= other[0][i];
+        p->kernels->block_value(&k->lobes, &g, n, c, b, lobes);
+        for (size_t i = 0; i < n; i++) f[c][i] -= lobes[i];
     }
 }
 
 /* Adds sign times value and columns of p. */
-static void add_columns(ff_integrand *k, const ff_prepared *p, const ff_geometry *g, ff_block *b, double sign)
+static void add_columns(ff_integrand *k, const ff_prepared *p, const ff_geometry *g, double sign)
 {
-    double f[FF_BLOCK], df[FF_ALBEDO_COLUMNS][FF_BLOCK];
+    double f[FF_BLOCK];
+    ff_block *b = &k->work->block;
     for (size_t c = 0; c < k->n_channels; c++) {
         p->kernels->block_value(p, g, k->n, c, b, f);
-        p->kernels->block_columns(p, k->n, c, k->w, b, df);
+        p->kernels->block_columns(p, k->n, c, k->w, b, k->work->column);
         for (size_t i = 0; i < k->n; i++) k->sum[c] += sign * k->w[i] * f[i];
         for (size_t j = 0; j < k->n_columns; j++)
-            for (size_t i = 0; i < k->n; i++) k->column_sum[c][j] += sign * df[j][i];
+            for (size_t i = 0; i < k->n; i++) k->column_sum[c][j] += sign * k->work->column[j][i];
     }
 }
 
 static void flush_columns(ff_integrand *k, const ff_dirs *w)
 {
-    const uint32_t needs = ff_prepared_planes(k->p);
-    double planes[FF_G_COUNT][FF_BLOCK];
-    ff_geometry g = {{NULL}};
-    ff_block b;
-    for (int i = 0; i < FF_G_COUNT; i++)
-        if (needs & 1u << i) g.plane[i] = planes[i];
-    k->p->kernels->geometry(w, k->n, &g);
-    k->p->kernels->block_shape(k->p, &g, k->n, &b);
-    add_columns(k, k->p, &g, &b, 1);
-    if (k->kind == FF_INTEGRAL_LOBES) return;
-    ff_prepared lobes = *k->p;
-    lobes.n_parts = 0;
-    add_columns(k, &lobes, &g, &b, -1);
+    const ff_geometry g = geometry_of(k, w, k->n);
+    k->p->kernels->block_shape(k->p, &g, k->n, &k->work->block);
+    add_columns(k, k->p, &g, 1);
+    if (k->kind != FF_INTEGRAL_LOBES) add_columns(k, &k->lobes, &g, -1);
 }
 
 static void flush(ff_integrand *k)
@@ -94,7 +93,7 @@ static void flush(ff_integrand *k)
         k->n = 0;
         return;
     }
-    evaluate(k->p, k->kind, &w, k->n, f);
+    evaluate(k, k->kind, &w, k->n, f);
     for (size_t c = 0; c < k->n_channels; c++)
         for (size_t i = 0; i < k->n; i++) k->sum[c] += k->w[i] * f[c][i];
     k->n = 0;
@@ -176,7 +175,7 @@ void ff_integrand_tail(ff_integrand *k)
         plane[2][i] = hz;
     }
     const ff_dirs w = {plane[0], plane[1], plane[2], plane[0], plane[1], plane[2]};
-    evaluate(k->p, FF_INTEGRAL_FURNACE, &w, 2, d);
+    evaluate(k, FF_INTEGRAL_FURNACE, &w, 2, d);
     const double p0 = d[0][0] * pow(plane[2][0], 4);
     k->p_far = d[0][1] * pow(plane[2][1], 4);
     k->nu = k->p_far > 0 ? log2(p0 / k->p_far) : INFINITY;
@@ -412,16 +411,21 @@ static double profile_width(const ff_prepared *p)
     return 1;
 }
 
-void ff_integrand_make(ff_integral_kind kind, const ff_prepared *p, const double wo[3], ff_integrand *k)
+void ff_integrand_make(ff_integral_kind kind, const ff_prepared *p, const double wo[3], ff_block_work *work, ff_integrand *k)
 {
     *k = (ff_integrand){.kind = kind,
                         .p = p,
                         .n_channels = p->n_channels,
                         .oxy = {wo[0], wo[1]},
                         .g1 = 1,
+                        .work = work,
                         .n_columns = p->wanted.n_shape + p->wanted.n_channel};
     memcpy(k->o, wo, sizeof k->o);
-    if (kind == FF_INTEGRAL_BASES) return;
+    if (kind == FF_INTEGRAL_BASES) {
+        k->lobes = *p;
+        k->lobes.n_parts = 0;
+        return;
+    }
     const ff_stretch s = p->lobe[0].s;
     k->l11 = s.ax;
     k->l21 = s.r * s.ay;

@@ -16,7 +16,7 @@ void ff_albedo_parts_free(ff_albedo_parts *a);
 
 /* The albedo seen from wo (a unit vector above the horizon) by the quadrature of ff_albedo_directional with one Gauss-Legendre
  * order (8: errors below 1e-6 for most parameters), the nodes being those of these parameters. out [n_channels][1 + columns]: the
- * albedo, its derivative by each wanted column. May be called from many threads. */
-void ff_albedo_parts_at(const ff_albedo_parts *a, int order, const double wo[3], double *out);
+ * albedo, its derivative by each wanted column. May be called from many threads, each with a work of its own. */
+void ff_albedo_parts_at(const ff_albedo_parts *a, int order, const double wo[3], ff_block_work *work, double *out);
 
 #endif

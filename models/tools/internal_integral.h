@@ -25,6 +25,7 @@ typedef enum ff_integral_kind { FF_INTEGRAL_LOBES, FF_INTEGRAL_BASES, FF_INTEGRA
 typedef struct ff_integrand {
     ff_integral_kind kind;
     const ff_prepared *p;
+    ff_prepared lobes; /* FF_INTEGRAL_BASES: p without its bases */
     size_t n_channels;
     double o[3];          /* view                                               */
     double l11, l21, l22; /* L                                                  */
@@ -39,7 +40,8 @@ typedef struct ff_integrand {
     size_t n;
     double plane[6][FF_BLOCK], w[FF_BLOCK];
     double sum[FF_INTEGRAL_GROUP];
-    size_t n_columns; /* of p->wanted: derivatives that are summed too */
+    ff_block_work *work; /* borrowed */
+    size_t n_columns;    /* of p->wanted: derivatives that are summed too */
     double column_sum[FF_INTEGRAL_GROUP][FF_ALBEDO_COLUMNS];
 } ff_integrand;
 
@@ -53,9 +55,9 @@ typedef struct ff_albedo_part {
 
 /* ---- albedo_integral.c ----------------------------------------------------------------------- */
 
-/* Makes an integral of p (its first lobe, or its bases) ready for the unit vector wo; p must outlive it. Its own_g1 and g1 are
- * those of a Smith form that masks nothing. */
-void ff_integrand_make(ff_integral_kind kind, const ff_prepared *p, const double wo[3], ff_integrand *k);
+/* Makes an integral of p (its first lobe, or its bases) ready for the unit vector wo; p and work must
+ * outlive it. Its own_g1 and g1 are those of a Smith form that masks nothing. */
+void ff_integrand_make(ff_integral_kind kind, const ff_prepared *p, const double wo[3], ff_block_work *work, ff_integrand *k);
 
 /* Adds everything up with one Gauss-Legendre order: k->sum and, where p has columns, k->column_sum. */
 void ff_integrand_sum(ff_integrand *k, int order);

@@ -114,6 +114,7 @@ static void value_of(const ff_sampler *s, const ff_sample_pairs *b, size_t at, d
     const ff_prepared *p = &s->prepared;
     double f[FF_BLOCK];
     ff_block t;
+    t.d = NULL;
     memset(out, 0, b->n * sizeof *out);
     p->kernels->block_shape(p, &b->g, b->n, &t);
     for (size_t c = 0; c < p->n_channels; c++) {
@@ -260,13 +261,14 @@ static void draw_block(const ff_sampler *s, const shares *share, const double *u
     }
 }
 
-/* With f wi.z / pdf over `goes_on`, 0 where the path ends. */
-static void weigh_block(const ff_sampler *s, const ff_sample_pairs *b, const double *pdf, const double *goes_on, double *f,
-                        double *weight, size_t ld)
+/* With f wi.z / pdf over `goes_on`, 0 where the path ends. Not a part of its caller, which has the pairs on its stack. */
+static __attribute__((noinline)) void weigh_block(const ff_sampler *s, const ff_sample_pairs *b, const double *pdf,
+                                                  const double *goes_on, double *f, double *weight, size_t ld)
 {
     const ff_prepared *p = &s->prepared;
     double value[FF_BLOCK];
     ff_block t;
+    t.d = NULL;
     p->kernels->block_shape(p, &b->g, b->n, &t);
     for (size_t c = 0; c < p->n_channels; c++) {
         p->kernels->block_value(p, &b->g, b->n, c, &t, value);

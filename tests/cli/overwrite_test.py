@@ -1,5 +1,6 @@
 #!/usr/bin/env python3
-"""overwrite_test.py PROGRAM: wherever a command can name a file, it refuses to write to one that it names elsewhere.
+"""overwrite_test.py PROGRAM: wherever a command can name a file, it refuses to write to one that it names elsewhere; with --force, an
+output takes the place of an input when the command has done its work, and of no other output.
 
 What commands there are and where they name files comes from --help, so that a new flag is tested because it is there: whatever
 is not in INPUTS counts as an output.
@@ -18,6 +19,7 @@ INPUTS = {("fit", "FILE"), ("compare", "FILE"), ("ndf", "FILE"), ("info", "FILE"
           ("fit", "--ndf-table"), ("compare", "--ndf-table"), ("eval", "--ndf-table"), ("simulate", "--ndf-table"),
           ("furnace", "--ndf-table"), ("sample", "--ndf-table")}
 failures = pairs = 0
+forced = [0, 0]  # refused or failed, replaced
 
 
 def run(directory, *args, stdin=subprocess.DEVNULL):
@@ -54,6 +56,17 @@ def try_pair(directory, command, words, one, other):
     if (directory / "a.csv").read_bytes() != before:
         fail(args, p, "a.csv is another now")
         (directory / "a.csv").write_bytes(before)
+    replaces = ((command, one) in INPUTS) != ((command, other) in INPUTS)
+    if replaces == ("--force" not in p.stderr):
+        fail(args, p, "--force is named where it helps, and nowhere else")
+    q = run(directory, *args, "--force")
+    after = (directory / "a.csv").read_bytes()
+    if not replaces and (q.returncode != 2 or after != before):
+        fail(args + ["--force"], q, "expected a refusal: it is no input that would be replaced")
+    if replaces and ("is the input" in q.stderr or (after != before) != (q.returncode == 0)):
+        fail(args + ["--force"], q, "expected a.csv to be replaced by what is done, and by that alone")
+    forced[q.returncode == 0 and replaces] += 1
+    (directory / "a.csv").write_bytes(before)
 
 
 def try_images(directory):
@@ -68,8 +81,12 @@ def try_images(directory):
                  ["resample", "stack.csv", "image.pgm", "--to", "csv"], ["info", "-", "--format", "images", "--json", "image.pgm"]):
         with open(directory / "stack.csv") as stack:
             p = run(directory, *args, stdin=stack)
-        if p.returncode != 2 or "would write" not in p.stderr or (directory / "image.pgm").stat().st_size != 23:
+        if p.returncode != 2 or "would write" not in p.stderr or "--force" not in p.stderr or (directory / "image.pgm").stat().st_size != 23:
             fail(args, p, "expected a refusal")
+    (directory / "stack.csv").write_text("image,theta_i,phi_i,theta_o,phi_o\nimage.pgm,30,0,30,180\n")
+    p = run(directory, "info", "stack.csv", "--json", "folder/image.pgm", "--force")
+    if p.returncode != 0 or not (directory / "image.pgm").read_text().startswith("{"):
+        fail(["info"], p, "expected an image to be replaced")
 
 
 with tempfile.TemporaryDirectory() as name:
@@ -87,5 +104,5 @@ with tempfile.TemporaryDirectory() as name:
                                              ["a.csv", "b.csv", "folder", "image.pgm", "mask.pgm", "stack.csv"]):
         failures += 1
         print("failed: left behind %s" % os.listdir(directory))
-print("%d pairs of places, %d failures" % (pairs, failures))
-sys.exit(1 if failures or pairs < 15 else 0)
+print("%d pairs of places, %d replaced by --force, %d failures" % (pairs, forced[1], failures))
+sys.exit(1 if failures or pairs < 15 or forced[1] < 4 else 0)

@@ -24,6 +24,7 @@ typedef struct pivot {
     double *nm;          /* [n_nm]                             */
     size_t *count;       /* [n_nm] rows of each                */
     size_t *of_row;      /* [n] wavelength of a row            */
+    size_t *place;       /* [n_nm] of each, in what is filled  */
     unsigned char *used; /* [n_nm]                             */
     size_t n_used;
     size_t *order; /* [n] rows of the wavelengths used, by wavelength, then as in the file */
@@ -229,7 +230,7 @@ static void place_row(pivot *p, size_t row)
 
 static void sort_rows(pivot *p)
 {
-    size_t from[WAVELENGTHS_MAX], at = 0;
+    size_t *from = p->place, at = 0;
     for (size_t w = 0; w < p->n_nm; w++) {
         from[w] = at;
         at += p->used[w] ? p->count[w] : 0;
@@ -252,7 +253,7 @@ static void make_samples(pivot *p)
 
 static void fill(const pivot *p, ff_table *t)
 {
-    size_t channel[WAVELENGTHS_MAX], c = 0, i = 0;
+    size_t *channel = p->place, c = 0, i = 0;
     for (size_t w = 0; w < p->n_nm; w++) {
         if (!p->used[w]) continue;
         channel[w] = c;
@@ -329,7 +330,8 @@ ff_status ff_csv_pivot(const ff_table *rows, const char *part, const char *path,
     while (p.n_slots < 2 * rows->n) p.n_slots *= 2;
     size_t **const arrays[] = {&p.of_row, &p.order, &p.sample_of, &p.first, &p.filled, &p.next, &p.cursor, &p.last};
     int there = (p.nm = malloc(WAVELENGTHS_MAX * sizeof *p.nm)) && (p.used = calloc(WAVELENGTHS_MAX, 1)) &&
-                (p.count = calloc(WAVELENGTHS_MAX, sizeof *p.count)) && (p.slot = malloc(p.n_slots * sizeof *p.slot));
+                (p.count = calloc(WAVELENGTHS_MAX, sizeof *p.count)) && (p.place = malloc(WAVELENGTHS_MAX * sizeof *p.place)) &&
+                (p.slot = malloc(p.n_slots * sizeof *p.slot));
     for (size_t k = 0; k < sizeof arrays / sizeof arrays[0] && there; k++)
         there = (*arrays[k] = malloc(rows->n * sizeof(size_t))) != NULL;
     ff_status status = there ? run(&p, part, out) : no_memory(&p);
@@ -337,6 +339,7 @@ ff_status ff_csv_pivot(const ff_table *rows, const char *part, const char *path,
     free(p.nm);
     free(p.used);
     free(p.count);
+    free(p.place);
     free(p.slot);
     return status;
 }

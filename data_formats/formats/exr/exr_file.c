@@ -8,6 +8,7 @@
 #define _GNU_SOURCE
 #include "internal_exr.h"
 #include "base/internal_bytes.h"
+#include "base/internal_errno.h"
 #include "base/internal_input.h"
 #include <errno.h>
 #include <limits.h>
@@ -36,7 +37,9 @@ ff_status ff_exr_bytes_at(ff_exr_file *f, int64_t offset, void *out, size_t n)
     for (size_t done = 0; done < n;) {
         const ssize_t got = pread(f->fd, (char *)out + done, n - done, offset + (int64_t)done);
         if (got < 0 && errno == EINTR) continue;
-        if (got < 0) return ff_error_set(f->err, FF_ERR_READ, f->path, 0, offset, "cannot be read: %s", strerror(errno));
+        if (got < 0)
+            return ff_error_set(f->err, FF_ERR_READ, f->path, 0, offset, "cannot be read: %s",
+                                ff_errno_text(errno, (char[FF_ERRNO_TEXT]){""}));
         if (got == 0) return ended(f, "more of the image");
         done += (size_t)got;
     }

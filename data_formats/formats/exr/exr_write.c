@@ -3,6 +3,7 @@
 #include "base/internal_output.h"
 #include "internal_exr.h"
 #include "base/internal_bytes.h"
+#include "base/internal_errno.h"
 #include "base/internal_input.h"
 #include "base/internal_number.h"
 #include "data_formats/table/internal_table.h"
@@ -307,7 +308,8 @@ static ff_status copy_scratch(writer *w)
     while (!failed && (n = fread(block, 1, sizeof block, w->file)) > 0) fwrite(block, 1, n, w->out.file);
     failed |= ferror(w->file) != 0;
     if (!failed) return FF_OK;
-    return ff_error_set(w->err, FF_ERR_WRITE, w->path, 0, -1, "the scratch file cannot be used: %s", strerror(errno));
+    return ff_error_set(w->err, FF_ERR_WRITE, w->path, 0, -1, "the scratch file cannot be used: %s",
+                        ff_errno_text(errno, (char[FF_ERRNO_TEXT]){""}));
 }
 
 static ff_status write_context(writer *w)
@@ -332,7 +334,9 @@ static ff_status write_output(writer *w)
     if (status != FF_OK) return status;
     const int scratch = !w->out.temporary;
     w->file = scratch ? tmpfile() : w->out.file;
-    if (!w->file) status = ff_error_set(w->err, FF_ERR_WRITE, w->path, 0, -1, "no scratch file can be made: %s", strerror(errno));
+    if (!w->file)
+        status = ff_error_set(w->err, FF_ERR_WRITE, w->path, 0, -1, "no scratch file can be made: %s",
+                              ff_errno_text(errno, (char[FF_ERRNO_TEXT]){""}));
     if (status == FF_OK) status = write_context(w);
     if (status == FF_OK && scratch) status = copy_scratch(w);
     if (scratch && w->file) fclose(w->file);

@@ -1,6 +1,7 @@
 /* One image of a stack as a sample: mean and spread of its linear pixels in the region and the mask. */
 #include "internal_image_check.h"
 #include "internal_stack.h"
+#include "base/internal_errno.h"
 #include <errno.h>
 #include <math.h>
 #include <stdio.h>
@@ -28,7 +29,7 @@ static ff_status open_beside(ff_image_shot *s, const char *name, ff_image **imag
     if (n < 0 || (size_t)n >= sizeof s->path) return shot_fails(s, FF_ERR_OPEN, "a path that is too long", "at most 4095 bytes");
     if (stat(s->path, &st) != 0)
         return ff_error_set(f->err, FF_ERR_OPEN, f->path, f->lines.line, -1, "image %s cannot be opened at '%.300s': %s", s->quoted,
-                            s->path, strerror(errno));
+                            s->path, ff_errno_text(errno, (char[FF_ERRNO_TEXT]){""}));
     if (!S_ISREG(st.st_mode)) return shot_fails(s, FF_ERR_OPEN, "no regular file", "an image");
     ff_error inner = {0};
     const char *kind = NULL;
