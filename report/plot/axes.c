@@ -1,5 +1,5 @@
 /* Axes: frame, grid, ticks, labels, the bar of colours, and their round counterparts. */
-#include "internal_layout.h"
+#include "internal_sheet.h"
 #include <math.h>
 #include <string.h>
 
@@ -58,11 +58,13 @@ static void draw_x(const ff_sheet *sheet, const ff_panel *p, const ff_spot *s, c
     }
     for (size_t k = 0; k < p->x.n_names; k++) {
         const double x = x_at(p, s, (double)k);
+        char name[FF_AXIS_NAME + 8];
+        ff_text_fit(p->x.name[k], size, s->x_names_upwards ? FF_NAME_ROOM * sheet->width : s->box.w, name, sizeof name);
         if (s->x_names_upwards)
             c->text(c->self, &(ff_text){x + 0.35 * size, bottom + (FF_TICK_LENGTH + FF_LABEL_GAP) * size, FF_ANCHOR_RIGHT, 1, size,
-                                        ink, p->x.name[k]});
+                                        ink, name});
         else
-            write_text(c, x, base, FF_ANCHOR_MIDDLE, size, p->x.name[k]);
+            write_text(c, x, base, FF_ANCHOR_MIDDLE, size, name);
     }
     if (p->x.label[0])
         write_label(sheet, c, &p->x, s->box.x + s->box.w / 2, s->box.y + s->box.h + s->bottom - 0.35 * size, s->box.w + s->left, 0);
@@ -79,8 +81,10 @@ static void draw_y(const ff_sheet *sheet, const ff_panel *p, const ff_spot *s, c
         write_text(c, x - gap, y + FF_ASCENT / 2 * size, FF_ANCHOR_RIGHT, size, t->label);
     }
     for (size_t k = 0; k < p->y.n_names; k++) {
-        write_text(c, x - gap, y_at(p, s, (double)k) + FF_ASCENT / 2 * size, FF_ANCHOR_RIGHT, size, p->y.name[k]);
-        widest = fmax(widest, ff_text_points(p->y.name[k], size));
+        char name[FF_AXIS_NAME + 8];
+        ff_text_fit(p->y.name[k], size, FF_NAME_ROOM * sheet->width, name, sizeof name);
+        write_text(c, x - gap, y_at(p, s, (double)k) + FF_ASCENT / 2 * size, FF_ANCHOR_RIGHT, size, name);
+        widest = fmax(widest, ff_text_points(name, size));
     }
     if (p->y.label[0]) write_label(sheet, c, &p->y, x - gap - widest - 0.45 * size, s->box.y + s->box.h / 2, s->box.h + s->top, 1);
 }

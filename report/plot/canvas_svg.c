@@ -5,6 +5,8 @@
 #include <math.h>
 #include <string.h>
 
+enum { SHARP = 240 }; /* pixels across, at least */
+
 typedef struct svg {
     FILE *out;
     int clips;
@@ -147,7 +149,8 @@ static void image(void *self, const double box[4], size_t nx, size_t ny, const u
     fputs(" preserveAspectRatio=\"none\" image-rendering=\"optimizeSpeed\" style=\"image-rendering:pixelated\" "
           "xlink:href=\"data:image/png;base64,",
           s->out);
-    ff_png_base64(nx, ny, rgb, s->out);
+    const size_t most = nx > ny ? nx : ny, times = most < SHARP ? (SHARP + most - 1) / most : 1;
+    ff_png_base64(nx, ny, rgb, times, s->out);
     fputs("\"/>\n", s->out);
 }
 

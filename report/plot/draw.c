@@ -1,5 +1,5 @@
 /* Series, legend, title and note on a canvas. */
-#include "internal_layout.h"
+#include "internal_sheet.h"
 #include "report/internal_text.h"
 #include <math.h>
 #include <stdlib.h>
@@ -7,6 +7,7 @@
 
 static const ff_pen no_pen = {.colour = FF_COLOUR_NONE};
 #define LINE_WIDTH 1.1
+#define STEPS      240.0 /* of colour, so that they make a palette */
 
 static double marker_radius(const ff_sheet *s, size_t n)
 {
@@ -159,7 +160,7 @@ static ff_status draw_image(const ff_sheet *s, const ff_panel *p, const ff_spot 
     for (size_t r = 0; r < im->ny; r++)
         for (size_t k = 0; k < im->nx; k++) {
             const double z = im->z[r * im->nx + k];
-            uint32_t colour = ff_colour_of(im->map, isfinite(z) ? image_place(im, range, z) : NAN);
+            uint32_t colour = ff_colour_of(im->map, isfinite(z) ? round(image_place(im, range, z) * STEPS) / STEPS : NAN);
             if (p->kind == FF_PANEL_DISC && !isfinite(z)) colour = 0xffffff;
             unsigned char *to = rgb + 3 * ((downwards ? r : im->ny - 1 - r) * im->nx + k);
             for (int b = 0; b < 3; b++) to[b] = (unsigned char)(colour >> (16 - 8 * b));

@@ -1,5 +1,5 @@
 /* From a figure to places on a page: ranges of the axes, ticks, and the room that text needs around them. */
-#include "internal_layout.h"
+#include "internal_sheet.h"
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -101,16 +101,17 @@ static int has_text(const ff_axis *a)
     return a->label[0] != '\0';
 }
 
-static void around_plane(const ff_panel *p, ff_spot *s, double size)
+static void around_plane(const ff_figure *fig, const ff_panel *p, ff_spot *s, double size)
 {
     const double tick = (FF_TICK_LENGTH + FF_LABEL_GAP) * size;
-    const double y_labels = p->y.scale == FF_SCALE_NAMES ? widest_name(&p->y, size) : ff_ticks_widest(&s->y_ticks, size);
+    const double y_labels = p->y.scale == FF_SCALE_NAMES ? fmin(widest_name(&p->y, size), FF_NAME_ROOM * fig->width)
+                                                         : ff_ticks_widest(&s->y_ticks, size);
     double left = tick + y_labels + (has_text(&p->y) ? FF_LINE_HEIGHT * size : 0), right = 0.3 * size;
     double x_labels = size;
     if (p->x.scale == FF_SCALE_NAMES) {
         const double cell = s->box.w / (double)(p->x.n_names ? p->x.n_names : 1), widest = widest_name(&p->x, size);
         s->x_names_upwards = widest + 0.4 * size > cell;
-        x_labels = s->x_names_upwards ? widest : size;
+        x_labels = s->x_names_upwards ? fmin(widest, FF_NAME_ROOM * fig->width) : size;
     }
     overhang(s, p, size, &left, &right);
     if (s->has_bar)
@@ -136,11 +137,11 @@ static void around_round(const ff_panel *p, ff_spot *s, double size)
         p->kind == FF_PANEL_POLAR ? (1.35 + FF_TICK_LENGTH) * size + (has_text(&p->y) ? FF_LINE_HEIGHT * size : 0) : 1.7 * size;
 }
 
-static void around(const ff_panel *p, ff_spot *s, double size)
+static void around(const ff_figure *fig, const ff_panel *p, ff_spot *s, double size)
 {
     s->top = 0;
     if (p->kind == FF_PANEL_PLANE)
-        around_plane(p, s, size);
+        around_plane(fig, p, s, size);
     else
         around_round(p, s, size);
     if (p->title[0]) s->top += FF_LINE_HEIGHT * size;
@@ -351,7 +352,7 @@ static double settle(const ff_figure *fig, ff_sheet *s, double left[], double ri
     for (int turn = 0; turn < TURNS; turn++) {
         for (size_t i = 0; i < fig->n_panels; i++) {
             make_ticks(fig->panel[i], &s->spot[i], fig->font);
-            around(fig->panel[i], &s->spot[i], fig->font);
+            around(fig, fig->panel[i], &s->spot[i], fig->font);
         }
         width = share_width(fig, s, left, right);
         if (!(width > 4 * fig->font)) return 0;

@@ -1,5 +1,5 @@
 /* Ticks at numbers that people like, as many as their labels leave room for. */
-#include "internal_layout.h"
+#include "internal_sheet.h"
 #include "report/internal_text.h"
 #include <math.h>
 #include <string.h>

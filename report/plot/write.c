@@ -1,5 +1,5 @@
 /* A figure as a file: SVG, PDF, or its numbers. */
-#include "internal_layout.h"
+#include "internal_sheet.h"
 #include "report/internal_text.h"
 #include <math.h>
 #include <string.h>

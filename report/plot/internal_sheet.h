@@ -1,6 +1,6 @@
 /* Where everything of a figure stands on its page. Boxes are in points, y downwards. */
-#ifndef FF_INTERNAL_LAYOUT_H
-#define FF_INTERNAL_LAYOUT_H
+#ifndef FF_INTERNAL_SHEET_H
+#define FF_INTERNAL_SHEET_H
 #include "internal_canvas.h"
 
 enum { FF_TICKS = 80, FF_TICK_LABEL = 96 };
@@ -63,8 +63,9 @@ void ff_sheet_free(ff_sheet *s);
 #define FF_TICK_LENGTH 0.35
 #define FF_LABEL_GAP   0.35 /* between tick and label           */
 #define FF_LINE_HEIGHT 1.35
-#define FF_SAMPLE      2.8 /* of a line, in the legend         */
-#define FF_BAR         1.0 /* width of the bar of colours      */
+#define FF_SAMPLE      2.8  /* of a line, in the legend         */
+#define FF_BAR         1.0  /* width of the bar of colours      */
+#define FF_NAME_ROOM   0.32 /* of the width, for names on an axis */
 #define FF_ASCENT      0.72
 
 /* Colours of an image end at these values. */
