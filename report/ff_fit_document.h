@@ -44,6 +44,11 @@ typedef struct ff_fitted {
     size_t n_columns;                                         /**< of the correlations; 0: none                              */
     char (*column_name)[FF_PARAM_NAME + FF_CHANNEL_NAME + 4]; /**< [n_columns]                         */
     double *correlation;                                      /**< [n_columns][n_columns]                                    */
+    /** Of many channels the columns above are those of the shape; then also, for every channel, its own parameters: [n_channels]
+     *  [n_own][n_columns + n_own], with the columns, then with each other. */
+    size_t n_own;
+    char (*own_name)[FF_PARAM_NAME]; /**< [n_own] */
+    double *own;
 } ff_fitted;
 
 typedef struct ff_fit_document {

@@ -155,6 +155,28 @@ static ff_status take_noise(const place *at, const ff_json_node *noise, ff_fitte
     return status == FF_ERR_RANGE ? FF_OK : status; /* a noise of nothing: exact data */
 }
 
+/* Of many channels: a block for each of them. */
+static ff_status take_own(const place *at, const ff_json_node *correlation, ff_fitted *f)
+{
+    const ff_json_node *names = ff_json_member(correlation, "channel_names"), *channels = ff_json_member(correlation, "channels");
+    const size_t n = ff_json_count(names), width = f->n_columns + n;
+    if (n == 0 || ff_json_count(channels) != f->n_channels) return FF_OK;
+    f->own_name = calloc(n, sizeof *f->own_name);
+    f->own = calloc(f->n_channels * n, width * sizeof *f->own);
+    if (!f->own_name || !f->own) return no_memory(at);
+    const ff_json_node *name = ff_json_first(names), *channel = ff_json_first(channels);
+    for (size_t k = 0; k < n; k++, name = ff_json_next(name)) take_text(name, f->own_name[k], sizeof f->own_name[k]);
+    for (size_t c = 0; c < f->n_channels; c++, channel = ff_json_next(channel)) {
+        const ff_json_node *row = ff_json_first(channel);
+        for (size_t k = 0; k < n; k++, row = ff_json_next(row)) {
+            const ff_json_node *x = ff_json_first(row);
+            for (size_t i = 0; i < width; i++, x = ff_json_next(x)) f->own[(c * n + k) * width + i] = ff_json_real(x);
+        }
+    }
+    f->n_own = n;
+    return FF_OK;
+}
+
 static ff_status take_correlation(const place *at, const ff_json_node *correlation, ff_fitted *f)
 {
     const ff_json_node *names = ff_json_member(correlation, "names"), *rows = ff_json_member(correlation, "matrix");
@@ -172,7 +194,7 @@ static ff_status take_correlation(const place *at, const ff_json_node *correlati
         const ff_json_node *x = ff_json_first(row);
         for (size_t b = 0; b < n; b++, x = ff_json_next(x)) f->correlation[a * n + b] = ff_json_real(x);
     }
-    return FF_OK;
+    return take_own(at, correlation, f);
 }
 
 /* ---- fits ------------------------------------------------------------------------------------ */
@@ -318,6 +340,8 @@ void ff_fit_document_free(ff_fit_document *d)
         ff_noise_free(f->noise);
         free(f->column_name);
         free(f->correlation);
+        free(f->own_name);
+        free(f->own);
     }
     free(d->fit);
     free(d->rank);

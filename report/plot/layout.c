@@ -291,7 +291,7 @@ static ff_status list_entries(const ff_figure *fig, ff_sheet *s)
     for (size_t i = 0; i < fig->n_panels; i++)
         for (size_t k = 0; k < fig->panel[i]->n_series; k++) {
             const ff_series *e = fig->panel[i]->series[k];
-            if (e->kind == FF_SERIES_IMAGE || !e->name[0] || is_listed(s, e->name)) continue;
+            if (e->kind == FF_SERIES_IMAGE || !e->name[0] || e->n == 0 || is_listed(s, e->name)) continue;
             s->entry[s->n_entries++].series = e;
         }
     return FF_OK;

@@ -70,7 +70,7 @@ typedef struct ff_planes {
     size_t n_samples, n_groups;
     ff_plane_sample *sample; /* ordered by group, then theta_o  */
     size_t *first;           /* [n_groups + 1]                  */
-    double tolerance;        /* of `across` as used             */
+    double tolerance;        /* largest `across`                */
     double width;            /* of a group in theta_i, radians; 0: one incidence each */
 } ff_planes;
 /* FF_ERR_DATA where there are none, FF_ERR_MEMORY. */

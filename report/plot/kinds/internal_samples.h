@@ -5,7 +5,7 @@
 
 /* Planes [n] of the valid samples whose directions are above the horizon and up to max_theta. */
 typedef struct ff_samples {
-    size_t n;
+    size_t n, step;                  /* one of `step` samples of the table is here          */
     double *theta_h, *theta_d;       /* radians                                             */
     double *value;                   /* 1/sr                                                */
     double *total, *lobe, *base, *d; /* of the model: f, its first lobe, f less it, D of it; NULL without a model */

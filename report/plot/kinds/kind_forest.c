@@ -115,6 +115,17 @@ static void name_rows(const forest *w, ff_axis *a, int shown)
     for (size_t r = 0; r < w->n_rows && shown; r++) ff_axis_name(a, r, w->d->fit[w->row[r]].expression);
 }
 
+/* Panels of many rows beside each other, those of one behind them. */
+static void put_long_first(forest *w, const ff_fitted *f)
+{
+    const ff_model_param *sorted[MOST_PANELS];
+    size_t n = 0;
+    for (int one = 0; one < 2; one++)
+        for (size_t k = 0; k < w->n_names; k++)
+            if ((rows_of_one(f, w->name[k]->name) == 1) == one) sorted[n++] = w->name[k];
+    memcpy(w->name, sorted, n * sizeof *sorted);
+}
+
 static ff_status build(const ff_plot_subject *s, const ff_plot_choice *c, ff_figure *fig, ff_error *err)
 {
     forest w = {.d = s->document};
@@ -125,6 +136,7 @@ static ff_status build(const ff_plot_subject *s, const ff_plot_choice *c, ff_fig
     ff_status status = ff_plot_channels(&of_best, NULL, c->channel, w.channel, &w.n_channels, err);
     if (status) return status;
     list_names(&w, c);
+    if (w.n_rows == 1) put_long_first(&w, best);
     if (w.n_names == 0)
         return ff_error_set(err, FF_ERR_UNKNOWN, NULL, 0, -1, "no parameter '%.200s' in the result",
                             c->parameter ? c->parameter : "that is free");

@@ -11,7 +11,7 @@ enum { FINE = 60 };
 /* Cells of both angles, as small as the number of samples lets them be filled. */
 static size_t cells_for(size_t n)
 {
-    return n > 20000 ? 60 : n > 3000 ? 30 : 18;
+    return n > 20000 ? 45 : n > 3000 ? 30 : 18;
 }
 
 static void say_axes(ff_panel *p)
@@ -82,6 +82,7 @@ static ff_status of_data(const ff_plot_subject *s, const ff_plot_choice *c, cons
     ff_figure_note(fig, "means of the samples in cells of %.2g°, over all φ_{d}, up to %.3g° of light and view",
                    90.0 / (double)cells, s->max_theta / FF_DEGREE);
     if (s->n_models) ff_figure_note(fig, "colours of the residual end at ±%g", CLIP);
+    if (v.step > 1) ff_figure_note(fig, "of one of %zu samples", v.step);
     ff_samples_free(&v);
     return FF_OK;
 }

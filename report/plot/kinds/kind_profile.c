@@ -74,7 +74,7 @@ static ff_status add_data(ff_figure *fig, ff_panel *p, const ff_samples *v, cons
 {
     binned b[BINS];
     size_t n;
-    const size_t bins = v->n > 20000 ? 90 : v->n > 2000 ? 45 : 18;
+    const size_t bins = v->n > 2000 ? 45 : 18;
     (void)err;
     if (v->n < 200) {
         ff_series *s = ff_panel_series(fig, p, FF_SERIES_POINTS, name, ff_style_data, v->n, 0);
@@ -130,7 +130,7 @@ static ff_status add_f(const ff_samples *v, const ff_plot_choice *c, ff_figure *
     size_t n = 0;
     ff_panel *p = ff_figure_panel(fig, "BRDF by half angle, all θ_{d}");
     ff_status status = add_data(fig, p, v, v->value, "data", err);
-    if (!status && v->total) status = bin(v, v->total, v->n > 20000 ? 90 : v->n > 2000 ? 45 : 18, b, &n);
+    if (!status && v->total) status = bin(v, v->total, v->n > 2000 ? 45 : 18, b, &n);
     if (status || !p) return status;
     ff_series *s =
         n ? ff_panel_series(fig, p, FF_SERIES_LINE, "model, median", (ff_style){FF_COLOUR_VERMILLION, FF_DASH_LONG, 0}, n, 0)
@@ -203,6 +203,7 @@ static ff_status build(const ff_plot_subject *s, const ff_plot_choice *c, ff_fig
     if (!status) status = add_d(s->table ? &v : NULL, m, c, channel->of_model, fig, err);
     if (!status) status = add_factor(m, c, channel->of_model, FACTOR_F, fig, err);
     if (!status) status = add_factor(m, c, channel->of_model, FACTOR_G, fig, err);
+    if (v.step > 1) ff_figure_note(fig, "of one of %zu samples", v.step);
     ff_samples_free(&v);
     if (status) return status;
     if (m->model->n_lobes > 1) ff_figure_note(fig, "D, F and G of the first lobe");

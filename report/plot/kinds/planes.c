@@ -4,7 +4,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { SLAB = 2048, DISTINCT = 120, FEW = 8 };
+enum { SLAB = 2048, DISTINCT = 120, FEW = 10, PHI_ROOM = 1024 };
 #define WIDEST 0.0872 /* sine of 5 degrees */
 
 /* Tolerances for measurements that are nearly in the plane, tried in turn. */
@@ -64,7 +64,8 @@ static ff_status gather(const ff_table *t, gathering *g)
 /* The group of a sample by theta_i and phi_i, these in steps of half a degree. */
 static void number(ff_plane_sample *s, size_t n, double step)
 {
-    for (size_t i = 0; i < n; i++) s[i].group = (int32_t)lround(s[i].theta_i / step) * 1024 + (int32_t)lround(s[i].phi_i / 0.0087);
+    for (size_t i = 0; i < n; i++)
+        s[i].group = (int32_t)lround(s[i].theta_i / step) * PHI_ROOM + (int32_t)lround(s[i].phi_i / 0.0087);
 }
 
 static int by_place(const void *a, const void *b)
@@ -93,6 +94,49 @@ static size_t within(const gathering *g, double tolerance, ff_plane_sample *out)
     return n;
 }
 
+/* Distinct theta_i, of samples in the order of their groups. */
+static size_t count_incidences(const ff_planes *p)
+{
+    size_t n = p->n_samples > 0;
+    for (size_t i = 1; i < p->n_samples; i++)
+        n += (p->sample[i - 1].group + PHI_ROOM / 2) / PHI_ROOM != (p->sample[i].group + PHI_ROOM / 2) / PHI_ROOM;
+    return n;
+}
+
+/* In groups by incidence, or where every sample has its own, in rings of a degree. Returns how many samples a group has: the
+ * largest of them; of rings the smallest of those that are neither steep nor grazing, where a lattice of half angles is dense. */
+static size_t group(ff_planes *p)
+{
+    size_t largest = 0, smallest = SIZE_MAX;
+    p->width = 0;
+    p->n_groups = order(p->sample, p->n_samples, 1e-3);
+    if (count_incidences(p) > DISTINCT) {
+        p->width = FF_DEGREE;
+        p->n_groups = order(p->sample, p->n_samples, p->width);
+    }
+    for (size_t first = 0, end; first < p->n_samples; first = end) {
+        const double theta = p->sample[first].theta_i / FF_DEGREE;
+        for (end = first; end < p->n_samples && p->sample[end].group == p->sample[first].group;) end++;
+        largest = end - first > largest ? end - first : largest;
+        if (theta > 15 && theta < 65 && end - first < smallest) smallest = end - first;
+    }
+    return p->width > 0 && smallest < SIZE_MAX ? smallest : largest;
+}
+
+static ff_status mark_groups(ff_planes *p)
+{
+    size_t groups = 0;
+    p->first = malloc((p->n_groups + 1) * sizeof *p->first);
+    if (!p->first) return FF_ERR_MEMORY;
+    p->tolerance = 0;
+    for (size_t i = 0; i < p->n_samples; i++) {
+        if (i == 0 || p->sample[i - 1].group != p->sample[i].group) p->first[groups++] = i;
+        p->tolerance = fmax(p->tolerance, p->sample[i].across);
+    }
+    p->first[groups] = p->n_samples;
+    return FF_OK;
+}
+
 ff_status ff_planes_find(const ff_table *t, ff_planes *out, ff_error *err)
 {
     gathering g = {NULL, 0, 0};
@@ -100,32 +144,18 @@ ff_status ff_planes_find(const ff_table *t, ff_planes *out, ff_error *err)
     ff_planes p = {.sample = status ? NULL : malloc((g.n + 1) * sizeof *p.sample)};
     if (!p.sample) status = FF_ERR_MEMORY;
     for (size_t k = 0; k < sizeof tolerances / sizeof *tolerances && !status; k++) {
-        p.tolerance = tolerances[k];
-        p.n_samples = within(&g, p.tolerance, p.sample);
-        if (p.n_samples >= FEW) break;
+        p.n_samples = within(&g, tolerances[k], p.sample);
+        if (group(&p) >= FEW) break;
     }
     free(g.sample);
     if (!status && p.n_samples == 0)
         status = ff_error_set(err, FF_ERR_DATA, NULL, 0, -1, "no sample lies within 5 degrees of the plane of incidence");
-    if (!status) {
-        p.n_groups = order(p.sample, p.n_samples, 1e-3);
-        if (p.n_groups > DISTINCT && p.n_groups * 4 > p.n_samples) { /* every sample has its own: rings of a degree */
-            p.width = FF_DEGREE;
-            p.n_groups = order(p.sample, p.n_samples, p.width);
-        }
-        p.first = malloc((p.n_groups + 1) * sizeof *p.first);
-        if (!p.first) status = FF_ERR_MEMORY;
-    }
-    if (status) {
+    if (!status) status = mark_groups(&p);
+    if (status)
         ff_planes_free(&p);
-        return status;
-    }
-    size_t groups = 0;
-    for (size_t i = 0; i < p.n_samples; i++)
-        if (i == 0 || p.sample[i - 1].group != p.sample[i].group) p.first[groups++] = i;
-    p.first[groups] = p.n_samples;
-    *out = p;
-    return FF_OK;
+    else
+        *out = p;
+    return status;
 }
 
 void ff_planes_free(ff_planes *p)
@@ -176,7 +206,8 @@ size_t ff_planes_choose(const ff_planes *p, const ff_plot_choice *c, size_t most
     /* spread over what was measured with a number of samples worth a curve, oblique light first of all */
     double lo = INFINITY, hi = 0;
     size_t full = 0;
-    for (size_t g = 0; g < p->n_groups; g++) full = p->first[g + 1] - p->first[g] > full ? p->first[g + 1] - p->first[g] : full;
+    for (size_t g = 0; g < p->n_groups && !(p->width > 0); g++)
+        full = p->first[g + 1] - p->first[g] > full ? p->first[g + 1] - p->first[g] : full;
     for (size_t g = 0; g < p->n_groups; g++) {
         const double theta = ff_planes_theta(p, g);
         if (2 * (p->first[g + 1] - p->first[g]) < full || theta > 1.4) continue;

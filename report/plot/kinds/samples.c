@@ -4,7 +4,16 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { SLAB = 2048, PLANES = 7 };
+enum { SLAB = 2048, PLANES = 7, ENOUGH = 250000 };
+
+/* Of a million samples one of a few does; their step shares no factor with the sizes of grids. */
+static size_t step_for(size_t n)
+{
+    static const size_t prime[] = {1, 7, 11, 13, 17, 23, 31, 61, 127, 251, 509};
+    size_t k = 0;
+    while (k + 1 < sizeof prime / sizeof *prime && n / prime[k] > ENOUGH) k++;
+    return prime[k];
+}
 
 void ff_samples_free(ff_samples *s)
 {
@@ -22,21 +31,25 @@ static ff_status make_room(size_t n, int with_model, ff_samples *out)
 }
 
 /* Those of a slab that count, their directions packed to the front of the planes. */
-static size_t take_slab(const ff_plot_subject *s, int channel, size_t first, size_t n, double *const plane[6], ff_samples *out)
+static size_t take_slab(const ff_plot_subject *s, int channel, size_t first, size_t n, size_t step, double *const plane[6],
+                        ff_samples *out)
 {
     const double least = cos(s->max_theta) - 1e-9;
     size_t kept = 0;
-    ff_table_directions(s->table, first, n, plane);
+    if (step == 1) ff_table_directions(s->table, first, n, plane);
     for (size_t i = 0; i < n; i++) {
+        double *const own[6] = {plane[0] + i, plane[1] + i, plane[2] + i, plane[3] + i, plane[4] + i, plane[5] + i};
+        const size_t index = first + i * step;
+        if (step > 1) ff_table_directions(s->table, index, 1, own);
         const double zi = plane[2][i], zo = plane[5][i];
-        if (!s->table->valid[first + i] || !(zi > fmax(least, 1e-6)) || !(zo > fmax(least, 1e-6))) continue;
+        if (!s->table->valid[index] || !(zi > fmax(least, 1e-6)) || !(zo > fmax(least, 1e-6))) continue;
         for (int k = 0; k < 6; k++) plane[k][kept] = plane[k][i];
         const double io = plane[0][kept] * plane[3][kept] + plane[1][kept] * plane[4][kept] + zi * zo,
                      length = sqrt(fmax(2 + 2 * io, 1e-300));
         const size_t at = out->n + kept++;
         out->theta_h[at] = acos(fmin((zi + zo) / length, 1));
         out->theta_d[at] = acos(fmin(0.5 * length, 1));
-        out->value[at] = ff_plot_value(s->table, channel, first + i);
+        out->value[at] = ff_plot_value(s->table, channel, index);
     }
     return kept;
 }
@@ -60,7 +73,7 @@ ff_status ff_samples_make(const ff_plot_subject *s, const ff_plot_channel *chann
 {
     ff_directions d;
     ff_samples made;
-    const size_t total = s->table->n;
+    const size_t step = step_for(s->table->n), total = (s->table->n + step - 1) / step;
     ff_status status = make_room(total, s->n_models > 0, &made);
     if (status) return status;
     if ((status = ff_directions_new(SLAB, &d))) {
@@ -68,7 +81,8 @@ ff_status ff_samples_make(const ff_plot_subject *s, const ff_plot_channel *chann
         return status;
     }
     for (size_t first = 0; first < total && !status; first += SLAB) {
-        const size_t n = take_slab(s, channel->of_table, first, total - first < SLAB ? total - first : SLAB, d.plane, &made);
+        const size_t n =
+            take_slab(s, channel->of_table, first * step, total - first < SLAB ? total - first : SLAB, step, d.plane, &made);
         if (s->n_models && n) status = evaluate(&s->model[0], isa, channel->of_model, &d.w, n, &made, err);
         made.n += n;
     }
@@ -77,6 +91,6 @@ ff_status ff_samples_make(const ff_plot_subject *s, const ff_plot_channel *chann
     if (status)
         ff_samples_free(&made);
     else
-        *out = made;
+        made.step = step, *out = made;
     return status;
 }

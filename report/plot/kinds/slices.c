@@ -5,7 +5,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { CURVE = 361, MOST_PANELS = 4, MOST_POINTS = 1500 };
+enum { CURVE = 361, MOST_PANELS = 4, MOST_POINTS = 1500, SPARSE = 30 };
 #define LOG_FROM 30.0 /* spread of the values from which on an axis is logarithmic by itself */
 
 typedef struct slices {
@@ -14,9 +14,10 @@ typedef struct slices {
     int polar;
     size_t n_channels;
     ff_plot_channel channel[FF_PLOT_LIST];
-    ff_planes planes; /* of the data; n_groups = 0: none */
-    double most;      /* largest and smallest value above 0, of data that were fitted and models */
-    double least;
+    ff_planes planes;   /* of the data; n_groups = 0: none */
+    double most, least; /* largest and smallest value above 0, of data that were fitted */
+    double peak;        /* largest of the models                                       */
+    size_t noted;       /* how many values of the data                                 */
 } slices;
 
 /* The only one has the styles of its parts, several have colours of their own. */
@@ -41,6 +42,7 @@ static void note_value(slices *f, double x)
 {
     if (!isfinite(x)) return;
     f->most = fmax(f->most, x);
+    f->noted++;
     if (x > 0) f->least = fmin(f->least, x);
 }
 
@@ -115,6 +117,8 @@ static ff_status add_model(slices *f, ff_figure *fig, ff_panel *panel, size_t m,
     ff_directions_free(&d);
     if (status) return status;
     for (size_t i = 0; i < CURVE; i++)
+        if (fabs(angle_at(i)) <= f->s->max_theta) f->peak = fmax(f->peak, y[0][i]);
+    for (size_t i = 0; i < CURVE && !f->s->table; i++)
         if (fabs(angle_at(i)) <= f->s->max_theta) note_value(f, y[0][i]);
     ff_figure_plain(model->label, label, sizeof label);
     const ff_style style = f->n_channels > 1    ? style_of(f, ff_style_model, k)
@@ -134,13 +138,32 @@ static ff_status add_model(slices *f, ff_figure *fig, ff_panel *panel, size_t m,
 
 /* ---- panels ---------------------------------------------------------------------------------- */
 
+/* One scale for all panels, over what was fitted: it may rise without bound towards the horizon. A half disc has its own, for its
+ * shape is what is looked at. */
+static void scale_axes(const slices *f, ff_figure *fig)
+{
+    const int log = f->c->log >= 0 ? f->c->log : f->most > LOG_FROM * f->least && !f->polar;
+    const double most =
+        fmax(f->most, f->noted < SPARSE ? f->peak : fmin(f->peak, 2 * f->most)); /* a peak of its own hides no data */
+    double lo = 0, hi = most > 0 ? 1.06 * most : 1;
+    if (log && f->most > 0) {
+        const double floor_at = fmax(f->least, 1e-5 * f->most);
+        lo = pow(10, floor(log10(floor_at) * 4) / 4);
+        hi = 1.3 * most;
+    }
+    for (size_t i = f->polar && fig->n_panels ? fig->n_panels - 1 : 0; i < fig->n_panels; i++)
+        ff_axis_say(&fig->panel[i]->y, "f", "sr^{−1}", log ? FF_SCALE_LOG : FF_SCALE_LINEAR, lo, hi);
+}
+
 static ff_status add_panel(slices *f, ff_figure *fig, double theta_i, double phi_i, size_t group, ff_error *err)
 {
     char title[FF_FIGURE_TEXT];
     const double degrees = theta_i / FF_DEGREE;
     const int has_phi = f->s->table && !f->s->table->isotropic && theta_i > 1e-3;
     const int n = snprintf(title, sizeof title, "θ_{i} = %.4g°", round(degrees * 100) / 100);
-    if (has_phi) snprintf(title + n, sizeof title - (size_t)n, ", φ_{i} = %.4g°", round(phi_i / FF_DEGREE * 10) / 10);
+    if (has_phi)
+        snprintf(title + n, sizeof title - (size_t)n, ", φ_{i} = %s%.4g°", phi_i < -1e-3 ? "−" : "",
+                 fabs(round(phi_i / FF_DEGREE * 10) / 10));
     ff_panel *p = ff_figure_panel(fig, title);
     if (!p) return FF_OK;
     p->kind = f->polar ? FF_PANEL_POLAR : FF_PANEL_PLANE;
@@ -156,21 +179,13 @@ static ff_status add_panel(slices *f, ff_figure *fig, double theta_i, double phi
     for (size_t k = 0; k < f->n_channels && !status; k++)
         for (size_t m = 0; m < f->s->n_models && !status; m++) status = add_model(f, fig, p, m, k, theta_i, phi_i, err);
     if (degrees > 0.01) ff_panel_rule_x(fig, p, "mirror direction", ff_style_mark, degrees);
-    return status;
-}
-
-/* One scale for all panels, over what was fitted: it may rise without bound towards the horizon. */
-static void scale_axes(const slices *f, ff_figure *fig)
-{
-    const int log = f->c->log >= 0 ? f->c->log : f->most > LOG_FROM * f->least && !f->polar;
-    double lo = 0, hi = f->most > 0 ? 1.06 * f->most : 1;
-    if (log && f->most > 0) {
-        const double floor_at = fmax(f->least, 1e-5 * f->most);
-        lo = pow(10, floor(log10(floor_at) * 4) / 4);
-        hi = 1.3 * f->most;
+    if (f->polar) {
+        scale_axes(f, fig);
+        f->most = f->peak = 0;
+        f->noted = 0;
+        f->least = INFINITY;
     }
-    for (size_t i = 0; i < fig->n_panels; i++)
-        ff_axis_say(&fig->panel[i]->y, "f", "sr^{−1}", log ? FF_SCALE_LOG : FF_SCALE_LINEAR, lo, hi);
+    return status;
 }
 
 static ff_status add_measured(slices *f, ff_figure *fig, ff_error *err)
@@ -204,7 +219,7 @@ ff_status ff_slices_build(const ff_plot_subject *s, const ff_plot_choice *c, int
         for (size_t k = 0; k < n && !status; k++) status = add_panel(&f, fig, fmin(degrees[k], 89.9) * FF_DEGREE, 0, 0, err);
     }
     if (!status) {
-        scale_axes(&f, fig);
+        if (!polar) scale_axes(&f, fig);
         ff_plot_title(s->n_models > 1 ? NULL : m, f.n_channels == 1 ? &f.channel[0] : NULL, fig->title, sizeof fig->title);
         for (size_t k = 0; k < s->n_models; k++) ff_plot_note_outcome(fig, &s->model[k]);
         fig->columns = fig->n_panels > 1 ? 2 : 1;
