@@ -36,6 +36,7 @@ static int draw(const cli_args *args, const ff_plot_kind *kind, const ff_plot_ch
         return cli_failed(failed, &err);
     }
     if (cli_given(args, FLAG_TITLE)) snprintf(fig->title, sizeof fig->title, "%s", cli_value(args, FLAG_TITLE, ""));
+    if (!cli_given(args, FLAG_PER_ROW)) ff_figure_narrow(fig);
     fig->columns = (size_t)cli_integer(args, FLAG_PER_ROW, fig->columns);
     return EXIT_DONE;
 }

@@ -72,7 +72,7 @@ static void draw_errors(const ff_panel *p, const ff_spot *spot, const ff_series 
         double xy[2][2];
         if (s->low && isfinite(s->low[i]) && isfinite(s->high[i])) {
             ff_spot_place(p, spot, s->x[i], end_of(&p->y, spot->y[0], s->low[i]), xy[0]);
-            ff_spot_place(p, spot, s->x[i], s->high[i], xy[1]);
+            ff_spot_place(p, spot, s->x[i], p->kind == FF_PANEL_POLAR ? fmin(s->high[i], spot->y[1]) : s->high[i], xy[1]);
             c->path(c->self, 2, xy[0], 0, &pen, FF_COLOUR_NONE);
         }
         if (s->x_low && isfinite(s->x_low[i]) && isfinite(s->x_high[i])) {

@@ -157,6 +157,9 @@ enum {
     FF_MARKER_COUNT
 };
 
+/* Fewer columns where the panels of as many would be narrow for their text. */
+void ff_figure_narrow(ff_figure *fig);
+
 /* ---- writers --------------------------------------------------------------------------------- */
 
 /* What can be written, by the extension of the name. */

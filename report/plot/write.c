@@ -7,6 +7,7 @@
 /* Widths that journals have, in points. */
 #define TWO_COLUMNS    (170 * 72 / 25.4)
 #define ONE_AND_A_HALF (120 * 72 / 25.4)
+#define PANEL          17 /* width of a panel in sizes of the font, at least */
 
 const char *ff_figure_form_name(int form)
 {
@@ -24,6 +25,17 @@ int ff_figure_form_find(const char *path)
         if (!name[k] && !dot[1 + k]) return form;
     }
     return -1;
+}
+
+static double width_of(const ff_figure *fig)
+{
+    return fig->width > 0 ? fig->width : fig->columns > 1 && fig->n_panels > 1 ? TWO_COLUMNS : ONE_AND_A_HALF;
+}
+
+void ff_figure_narrow(ff_figure *fig)
+{
+    fig->width = width_of(fig);
+    while (fig->columns > 1 && fig->width < PANEL * fig->font * (double)fig->columns) fig->columns--;
 }
 
 /* ---- numbers --------------------------------------------------------------------------------- */
@@ -115,7 +127,7 @@ ff_status ff_figure_write(const ff_figure *fig, ff_figure_form form, FILE *out, 
     ff_figure sized = *fig;
     if (fig->status) return fig->status;
     if (form == FF_FIGURE_CSV) return ff_figure_csv(fig, out);
-    if (!(sized.width > 0)) sized.width = fig->columns > 1 && fig->n_panels > 1 ? TWO_COLUMNS : ONE_AND_A_HALF;
+    sized.width = width_of(fig);
     ff_status status = ff_sheet_make(&sized, &sheet, err);
     if (status) return status;
     status =

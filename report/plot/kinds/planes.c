@@ -4,7 +4,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { SLAB = 2048, DISTINCT = 120, FEW = 10, PHI_ROOM = 1024 };
+enum { SLAB = 2048, DISTINCT = 120, FEW = 10, PHI_ROOM = 1024, FIRST_OF_RINGS = 2 };
 #define WIDEST 0.0872 /* sine of 5 degrees */
 
 /* Tolerances for measurements that are nearly in the plane, tried in turn. */
@@ -145,7 +145,7 @@ ff_status ff_planes_find(const ff_table *t, ff_planes *out, ff_error *err)
     if (!p.sample) status = FF_ERR_MEMORY;
     for (size_t k = 0; k < sizeof tolerances / sizeof *tolerances && !status; k++) {
         p.n_samples = within(&g, tolerances[k], p.sample);
-        if (group(&p) >= FEW) break;
+        if (group(&p) >= FEW && (p.width == 0 || k >= FIRST_OF_RINGS)) break;
     }
     free(g.sample);
     if (!status && p.n_samples == 0)

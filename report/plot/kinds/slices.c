@@ -167,7 +167,7 @@ static ff_status add_panel(slices *f, ff_figure *fig, double theta_i, double phi
     ff_panel *p = ff_figure_panel(fig, title);
     if (!p) return FF_OK;
     p->kind = f->polar ? FF_PANEL_POLAR : FF_PANEL_PLANE;
-    ff_axis_say(&p->x, "view θ_{o}, positive on the mirror side", "degrees", FF_SCALE_ANGLE, -90, 90);
+    ff_axis_say(&p->x, "θ_{o}", "degrees", FF_SCALE_ANGLE, -90, 90);
     if (f->s->table) {
         const size_t count = f->planes.first[group + 1] - f->planes.first[group], step = (count + MOST_POINTS - 1) / MOST_POINTS;
         if (step > 1) ff_figure_note(fig, "%s: one of %zu samples is drawn", title, step);
