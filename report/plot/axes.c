@@ -67,7 +67,8 @@ static void draw_x(const ff_sheet *sheet, const ff_panel *p, const ff_spot *s, c
             write_text(c, x, base, FF_ANCHOR_MIDDLE, size, name);
     }
     if (p->x.label[0])
-        write_label(sheet, c, &p->x, s->box.x + s->box.w / 2, s->box.y + s->box.h + s->bottom - 0.35 * size, s->box.w + 2 * fmin(s->left, s->right), 0);
+        write_label(sheet, c, &p->x, s->box.x + s->box.w / 2, s->box.y + s->box.h + s->bottom - 0.35 * size,
+                    s->box.w + 2 * fmin(s->left, s->right), 0);
 }
 
 static void draw_y(const ff_sheet *sheet, const ff_panel *p, const ff_spot *s, const ff_canvas *c)

@@ -6,6 +6,7 @@
 #include <string.h>
 
 static const ff_pen no_pen = {.colour = FF_COLOUR_NONE};
+enum { DENSE = 120 };
 #define LINE_WIDTH 1.1
 #define STEPS      240.0 /* of colour, so that they make a palette */
 
@@ -68,7 +69,8 @@ static double end_of(const ff_axis *a, double lo, double x)
 static void draw_errors(const ff_panel *p, const ff_spot *spot, const ff_series *s, const ff_canvas *c)
 {
     const ff_pen pen = {0.6, ff_colour_at(s->style.colour), FF_DASH_SOLID};
-    for (size_t i = 0; i < s->n; i++) {
+    const size_t step = s->n > DENSE ? (s->n + DENSE / 2 - 1) / (DENSE / 2) : 1; /* so many that they would hide the points */
+    for (size_t i = 0; i < s->n; i += step) {
         double xy[2][2];
         if (s->low && isfinite(s->low[i]) && isfinite(s->high[i])) {
             ff_spot_place(p, spot, s->x[i], end_of(&p->y, spot->y[0], s->low[i]), xy[0]);

@@ -14,9 +14,11 @@ static void ticks_of_any_range(void)
 {
     for (int k = 0; k < 3000; k++) {
         const ff_scale scale = (ff_scale)(k % 3);
-        const double size = 3 + 20 * ff_test_uniform(), length = 40 + 600 * ff_test_uniform(), at = pow(10, 16 * ff_test_uniform() - 8);
+        const double size = 3 + 20 * ff_test_uniform(), length = 40 + 600 * ff_test_uniform(),
+                     at = pow(10, 16 * ff_test_uniform() - 8);
         const double lo = scale == FF_SCALE_LOG ? at : (ff_test_uniform() - 0.5) * at,
-                     hi = scale == FF_SCALE_LOG ? lo * pow(10, 0.02 + 12 * ff_test_uniform()) : lo + at * pow(10, 4 * ff_test_uniform() - 3);
+                     hi = scale == FF_SCALE_LOG ? lo * pow(10, 0.02 + 12 * ff_test_uniform())
+                                                : lo + at * pow(10, 4 * ff_test_uniform() - 3);
         const int stacked = (k / 3) % 2;
         ff_ticks t;
         double end = -INFINITY;
@@ -75,7 +77,8 @@ static void numbers(void)
     static const struct {
         double x;
         const char *text;
-    } cases[] = {{0, "0"}, {1, "1"}, {-1.5, "-1.5"}, {0.004, "0"}, {-0.004, "0"}, {12.345, "12.35"}, {99.999, "100"}, {0.05, "0.05"}, {NAN, "0"}, {1e300, "1000000000"}};
+    } cases[] = {{0, "0"},          {1, "1"},        {-1.5, "-1.5"}, {0.004, "0"}, {-0.004, "0"},
+                 {12.345, "12.35"}, {99.999, "100"}, {0.05, "0.05"}, {NAN, "0"},   {1e300, "1000000000"}};
     for (size_t k = 0; k < sizeof cases / sizeof *cases; k++) {
         char text[FF_POINT];
         const size_t n = ff_point_text(cases[k].x, text);
@@ -85,20 +88,27 @@ static void numbers(void)
 
 static double lightness(uint32_t c)
 {
-    return 0.2126 * pow((c >> 16 & 255) / 255.0, 2.2) + 0.7152 * pow((c >> 8 & 255) / 255.0, 2.2) + 0.0722 * pow((c & 255) / 255.0, 2.2);
+    return 0.2126 * pow((c >> 16 & 255) / 255.0, 2.2) + 0.7152 * pow((c >> 8 & 255) / 255.0, 2.2) +
+           0.0722 * pow((c & 255) / 255.0, 2.2);
 }
 
 /* Read in grey, a map rises all the way, and the diverging one to both sides alike. */
 static void colours(void)
 {
     for (int k = 0; k < 100; k++)
-        FF_CHECK(lightness(ff_colour_of(FF_MAP_VIRIDIS, k / 100.0)) < lightness(ff_colour_of(FF_MAP_VIRIDIS, (k + 1) / 100.0)), "viridis at %d", k);
+        FF_CHECK(lightness(ff_colour_of(FF_MAP_VIRIDIS, k / 100.0)) < lightness(ff_colour_of(FF_MAP_VIRIDIS, (k + 1) / 100.0)),
+                 "viridis at %d", k);
     for (int k = 0; k < 50; k++) {
-        FF_CHECK(lightness(ff_colour_of(FF_MAP_DIVERGING, k / 100.0)) < lightness(ff_colour_of(FF_MAP_DIVERGING, (k + 1) / 100.0)), "below at %d", k);
-        FF_CHECK(lightness(ff_colour_of(FF_MAP_DIVERGING, 1 - k / 100.0)) < lightness(ff_colour_of(FF_MAP_DIVERGING, 1 - (k + 1) / 100.0)), "above at %d", k);
+        FF_CHECK(lightness(ff_colour_of(FF_MAP_DIVERGING, k / 100.0)) < lightness(ff_colour_of(FF_MAP_DIVERGING, (k + 1) / 100.0)),
+                 "below at %d", k);
+        FF_CHECK(lightness(ff_colour_of(FF_MAP_DIVERGING, 1 - k / 100.0)) <
+                     lightness(ff_colour_of(FF_MAP_DIVERGING, 1 - (k + 1) / 100.0)),
+                 "above at %d", k);
     }
     FF_CHECK(ff_colour_of(FF_MAP_VIRIDIS, 0) == 0x440154 && ff_colour_of(FF_MAP_VIRIDIS, 1) == 0xfde725, "ends of viridis");
-    FF_CHECK(ff_colour_of(FF_MAP_DIVERGING, 0.5) == 0xf7f7f7 && ff_colour_of(FF_MAP_VIRIDIS, NAN) != ff_colour_of(FF_MAP_VIRIDIS, 0), "middle, none");
+    FF_CHECK(ff_colour_of(FF_MAP_DIVERGING, 0.5) == 0xf7f7f7 &&
+                 ff_colour_of(FF_MAP_VIRIDIS, NAN) != ff_colour_of(FF_MAP_VIRIDIS, 0),
+             "middle, none");
     for (size_t a = 0; a < 20; a++)
         for (size_t b = a + 1; b < 20; b++) {
             const ff_style p = ff_style_at(a), q = ff_style_at(b);
@@ -112,8 +122,8 @@ static void plain_text(void)
     FF_CHECK(!strcmp(ff_figure_plain("a_{b}^{c}\n\xff", out, sizeof out), "a {b} {c}??"), "'%s'", out);
     ff_figure_plain("0123456789012345678901234567890123456789", out, sizeof out);
     FF_CHECK(strlen(out) < sizeof out, "cut");
-    FF_CHECK(ff_figure_form_find("a.svg") == FF_FIGURE_SVG && ff_figure_form_find("b/a.PDF") == FF_FIGURE_PDF && ff_figure_form_find("a.csv.x") == -1 &&
-                 ff_figure_form_find("csv") == -1 && ff_figure_form_find("a.") == -1,
+    FF_CHECK(ff_figure_form_find("a.svg") == FF_FIGURE_SVG && ff_figure_form_find("b/a.PDF") == FF_FIGURE_PDF &&
+                 ff_figure_form_find("a.csv.x") == -1 && ff_figure_form_find("csv") == -1 && ff_figure_form_find("a.") == -1,
              "forms by extension");
 }
 
@@ -130,8 +140,10 @@ static void drawn(void)
         ff_axis_say(&p->x, "x", "degrees", FF_SCALE_ANGLE, 0, 90);
         ff_axis_say(&p->y, "y", "1", kind == 0 ? FF_SCALE_LOG : FF_SCALE_LINEAR, kind ? 0 : NAN, NAN);
         for (int s = 0; s < FF_SERIES_IMAGE; s++) {
-            ff_series *v = ff_panel_series(&fig, p, (ff_series_kind)s, "series", ff_style_at((size_t)s), 5, FF_WITH_X_ERRORS | FF_WITH_Y_ERRORS);
-            for (size_t i = 0; i < 5; i++) v->x[i] = 10 * (double)i, v->y[i] = (double)i, v->low[i] = (double)i - 1, v->high[i] = (double)i + 1;
+            ff_series *v = ff_panel_series(&fig, p, (ff_series_kind)s, "series", ff_style_at((size_t)s), 5,
+                                           FF_WITH_X_ERRORS | FF_WITH_Y_ERRORS);
+            for (size_t i = 0; i < 5; i++)
+                v->x[i] = 10 * (double)i, v->y[i] = (double)i, v->low[i] = (double)i - 1, v->high[i] = (double)i + 1;
         }
         ff_panel_rule_x(&fig, p, "rule", ff_style_at(3), 30);
     }
@@ -151,5 +163,5 @@ static void drawn(void)
     ff_figure_clear(&fig);
 }
 
-FF_TEST_MAIN(FF_TEST(ticks_of_any_range), FF_TEST(ticks_that_people_like), FF_TEST(widths), FF_TEST(numbers), FF_TEST(colours), FF_TEST(plain_text),
-             FF_TEST(drawn))
+FF_TEST_MAIN(FF_TEST(ticks_of_any_range), FF_TEST(ticks_that_people_like), FF_TEST(widths), FF_TEST(numbers), FF_TEST(colours),
+             FF_TEST(plain_text), FF_TEST(drawn))

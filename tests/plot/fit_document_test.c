@@ -3,12 +3,17 @@
 #include "ff_fit_document.h"
 
 static const char good[] =
-    "{\"schema\": \"facetfit.fit/2\", \"data\": {\"path\": \"p.csv\", \"format\": \"csv\"}, \"loss\": {\"name\": \"log\", \"max_theta_deg\": 70},"
-    "\"fits\": [{\"model\": \"ggx/v-cavity/schlick+lambert\", \"shape\": \"isotropic\", \"channels\": [\"r\", \"g\"], \"outcome\": \"converged\","
+    "{\"schema\": \"facetfit.fit/2\", \"data\": {\"path\": \"p.csv\", \"format\": \"csv\"}, \"loss\": {\"name\": \"log\", "
+    "\"max_theta_deg\": 70},"
+    "\"fits\": [{\"model\": \"ggx/v-cavity/schlick+lambert\", \"shape\": \"isotropic\", \"channels\": [\"r\", \"g\"], \"outcome\": "
+    "\"converged\","
     "\"parameters\": {"
-    "\"alpha_x\": {\"value\": 0.3, \"std_error\": 0.01, \"interval\": [0.28, 0.32], \"at_bound\": null, \"held\": false, \"tied\": false},"
-    "\"alpha_y\": {\"value\": 0.3, \"tied\": true}, \"r_xy\": {\"value\": 0, \"held\": true}, \"slope_x\": {\"value\": 0}, \"slope_y\": {\"value\": 0},"
-    "\"f0\": {\"value\": [0.5, 0.4], \"std_error\": [0.1, null], \"interval\": [[0.4, 0.6], null], \"at_bound\": [null, \"upper\"]},"
+    "\"alpha_x\": {\"value\": 0.3, \"std_error\": 0.01, \"interval\": [0.28, 0.32], \"at_bound\": null, \"held\": false, \"tied\": "
+    "false},"
+    "\"alpha_y\": {\"value\": 0.3, \"tied\": true}, \"r_xy\": {\"value\": 0, \"held\": true}, \"slope_x\": {\"value\": 0}, "
+    "\"slope_y\": {\"value\": 0},"
+    "\"f0\": {\"value\": [0.5, 0.4], \"std_error\": [0.1, null], \"interval\": [[0.4, 0.6], null], \"at_bound\": [null, "
+    "\"upper\"]},"
     "\"ks\": {\"value\": [1, 1]}, \"kd\": {\"value\": [0.1, 0.2]}},"
     "\"residual\": {\"objective\": 2.5, \"rmse\": 0.5},"
     "\"noise\": {\"levels\": [{\"constant\": 1e-6, \"linear\": 0, \"square\": 0.01}], \"cos_i\": 0, \"cos_o\": -1},"
@@ -28,7 +33,8 @@ static void numbers(void)
     const ff_fitted *f = &d->fit[0];
     FF_CHECK(d->n_fits == 1 && d->best == 0 && !strcmp(d->loss, "log") && !strcmp(d->path, "p.csv"), "head");
     FF_CHECK_CLOSE(d->max_theta, 70 * FF_DEGREES, 1e-15, 0);
-    FF_CHECK(f->n_channels == 2 && !strcmp(f->channel_name[1], "g") && !strcmp(f->expression, "ggx/v-cavity/schlick+lambert"), "model");
+    FF_CHECK(f->n_channels == 2 && !strcmp(f->channel_name[1], "g") && !strcmp(f->expression, "ggx/v-cavity/schlick+lambert"),
+             "model");
     const ff_param_ref alpha = ff_model_param_find(&f->model, "alpha_x"), f0 = ff_model_param_find(&f->model, "f0"),
                        kd = ff_model_param_find(&f->model, "kd");
     const size_t stride = f->model.n_channel;
@@ -117,7 +123,8 @@ static void finding(void)
     FF_CHECK(ff_fit_document_find(d, "ggx/v", &k, &err) == FF_OK && k == 0, "by its beginning");
     FF_CHECK(ff_fit_document_find(d, "2", &k, &err) == FF_ERR_UNKNOWN, "none");
     FF_CHECK(ff_fit_document_find(d, "99999999999999999999", &k, &err) == FF_ERR_UNKNOWN, "none");
-    FF_CHECK(ff_fit_document_find(d, "phong", &k, &err) == FF_ERR_UNKNOWN && strstr(err.message, "ggx/v-cavity"), "%s", err.message);
+    FF_CHECK(ff_fit_document_find(d, "phong", &k, &err) == FF_ERR_UNKNOWN && strstr(err.message, "ggx/v-cavity"), "%s",
+             err.message);
     ff_fit_document_free(d);
 }
 
@@ -128,7 +135,8 @@ static void probing(void)
     ff_test_write(other, "{\"name\": \"asphalt\"}", 19);
     ff_test_write(csv, "theta_i,f\n", 10);
     FF_CHECK(ff_fit_document_probe(json), "a name in .json that begins so is looked at");
-    FF_CHECK(!ff_fit_document_probe(other) && !ff_fit_document_probe(csv) && !ff_fit_document_probe(ff_test_path("none")), "others");
+    FF_CHECK(!ff_fit_document_probe(other) && !ff_fit_document_probe(csv) && !ff_fit_document_probe(ff_test_path("none")),
+             "others");
     ff_test_write(other, good, sizeof good - 1);
     FF_CHECK(ff_fit_document_probe(other), "by its schema");
 }

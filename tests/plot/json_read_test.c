@@ -9,8 +9,20 @@ static ff_status parse(const char *text, ff_json_tree **tree, ff_error *err)
 
 static void accepted(void)
 {
-    static const char *const texts[] = {"null", " true ", "[]", "{}", "[1,2]", "-0", "1e5", "1.5E-3", "\"\"", "\"\\u00e9\\ud83d\\ude00\"",
-                                        "{\"a\":{\"b\":[null,false,{}]}}", "\n\t[ 1 ,\r\n 2 ]\n", "\"\xc3\xa9\"", "\xef\xbb\xbf[]"};
+    static const char *const texts[] = {"null",
+                                        " true ",
+                                        "[]",
+                                        "{}",
+                                        "[1,2]",
+                                        "-0",
+                                        "1e5",
+                                        "1.5E-3",
+                                        "\"\"",
+                                        "\"\\u00e9\\ud83d\\ude00\"",
+                                        "{\"a\":{\"b\":[null,false,{}]}}",
+                                        "\n\t[ 1 ,\r\n 2 ]\n",
+                                        "\"\xc3\xa9\"",
+                                        "\xef\xbb\xbf[]"};
     for (size_t k = 0; k < sizeof texts / sizeof *texts; k++) {
         ff_json_tree *tree = NULL;
         ff_error err = {0};
@@ -21,10 +33,44 @@ static void accepted(void)
 
 static void refused(void)
 {
-    static const char *const texts[] = {"", " ", "nul", "[1,]", "{\"a\":1,}", "{a:1}", "[1 2]", "01", "1.", ".5", "+1", "1e", "NaN", "Infinity",
-                                        "'a'", "\"\\x\"", "\"\\u12\"", "\"\\ud800\"", "\"\\ud800\\u0041\"", "\"\\udc00\"", "\"\\u0000\"", "\"\n\"",
-                                        "\"a", "[", "{\"a\"", "{\"a\":", "[]]", "[] x", "// a\n[]", "\"\xff\"", "\"\xc0\x80\"", "\"\xed\xa0\x80\"",
-                                        "\"\xf5\x80\x80\x80\"", "1e999", "-", "truefalse", "{\"a\" 1}", "{1:2}"};
+    static const char *const texts[] = {"",
+                                        " ",
+                                        "nul",
+                                        "[1,]",
+                                        "{\"a\":1,}",
+                                        "{a:1}",
+                                        "[1 2]",
+                                        "01",
+                                        "1.",
+                                        ".5",
+                                        "+1",
+                                        "1e",
+                                        "NaN",
+                                        "Infinity",
+                                        "'a'",
+                                        "\"\\x\"",
+                                        "\"\\u12\"",
+                                        "\"\\ud800\"",
+                                        "\"\\ud800\\u0041\"",
+                                        "\"\\udc00\"",
+                                        "\"\\u0000\"",
+                                        "\"\n\"",
+                                        "\"a",
+                                        "[",
+                                        "{\"a\"",
+                                        "{\"a\":",
+                                        "[]]",
+                                        "[] x",
+                                        "// a\n[]",
+                                        "\"\xff\"",
+                                        "\"\xc0\x80\"",
+                                        "\"\xed\xa0\x80\"",
+                                        "\"\xf5\x80\x80\x80\"",
+                                        "1e999",
+                                        "-",
+                                        "truefalse",
+                                        "{\"a\" 1}",
+                                        "{1:2}"};
     for (size_t k = 0; k < sizeof texts / sizeof *texts; k++) {
         ff_json_tree *tree = NULL;
         ff_error err = {0};
@@ -38,7 +84,8 @@ static void values(void)
 {
     ff_json_tree *tree = NULL;
     ff_error err = {0};
-    FF_CHECK(parse("{\"n\":[1,-2.5e-3,1e300],\"t\":\"a\\\"\\\\\\n\\u03b8\\ud83d\\ude00z\",\"y\":true,\"n\":7,\"o\":{\"k\":null}}", &tree, &err) == FF_OK,
+    FF_CHECK(parse("{\"n\":[1,-2.5e-3,1e300],\"t\":\"a\\\"\\\\\\n\\u03b8\\ud83d\\ude00z\",\"y\":true,\"n\":7,\"o\":{\"k\":null}}",
+                   &tree, &err) == FF_OK,
              "%s", err.message);
     const ff_json_node *root = ff_json_root(tree), *n = ff_json_member(root, "n");
     FF_CHECK(ff_json_count(root) == 5 && ff_json_count(n) == 3, "counts %zu, %zu", ff_json_count(root), ff_json_count(n));
@@ -58,7 +105,9 @@ static void looking(void)
     FF_CHECK(parse("[1]", &tree, NULL) == FF_OK, "no error wanted");
     const ff_json_node *root = ff_json_root(tree);
     FF_CHECK(!ff_json_member(root, "a") && !ff_json_text(root) && isnan(ff_json_real(root)) && !ff_json_is_true(root), "an array");
-    FF_CHECK(!ff_json_member(NULL, "a") && !ff_json_first(NULL) && !ff_json_next(NULL) && !ff_json_text(NULL) && isnan(ff_json_real(NULL)), "NULL");
+    FF_CHECK(!ff_json_member(NULL, "a") && !ff_json_first(NULL) && !ff_json_next(NULL) && !ff_json_text(NULL) &&
+                 isnan(ff_json_real(NULL)),
+             "NULL");
     FF_CHECK(!ff_json_next(ff_json_first(root)) && !ff_json_name(ff_json_first(root)), "the last one");
     ff_json_free(tree);
     ff_json_free(NULL);
@@ -112,4 +161,5 @@ static void files(void)
     free(text);
 }
 
-FF_TEST_MAIN(FF_TEST(accepted), FF_TEST(refused), FF_TEST(values), FF_TEST(looking), FF_TEST(bounds), FF_TEST(prefixes), FF_TEST(files))
+FF_TEST_MAIN(FF_TEST(accepted), FF_TEST(refused), FF_TEST(values), FF_TEST(looking), FF_TEST(bounds), FF_TEST(prefixes),
+             FF_TEST(files))

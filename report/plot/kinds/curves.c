@@ -174,5 +174,7 @@ void ff_plot_title(const ff_plot_model *m, const ff_plot_channel *c, char *out, 
 
 void ff_plot_note_outcome(ff_figure *fig, const ff_plot_model *m)
 {
-    if (m && m->outcome && strcmp(m->outcome, "converged")) ff_figure_note(fig, "the fit did not converge: %s", m->outcome);
+    if (m && m->outcome && strcmp(m->outcome, "converged"))
+        ff_figure_note(fig, "the fit did not converge%s%s", strcmp(m->outcome, "limit") ? ": " : " within its iterations",
+                       strcmp(m->outcome, "limit") ? m->outcome : "");
 }

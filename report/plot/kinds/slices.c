@@ -160,7 +160,8 @@ static ff_status add_panel(slices *f, ff_figure *fig, double theta_i, double phi
     char title[FF_FIGURE_TEXT];
     const double degrees = theta_i / FF_DEGREE;
     const int has_phi = f->s->table && !f->s->table->isotropic && theta_i > 1e-3;
-    const int n = snprintf(title, sizeof title, "θ_{i} = %.4g°", round(degrees * 100) / 100);
+    const int n = snprintf(title, sizeof title, "θ_{i} = %.4g°",
+                           round(degrees * (f->planes.width > 0 ? 10 : 100)) / (f->planes.width > 0 ? 10 : 100));
     if (has_phi)
         snprintf(title + n, sizeof title - (size_t)n, ", φ_{i} = %s%.4g°", phi_i < -1e-3 ? "−" : "",
                  fabs(round(phi_i / FF_DEGREE * 10) / 10));
