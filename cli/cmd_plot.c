@@ -26,6 +26,22 @@ static int write_figure(const char *path, const ff_figure *fig, ff_figure_form f
     return status == FF_OK ? EXIT_DONE : status == FF_ERR_RANGE ? cli_failed(FF_ERR_SYNTAX, &err) : cli_failed(status, &err);
 }
 
+/* A choice that the kind does not look at would go unnoticed. */
+static int check_choices(const cli_args *args, const ff_plot_kind *kind)
+{
+    static const struct {
+        cli_flag_id flag;
+        unsigned use;
+    } choices[] = {{FLAG_INCIDENCE, FF_PLOT_INCIDENCE}, {FLAG_LOG, FF_PLOT_LOG},
+                   {FLAG_CHANNEL, FF_PLOT_CHANNEL},     {FLAG_PARAMETER, FF_PLOT_PARAMETER},
+                   {FLAG_ROUGHNESS, FF_PLOT_ROUGHNESS}, {FLAG_BOOTSTRAP, FF_PLOT_REFITS},
+                   {FLAG_SEED, FF_PLOT_REFITS},         {FLAG_PROFILE, FF_PLOT_PROFILE}};
+    for (size_t k = 0; k < sizeof choices / sizeof *choices; k++)
+        if (cli_given(args, choices[k].flag) && !(kind->uses & choices[k].use))
+            return cli_usage(args, "--%s has no effect on '%s': leave it out", cli_flag_name(choices[k].flag), kind->name);
+    return EXIT_DONE;
+}
+
 static int draw(const cli_args *args, const ff_plot_kind *kind, const ff_plot_choice *choice, const cli_subject *s, ff_figure *fig)
 {
     ff_error err = {0};
@@ -51,6 +67,7 @@ int cmd_plot(const cli_args *args)
     cli_subject *s = calloc(1, sizeof *s);
     if (!s) return cli_failed(FF_ERR_MEMORY, NULL);
     int status = form_of(args, path, &form);
+    if (status == EXIT_DONE) status = check_choices(args, kind);
     if (status == EXIT_DONE) status = cli_figure_read(args, &fig, &choice);
     if (status == EXIT_DONE) {
         status = cli_subject_gather(args, kind, &choice, s);

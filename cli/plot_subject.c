@@ -247,6 +247,10 @@ static int add_sources(const cli_args *args, const ff_plot_kind *kind, const ff_
         if (k > 1 && (one != SOURCE_MODEL || first != SOURCE_MODEL))
             return cli_usage(args, "'%s' is drawn of one file, or of models: '%s' is too much", kind->name, args->word[k]);
     }
+    if (first != SOURCE_MODEL && (cli_given(args, FLAG_SET) || c->n_roughness))
+        return cli_usage(args, "--%s is of models, and %s is a file", c->n_roughness ? "roughness" : "set", args->word[1]);
+    if (args->n_words > 2 && !(kind->uses & FF_PLOT_SEVERAL))
+        return cli_usage(args, "'%s' shows one model: '%s' is too much", kind->name, args->word[2]);
     const int draws_models = (kind->takes & FF_PLOT_MODELS) != 0, draws_results = (kind->takes & FF_PLOT_RESULTS) != 0;
     if (first == SOURCE_TABLE) return add_file(args, kind, args->word[1], s);
     if (first == SOURCE_MODEL && draws_models) return add_expressions(args, c, s);

@@ -5,7 +5,7 @@
 #include <math.h>
 #include <string.h>
 
-enum { SHARP = 240 }; /* pixels across, at least */
+enum { FEW = 400, SHARP = 240 }; /* pixels across, at least */
 
 typedef struct svg {
     FILE *out;
@@ -138,9 +138,30 @@ static void text(void *self, const ff_text *t)
     fputs("</text>\n", s->out);
 }
 
+/* Few cells are areas of their own: sharp in every viewer, and to be edited. */
+static void cells(svg *s, const double box[4], size_t nx, size_t ny, const unsigned char *rgb)
+{
+    const double w = box[2] / (double)nx, h = box[3] / (double)ny;
+    fputs("<g shape-rendering=\"crispEdges\">\n", s->out);
+    for (size_t k = 0; k < nx * ny; k++) {
+        const double x = box[0] + (double)(k % nx) * w, y = box[1] + (double)(k / nx) * h;
+        fprintf(s->out, "<rect fill=\"#%02x%02x%02x\"", rgb[3 * k], rgb[3 * k + 1], rgb[3 * k + 2]);
+        put_attribute(s, "x", x);
+        put_attribute(s, "y", y);
+        put_attribute(s, "width", w);
+        put_attribute(s, "height", h);
+        fputs("/>\n", s->out);
+    }
+    fputs("</g>\n", s->out);
+}
+
 static void image(void *self, const double box[4], size_t nx, size_t ny, const unsigned char *rgb)
 {
     svg *s = self;
+    if (nx > 1 && nx * ny <= FEW) {
+        cells(s, box, nx, ny, rgb);
+        return;
+    }
     fputs("<image", s->out);
     put_attribute(s, "x", box[0]);
     put_attribute(s, "y", box[1]);

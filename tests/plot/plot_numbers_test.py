@@ -85,6 +85,8 @@ def maskings():
             close(row["y"], g1 if panel == 1 else g1 * g1, 1e-9, f"G{panel} at {row['x']}")
     for row in s[2, f"smith-height-correlated, α = {a}"]:
         close(row["y"], 1 / math.sqrt(1 + (a * math.tan(radians(row["x"]))) ** 2), 1e-9, f"height-correlated at {row['x']}")
+    for row in s[2, f"v-cavity, α = {a}"]:  # the half vector is the normal
+        close(row["y"], 1, 1e-9, f"V-cavity in the mirror direction at {row['x']}")
     for row in s[1, f"v-cavity, α = {a}"]:
         t = radians(row["x"])
         close(row["y"], min(1, 2 * math.cos(t / 2) * math.cos(t) / math.cos(t / 2), 2 * math.cos(t / 2) / math.cos(t / 2)), 1e-9, f"V-cavity at {row['x']}")

@@ -63,9 +63,21 @@ enum {
     FF_PLOT_MASKINGS = 1 << 7  /* of these, all maskings rather than all distributions      */
 };
 
+/* Which choices it looks at; the others would go unnoticed. */
+enum {
+    FF_PLOT_INCIDENCE = 1 << 0,
+    FF_PLOT_LOG = 1 << 1,
+    FF_PLOT_CHANNEL = 1 << 2,
+    FF_PLOT_PARAMETER = 1 << 3,
+    FF_PLOT_ROUGHNESS = 1 << 4, /* of models: a curve for each */
+    FF_PLOT_REFITS = 1 << 5,    /* a bootstrap                 */
+    FF_PLOT_PROFILE = 1 << 6,   /* intervals by the profile    */
+    FF_PLOT_SEVERAL = 1 << 7    /* several models              */
+};
+
 typedef struct ff_plot_kind {
     const char *name, *help; /* help: one line, without a full stop */
-    unsigned takes;
+    unsigned takes, uses;
     /* FF_ERR_UNSUPPORTED and FF_ERR_UNKNOWN for what cannot be drawn or is not there, FF_ERR_DATA for data with nothing to draw.
      * What the figure has no memory for is in out->status. */
     ff_status (*build)(const ff_plot_subject *s, const ff_plot_choice *c, ff_figure *out, ff_error *err);

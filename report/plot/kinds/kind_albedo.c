@@ -62,5 +62,6 @@ const ff_plot_kind ff_plot_albedo = {
     .name = "albedo",
     .help = "directional albedo of models against the angle of incidence",
     .takes = FF_PLOT_MODELS,
+    .uses = FF_PLOT_LOG | FF_PLOT_CHANNEL | FF_PLOT_ROUGHNESS | FF_PLOT_SEVERAL,
     .build = build,
 };

@@ -68,5 +68,6 @@ const ff_plot_kind ff_plot_bootstrap = {
     .name = "bootstrap",
     .help = "refits to data drawn anew, a cloud over each pair of parameters, with the ellipse of the standard errors",
     .takes = FF_PLOT_DATA | FF_PLOT_FITS | FF_PLOT_FRESH,
+    .uses = FF_PLOT_CHANNEL | FF_PLOT_PARAMETER | FF_PLOT_REFITS,
     .build = build,
 };

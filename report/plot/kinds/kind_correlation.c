@@ -94,5 +94,6 @@ const ff_plot_kind ff_plot_correlation = {
     .name = "correlation",
     .help = "correlations of the parameters of a fit",
     .takes = FF_PLOT_FITS | FF_PLOT_RESULTS,
+    .uses = FF_PLOT_CHANNEL | FF_PLOT_PARAMETER | FF_PLOT_REFITS,
     .build = build,
 };

@@ -172,5 +172,6 @@ const ff_plot_kind ff_plot_forest = {
     .name = "forest",
     .help = "parameters with their 95 % intervals, over models or over the channels of one",
     .takes = FF_PLOT_FITS | FF_PLOT_COMPARES | FF_PLOT_RESULTS,
+    .uses = FF_PLOT_CHANNEL | FF_PLOT_PARAMETER | FF_PLOT_REFITS | FF_PLOT_PROFILE,
     .build = build,
 };

@@ -131,5 +131,6 @@ const ff_plot_kind ff_plot_image = {
     .name = "image",
     .help = "half angle against difference angle in colours: data, model and the signed residual",
     .takes = FF_PLOT_DATA | FF_PLOT_FITS | FF_PLOT_MODELS,
+    .uses = FF_PLOT_LOG | FF_PLOT_CHANNEL,
     .build = build,
 };

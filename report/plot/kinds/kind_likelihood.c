@@ -48,5 +48,6 @@ const ff_plot_kind ff_plot_likelihood = {
     .name = "likelihood",
     .help = "profiles of the objective: its least value for every value of a parameter, with the 95 % interval",
     .takes = FF_PLOT_DATA | FF_PLOT_FITS | FF_PLOT_FRESH,
+    .uses = FF_PLOT_CHANNEL | FF_PLOT_PARAMETER,
     .build = build,
 };

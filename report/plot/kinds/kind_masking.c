@@ -51,5 +51,6 @@ const ff_plot_kind ff_plot_masking = {
     .name = "masking",
     .help = "masking G1, and masking with shadowing G2, against the angle of the view",
     .takes = FF_PLOT_MODELS | FF_PLOT_TERMS | FF_PLOT_MASKINGS,
+    .uses = FF_PLOT_LOG | FF_PLOT_ROUGHNESS | FF_PLOT_SEVERAL,
     .build = build,
 };

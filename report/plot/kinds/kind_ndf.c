@@ -61,5 +61,6 @@ const ff_plot_kind ff_plot_ndf = {
     .name = "ndf",
     .help = "distributions of normals D against the angle of the normal, linear and logarithmic",
     .takes = FF_PLOT_MODELS | FF_PLOT_TERMS,
+    .uses = FF_PLOT_LOG | FF_PLOT_ROUGHNESS | FF_PLOT_SEVERAL,
     .build = build,
 };

@@ -217,5 +217,6 @@ const ff_plot_kind ff_plot_profile = {
     .name = "profile",
     .help = "by half angle: f, and D as the data have it beside that of the model; F and G",
     .takes = FF_PLOT_DATA | FF_PLOT_FITS | FF_PLOT_MODELS,
+    .uses = FF_PLOT_LOG | FF_PLOT_CHANNEL,
     .build = build,
 };

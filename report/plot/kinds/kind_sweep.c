@@ -98,5 +98,6 @@ const ff_plot_kind ff_plot_sweep = {
     .name = "sweep",
     .help = "parameters against the largest angle that is fitted, for every loss, with their intervals",
     .takes = FF_PLOT_DATA | FF_PLOT_FITS | FF_PLOT_FRESH,
+    .uses = FF_PLOT_CHANNEL | FF_PLOT_PARAMETER,
     .build = build,
 };
