@@ -54,7 +54,7 @@ void cli_help_command(const cli_command *command, FILE *out)
     cli_wrap(out, command->more, 0, 0);
     for (size_t k = 0; k < CLI_PLACES && command->place[k].name; k++) {
         if (!command->place[k].meaning) continue;
-        fprintf(out, "\n%s:\n", command->place[k].name);
+        fprintf(out, "\nWhat %s can be:\n", command->place[k].name);
         put_meanings(command->place[k].words, command->place[k].meaning, out);
     }
     for (int group = 0; group < GROUP_COUNT; group++) put_group(command, group, out);

@@ -14,10 +14,9 @@ HERE = pathlib.Path(__file__).resolve().parent
 def main(program):
     commands = [line.strip() for line in (HERE / "figures.md").read_text().splitlines() if line.startswith("    facetfit ")]
     with tempfile.TemporaryDirectory() as scratch:
-        (pathlib.Path(scratch) / "figures").mkdir()
         for command in commands:
             subprocess.run([program, *shlex.split(command)[1:]], cwd=scratch, check=True, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
-        for figure in sorted(pathlib.Path(scratch, "figures").iterdir()):
+        for figure in sorted(pathlib.Path(scratch).glob("*.svg")):
             shutil.copy(figure, HERE / "figures" / figure.name)
             print(figure.name)
 
