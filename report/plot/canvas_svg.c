@@ -211,7 +211,7 @@ ff_status ff_canvas_svg(FILE *out, double width, double height, const char *titl
     fputs("\" font-family=\"Helvetica, Arial, 'Liberation Sans', 'Nimbus Sans', sans-serif\" stroke-linejoin=\"round\" "
           "xml:space=\"preserve\">\n<title>",
           out);
-    put_escaped(out, title, strlen(title));
+    for (ff_run run; ff_run_next(&title, &run);) put_escaped(out, run.text, run.length);
     fputs("</title>\n", out);
     path(&s, 4, box, 1, &(ff_pen){.colour = FF_COLOUR_NONE}, 0xffffff);
     const ff_status status = draw(figure, &canvas);

@@ -109,10 +109,23 @@ static void add_channels(const ff_fitted *f, const char *name, ff_figure *fig, f
     }
 }
 
-/* Expressions without what all of them have in common would be shorter still; the terms are what people know. */
+/* The model; where channels were fitted each alone, the channel too. */
 static void name_rows(const forest *w, ff_axis *a, int shown)
 {
-    for (size_t r = 0; r < w->n_rows && shown; r++) ff_axis_name(a, r, w->d->fit[w->row[r]].expression);
+    const ff_fitted *first = &w->d->fit[w->row[0]];
+    int alone = 0, same = 1;
+    for (size_t r = 1; r < w->n_rows; r++) {
+        const ff_fitted *f = &w->d->fit[w->row[r]];
+        alone |= f->n_channels == 1 && strcmp(f->channel_name[0], first->channel_name[0]) != 0;
+        same &= !strcmp(f->expression, first->expression);
+    }
+    for (size_t r = 0; r < w->n_rows && shown; r++) {
+        const ff_fitted *f = &w->d->fit[w->row[r]];
+        char name[FF_MODEL_NAME + FF_CHANNEL_NAME + 8], channel[FF_CHANNEL_NAME];
+        ff_figure_plain(f->channel_name[0], channel, sizeof channel);
+        snprintf(name, sizeof name, "%s%s%s", alone ? channel : "", alone && !same ? ", " : "", alone && same ? "" : f->expression);
+        ff_axis_name(a, r, name);
+    }
 }
 
 /* Panels of many rows beside each other, those of one behind them. */
@@ -157,7 +170,7 @@ static ff_status build(const ff_plot_subject *s, const ff_plot_choice *c, ff_fig
     }
     snprintf(fig->title, sizeof fig->title, "%s",
              w.n_rows > 1 ? "Parameters with 95 % intervals, best fit first" : best->expression);
-    if (w.n_rows > 1 && w.n_channels == 1 && w.channel[0].name[0]) {
+    if (w.n_rows > 1 && best->n_channels > 1 && w.n_channels == 1) {
         char plain[FF_CHANNEL_NAME];
         ff_figure_note(fig, "channel %s", ff_figure_plain(w.channel[0].name, plain, sizeof plain));
     }

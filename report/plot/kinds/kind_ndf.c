@@ -30,13 +30,18 @@ static ff_status add_curve(const ff_plot_model *m, ff_isa isa, size_t k, ff_figu
     return FF_OK;
 }
 
-static double largest(const ff_panel *p)
+/* Largest and smallest value above 0. */
+static void range(const ff_panel *p, double *most, double *least)
 {
-    double most = 0;
+    *most = 0;
+    *least = INFINITY;
     for (size_t k = 0; p && k < p->n_series; k++)
-        for (size_t i = 0; i < p->series[k]->n; i++)
-            if (isfinite(p->series[k]->y[i])) most = fmax(most, p->series[k]->y[i]);
-    return most;
+        for (size_t i = 0; i < p->series[k]->n; i++) {
+            const double y = p->series[k]->y[i];
+            if (!isfinite(y)) continue;
+            *most = fmax(*most, y);
+            if (y > 0) *least = fmin(*least, y);
+        }
 }
 
 static ff_status build(const ff_plot_subject *s, const ff_plot_choice *c, ff_figure *fig, ff_error *err)
@@ -47,9 +52,11 @@ static ff_status build(const ff_plot_subject *s, const ff_plot_choice *c, ff_fig
         ff_panel *p = ff_figure_panel(fig, "");
         if (!p) break;
         for (size_t k = 0; k < s->n_models && !status; k++) status = add_curve(&s->model[k], c->isa, k, fig, p, err);
-        const double most = largest(p);
+        double most, least;
+        range(p, &most, &least);
         ff_axis_say(&p->x, "θ_{h}", "degrees", FF_SCALE_ANGLE, 0, 90);
-        ff_axis_say(&p->y, "D", "sr^{−1}", log ? FF_SCALE_LOG : FF_SCALE_LINEAR, log ? 1e-6 * most : 0, most > 0 ? 1.05 * most : 1);
+        ff_axis_say(&p->y, "D", "sr^{−1}", log ? FF_SCALE_LOG : FF_SCALE_LINEAR, log ? fmax(1e-6 * most, 0.5 * least) : 0,
+                    most > 0 ? 1.05 * most : 1);
         p->aspect = 0.8;
     }
     fig->columns = fig->n_panels;
