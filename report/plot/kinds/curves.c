@@ -85,6 +85,15 @@ double ff_plot_sigma(const ff_table *t, int channel, size_t i)
     return t->sigma[c * t->n + i] * t->channels[c].scale;
 }
 
+size_t ff_plot_step(size_t n)
+{
+    enum { ENOUGH = 150000 };
+    static const size_t prime[] = {1, 7, 11, 13, 17, 23, 31, 61, 127, 251, 509};
+    size_t k = 0;
+    while (k + 1 < sizeof prime / sizeof *prime && n / prime[k] > ENOUGH) k++;
+    return prime[k];
+}
+
 int ff_plot_names(const char *list, const char *name)
 {
     const size_t whole = strlen(name), bare = strcspn(name, "[");

@@ -31,6 +31,9 @@ ff_status ff_plot_channels(const ff_plot_model *m, const ff_table *t, const char
 double ff_plot_value(const ff_table *t, int channel, size_t i);
 double ff_plot_sigma(const ff_table *t, int channel, size_t i);
 
+/* Of a million samples a figure looks at one of so many; the step shares no factor with the sizes of grids. */
+size_t ff_plot_step(size_t n);
+
 /* Is `name` in the list, of which every entry stands for itself, and one without "[...]" for all channels? NULL: all are. */
 int ff_plot_names(const char *list, const char *name);
 
@@ -71,6 +74,7 @@ typedef struct ff_planes {
     ff_plane_sample *sample; /* ordered by group, then theta_o  */
     size_t *first;           /* [n_groups + 1]                  */
     double tolerance;        /* largest `across`                */
+    size_t step;             /* one of `step` samples was looked at  */
     double width;            /* of a group in theta_i, radians; 0: one incidence each */
 } ff_planes;
 /* FF_ERR_DATA where there are none, FF_ERR_MEMORY. */

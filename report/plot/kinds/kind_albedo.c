@@ -6,7 +6,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { CURVE = 31, ORDER = 16 };
+enum { CURVE = 31, ORDER = 8 };
 
 /* By the quadrature of furnace with one order: its error is far below a line's width. */
 static ff_status add_curve(const ff_plot_model *m, const ff_plot_choice *c, size_t k, const ff_plot_channel *channel, int named,

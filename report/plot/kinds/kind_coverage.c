@@ -30,11 +30,15 @@ static ff_status look(const ff_table *t, seen *light, seen *view)
     double *block = malloc(6 * SLAB * sizeof *block);
     if (!block) return FF_ERR_MEMORY;
     double *const w[6] = {block, block + SLAB, block + 2 * SLAB, block + 3 * SLAB, block + 4 * SLAB, block + 5 * SLAB};
-    for (size_t first = 0; first < t->n; first += SLAB) {
-        const size_t n = t->n - first < SLAB ? t->n - first : SLAB;
-        ff_table_directions(t, first, n, w);
+    const size_t step = ff_plot_step(t->n), total = (t->n + step - 1) / step;
+    for (size_t first = 0; first < total; first += SLAB) {
+        const size_t n = total - first < SLAB ? total - first : SLAB;
+        if (step == 1) ff_table_directions(t, first, n, w);
         for (size_t i = 0; i < n; i++) {
-            if (!t->valid[first + i]) continue;
+            const size_t index = (first + i) * step;
+            double *const own[6] = {w[0] + i, w[1] + i, w[2] + i, w[3] + i, w[4] + i, w[5] + i};
+            if (!t->valid[index]) continue;
+            if (step > 1) ff_table_directions(t, index, 1, own);
             const double across = hypot(w[0][i], w[1][i]), ux = t->isotropic && across > 1e-9 ? w[0][i] / across : 1,
                          uy = t->isotropic && across > 1e-9 ? w[1][i] / across : 0;
             const double wi[3] = {w[0][i] * ux + w[1][i] * uy, w[1][i] * ux - w[0][i] * uy, w[2][i]},
@@ -77,19 +81,20 @@ static void add_cells(const seen *s, ff_figure *fig, ff_panel *p, const char *na
     ff_axis_say(&p->z, "samples", "1", FF_SCALE_LOG, NAN, NAN);
 }
 
-static void add_panel(const seen *s, const char *what, const char *plural, ff_style style, ff_figure *fig)
+static void add_panel(const seen *s, const char *what, size_t step, ff_style style, ff_figure *fig)
 {
     char title[FF_FIGURE_TEXT];
-    snprintf(title, sizeof title, "%s: %zu direction%s", what, s->distinct, s->distinct == 1 ? "" : "s");
+    snprintf(title, sizeof title, "%s: %s%zu direction%s", what, step > 1 ? "at least " : "", s->distinct,
+             s->distinct == 1 ? "" : "s");
     ff_panel *p = ff_figure_panel(fig, title);
     if (!p) return;
     p->kind = FF_PANEL_DISC;
     ff_axis_say(&p->x, "φ", "degrees", FF_SCALE_ANGLE, 0, 360);
     ff_axis_say(&p->y, "θ", "degrees", FF_SCALE_ANGLE, 0, 90);
     if (s->distinct <= MOST_POINTS)
-        add_points(s, fig, p, plural, style);
+        add_points(s, fig, p, "", style);
     else
-        add_cells(s, fig, p, plural);
+        add_cells(s, fig, p, "samples");
 }
 
 static ff_status build(const ff_plot_subject *s, const ff_plot_choice *c, ff_figure *fig, ff_error *err)
@@ -100,12 +105,14 @@ static ff_status build(const ff_plot_subject *s, const ff_plot_choice *c, ff_fig
     ff_status status = light.count && view.count ? look(s->table, &light, &view) : FF_ERR_MEMORY;
     if (!status && light.distinct == 0)
         status = ff_error_set(err, FF_ERR_DATA, NULL, 0, -1, "no sample has its directions above the horizon");
+    const size_t step = ff_plot_step(s->table->n);
     if (!status) {
-        add_panel(&light, "light", "", (ff_style){FF_COLOUR_ORANGE, 0, FF_MARKER_SQUARE}, fig);
-        add_panel(&view, "view", "", (ff_style){FF_COLOUR_BLUE, 0, FF_MARKER_DOT}, fig);
+        add_panel(&light, "light", step, (ff_style){FF_COLOUR_ORANGE, 0, FF_MARKER_SQUARE}, fig);
+        add_panel(&view, "view", step, (ff_style){FF_COLOUR_BLUE, 0, FF_MARKER_DOT}, fig);
         snprintf(fig->title, sizeof fig->title, "Directions measured");
         ff_figure_note(fig, "angles from the normal outwards, azimuths %s; told apart by a quarter of a degree",
                        s->table->isotropic ? "from that of the light" : "on the surface");
+        if (step > 1) ff_figure_note(fig, "of one of %zu samples", step);
         fig->columns = 2;
     }
     free(light.count);

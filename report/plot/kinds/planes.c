@@ -44,17 +44,22 @@ static int look_at(const double w[6], int isotropic, uint32_t index, gathering *
     return keep(g, &s);
 }
 
-static ff_status gather(const ff_table *t, gathering *g)
+/* `step` samples apart. */
+static ff_status gather(const ff_table *t, size_t step, gathering *g)
 {
+    const size_t total = (t->n + step - 1) / step;
     double *block = malloc(6 * SLAB * sizeof *block);
     ff_status status = block ? FF_OK : FF_ERR_MEMORY;
-    for (size_t first = 0; first < t->n && !status; first += SLAB) {
-        const size_t n = t->n - first < SLAB ? t->n - first : SLAB;
+    for (size_t first = 0; first < total && !status; first += SLAB) {
+        const size_t n = total - first < SLAB ? total - first : SLAB;
         double *const planes[6] = {block, block + SLAB, block + 2 * SLAB, block + 3 * SLAB, block + 4 * SLAB, block + 5 * SLAB};
-        ff_table_directions(t, first, n, planes);
+        if (step == 1) ff_table_directions(t, first, n, planes);
         for (size_t i = 0; i < n && !status; i++) {
+            const size_t index = (first + i) * step;
+            double *const own[6] = {planes[0] + i, planes[1] + i, planes[2] + i, planes[3] + i, planes[4] + i, planes[5] + i};
+            if (step > 1) ff_table_directions(t, index, 1, own);
             const double w[6] = {planes[0][i], planes[1][i], planes[2][i], planes[3][i], planes[4][i], planes[5][i]};
-            if (t->valid[first + i] && !look_at(w, t->isotropic, (uint32_t)(first + i), g)) status = FF_ERR_MEMORY;
+            if (t->valid[index] && !look_at(w, t->isotropic, (uint32_t)index, g)) status = FF_ERR_MEMORY;
         }
     }
     free(block);
@@ -140,12 +145,17 @@ static ff_status mark_groups(ff_planes *p)
 ff_status ff_planes_find(const ff_table *t, ff_planes *out, ff_error *err)
 {
     gathering g = {NULL, 0, 0};
-    ff_status status = gather(t, &g);
-    ff_planes p = {.sample = status ? NULL : malloc((g.n + 1) * sizeof *p.sample)};
+    const size_t step = ff_plot_step(t->n);
+    ff_status status = gather(t, step, &g);
+    ff_planes p = {.step = step, .sample = status ? NULL : malloc((g.n + 1) * sizeof *p.sample)};
     if (!p.sample) status = FF_ERR_MEMORY;
     for (size_t k = 0; k < sizeof tolerances / sizeof *tolerances && !status; k++) {
         p.n_samples = within(&g, tolerances[k], p.sample);
-        if (group(&p) >= FEW && (p.width == 0 || k >= FIRST_OF_RINGS)) break;
+        const size_t n = group(&p);
+        if (p.width > 0 && k < FIRST_OF_RINGS)
+            k = FIRST_OF_RINGS - 1;
+        else if (n >= FEW)
+            break;
     }
     free(g.sample);
     if (!status && p.n_samples == 0)

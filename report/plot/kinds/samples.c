@@ -4,16 +4,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { SLAB = 2048, PLANES = 7, ENOUGH = 250000 };
-
-/* Of a million samples one of a few does; their step shares no factor with the sizes of grids. */
-static size_t step_for(size_t n)
-{
-    static const size_t prime[] = {1, 7, 11, 13, 17, 23, 31, 61, 127, 251, 509};
-    size_t k = 0;
-    while (k + 1 < sizeof prime / sizeof *prime && n / prime[k] > ENOUGH) k++;
-    return prime[k];
-}
+enum { SLAB = 2048, PLANES = 7 };
 
 void ff_samples_free(ff_samples *s)
 {
@@ -73,7 +64,7 @@ ff_status ff_samples_make(const ff_plot_subject *s, const ff_plot_channel *chann
 {
     ff_directions d;
     ff_samples made;
-    const size_t step = step_for(s->table->n), total = (s->table->n + step - 1) / step;
+    const size_t step = ff_plot_step(s->table->n), total = (s->table->n + step - 1) / step;
     ff_status status = make_room(total, s->n_models > 0, &made);
     if (status) return status;
     if ((status = ff_directions_new(SLAB, &d))) {

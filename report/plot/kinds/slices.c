@@ -199,6 +199,7 @@ static ff_status add_measured(slices *f, ff_figure *fig, ff_error *err)
         status = add_panel(f, fig, theta, f->planes.sample[f->planes.first[group[k]]].phi_i, group[k], err);
     }
     if (status) return status;
+    if (f->planes.step > 1) ff_figure_note(fig, "of one of %zu samples", f->planes.step);
     if (f->planes.width > 0) ff_figure_note(fig, "samples within half a degree of θ_{i}");
     if (f->planes.tolerance > 0.0011)
         ff_figure_note(fig, "samples up to %.2g° from the plane of incidence", asin(f->planes.tolerance) / FF_DEGREE);
