@@ -124,7 +124,7 @@ int cmd_fit(const cli_args *args)
     if (status == EXIT_DONE) status = cli_residuals_check(args);
     cli_constraints constraints = {.n_names = 0};
     if (status == EXIT_DONE) status = cli_constraints_read(args, &model, 1, 0, &constraints);
-    if (status == EXIT_DONE) status = cli_fitting_open(args, &model, 1, looks_at_samples(args), &f);
+    if (status == EXIT_DONE) status = cli_fitting_open(args, args->word[0], &model, 1, looks_at_samples(args), &f);
     if (status != EXIT_DONE) {
         cli_constraints_free(&constraints);
         cli_tables_free(&tables);

@@ -45,7 +45,7 @@ static int open_with_shape(const cli_args *args, const ff_model *models, cli_fit
         with_shape.flag[n] = FLAG_SHAPE;
         with_shape.value[n] = ff_shape_name(FF_SHAPE_ISOTROPIC);
         with_shape.n_given = n + 1;
-        status = cli_fitting_open(&with_shape, models, FF_NDF_MODELS, 0, f);
+        status = cli_fitting_open(&with_shape, args->word[0], models, FF_NDF_MODELS, 0, f);
     } else {
         status = cli_failed(FF_ERR_MEMORY, NULL);
     }

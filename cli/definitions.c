@@ -57,13 +57,13 @@ const char *cli_command_usage(const cli_command *command, char *out, size_t size
 
 #define C(ID) (1u << COMMAND_##ID)
 enum {
-    C_FITTING = C(fit) | C(compare),
+    C_FITTING = C(fit) | C(compare) | C(plot),
     C_MEASURED = C_FITTING | C(ndf),
     C_READS = C_MEASURED | C(info) | C(resample),
-    C_SCENE = C(eval) | C(simulate) | C(furnace) | C(sample),
-    C_REPORTS = C_MEASURED | C(info) | C(models) | C(formats),
+    C_SCENE = C(eval) | C(simulate) | C(furnace) | C(sample) | C(plot),
+    C_REPORTS = C(fit) | C(compare) | C(ndf) | C(info) | C(models) | C(formats),
     C_ALL = (1u << COMMAND_COUNT) - 1,
-    C_JSON = C_ALL & ~(C(simulate) | C(man) | C(completion))
+    C_JSON = C_ALL & ~(C(simulate) | C(plot) | C(man) | C(completion))
 };
 
 static const cli_flag flags[FLAG_COUNT] = {
@@ -75,7 +75,7 @@ static const cli_flag flags[FLAG_COUNT] = {
 static const char *const groups[GROUP_COUNT] = {
     [GROUP_DATA] = "Data",     [GROUP_MODEL] = "Model",           [GROUP_WEIGHTS] = "Weights", [GROUP_RETRIEVAL] = "Retrieval",
     [GROUP_TRUST] = "Trust",   [GROUP_CONVERSION] = "Conversion", [GROUP_VIEW] = "View",       [GROUP_NOISE] = "Noise",
-    [GROUP_OUTPUT] = "Output", [GROUP_RUN] = "Running",
+    [GROUP_FIGURE] = "Figure", [GROUP_OUTPUT] = "Output",         [GROUP_RUN] = "Running",
 };
 
 const char *cli_group_name(int group)

@@ -104,9 +104,10 @@ static void release_samples(ff_table *t)
     *t = small;
 }
 
-int cli_fitting_open(const cli_args *args, const ff_model *models, size_t n_models, int keep_samples, cli_fitting *out)
+int cli_fitting_open(const cli_args *args, const char *path, const ff_model *models, size_t n_models, int keep_samples,
+                     cli_fitting *out)
 {
-    cli_fitting f = {.path = args->word[0], .keeps_samples = keep_samples};
+    cli_fitting f = {.path = path, .keeps_samples = keep_samples};
     ff_error err = {0};
     int status = read_options(args, &f.options, &f.choose_loss);
     if (status == EXIT_DONE) status = read_noise(args, &f);
@@ -126,7 +127,7 @@ int cli_fitting_open(const cli_args *args, const ff_model *models, size_t n_mode
         return EXIT_DONE;
     }
     cli_fitting_close(&f);
-    if (!err.path[0] && err.code == failed) snprintf(err.path, sizeof err.path, "%s", args->word[0]);
+    if (!err.path[0] && err.code == failed) snprintf(err.path, sizeof err.path, "%s", path);
     return cli_failed(failed, &err);
 }
 

@@ -5,12 +5,12 @@
 enum { COLUMN = 28, MEANING = COLUMN + 11 };
 
 /* "      NAME       what it means" */
-static void put_meanings(const cli_flag *f, FILE *out)
+static void put_meanings(cli_words *words, cli_words *meaning, FILE *out)
 {
     const char *word;
-    for (size_t i = 0; (word = f->words(i)) != NULL; i++) {
+    for (size_t i = 0; (word = words(i)) != NULL; i++) {
         fprintf(out, "%*s%-*s", COLUMN, "", MEANING - COLUMN, word);
-        cli_wrap(out, f->meaning(i), MEANING, MEANING);
+        cli_wrap(out, meaning(i), MEANING, MEANING);
     }
 }
 
@@ -27,7 +27,7 @@ static void put_flag(const cli_flag *f, FILE *out)
     else
         fprintf(out, "%*s", (int)(COLUMN - n), "");
     cli_wrap(out, text, COLUMN, COLUMN);
-    if (f->meaning) put_meanings(f, out);
+    if (f->meaning) put_meanings(f->words, f->meaning, out);
 }
 
 static void put_group(const cli_command *command, int group, FILE *out)
@@ -52,6 +52,11 @@ void cli_help_command(const cli_command *command, FILE *out)
     for (size_t k = 0; k < CLI_EXAMPLES && command->example[k]; k++) fprintf(out, "  %s\n", command->example[k]);
     fputc('\n', out);
     cli_wrap(out, command->more, 0, 0);
+    for (size_t k = 0; k < CLI_PLACES && command->place[k].name; k++) {
+        if (!command->place[k].meaning) continue;
+        fprintf(out, "\nWhat %s can be:\n", command->place[k].name);
+        put_meanings(command->place[k].words, command->place[k].meaning, out);
+    }
     for (int group = 0; group < GROUP_COUNT; group++) put_group(command, group, out);
 }
 

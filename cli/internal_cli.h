@@ -78,6 +78,16 @@ void cli_scene_free(cli_scene *scene);
 /* "" for one channel, "_r", "_g", "_b" for three, "_c0" ... otherwise. */
 const char *cli_channel_suffix(size_t n_channels, size_t c, char out[24]);
 
+/* Models of every combination of terms, and how many combinations had no meaning. */
+typedef struct cli_combinations {
+    ff_model *model; /* freed by the caller, whatever the status was */
+    size_t n, left_out;
+    char example[256]; /* the first one left out, and why */
+} cli_combinations;
+/* What --ndf, --masking, --fresnel and --diffuse list; all_ndf and all_masking where they are not given. Exit status. */
+int cli_combine(const cli_args *args, const cli_tables *tables, const char *all_ndf, const char *all_masking,
+                cli_combinations *out);
+
 /* ---- measured data -----------------------------------------------------------------------------------------------------------*/
 
 /* Reads `path` with the options of the flags, reduced as --reduce says; notes as messages when with_notes. Exit status; the table
@@ -140,9 +150,10 @@ typedef struct cli_fitting {
     int by_noise;      /* 1: --weight noise: fitted once more, after cli_fitting_weigh                  */
     int errors_given;  /* 1: --errors is there                                                       */
 } cli_fitting;
-/* Reads args->word[0]; the n_models models are those that will be fitted. keep_samples: also where only the problems need
+/* Reads `path`; the n_models models are those that will be fitted. keep_samples: also where only the problems need
  * them. Exit status; close only after EXIT_DONE. */
-int cli_fitting_open(const cli_args *args, const ff_model *models, size_t n_models, int keep_samples, cli_fitting *out);
+int cli_fitting_open(const cli_args *args, const char *path, const ff_model *models, size_t n_models, int keep_samples,
+                     cli_fitting *out);
 void cli_fitting_close(cli_fitting *f);
 /* Where the scale of a robust loss is to be estimated: by m, for all fits to this problem. */
 ff_status cli_fitting_scale(cli_fitting *f, size_t problem, const ff_model *m, ff_error *err);

@@ -124,14 +124,14 @@ void cli_man(const char *version, FILE *out)
     see_also(NULL, out);
 }
 
-static void put_meanings(const cli_flag *f, FILE *out)
+static void put_meanings(cli_words *words, cli_words *meaning, FILE *out)
 {
     const char *word;
     fputs(".RS\n", out);
-    for (size_t i = 0; (word = f->words(i)) != NULL; i++) {
+    for (size_t i = 0; (word = words(i)) != NULL; i++) {
         fputs(".TP\n", out);
         put_line(out, word);
-        put_text(out, f->meaning(i));
+        put_text(out, meaning(i));
     }
     fputs(".RE\n", out);
 }
@@ -156,7 +156,7 @@ static void put_option(const cli_flag *f, FILE *out)
         snprintf(otherwise, sizeof otherwise, "Otherwise: %s", f->otherwise);
         put_text(out, otherwise);
     }
-    if (f->meaning) put_meanings(f, out);
+    if (f->meaning) put_meanings(f->words, f->meaning, out);
 }
 
 static void put_group(const cli_command *command, int group, FILE *out)
@@ -181,6 +181,11 @@ void cli_man_command(const cli_command *command, const char *version, FILE *out)
     fputs("[\\fIflags\\fR]\n", out);
     section(out, "DESCRIPTION");
     put_text(out, command->more);
+    for (size_t k = 0; k < CLI_PLACES && command->place[k].name; k++) {
+        if (!command->place[k].meaning) continue;
+        fprintf(out, ".SS %s\n", command->place[k].name);
+        put_meanings(command->place[k].words, command->place[k].meaning, out);
+    }
     section(out, "EXAMPLES");
     fputs(".nf\n", out);
     for (size_t k = 0; k < CLI_EXAMPLES && command->example[k]; k++) put_line(out, command->example[k]);

@@ -36,18 +36,18 @@ static void put_flag(const cli_flag *f, FILE *out)
     fputs(" |\n", out);
 }
 
-static void put_meanings(const cli_flag *f, FILE *out)
+static void put_meanings(const char *before, const char *name, cli_words *words, cli_words *meaning, FILE *out)
 {
     const char *word;
-    fprintf(out, "\n`--%s`:\n\n", f->name);
-    for (size_t i = 0; (word = f->words(i)) != NULL; i++) fprintf(out, "- `%s`: %s\n", word, f->meaning(i));
+    fprintf(out, "\n`%s%s`:\n\n", before, name);
+    for (size_t i = 0; (word = words(i)) != NULL; i++) fprintf(out, "- `%s`: %s\n", word, meaning(i));
 }
 
 static void put_words(const cli_flag *f, FILE *out)
 {
     char list[1024];
     if (f->meaning)
-        put_meanings(f, out);
+        put_meanings("--", f->name, f->words, f->meaning, out);
     else if (f->words && f->kind != KIND_EXPRESSION && f->kind != KIND_TEXT)
         fprintf(out, "\n`--%s`: %s.\n", f->name, cli_words_list(f->words, list, sizeof list));
 }
@@ -74,6 +74,9 @@ static void put_command(const cli_command *command, FILE *out)
     fprintf(out, "\n## %s\n\n`facetfit %s %s%s[flags]`: %s. %s\n\n", command->name, command->name, usage, *usage ? " " : "",
             command->summary, command->more);
     for (size_t k = 0; k < CLI_EXAMPLES && command->example[k]; k++) fprintf(out, "    %s\n", command->example[k]);
+    for (size_t k = 0; k < CLI_PLACES && command->place[k].name; k++)
+        if (command->place[k].meaning)
+            put_meanings("", command->place[k].name, command->place[k].words, command->place[k].meaning, out);
     for (int group = 0; group < GROUP_COUNT; group++) put_group(command, group, out);
 }
 

@@ -3,6 +3,7 @@
 #include "ff_convert.h"
 #include "models/model_struct.h"
 #include "fit/ndf/ndf_struct.h"
+#include "report/plot/kinds/internal_plots.h"
 #include <string.h>
 
 /* ---- lists of the library -------------------------------------------------------------------- */
@@ -81,6 +82,17 @@ const char *cli_words_color(size_t i)
 {
     static const char *const words[] = {"auto", "always", "never"};
     return i < sizeof words / sizeof *words ? words[i] : NULL;
+}
+
+const char *cli_words_plot(size_t i)
+{
+    const ff_plot_kind *kind = ff_plot_kind_at(i);
+    return kind ? kind->name : NULL;
+}
+
+const char *cli_meaning_plot(size_t i)
+{
+    return ff_plot_kind_at(i)->help;
 }
 
 /* In the order of ff_isa. */

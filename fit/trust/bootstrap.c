@@ -205,8 +205,8 @@ static int is_by_noise(const ff_finished *f, const ff_fit_options *o)
     return f->at.noise && o->errors == FF_ERRORS_NOISE && f->plan.p->side < 0;
 }
 
-/* With room for the refits. */
-static ff_status resample(bootstrap *b, ff_finished *f, correction *by, ff_fit_result *fit, size_t *failed, ff_error *err)
+/* With room for the refits: how many converged, at the front of b->x. */
+static ff_status resample(bootstrap *b, ff_finished *f, size_t *converged, ff_error *err)
 {
     const struct ff_problem *p = f->plan.p;
     const size_t P = f->plan.l.P;
@@ -218,21 +218,52 @@ static ff_status resample(bootstrap *b, ff_finished *f, correction *by, ff_fit_r
     const size_t n = pack(b, b->repeats, P);
     if (n < FEWEST_REPEATS)
         return ff_error_set(err, FF_ERR_DATA, NULL, 0, -1, "only %zu of %zu refits of the bootstrap converged", n, b->repeats);
-    *failed = b->repeats - n;
-    status = b->by_noise ? correct_for_noise(f, by) : correct_for_groups(f, b->places, by);
+    *converged = n;
+    return FF_OK;
+}
+
+static ff_status take_fit(bootstrap *b, ff_finished *f, size_t n, ff_fit_result *fit, ff_error *err)
+{
+    correction *by = malloc((f->plan.l.P + 1) * sizeof *by);
+    ff_status status = !by ? FF_ERR_MEMORY : b->by_noise ? correct_for_noise(f, by) : correct_for_groups(f, b->places, by);
     if (!status) status = take_errors(&f->plan.l, b->x, n, by, fit);
+    free(by);
     return status ? ff_trust_ended(status, "the bootstrap", err) : FF_OK;
 }
 
-ff_status ff_trust_bootstrap_into(const ff_problem *p, const ff_places *places, const ff_fit_options *o, size_t repeats,
-                                  uint64_t seed, ff_fit_result *fit, ff_bootstrap *out, ff_error *err)
+/* What is wanted of the refits, and where; NULL: the errors of the fit. */
+typedef struct wanted {
+    const ff_param_ref *ref;
+    const size_t *channel;
+    ff_refits *out;
+} wanted;
+
+static ff_status take_refits(const bootstrap *b, const ff_finished *f, size_t n, const wanted *w, ff_error *err)
+{
+    const ff_layout *l = &f->plan.l;
+    double *value = malloc((n * w->out->n_wanted + 1) * sizeof *value);
+    if (!value) return ff_trust_ended(FF_ERR_MEMORY, "the bootstrap", err);
+    for (size_t a = 0; a < w->out->n_wanted; a++) {
+        const size_t k = ff_trust_coordinate(l, w->ref[a], w->channel[a]);
+        if (k == l->P) {
+            free(value);
+            return ff_error_set(err, FF_ERR_UNSUPPORTED, NULL, 0, -1, "a parameter that is not free by itself has no refits");
+        }
+        for (size_t i = 0; i < n; i++)
+            value[i * w->out->n_wanted + a] = ff_coordinate_value(ff_layout_param(l, k, NULL)->info, b->x[i * l->P + k]);
+    }
+    w->out->n = n;
+    w->out->value = value;
+    return FF_OK;
+}
+
+/* Either into fit or into what is wanted of the refits. */
+static ff_status run(const ff_problem *p, const ff_places *places, const ff_fit_options *o, size_t repeats, uint64_t seed,
+                     const ff_fit_result *from, ff_fit_result *fit, const wanted *w, ff_bootstrap *out, ff_error *err)
 {
     ff_finished f;
-    ff_fit_options own;
-    size_t failed = 0;
-    o = ff_fit_options_take(o, &own, err);
-    if (!o) return FF_ERR_RANGE;
-    ff_status status = ff_finished_open_data(p, o, fit, "the bootstrap", &f, err);
+    size_t n = 0;
+    ff_status status = ff_finished_open_data(p, o, from, "the bootstrap", &f, err);
     if (status) return status;
     bootstrap b = {.fit = &f, .places = places, .repeats = repeats, .seed = seed, .by_noise = is_by_noise(&f, o)};
     status = check(b.by_noise ? NULL : places, repeats, err);
@@ -244,11 +275,12 @@ ff_status ff_trust_bootstrap_into(const ff_problem *p, const ff_places *places, 
     b.x = malloc((repeats * f.plan.l.P + 1) * sizeof *b.x);
     b.converged = calloc(repeats, 1);
     b.status = calloc(repeats, sizeof *b.status);
-    correction *by = malloc((f.plan.l.P + 1) * sizeof *by);
-    if (!(b.weight && b.x && b.converged && b.status && by))
+    if (!(b.weight && b.x && b.converged && b.status))
         status = ff_trust_ended(FF_ERR_MEMORY, "the bootstrap", err);
     else
-        status = resample(&b, &f, by, fit, &failed, err);
+        status = resample(&b, &f, &n, err);
+    if (!status) status = w ? take_refits(&b, &f, n, w, err) : take_fit(&b, &f, n, fit, err);
+    const size_t failed = repeats - n;
     if (!status)
         *out = b.by_noise ? (ff_bootstrap){sizeof *out, repeats, failed, p->n * p->n_channels, FF_GROUP_VALUES}
                           : (ff_bootstrap){sizeof *out, repeats, failed, places->n_groups, places->kind};
@@ -258,7 +290,31 @@ ff_status ff_trust_bootstrap_into(const ff_problem *p, const ff_places *places, 
     free(b.x);
     free(b.converged);
     free(b.status);
-    free(by);
     ff_finished_close(&f);
     return status;
+}
+
+ff_status ff_trust_bootstrap_into(const ff_problem *p, const ff_places *places, const ff_fit_options *o, size_t repeats,
+                                  uint64_t seed, ff_fit_result *fit, ff_bootstrap *out, ff_error *err)
+{
+    ff_fit_options own;
+    o = ff_fit_options_take(o, &own, err);
+    return o ? run(p, places, o, repeats, seed, fit, fit, NULL, out, err) : FF_ERR_RANGE;
+}
+
+ff_status ff_trust_refits_into(const ff_problem *p, const ff_places *places, const ff_fit_options *o, size_t repeats, uint64_t seed,
+                               const ff_fit_result *fit, size_t n_wanted, const ff_param_ref *ref, const size_t *channel,
+                               ff_refits *out, ff_error *err)
+{
+    ff_refits made = {.n_wanted = n_wanted};
+    const wanted w = {ref, channel, &made};
+    const ff_status status = run(p, places, o, repeats, seed, fit, NULL, &w, &made.made, err);
+    if (!status) *out = made;
+    return status;
+}
+
+void ff_refits_clear(ff_refits *r)
+{
+    free(r->value);
+    *r = (ff_refits){.n = 0};
 }

@@ -47,6 +47,9 @@ void ff_redrawn_draw(const ff_redrawn *r, size_t copy, uint64_t seed, uint64_t r
 /* SplitMix64 (Steele, Lea and Flood 2014) of a counter; in (0, 1). */
 double ff_trust_uniform(uint64_t seed, uint64_t repeat, uint64_t draw);
 
+/* The coordinate of a parameter; l->P where it has none of its own. */
+size_t ff_trust_coordinate(const ff_layout *l, ff_param_ref ref, size_t channel);
+
 /* Says in err why `what` ("the bootstrap") came to no end: cancelled, or st. Returns st. */
 ff_status ff_trust_ended(ff_status status, const char *what, ff_error *err);
 

@@ -36,6 +36,29 @@ void ff_cut_off_clear(ff_cut_off *c);
 
 ff_status ff_trust_next_into(const ff_problem *p, const ff_table *t, const ff_places *places, const ff_fit_options *o,
                              const ff_fit_result *fit, const ff_fit_result *rival, double reach, ff_next *out, ff_error *err);
+/* The profile of one parameter: its values, and the least objective of all others there. */
+typedef struct ff_curve {
+    size_t n;
+    double *value, *objective; /* [n]; objective belongs to value          */
+    double best, low, high;    /* value of the fit, ends of its interval    */
+    double limit;              /* objective at which the interval ends      */
+} ff_curve;
+/* Of n >= 3 points, over the interval and somewhat beyond. FF_ERR_UNSUPPORTED for a parameter that is held or tied. */
+ff_status ff_trust_curve_into(const ff_problem *p, const ff_fit_options *o, const ff_fit_result *fit, ff_param_ref ref,
+                              size_t channel, size_t n, ff_curve *out, ff_error *err);
+void ff_curve_clear(ff_curve *c);
+
+/* The refits of a bootstrap by themselves: n_wanted parameters of each. */
+typedef struct ff_refits {
+    size_t n, n_wanted;
+    double *value; /* [n][n_wanted] */
+    ff_bootstrap made;
+} ff_refits;
+/* As ff_trust_bootstrap; the fit is left as it is. FF_ERR_UNSUPPORTED for a parameter that is held or tied. */
+ff_status ff_trust_refits_into(const ff_problem *p, const ff_places *places, const ff_fit_options *o, size_t repeats, uint64_t seed,
+                               const ff_fit_result *fit, size_t n_wanted, const ff_param_ref *wanted, const size_t *channel,
+                               ff_refits *out, ff_error *err);
+void ff_refits_clear(ff_refits *r);
 
 /* fits [n] */
 ff_status ff_trust_likeliest_into(const ff_problem *p, const ff_fit_options *o, const ff_fit_result *fits, size_t n, size_t *out,

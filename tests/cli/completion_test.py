@@ -88,6 +88,7 @@ with tempfile.TemporaryDirectory() as directory:
             (["facetfit", "simulate", "ggx", "--format", "me"], ["merl"]),
             (["facetfit", "man", "fo"], ["formats"]),
             (["facetfit", "help", "fo"], ["formats"]),
+            (["facetfit", "plot", "co"], ["coverage", "correlation"]),
             (["facetfit", "completion", ""], ["bash", "zsh", "fish"]),
     ]:
         expect(bash, directory, words, expected)

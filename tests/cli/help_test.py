@@ -7,7 +7,7 @@ import sys
 import tempfile
 
 program = os.path.abspath(sys.argv[1])
-GROUPS = ["Data", "Model", "Weights", "Retrieval", "Trust", "Conversion", "View", "Noise", "Output", "Running"]
+GROUPS = ["Data", "Model", "Weights", "Retrieval", "Trust", "Conversion", "View", "Noise", "Figure", "Output", "Running"]
 failures = []
 environment = dict(os.environ, PATH=os.path.dirname(program) + os.pathsep + os.environ["PATH"], LC_ALL="C")
 

@@ -14,10 +14,11 @@ import sys
 import tempfile
 
 program = os.path.abspath(sys.argv[1])
-FILE_WORDS = {"FILE", "FILE|-", "[FILE|-]", "IN", "OUT", "TABLE", "DIR"}
+FILE_WORDS = {"FILE", "FILE|-", "[FILE|-]", "IN", "OUT", "TABLE", "DIR", "SOURCE"}
 INPUTS = {("fit", "FILE"), ("compare", "FILE"), ("ndf", "FILE"), ("info", "FILE"), ("eval", "FILE"), ("resample", "IN"),
           ("fit", "--ndf-table"), ("compare", "--ndf-table"), ("eval", "--ndf-table"), ("simulate", "--ndf-table"),
-          ("furnace", "--ndf-table"), ("sample", "--ndf-table")}
+          ("furnace", "--ndf-table"), ("sample", "--ndf-table"), ("plot", "SOURCE"), ("plot", "--ndf-table"), ("plot", "--from")}
+OTHERS = {"EXPR": "lambert", "KIND": "slice"}
 failures = pairs = 0
 forced = [0, 0]  # refused or failed, replaced
 
@@ -35,7 +36,7 @@ def fail(args, p, why):
 def places_of(command):
     """The positional words, and the places that name a file: words and flags."""
     lines = run(".", command, "--help").stdout.splitlines()
-    words = [w.strip("[]") for w in lines[0].split()[2:-1]] if command != "convert" else []
+    words = [w.strip("[]") for w in lines[0].split()[2:-1] if w.strip("[]") != "..."] if command != "convert" else []
     flags = re.findall(r"^(?:      |  -\w, )(--\S+) (\S+)", "\n".join(lines), re.M)
     return words, [w for w in words if w in FILE_WORDS] + [flag for flag, argument in flags if argument in FILE_WORDS]
 
@@ -44,7 +45,7 @@ def try_pair(directory, command, words, one, other):
     """The same file in both places, with other files in the words that are left."""
     global pairs
     file = {one: "a.csv", other: "folder/a.csv"}
-    args = [command] + [file.get(w, "lambert" if w == "EXPR" else "b.csv") for w in words]
+    args = [command] + [file.get(w, OTHERS.get(w, "b.csv")) for w in words]
     for place in (one, other):
         if place.startswith("--"):
             args += [place, file[place]]

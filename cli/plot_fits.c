@@ -1,0 +1,134 @@
+/* Measured data fitted for a figure: as `fit` and `compare` do it, and then as their JSON says it, so that a figure of a file and
+ * one of its result are the same. */
+#define _GNU_SOURCE
+#include "internal_plotting.h"
+#include <stdlib.h>
+#include <string.h>
+
+static int names_terms(const cli_args *args)
+{
+    return cli_given(args, FLAG_NDF) || cli_given(args, FLAG_MASKING) || cli_given(args, FLAG_FRESNEL) ||
+           cli_given(args, FLAG_DIFFUSE);
+}
+
+static int one_model(const cli_args *args, cli_drawn_fits *d)
+{
+    ff_error err = {0};
+    d->models.model = malloc(sizeof *d->models.model);
+    if (!d->models.model) return cli_failed(FF_ERR_MEMORY, NULL);
+    ff_status failed = ff_model_parse(cli_value(args, FLAG_MODEL, "ggx+lambert"), d->models.model, &err);
+    if (failed == FF_OK) failed = cli_tables_give(&d->tables, d->models.model, &err);
+    if (failed != FF_OK) return cli_failed(failed, &err);
+    d->models.n = 1;
+    return cli_hold_and_free(args, d->models.model, 0);
+}
+
+static int choose_models(const cli_args *args, int many, cli_drawn_fits *d)
+{
+    if (!many && names_terms(args))
+        return cli_usage(args, "this figure shows one model: name it by --model, not by --ndf, --masking, --fresnel or --diffuse");
+    if (!many || !names_terms(args)) return one_model(args, d);
+    if (cli_given(args, FLAG_MODEL))
+        return cli_usage(args, "--model is one model, --ndf and the like are several: leave out one of them");
+    const int status = cli_combine(args, &d->tables, "ggx", "smith-height-correlated", &d->models);
+    return status == EXIT_DONE ? cli_names_known(args, d->models.model, d->models.n) : status;
+}
+
+/* A model that these options rule out is left out, as `compare` does. */
+static ff_status fit_models(cli_drawn_fits *d, ff_error *err)
+{
+    d->n = 0;
+    for (size_t m = 0; m < d->models.n; m++) {
+        char expression[FF_MODEL_NAME];
+        ff_model_expression(&d->models.model[m], expression, sizeof expression);
+        ff_status status = d->n == 0 ? cli_fitting_scale(&d->f, 0, &d->models.model[m], err) : FF_OK;
+        if (status == FF_OK) status = cli_fitting_run(&d->f, 0, &d->models.model[m], expression, &d->fit[d->n], err);
+        if (status == FF_OK)
+            d->n++;
+        else if (status != FF_ERR_UNSUPPORTED || d->models.n == 1)
+            return status;
+        else
+            cli_message("left out %s: %s", expression, err->message);
+    }
+    return d->n ? FF_OK : ff_error_set(err, FF_ERR_UNSUPPORTED, NULL, 0, -1, "no combination is left to draw");
+}
+
+/* Once more with weights by the noise of the likeliest of them. */
+static ff_status fit_by_noise(cli_drawn_fits *d, ff_error *err)
+{
+    int weighed = 0;
+    size_t best = 0;
+    ff_status status = ff_trust_likeliest_into(d->f.problem[0], &d->f.options, d->fit, d->n, &best, err);
+    if (status == FF_OK) status = cli_fitting_weigh(&d->f, 0, &d->fit[best], &weighed, err);
+    if (status != FF_OK || !weighed) return status;
+    for (size_t i = 0; i < d->n; i++) ff_fit_result_clear(&d->fit[i]);
+    return fit_models(d, err);
+}
+
+/* Through the text, which is what a program gets too. */
+static ff_status make_document(const cli_args *args, cli_drawn_fits *d, ff_error *err)
+{
+    char *text = NULL;
+    size_t size = 0;
+    FILE *memory = open_memstream(&text, &size);
+    if (!memory) return FF_ERR_MEMORY;
+    ff_report_fits report = cli_fitting_report(args, &d->f, d->fit, d->n);
+    cli_trust_report(&d->trust, &report);
+    ff_status status = ff_report_fits_json(&report, memory);
+    const int failed = ferror(memory) | fclose(memory);
+    if (failed && status == FF_OK) status = FF_ERR_MEMORY;
+    if (status == FF_OK) status = ff_fit_document_parse(text, size, NULL, &d->document, err);
+    free(text);
+    return status;
+}
+
+/* Errors and intervals as the flags want them, residuals by angle. */
+static int look_closer(const cli_args *args, cli_drawn_fits *d, int with_trust)
+{
+    int status = cli_trust_read(args, &d->f.options, &d->trust);
+    d->trust.cut_off = 0;
+    if (!with_trust) d->trust.bootstrap = 0, d->trust.profile = 0;
+    for (size_t i = 0; i < d->n && status == EXIT_DONE && d->n == 1; i++) status = cli_trust_fit(&d->trust, &d->f, d->fit, 1);
+    if (status != EXIT_DONE || d->n == 1) return status;
+    if (d->trust.bootstrap || d->trust.profile)
+        return cli_usage(
+            args, "--profile and --bootstrap are of one fit: name it by --model, or draw the results of several 'fit --json'");
+    ff_report_fits report = cli_fitting_report(args, &d->f, d->fit, d->n);
+    size_t *rank = malloc(d->n * sizeof *rank);
+    if (!rank) return cli_failed(FF_ERR_MEMORY, NULL);
+    ff_report_rank(&report, 0, rank);
+    status = cli_trust_compare(&d->trust, &d->f, d->fit, d->n, rank);
+    free(rank);
+    return status;
+}
+
+int cli_fits_draw(const cli_args *args, const char *path, int many, int with_trust, cli_drawn_fits *d)
+{
+    ff_error err = {0};
+    int status = cli_tables_read(args, &d->tables);
+    if (status == EXIT_DONE) status = choose_models(args, many, d);
+    if (status == EXIT_DONE) status = cli_constraints_read(args, d->models.model, d->models.n, d->models.n > 1, &d->constraints);
+    if (status == EXIT_DONE) status = cli_fitting_open(args, path, d->models.model, d->models.n, 1, &d->f);
+    if (status != EXIT_DONE) return status;
+    d->is_open = 1;
+    d->f.options.constraints = &d->constraints.c;
+    d->fit = calloc(d->models.n, sizeof *d->fit);
+    ff_status failed = d->fit ? fit_models(d, &err) : FF_ERR_MEMORY;
+    if (failed == FF_OK && d->f.by_noise) failed = fit_by_noise(d, &err);
+    if (failed != FF_OK) return cli_failed(failed, &err);
+    if ((status = look_closer(args, d, with_trust)) != EXIT_DONE) return status;
+    failed = make_document(args, d, &err);
+    return failed == FF_OK ? EXIT_DONE : cli_failed(failed, &err);
+}
+
+void cli_fits_free(cli_drawn_fits *d)
+{
+    ff_fit_document_free(d->document);
+    cli_trust_free(&d->trust);
+    for (size_t i = 0; i < d->n; i++) ff_fit_result_clear(&d->fit[i]);
+    free(d->fit);
+    if (d->is_open) cli_fitting_close(&d->f);
+    cli_constraints_free(&d->constraints);
+    free(d->models.model);
+    cli_tables_free(&d->tables);
+}
