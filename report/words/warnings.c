@@ -303,6 +303,18 @@ static void area_beyond_data(sentence *s)
         100 * s->w->value[0]);
 }
 
+static void narrow_lobe(sentence *s)
+{
+    const double *v = s->w->value;
+    put_parameters(s, ", ");
+    put(s, ": the lobe is %.2g degrees wide at half its height, ", v[0]);
+    if (v[1] > 0 && v[0] < 2 * v[1])
+        put(s, "and samples are %.2g degrees apart there", v[1]);
+    else
+        put(s, "and detectors, which often cover 0.5 to 2 degrees, broaden that");
+    put(s, ": the roughness is an upper bound");
+}
+
 static void slopes_kept_level(sentence *s)
 {
     const double *v = s->w->value;
@@ -353,6 +365,7 @@ static const words of[FF_WARNING_COUNT] = {
     [FF_WARNING_PARAMETRIC_START] = {NULL, parametric_start},
     [FF_WARNING_PEAK_CONTINUED] = {NULL, peak_continued},
     [FF_WARNING_TAIL_UNCERTAIN] = {NULL, tail_uncertain},
+    [FF_WARNING_NARROW_LOBE] = {NULL, narrow_lobe},
     [FF_WARNING_D_NOT_KNOWN] = {NULL, d_not_known},
     [FF_WARNING_TAIL_CONTINUED] = {NULL, tail_continued},
     [FF_WARNING_AREA_BEYOND_DATA] = {NULL, area_beyond_data},
