@@ -91,17 +91,20 @@ static void put_comment(const ndf_report *n, char *out, size_t size)
 static int write_profile(const ndf_report *n, const char *path)
 {
     const size_t rows = n->r->n_rows;
-    double *theta = malloc(2 * rows * sizeof *theta);
+    double *theta = malloc(3 * rows * sizeof *theta + rows);
     char comment[2048];
     ff_error err = {0};
     if (!theta) return cli_failed(FF_ERR_MEMORY, NULL);
-    double *d = theta + rows;
+    double *d = theta + rows, *error = d + rows;
+    unsigned char *known = (unsigned char *)(error + rows);
     for (size_t i = 0; i < rows; i++) {
         theta[i] = n->r->row[i].theta;
         d[i] = n->r->row[i].d;
+        error[i] = n->r->row[i].d_error;
+        known[i] = (unsigned char)n->r->row[i].known;
     }
     put_comment(n, comment, sizeof comment);
-    const ff_status status = ff_profile_write(path, FF_PROFILE_D, rows, theta, d, comment, &err);
+    const ff_status status = ff_profile_write_noted(path, FF_PROFILE_D, rows, theta, d, error, known, comment, &err);
     free(theta);
     return status == FF_OK ? EXIT_DONE : cli_failed(status, &err);
 }
@@ -227,9 +230,9 @@ static void json_fits(ff_json *j, const ff_ndf_result *r)
 
 static void json_rows(ff_json *j, const ff_ndf_result *r)
 {
-    static const char *const columns[] = {"theta_deg", "d", "relative_std_error"};
+    static const char *const columns[] = {"theta_deg", "d", "relative_std_error", "d_relative_std_error", "known"};
     ff_json_array(j, "columns", FF_JSON_LINE);
-    for (int i = 0; i < 3; i++) ff_json_string(j, NULL, columns[i]);
+    for (size_t i = 0; i < sizeof columns / sizeof *columns; i++) ff_json_string(j, NULL, columns[i]);
     ff_json_close(j);
     ff_json_array(j, "rows", FF_JSON_BLOCK);
     for (size_t i = 0; i < r->n_rows; i++) {
@@ -237,6 +240,8 @@ static void json_rows(ff_json *j, const ff_ndf_result *r)
         ff_json_number(j, NULL, degrees(r->row[i].theta));
         ff_json_number(j, NULL, r->row[i].d);
         ff_json_number(j, NULL, r->row[i].error);
+        ff_json_number(j, NULL, r->row[i].d_error);
+        ff_json_integer(j, NULL, r->row[i].known);
         ff_json_close(j);
     }
     ff_json_close(j);
@@ -264,6 +269,7 @@ static ff_status write_json(const void *context, FILE *out)
     ff_json_bool(&j, "smooth_chosen", isnan(n->options->smooth));
     ff_json_number(&j, "effective_parameters", r->effective);
     ff_json_number(&j, "sure_deg", degrees(r->sure));
+    ff_json_number(&j, "known_error", FF_NDF_KNOWN);
     json_measures(&j, &r->measures);
     json_parameters(&j, r);
     ff_json_number(&j, "objective", r->objective);

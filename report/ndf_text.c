@@ -2,6 +2,25 @@
 #include "internal_fits_text.h"
 #include <math.h>
 
+/* At which angles D is known, and how well. */
+static void put_known(const ff_ndf_result *r, FILE *out)
+{
+    char a[FF_TEXT_NUMBER], b[FF_TEXT_NUMBER], c[FF_TEXT_NUMBER];
+    double first = NAN, last = NAN, least = INFINITY;
+    for (size_t i = 0; i < r->n_rows; i++) {
+        if (!r->row[i].known) continue;
+        if (isnan(first)) first = r->row[i].theta;
+        last = r->row[i].theta;
+        least = fmin(least, r->row[i].d_error);
+    }
+    if (isnan(first))
+        fprintf(out, "D is known at no angle: its standard error is above %.0f %% everywhere\n", 100 * FF_NDF_KNOWN);
+    else
+        fprintf(out, "D is known %s %s to %s degrees, to %s %% at best\n", last > r->sure ? "at some angles from" : "from",
+                ff_text_number(ff_report_degrees(first), 3, a), ff_text_number(ff_report_degrees(last), 3, b),
+                ff_text_number(100 * least, 2, c));
+}
+
 static void put_head(const ff_report_ndf *n, FILE *out)
 {
     const ff_ndf_result *r = n->result;
@@ -19,6 +38,7 @@ static void put_head(const ff_report_ndf *n, FILE *out)
         fprintf(out, "start: the best parametric fit\n");
     fprintf(out, "%zu angles, half vectors from %s to %s degrees\n", r->n_nodes, ff_text_number(ff_report_degrees(r->first), 3, a),
             ff_text_number(ff_report_degrees(r->reach), 3, b));
+    put_known(r, out);
     fprintf(out, "smooth %s%s: %s effective parameters, drawn to %s; %s after %d iterations, %s s\n\n",
             ff_text_number(r->smooth, 3, a), isnan(n->options->smooth) ? " by cross-validation" : "",
             ff_text_number(r->effective, 3, b), ff_term_at(FF_NDF, (size_t)r->fit[r->reference].model.lobe[0].ndf)->name,

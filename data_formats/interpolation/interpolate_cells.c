@@ -18,7 +18,7 @@ ff_found ff_cells_at(const ff_interpolant *p, const double wi[3], const double w
 {
     const ff_table *t = p->t;
     const size_t i = t->cells->find(t->cells, wi, wo);
-    const int known = i != SIZE_MAX && t->valid[i];
+    const int known = i != SIZE_MAX && ff_table_is_measured(t, i);
     for (size_t c = 0; c < t->n_channels; c++) value[c * stride] = known ? t->channels[c].scale * t->value[c * t->n + i] : 0;
     return !known ? FF_FOUND_BEYOND : is_centre(t, i, wi, wo) ? FF_FOUND_SAMPLE : FF_FOUND_BETWEEN;
 }

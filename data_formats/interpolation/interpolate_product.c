@@ -138,7 +138,7 @@ ff_found ff_product_at(const ff_interpolant *p, const double wi[3], const double
         }
         if (w <= 0) continue;
         sum_weight += w;
-        if (!t->valid[i]) continue;
+        if (!ff_table_is_measured(t, i)) continue;
         valid_weight += w;
         whole = fmax(whole, w);
         for (size_t c = 0; c < t->n_channels; c++) value[c * stride] += w * t->channels[c].scale * t->value[c * t->n + i];

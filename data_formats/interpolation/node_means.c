@@ -272,7 +272,7 @@ static void add_place(sum *s, const place *p)
     const size_t cell = above ? t->cells->find(t->cells, p->wi, p->wo) : SIZE_MAX;
     s->same = s->same && above && (s->all == 0 || cell == s->cell);
     s->cell = cell;
-    if (cell == SIZE_MAX || !t->valid[cell]) return;
+    if (cell == SIZE_MAX || !ff_table_is_measured(t, cell)) return;
     s->all += p->share;
     for (size_t c = 0; c < t->n_channels; c++)
         s->value[c * s->stride] += p->weight * t->channels[c].scale * t->value[c * t->n + cell];

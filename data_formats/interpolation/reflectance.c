@@ -88,7 +88,7 @@ static void end_ring(ring *all, size_t n_channels)
 static void add_cell(void *context, size_t i, double projected)
 {
     sums *s = context;
-    if (!s->t->valid[i]) return;
+    if (!ff_table_is_measured(s->t, i)) return;
     s->covered += projected;
     add_sample(s, i, projected);
 }
@@ -137,7 +137,7 @@ static void ring_of_samples(sums *s, ring *all, double only)
         const double incidence = t->kept_incidence(t->kept, i);
         if (!(incidence > 0)) continue;
         for (size_t k = i; k < end; k++) {
-            if (!t->valid[k]) continue;
+            if (!ff_table_is_measured(t, k)) continue;
             add_sample(s, k, t->weight[k] * cos(t->angle[2][k] * t->radians_per_unit) / incidence);
             any = 1;
         }
@@ -219,7 +219,7 @@ static size_t all_thetas(const ff_table *t, double *theta)
     }
     for (size_t i = 0; i < t->n && n < MOST_THETAS; i++) {
         size_t k = 0;
-        if (!t->valid[i] || (n && fabs(theta_of(t, i) - theta[n - 1]) < 1e-4)) continue;
+        if (!ff_table_is_measured(t, i) || (n && fabs(theta_of(t, i) - theta[n - 1]) < 1e-4)) continue;
         while (k < n && fabs(theta_of(t, i) - theta[k]) > 1e-4) k++;
         if (k == n) theta[n++] = theta_of(t, i);
     }

@@ -233,7 +233,7 @@ static ff_status predict(const ff_table *t, const ff_interpolant *p, ff_found (*
     }
     for (size_t i = 0; i < t->n && ff_interpolant_regresses(p); i += step) {
         double predicted = 0, measured = 0;
-        if (!t->valid[i] || from(p, i, value) != FF_FOUND_BETWEEN) continue;
+        if (!ff_table_is_measured(t, i) || from(p, i, value) != FF_FOUND_BETWEEN) continue;
         for (size_t c = 0; c < t->n_channels; c++) {
             predicted += value[c];
             measured += t->channels[c].scale * t->value[c * t->n + i];
@@ -297,6 +297,12 @@ static ff_status interpolate(const ff_table *t, const ff_format *to, const ff_re
     return status;
 }
 
+/* Values that are no numbers were not measured. */
+static void leave_out_no_numbers(ff_table *t)
+{
+    for (size_t i = 0; i < t->n; i++) t->valid[i] = (unsigned char)(t->valid[i] && ff_table_is_measured(t, i));
+}
+
 /* What t holds, in a layout that has its directions already; where there is no layout, a copy of t. */
 static ff_status take_as_it_is(const ff_table *t, ff_table *made, ff_error *err)
 {
@@ -335,6 +341,7 @@ ff_status ff_resample_into(const ff_table *t, const ff_format *to, const ff_resa
     } else {
         r.at_sample = t->n;
         status = take_as_it_is(t, &made, err);
+        if (status == FF_OK) leave_out_no_numbers(&made);
         if (status == FF_OK && t->cells) status = weigh_centres(t, &made, &r, err);
     }
     if (status == FF_OK) {

@@ -1,6 +1,7 @@
 /* The samples that can be interpolated between: measured, and above the horizon with both directions. */
 #include "models/model_struct.h"
 #include "internal_interpolate.h"
+#include "data_formats/table/internal_table.h"
 
 void ff_each_usable(const ff_table *t, ff_visitor *visit, void *context)
 {
@@ -11,7 +12,7 @@ void ff_each_usable(const ff_table *t, ff_visitor *visit, void *context)
         ff_table_directions(t, first, count, planes);
         for (size_t k = 0; k < count; k++) {
             const double wi[3] = {plane[0][k], plane[1][k], plane[2][k]}, wo[3] = {plane[3][k], plane[4][k], plane[5][k]};
-            if (t->valid[first + k] && wi[2] > FF_COS_MIN && wo[2] > FF_COS_MIN) visit(context, first + k, wi, wo);
+            if (ff_table_is_measured(t, first + k) && wi[2] > FF_COS_MIN && wo[2] > FF_COS_MIN) visit(context, first + k, wi, wo);
         }
     }
 }

@@ -1,4 +1,4 @@
-/** @file ff_profile_file.h  Files of a tabulated distribution (ff_profile.h): two columns of text.
+/** @file ff_profile_file.h  Files of a tabulated distribution (ff_profile.h): columns of text.
  *
  *      # comments, anywhere
  *      theta_deg,D                 or    q2,p
@@ -7,6 +7,8 @@
  *
  *  - theta_deg is the angle of the normal in degrees, 0 to 90, D in 1/sr; q2 the square of the slope and p its density. The scale
  * of the values does not matter. Numbers are written as in the CSV of samples.
+ *  - After theta_deg,D there may be d_relative_std_error,known, which `facetfit ndf` writes and this reader passes over: the
+ * standard error of D over D, and 1 where it is at most FF_NDF_KNOWN.
  *  - Errors say the path, the line, what was found and what was expected; nothing is left behind.
  *  - There is no global state. */
 #ifndef FF_PROFILE_FILE_H

@@ -2,6 +2,16 @@
 #ifndef FF_INTERNAL_TABLE_H
 #define FF_INTERNAL_TABLE_H
 #include "table_struct.h"
+#include <math.h>
+
+/** 1 for a sample all of whose channels are numbers. Readers refuse files with others, but a program may put an infinity or a NaN
+ *  into a table: that was not measured. */
+static inline int ff_table_is_measured(const ff_table *t, size_t i)
+{
+    int measured = t->valid[i] != 0;
+    for (size_t c = 0; c < t->n_channels && measured; c++) measured = isfinite(t->value[c * t->n + i]);
+    return measured;
+}
 
 /* ---- rows.c: a text file's rows, whose number is not known before its end -------------------- */
 

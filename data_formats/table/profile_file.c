@@ -12,6 +12,9 @@
 
 static const double degree = 3.14159265358979323846 / 180;
 static const char *const column[2][2] = {[FF_PROFILE_D] = {"theta_deg", "D"}, [FF_PROFILE_P] = {"q2", "p"}};
+/* How well D is known: of a table that was retrieved, which no reader needs. */
+static const char *const note[2] = {"d_relative_std_error", "known"};
+enum { MOST_COLUMNS = 4 };
 
 /* ---- reading --------------------------------------------------------------------------------- */
 
@@ -20,7 +23,7 @@ typedef struct reader {
     ff_error *err;
     const char *path;
     ff_profile_kind kind;
-    size_t n, capacity;
+    size_t n_columns, n, capacity;
     double *x, *y;
     long *line; /* [n] where each point stands */
 } reader;
@@ -34,6 +37,11 @@ static ff_status next_line(reader *r, char **text, size_t *length)
         const char *start = *text + strspn(*text, " \t");
         if (*start && *start != '#') return FF_OK;
     }
+}
+
+static int has_notes(const ff_names *names)
+{
+    return names->n == MOST_COLUMNS && strcmp(names->name[2], note[0]) == 0 && strcmp(names->name[3], note[1]) == 0;
 }
 
 static ff_status read_header(reader *r)
@@ -50,10 +58,11 @@ static ff_status read_header(reader *r)
     if (status) return status;
     int known = 0;
     for (int kind = 0; kind < 2; kind++)
-        if (names.n == 2 && strcmp(names.name[0], column[kind][0]) == 0 && strcmp(names.name[1], column[kind][1]) == 0) {
+        if (names.n >= 2 && strcmp(names.name[0], column[kind][0]) == 0 && strcmp(names.name[1], column[kind][1]) == 0) {
             r->kind = (ff_profile_kind)kind;
-            known = 1;
+            known = names.n == 2 || has_notes(&names);
         }
+    r->n_columns = names.n;
     if (!known)
         status = ff_error_set(r->err, FF_ERR_FORMAT, r->path, r->lines.line, -1,
                               "found the columns %s, expected theta_deg,D or q2,p", ff_names_list(&names, list));
@@ -80,15 +89,15 @@ static ff_status grow(reader *r)
 
 static ff_status read_rows(reader *r)
 {
-    static const size_t slot[2] = {0, 1};
-    static const unsigned char may_be_empty[2] = {0, 0};
-    char names[2][16], *const name[2] = {names[0], names[1]};
-    for (int k = 0; k < 2; k++) memcpy(names[k], column[r->kind][k], strlen(column[r->kind][k]) + 1);
-    const ff_columns columns = {2, name, slot, may_be_empty, NULL};
+    static const size_t slot[MOST_COLUMNS] = {0, 1, 2, 3};
+    static const unsigned char may_be_empty[MOST_COLUMNS] = {0, 0, 1, 1};
+    char names[MOST_COLUMNS][24], *const name[MOST_COLUMNS] = {names[0], names[1], names[2], names[3]};
+    for (int k = 0; k < MOST_COLUMNS; k++) snprintf(names[k], sizeof names[k], "%s", k < 2 ? column[r->kind][k] : note[k - 2]);
+    const ff_columns columns = {r->n_columns, name, slot, may_be_empty, NULL};
     for (;;) {
         char *text;
         size_t length;
-        double row[2];
+        double row[MOST_COLUMNS];
         ff_status status = next_line(r, &text, &length);
         if (status || !text) return status;
         status = ff_row_read(text, length, &columns, row, r->path, r->lines.line, r->err);
@@ -143,8 +152,8 @@ static void write_number(double v, FILE *file)
     fwrite(number, 1, ff_number_write(v, number), file);
 }
 
-ff_status ff_profile_write(const char *path, ff_profile_kind kind, size_t n, const double *x, const double *y, const char *comment,
-                           ff_error *err)
+ff_status ff_profile_write_noted(const char *path, ff_profile_kind kind, size_t n, const double *x, const double *y,
+                                 const double *error, const unsigned char *known, const char *comment, ff_error *err)
 {
     if (kind != FF_PROFILE_D && kind != FF_PROFILE_P)
         return ff_error_set(err, FF_ERR_RANGE, path, 0, -1, "a profile of kind %d, expected %d or %d", (int)kind, (int)FF_PROFILE_D,
@@ -160,14 +169,27 @@ ff_status ff_profile_write(const char *path, ff_profile_kind kind, size_t n, con
     const ff_status status = ff_output_open(path, &out, err);
     if (status) return status;
     write_comment(comment, out.file);
-    fprintf(out.file, "%s,%s\n", column[kind][0], column[kind][1]);
+    fprintf(out.file, "%s,%s", column[kind][0], column[kind][1]);
+    if (error) fprintf(out.file, ",%s,%s", note[0], note[1]);
+    putc('\n', out.file);
     for (size_t i = 0; i < n; i++) { /* degrees to 1e-12, so that round ones stay round */
         write_number(kind == FF_PROFILE_D ? round(x[i] / degree * 1e12) / 1e12 : x[i], out.file);
         putc(',', out.file);
         write_number(y[i], out.file);
+        if (error) {
+            putc(',', out.file);
+            write_number(error[i], out.file);
+            fputs(known[i] ? ",1" : ",0", out.file);
+        }
         putc('\n', out.file);
     }
     return ff_output_commit(&out, err);
+}
+
+ff_status ff_profile_write(const char *path, ff_profile_kind kind, size_t n, const double *x, const double *y, const char *comment,
+                           ff_error *err)
+{
+    return ff_profile_write_noted(path, kind, n, x, y, NULL, NULL, comment, err);
 }
 
 ff_status ff_profile_read(const char *path, ff_profile_table **out, ff_error *err)

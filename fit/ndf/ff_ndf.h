@@ -54,11 +54,16 @@ static inline void ff_ndf_options_init(ff_ndf_options *o)
     ff_ndf_options_init_size(o, sizeof *o);
 }
 
+/** D is known where its relative standard error is at most this: 1.96 of it are a factor of 2 upwards. */
+#define FF_NDF_KNOWN 0.25
+
 /** One angle of the result. */
 typedef struct ff_ndf_row {
-    double theta; /**< of the normal, radians                                                                  */
-    double d;     /**< D, 1/sr                                                                                 */
-    double error; /**< relative standard error of F0 D, the smoothness taken for a guess; F0 and D share that of the area */
+    double theta;   /**< of the normal, radians                                                                  */
+    double d;       /**< D, 1/sr                                                                                 */
+    double error;   /**< relative standard error of F0 D, the smoothness taken for a guess; F0 and D share that of the area */
+    double d_error; /**< the same of D                                                                          */
+    int known;      /**< 1: both are at most FF_NDF_KNOWN, and half vectors reach here; 0: D is a continuation  */
 } ff_ndf_row;
 
 /** What one channel multiplies D with, and its diffuse part. */
@@ -108,7 +113,7 @@ FF_API int ff_ndf_result_reference(const ff_ndf_result *r); /**< the fit that th
 
 FF_API double ff_ndf_result_first(const ff_ndf_result *r);     /**< smallest angle of a half vector, radians           */
 FF_API double ff_ndf_result_reach(const ff_ndf_result *r);     /**< largest angle of a half vector, radians            */
-FF_API double ff_ndf_result_sure(const ff_ndf_result *r);      /**< largest angle at which the error is below a half   */
+FF_API double ff_ndf_result_sure(const ff_ndf_result *r);      /**< end of the first angles at which D is known; NaN: none */
 FF_API double ff_ndf_result_smooth(const ff_ndf_result *r);    /**< weight of the penalty as used                      */
 FF_API double ff_ndf_result_effective(const ff_ndf_result *r); /**< parameters that the data really determine          */
 /** 1: the data ask for F0 > 1; F0 is 1 and the scale is ks, in all fits. */

@@ -100,8 +100,9 @@ typedef struct ff_ndf_place {
     const ff_curve_state *state;
     int masking;
     double masking_own;
-    int scaled;            /* 0: F = a + (1 - a) (1 - c)^5; 1: F = a, a scale without Fresnel's rise   */
-    const double *channel; /* [n_channels][2] a, kd                                                    */
+    int scaled;                   /* 0: F = a + (1 - a) (1 - c)^5; 1: F = a, a scale without Fresnel's rise   */
+    const double *channel;        /* [n_channels][2] a, kd                                                    */
+    const struct ff_noise *noise; /* NULL, or: residuals are one standard deviation each, all of one sign    */
 } ff_ndf_place;
 
 /* Of one channel over a block: the scores J r of its columns a and kd, and their products with what multiplies the lobe's. */
@@ -152,8 +153,11 @@ void ff_ndf_variances(ff_ndf_fit *f, double least);
 double ff_ndf_left_out(ff_ndf_fit *f);
 /* After ff_ndf_look: trace of (H + penalty)^-1 H, the parameters that the samples determine. */
 double ff_ndf_effective(ff_ndf_fit *f);
-/* After ff_ndf_look: the covariance [P][P] of u, 0 for what is held. */
+/* After ff_ndf_look: the covariance [P][P] of u, by score_products. */
 ff_status ff_ndf_covariance(ff_ndf_fit *f, double *cov);
+/* score_products of the noise instead of the residuals, which tell little where a few samples carry a node. FF_ERR_CANCELLED,
+ * FF_ERR_MEMORY. */
+ff_status ff_ndf_take_noise(ff_ndf_fit *f, const struct ff_problem *p, const struct ff_noise *noise);
 /* Twice the penalty at f->u. */
 double ff_ndf_penalty2(const ff_ndf_fit *f);
 
@@ -168,7 +172,9 @@ ff_status ff_ndf_back_scatter(const struct ff_problem *p, const ff_curve *curve,
 
 /* ---- result ---------------------------------------------------------------------------------- */
 
-/* What follows from an optimum that ff_ndf_look has looked at; out has its fits, first, reach and outcome already. */
+/* The rows of the curve as ff_ndf_look has looked at it, without errors. */
+ff_status ff_ndf_rows(const ff_ndf_fit *f, ff_ndf_result *out);
+/* What follows from an optimum that ff_ndf_look has looked at; out has its rows, fits, first, reach and outcome already. */
 ff_status ff_ndf_result_fill(ff_ndf_fit *f, const struct ff_problem *p, ff_ndf_monotone monotone, ff_ndf_result *out);
 
 #endif

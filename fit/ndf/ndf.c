@@ -360,7 +360,7 @@ static ff_status refine(ff_ndf_fit *f, const struct ff_problem *p, const ff_ndf_
     }
     if (!status) status = ff_ndf_solve(f, p, FINE_TOLERANCE, o->fit->max_iterations, &r->outcome);
     if (!status) status = ff_ndf_look(f, p);
-    return status ? status : ff_ndf_result_fill(f, p, o->monotone, r);
+    return status ? status : ff_ndf_rows(f, r);
 }
 
 static ff_status retrieve_with(ff_model *models, const struct ff_problem *p, const ff_ndf_options *o, ff_ndf_result *r,
@@ -385,9 +385,11 @@ static ff_status retrieve_with(ff_model *models, const struct ff_problem *p, con
         status = fill_start(p, t, &r->fit[r->reference], &f, r);
         if (!status) status = refine(&f, p, o, LEAST_VARIANCE * range.mean_square, r);
     }
+    status = status ? failed(status, err) : fit_profile(p, o->fit, &models[FF_NDF_TABULATED], r, err);
+    if (!status) status = failed(ff_ndf_result_fill(&f, p, o->monotone, r), err);
     ff_ndf_fit_free(&f);
     ff_curve_free(&curve);
-    return status ? failed(status, err) : fit_profile(p, o->fit, &models[FF_NDF_TABULATED], r, err);
+    return status;
 }
 
 static ff_status retrieve(const struct ff_problem *p, const ff_ndf_options *o, ff_ndf_result *r, ff_error *err)

@@ -7,6 +7,9 @@
 #include "fit/losses/internal_loss_block.h"
 #include "internal_ndf.h"
 #include "base/internal_vector_math.h"
+#include "models/noise/noise_struct.h"
+
+#define LEAST_COSINE 1e-3 /* as the noise was estimated */
 
 /* ---- the lobe over a block ------------------------------------------------------------------- */
 
@@ -133,6 +136,21 @@ typedef struct channel_sums {
     double square[FF_BLOCK], score[FF_BLOCK];
 } channel_sums;
 
+/* Instead of residuals: what one standard deviation of the noise makes of them. */
+static void block_noise(const ff_ndf_place *at, size_t block, size_t channel, const double *restrict f, const double *restrict j,
+                        double *restrict r)
+{
+    const ff_noise *n = at->noise;
+    const ff_noise_level *level = ff_noise_of(n, channel);
+    const float *restrict cos_i = at->p->cosine[0] + block * FF_BLOCK, *restrict cos_o = at->p->cosine[1] + block * FF_BLOCK;
+    for (int i = 0; i < FF_BLOCK; i++) {
+        const double ci = cos_i[i] > LEAST_COSINE ? (double)cos_i[i] : LEAST_COSINE,
+                     co = cos_o[i] > LEAST_COSINE ? (double)cos_o[i] : LEAST_COSINE;
+        const double angles = ff_exp(n->cos_i * ff_log(ci) + n->cos_o * ff_log(co));
+        r[i] = j[i] * sqrt(ff_noise_variance(level, f[i]) * angles);
+    }
+}
+
 /* Adds the products of a channel's two columns, d f / d a and d f / d kd, among themselves; those with the lobe's come later. */
 static void block_channel(const ff_ndf_place *at, size_t block, size_t c, const double *x, const lobe_block *b, channel_sums *all,
                           ff_ndf_channel_planes *of, ff_ndf_sums *sums)
@@ -147,6 +165,7 @@ static void block_channel(const ff_ndf_place *at, size_t block, size_t c, const 
         f[i] = F[i] * b->S[i] + kd;
     }
     ff_loss_residuals(p->loss, p->linearised, &l, f, r, j);
+    if (at->noise) block_noise(at, block, c, f, j, r);
     for (int i = 0; i < FF_BLOCK; i++) {
         const double ja = j[i] * b->S[i] * (1 - b->m[i]), jd = j[i] * (1 / FF_PI), jl = j[i] * b->S[i] * F[i];
         of->a_score[i] = ja * r[i];

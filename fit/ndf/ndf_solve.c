@@ -239,6 +239,17 @@ static double gain(const ff_ndf_fit *f)
 
 /* ---- the iteration --------------------------------------------------------------------------- */
 
+static ff_ndf_place place_of(const ff_ndf_fit *f, const struct ff_problem *p)
+{
+    return (ff_ndf_place){.p = p,
+                          .curve = f->curve,
+                          .state = &f->state,
+                          .masking = f->masking,
+                          .masking_own = f->masking_own,
+                          .scaled = f->scaled,
+                          .channel = f->u + f->curve->top};
+}
+
 /* Sums at u; 1/2 cost2 and the penalty. */
 static ff_status evaluate(ff_ndf_fit *f, const struct ff_problem *p, int with_products, double *objective)
 {
@@ -247,13 +258,7 @@ static ff_status evaluate(ff_ndf_fit *f, const struct ff_problem *p, int with_pr
     f->state.c[0] = 0;
     for (size_t k = 0; k < top; k++) f->state.c[k + 1] = f->state.c[k] - f->u[k];
     ff_curve_evaluate(f->curve, &f->state);
-    const ff_ndf_place at = {.p = p,
-                             .curve = f->curve,
-                             .state = &f->state,
-                             .masking = f->masking,
-                             .masking_own = f->masking_own,
-                             .scaled = f->scaled,
-                             .channel = f->u + top};
+    const ff_ndf_place at = place_of(f, p);
     f->passes++;
     const ff_status status = ff_ndf_sum(&at, with_products, &f->sums);
     *objective = 0.5 * (f->sums.cost2 + ff_ndf_penalty2(f));
@@ -261,15 +266,20 @@ static ff_status evaluate(ff_ndf_fit *f, const struct ff_problem *p, int with_pr
 }
 
 /* H and g at the last pass. */
-static void assemble(ff_ndf_fit *f)
+static void assemble_into(ff_ndf_fit *f, double *H)
 {
     const size_t n = f->sums.n, P = f->P;
     fill_slopes(f);
-    transform(f, f->sums.gram, f->H);
+    transform(f, f->sums.gram, H);
     memset(f->g, 0, P * sizeof *f->g);
     for (size_t i = 0; i < n; i++)
         for (size_t k = 0; k < P; k++) f->g[k] += f->X[i * P + k] * f->sums.gradient[i];
-    add_penalty(f, NULL, f->H, f->g);
+    add_penalty(f, NULL, H, f->g);
+}
+
+static void assemble(ff_ndf_fit *f)
+{
+    assemble_into(f, f->H);
 }
 
 /* A damped step; what the model gains by it. */
@@ -385,17 +395,51 @@ double ff_ndf_effective(ff_ndf_fit *f)
     return trace_of(f, f->sums.gram);
 }
 
-/* A^-1 (M + N) A^-1: M the samples' scores, N that of the penalty seen as an observation, each term 0 with the variance 1 / smooth.
- */
+ff_status ff_ndf_take_noise(ff_ndf_fit *f, const struct ff_problem *p, const struct ff_noise *noise)
+{
+    ff_ndf_sums sums;
+    ff_ndf_place at = place_of(f, p);
+    at.noise = noise;
+    if (ff_fit_cancelled(f->o)) return FF_ERR_CANCELLED;
+    ff_status status = ff_ndf_sums_new(f->curve, f->n_channels, &sums);
+    if (!status) status = ff_ndf_sum(&at, 1, &sums);
+    if (!status) memcpy(f->sums.score_products, sums.score_products, sums.n * sums.n * sizeof *sums.score_products);
+    ff_ndf_sums_free(&sums);
+    f->passes++;
+    return status;
+}
+
+/* The penalty's weight is the one that cross-validation finds where samples speak, which tells nothing of other angles. Errors are
+ * those of a curve that may bend by LIKELY_BEND2 everywhere, and what such a curve would be apart from this one: where the samples
+ * speak it is the same curve but for their noise, and elsewhere a guess. */
+#define LIKELY_BEND2 3.0  /* variance of the curvature of ln (D / D_reference), per unit of y          */
+#define LEAST_SMOOTH 1e-3 /* of the errors: what no sample tells of has a large error, not one of zero */
+
+/* A^-1 (M + N) A^-1: M the samples' scores, N that of the penalty seen as an observation, each term 0 with the variance 1 / smooth;
+ * and the step to its optimum. Nothing is held: a bound is not a measurement. */
 ff_status ff_ndf_covariance(ff_ndf_fit *f, double *cov)
 {
     const size_t P = f->P;
-    double *M = malloc(P * P * sizeof *M);
-    if (!M) return FF_ERR_MEMORY;
+    const double smooth = f->smooth;
+    double *M = malloc(P * P * sizeof *M), *step = f->step;
+    int *held = malloc(P * sizeof *held);
+    if (!M || !held) {
+        free(M);
+        free(held);
+        return FF_ERR_MEMORY;
+    }
+    memcpy(held, f->held, P * sizeof *held);
+    memset(f->held, 0, P * sizeof *f->held);
+    f->smooth = fmax(fmin(smooth, 1 / LIKELY_BEND2), LEAST_SMOOTH);
+    assemble_into(f, f->A);
     transform(f, f->sums.score_products, M);
     add_penalty(f, f->variance, M, NULL);
     memset(cov, 0, P * P * sizeof *cov);
-    const size_t n = factor(f, f->H), *at = f->index;
+    const size_t n = factor(f, f->A), *at = f->index;
+    for (size_t a = 0; a < n; a++) f->work[a] = -f->g[at[a]];
+    solve(f, n, f->work);
+    memset(step, 0, P * sizeof *step);
+    for (size_t a = 0; a < n; a++) step[at[a]] = f->work[a];
     for (int side = 0; side < 2; side++) { /* A^-1 M, then A^-1 of its transpose */
         for (size_t a = 0; a < n; a++) {
             for (size_t b = 0; b < n; b++) f->work[b] = M[at[b] * P + at[a]];
@@ -404,6 +448,11 @@ ff_status ff_ndf_covariance(ff_ndf_fit *f, double *cov)
         }
         memcpy(M, cov, P * P * sizeof *M);
     }
+    for (size_t a = 0; a < P; a++)
+        for (size_t b = 0; b < P; b++) cov[a * P + b] += step[a] * step[b];
+    f->smooth = smooth;
+    memcpy(f->held, held, P * sizeof *held);
+    free(held);
     free(M);
     return FF_OK;
 }

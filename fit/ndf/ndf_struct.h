@@ -21,7 +21,7 @@ struct ff_ndf_result {
     size_t n_nodes;             /**< of the lattice that was fitted                                                  */
     int reference;              /**< the fit that the smoothness draws to: FF_NDF_BECKMANN, ...                       */
     double first, reach;        /**< smallest and largest angle of the samples' half vectors, radians                */
-    double sure;                /**< largest angle up to `reach` at which the error is below a half                  */
+    double sure;                /**< end of the first angles at which D is known, radians; NaN: none                  */
     ff_ndf_measures measures;   /**< of roughness                                                                    */
     int from_back_scatter;      /**< 1: it started from the power iteration                                          */
     size_t back_samples;        /**< those with wi and wo within `back_angle` of the half vector                     */

@@ -31,6 +31,7 @@ struct ff_problem {
     int linearised;          /* 1: a linear surrogate for the loss, for the search of a start                     */
     double tan2_lo, tan2_hi; /* range of tan^2 theta over the samples' directions                       */
     ff_selection selection;
+    double spacing; /* of exits near the mirror direction, radians; NaN: not known                            */
     char (*channel_name)[FF_CHANNEL_NAME];
     size_t n_table_channels; /* of the table, of which this may have one: only_channel, -1 = all or their mean     */
     char (*table_channel)[FF_CHANNEL_NAME];

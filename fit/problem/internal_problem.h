@@ -26,6 +26,10 @@ void ff_problem_aim(const struct ff_problem *p, size_t block, size_t c, const do
  * makes such a plateau, a surface does not; data that are nearly all the same have none. index [n]: places in the table. */
 int ff_problem_looks_saturated(const struct ff_problem *p, const ff_table *t, const uint32_t *index);
 
+/* Angle, radians, from the exit nearest to the mirror direction to its next neighbour, the median of incident directions; NaN where
+ * these do not repeat, as those of pixels and of grids of half vectors, and of very many. index [n]: places in the table. */
+double ff_problem_spacing_of(const ff_table *t, const uint32_t *index, size_t n);
+
 /* Leaves out of index [*n] what only repeats an earlier sample, unless the table is a grid or has weights; copies: how many.
  * FF_ERR_MEMORY. */
 ff_status ff_copies_leave_out(const ff_table *t, uint32_t *index, size_t *n, size_t *copies);

@@ -493,6 +493,7 @@ static ff_status build_all(build *b, const ff_model *models, size_t n_models, ff
     ff_status status = check_size(b, err);
     if (status) return status;
     if (sel->saturated || !ff_problem_looks_saturated(p, t, b->index)) sel->at_top = 0;
+    p->spacing = ff_problem_spacing_of(t, b->index, p->n);
     p->index = b->index; /* the problem's from here on */
     b->index = NULL;
     status = ff_problem_subsample(p, b->size, FF_SUBSAMPLE, 0, &p->subsample);

@@ -266,11 +266,24 @@ static void peak_continued(sentence *s)
         s->w->value[0]);
 }
 
-static void tail_uncertain(sentence *s)
+/* What D is where it is not known. */
+static void put_guess(sentence *s)
 {
     const ff_ndf_result *r = s->of->retrieved;
-    put(s, "beyond %.3g degrees the data say little: D follows %s there as far as they let it", s->w->value[0],
+    put(s, " (standard error above %.0f %%): it follows %s as far as the data let it", 100 * FF_NDF_KNOWN,
         ff_term_at(FF_NDF, (size_t)r->fit[r->reference].model.lobe[0].ndf)->name);
+}
+
+static void tail_uncertain(sentence *s)
+{
+    put(s, "beyond %.3g degrees D is not known", s->w->value[0]);
+    put_guess(s);
+}
+
+static void d_not_known(sentence *s)
+{
+    put(s, "from %.3g to %.3g degrees D is not known", s->w->value[0], s->w->value[1]);
+    put_guess(s);
 }
 
 static void tail_continued(sentence *s)
@@ -288,6 +301,18 @@ static void area_beyond_data(sentence *s)
 {
     put(s, "%.2g %% of the projected area lies beyond the data: F0 and the masking depend on that continuation",
         100 * s->w->value[0]);
+}
+
+static void narrow_lobe(sentence *s)
+{
+    const double *v = s->w->value;
+    put_parameters(s, ", ");
+    put(s, ": the lobe is %.2g degrees wide at half its height, ", v[0]);
+    if (v[1] > 0 && v[0] < 2 * v[1])
+        put(s, "and samples are %.2g degrees apart there", v[1]);
+    else
+        put(s, "and detectors, which often cover 0.5 to 2 degrees, broaden that");
+    put(s, ": the roughness is an upper bound");
 }
 
 static void slopes_kept_level(sentence *s)
@@ -340,6 +365,8 @@ static const words of[FF_WARNING_COUNT] = {
     [FF_WARNING_PARAMETRIC_START] = {NULL, parametric_start},
     [FF_WARNING_PEAK_CONTINUED] = {NULL, peak_continued},
     [FF_WARNING_TAIL_UNCERTAIN] = {NULL, tail_uncertain},
+    [FF_WARNING_NARROW_LOBE] = {NULL, narrow_lobe},
+    [FF_WARNING_D_NOT_KNOWN] = {NULL, d_not_known},
     [FF_WARNING_TAIL_CONTINUED] = {NULL, tail_continued},
     [FF_WARNING_AREA_BEYOND_DATA] = {NULL, area_beyond_data},
     [FF_WARNING_SLOPES_KEPT_LEVEL] = {NULL, slopes_kept_level},

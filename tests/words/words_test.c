@@ -184,10 +184,10 @@ static void every_code_has_a_sentence(void)
     const ff_warning_parameter both[] = {{{FF_PARAM_SHAPE, 0}, FF_NO_CHANNEL}, {{FF_PARAM_CHANNEL, 0}, FF_NO_CHANNEL}};
     const size_t channel[] = {1};
     for (int code = 0; code < FF_WARNING_COUNT; code++) {
-        const ff_words_subject *of =
-            code < FF_WARNING_RETRIEVAL_NOT_CONVERGED || code == FF_WARNING_FEW_CARRIERS || code == FF_WARNING_ONE_INCIDENCE
-                ? &of_fit
-                : &of_ndf;
+        const ff_words_subject *of = code < FF_WARNING_RETRIEVAL_NOT_CONVERGED || code == FF_WARNING_FEW_CARRIERS ||
+                                             code == FF_WARNING_ONE_INCIDENCE || code == FF_WARNING_NARROW_LOBE
+                                         ? &of_fit
+                                         : &of_ndf;
         const ff_warning w = {.code = (ff_warning_code)code,
                               .n_parameters = 2,
                               .parameter = both,
