@@ -16,8 +16,9 @@ static ff_status add_curve(const ff_plot_model *m, const ff_plot_choice *c, size
     char label[FF_FIGURE_TEXT], name[FF_FIGURE_TEXT + FF_CHANNEL_NAME + 4];
     ff_albedo_parts *parts = NULL;
     double *out = malloc((m->n_channels + 1) * sizeof *out);
+    ff_block_work *work = ff_block_work_new(1);
     ff_status status = ff_model_check(m->model, m->n_channels, m->shape, m->channel, err);
-    if (!status && !out) status = FF_ERR_MEMORY;
+    if (!status && (!out || !work)) status = FF_ERR_MEMORY;
     if (!status)
         status = ff_albedo_parts_make(m->model, ff_kernels_get(c->isa), FF_CHEAPEST_MODE, m->n_channels, m->shape, m->channel,
                                       &nothing, &parts);
@@ -27,11 +28,12 @@ static ff_status add_curve(const ff_plot_model *m, const ff_plot_choice *c, size
     for (size_t i = 0; i < CURVE && s; i++) {
         const double degrees = i + 1 < CURVE ? 3.0 * (double)i : 89, theta = degrees * FF_DEGREE;
         const double wo[3] = {sin(theta), 0, cos(theta)};
-        ff_albedo_parts_at(parts, ORDER, wo, out);
+        ff_albedo_parts_at(parts, ORDER, wo, work, out);
         s->x[i] = degrees;
         s->y[i] = out[channel->of_model < m->n_channels ? channel->of_model : 0];
     }
     if (parts) ff_albedo_parts_free(parts);
+    free(work);
     free(out);
     return status;
 }

@@ -1,6 +1,7 @@
 /* sweep: parameters against the angle up to which is fitted, for every loss. A model that holds gives the same everywhere. */
 #include "internal_fresh.h"
 #include <math.h>
+#include <stdlib.h>
 
 enum { MOST = 3, STEPS = 12, FIRST_DEGREES = 30, STEP_DEGREES = 5 };
 
@@ -70,28 +71,35 @@ static ff_status run(sweep *w, ff_error *err)
     return status;
 }
 
-static ff_status build(const ff_plot_subject *s, const ff_plot_choice *c, ff_figure *fig, ff_error *err)
+static void add_panels(const sweep *w, ff_figure *fig)
 {
-    sweep w = {.s = s};
-    if (s->options->weighting == FF_WEIGHT_NOISE)
-        return ff_error_set(err, FF_ERR_UNSUPPORTED, NULL, 0, -1,
-                            "weights by the noise take the place of the loss: there is none to vary");
-    ff_status status = ff_plot_numbers(s, c, MOST, w.number, &w.n_numbers, err);
-    if (!status) status = run(&w, err);
-    if (status) return status;
-    for (size_t i = 0; i < w.n_numbers; i++) {
+    for (size_t i = 0; i < w->n_numbers; i++) {
         char name[FF_FIGURE_TEXT];
         ff_panel *p = ff_figure_panel(fig, "");
         if (!p) break;
-        for (int loss = 0; loss < FF_LOSS_COUNT; loss++) add_loss(&w, loss, i, fig, p);
+        for (int loss = 0; loss < FF_LOSS_COUNT; loss++) add_loss(w, loss, i, fig, p);
         ff_axis_say(&p->x, "samples up to", "degrees", FF_SCALE_ANGLE, NAN, NAN);
-        ff_axis_say(&p->y, ff_figure_plain(w.number[i].name, name, sizeof name), w.number[i].unit, FF_SCALE_LINEAR, NAN, NAN);
+        ff_axis_say(&p->y, ff_figure_plain(w->number[i].name, name, sizeof name), w->number[i].unit, FF_SCALE_LINEAR, NAN, NAN);
         p->aspect = 0.85;
     }
-    ff_plot_title(&s->model[0], NULL, fig->title, sizeof fig->title);
+    ff_plot_title(&w->s->model[0], NULL, fig->title, sizeof fig->title);
     ff_figure_note(fig, "bars: 95 %% intervals; fits that did not converge are left out");
     fig->columns = fig->n_panels;
-    return FF_OK;
+}
+
+static ff_status build(const ff_plot_subject *s, const ff_plot_choice *c, ff_figure *fig, ff_error *err)
+{
+    if (s->options->weighting == FF_WEIGHT_NOISE)
+        return ff_error_set(err, FF_ERR_UNSUPPORTED, NULL, 0, -1,
+                            "weights by the noise take the place of the loss: there is none to vary");
+    sweep *w = calloc(1, sizeof *w);
+    if (!w) return ff_error_set(err, FF_ERR_MEMORY, NULL, 0, -1, "out of memory");
+    w->s = s;
+    ff_status status = ff_plot_numbers(s, c, MOST, w->number, &w->n_numbers, err);
+    if (!status) status = run(w, err);
+    if (!status) add_panels(w, fig);
+    free(w);
+    return status;
 }
 
 const ff_plot_kind ff_plot_sweep = {

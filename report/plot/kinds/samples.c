@@ -4,7 +4,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { SLAB = 2048, PLANES = 7 };
+enum { SLAB = 1024, PLANES = 7 };
 
 void ff_samples_free(ff_samples *s)
 {
