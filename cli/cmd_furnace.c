@@ -92,7 +92,8 @@ static int integrate(const cli_args *args, furnace *u)
     ff_error err = {0};
     int status;
     if (u->weak && u->scene.model.n_lobes == 0)
-        return cli_usage(args, "--weak needs a model with a lobe; '%s' has none", args->word[0]);
+        return cli_usage(args, "--weak needs a model with a lobe; '%s' has none",
+                         args->word[0] ? args->word[0] : cli_value(args, FLAG_FROM, ""));
     if ((status = cli_rows_open(args, &u->rows))) return status;
     put_header(u);
     const ff_status failed = put_rows(u, &err);

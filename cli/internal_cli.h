@@ -72,7 +72,8 @@ typedef struct cli_scene {
     cli_tables tables;
 } cli_scene;
 
-/* The expression with every --set applied. As many channels as the longest list v1:v2:..., at least `least_channels`. */
+/* The expression, or with NULL the best model of the document that --from names, with every --set applied. As many channels as the
+ * longest list v1:v2:..., at least `least_channels`. */
 int cli_scene_make(const cli_args *args, const char *expression, size_t least_channels, cli_scene *out);
 void cli_scene_free(cli_scene *scene);
 /* "" for one channel, "_r", "_g", "_b" for three, "_c0" ... otherwise. */

@@ -163,6 +163,7 @@ static int check_places(const cli_args *args)
         const cli_place *p = &args->command->place[k];
         const char *word = args->word[k];
         int status = EXIT_DONE;
+        if (!word) continue; /* the model of --from */
         if (p->kind == KIND_EXPRESSION) status = cli_expression_check(NULL, word);
         if (p->kind == KIND_WORD && cli_words_find(p->words, word, strlen(word)) < 0) {
             char known[256];
@@ -198,6 +199,8 @@ static int check_words(const cli_args *args)
         return cli_usage(args, "%s is missing: facetfit %s %s%s", args->n_words ? command->place[args->n_words].name : usage,
                          command->name, usage, who_took_it(args, taken, sizeof taken));
     }
+    if (args->n_words > most_words(command) && !args->word[0])
+        return cli_usage(args, "unexpected '%s': --from has the model", args->word[most_words(command)]);
     if (args->n_words > most_words(command)) return cli_usage(args, "unexpected '%s'", args->word[most_words(command)]);
     return check_places(args);
 }
@@ -207,7 +210,7 @@ int cli_args_parse(const cli_command *command, int argc, char **argv, cli_args *
     int only_words = 0, status = EXIT_DONE;
     const size_t n = (size_t)argc;
     *out = (cli_args){.command = command};
-    out->word = malloc(n * sizeof *out->word);
+    out->word = malloc((n + 1) * sizeof *out->word);
     out->value = malloc(n * sizeof *out->value);
     out->flag = malloc(n * sizeof *out->flag);
     if (!out->word || !out->value || !out->flag) return cli_failed(FF_ERR_MEMORY, NULL);
@@ -220,6 +223,11 @@ int cli_args_parse(const cli_command *command, int argc, char **argv, cli_args *
         } else {
             status = parse_flag(out, argc, argv, &i);
         }
+    }
+    if (command->place[0].kind == KIND_EXPRESSION && cli_given(out, FLAG_FROM)) {
+        memmove(out->word + 1, out->word, out->n_words * sizeof *out->word);
+        out->word[0] = NULL;
+        out->n_words++;
     }
     const int only_says = cli_given(out, FLAG_HELP) || cli_given(out, FLAG_PRINT_SCHEMA); /* and needs no words */
     return status != EXIT_DONE || only_says ? status : check_words(out);

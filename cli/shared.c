@@ -1,6 +1,7 @@
 /* Models with parameters, outputs. */
 #define _GNU_SOURCE
 #include "internal_cli.h"
+#include "report/ff_fit_document.h"
 #include "data_formats/table/profile_file_struct.h"
 #include "base/internal_number.h"
 #include <math.h>
@@ -92,21 +93,60 @@ static int assign(const cli_args *args, const char *word, void *context)
     return cli_exit_status(status);
 }
 
+/* Room for the parameters of s, at their defaults, in as many channels as the assignments have, s->n_channels at least. */
+static int scene_room(const cli_args *args, cli_scene *s)
+{
+    cli_each_word(args, FLAG_SET, count_channels, &s->n_channels);
+    s->channel = malloc((s->n_channels * s->model.n_channel + 1) * sizeof *s->channel);
+    if (!s->channel) return cli_failed(FF_ERR_MEMORY, NULL);
+    ff_model_defaults(&s->model, s->n_channels, s->shape, s->channel);
+    return EXIT_DONE;
+}
+
+static int scene_of_expression(const cli_args *args, const char *expression, cli_scene *s)
+{
+    ff_error err = {0};
+    ff_status status = ff_model_parse(expression, &s->model, &err);
+    if (status != FF_OK) return cli_failed(status, &err);
+    const int code = cli_tables_read(args, &s->tables);
+    if (code != EXIT_DONE) return code;
+    status = cli_tables_give(&s->tables, &s->model, &err);
+    return status == FF_OK ? scene_room(args, s) : cli_failed(status, &err);
+}
+
+/* A model of one channel serves as many as the command has. */
+static int scene_of_document(const cli_args *args, cli_scene *s)
+{
+    ff_fit_document *d;
+    ff_error err = {0};
+    ff_status status = ff_fit_document_read(cli_value(args, FLAG_FROM, NULL), &d, &err);
+    if (status != FF_OK) return cli_failed(status, &err);
+    const ff_fitted *f = &d->fit[d->best];
+    const size_t K = f->model.n_channel, C = f->n_channels;
+    s->model = f->model;
+    if (C > 1 || s->n_channels < C) s->n_channels = C;
+    int code = cli_tables_read(args, &s->tables);
+    if (code == EXIT_DONE && (status = cli_tables_give(&s->tables, &s->model, &err)) != FF_OK) code = cli_failed(status, &err);
+    if (code == EXIT_DONE) code = scene_room(args, s);
+    if (code == EXIT_DONE) {
+        memcpy(s->shape, f->shape, s->model.n_shape * sizeof *s->shape);
+        for (size_t c = 0; c < s->n_channels; c++)
+            memcpy(s->channel + c * K, f->channel + (c < C ? c : C - 1) * K, K * sizeof *s->channel);
+    }
+    ff_fit_document_free(d);
+    return code;
+}
+
 int cli_scene_make(const cli_args *args, const char *expression, size_t least_channels, cli_scene *out)
 {
     ff_error err = {0};
     cli_scene s = {.n_channels = least_channels};
-    ff_status status = ff_model_parse(expression, &s.model, &err);
-    if (status != FF_OK) return cli_failed(status, &err);
-    int code = cli_tables_read(args, &s.tables);
-    if (code != EXIT_DONE) return code;
-    if ((status = cli_tables_give(&s.tables, &s.model, &err)) != FF_OK) return cli_failed(status, &err);
-    cli_each_word(args, FLAG_SET, count_channels, &s.n_channels);
-    s.channel = malloc((s.n_channels * s.model.n_channel + 1) * sizeof *s.channel);
-    if (s.channel) ff_model_defaults(&s.model, s.n_channels, s.shape, s.channel);
-    code = s.channel ? cli_each_word(args, FLAG_SET, assign, &s) : cli_failed(FF_ERR_MEMORY, NULL);
-    if (code == EXIT_DONE && (status = ff_model_check(&s.model, s.n_channels, s.shape, s.channel, &err)) != FF_OK)
-        code = cli_failed(status, &err);
+    int code = expression ? scene_of_expression(args, expression, &s) : scene_of_document(args, &s);
+    if (code == EXIT_DONE) code = cli_each_word(args, FLAG_SET, assign, &s);
+    if (code == EXIT_DONE) {
+        const ff_status status = ff_model_check(&s.model, s.n_channels, s.shape, s.channel, &err);
+        if (status != FF_OK) code = cli_failed(status, &err);
+    }
     if (code != EXIT_DONE) {
         cli_scene_free(&s);
         return code;
