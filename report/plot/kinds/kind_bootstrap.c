@@ -57,6 +57,8 @@ static ff_status build(const ff_plot_subject *s, const ff_plot_choice *c, ff_fig
         for (size_t b = a + 1; b < n; b++) add_panel(s, number, &refits, a, b, fig);
     ff_plot_title(&s->model[0], NULL, fig->title, sizeof fig->title);
     ff_figure_note(fig, "%zu refits to %s drawn anew", refits.n, ff_grouping_name((int)refits.made.kind));
+    if (refits.made.kind == FF_GROUP_VALUES)
+        ff_figure_note(fig, "errors of values that go together widen the ellipse, not the cloud");
     if (refits.made.failed) ff_figure_note(fig, "%zu more did not converge", refits.made.failed);
     ff_plot_note_outcome(fig, &s->model[0]);
     fig->columns = fig->n_panels;
