@@ -8,7 +8,7 @@ import subprocess
 import sys
 
 # What may call only what stands before it in this list; all cmd_*.c are one place, since none may call another.
-ORDER = ["messages", "words", "forms", "expression", "definitions", "values", "files", "parse", "text", "help", "man", "page", "completion",
+ORDER = ["terminal", "messages", "words", "forms", "expression", "definitions", "values", "style", "files", "parse", "text", "help", "man", "page", "completion",
          "shared", "reading", "boxes", "constraints", "combinations", "trust", "fitting", "figure", "plot_fits", "plot_subject", "signals", "cmd_", "commands", "main"]
 
 
