@@ -17,7 +17,8 @@ program = os.path.abspath(sys.argv[1])
 FILE_WORDS = {"FILE", "FILE|-", "[FILE|-]", "IN", "OUT", "TABLE", "DIR", "SOURCE"}
 INPUTS = {("fit", "FILE"), ("compare", "FILE"), ("ndf", "FILE"), ("info", "FILE"), ("eval", "FILE"), ("resample", "IN"),
           ("fit", "--ndf-table"), ("compare", "--ndf-table"), ("eval", "--ndf-table"), ("simulate", "--ndf-table"),
-          ("furnace", "--ndf-table"), ("sample", "--ndf-table"), ("plot", "SOURCE"), ("plot", "--ndf-table"), ("plot", "--from")}
+          ("furnace", "--ndf-table"), ("sample", "--ndf-table"), ("plot", "SOURCE"), ("plot", "--ndf-table"), ("plot", "--from"),
+          ("eval", "--from"), ("simulate", "--from"), ("furnace", "--from"), ("sample", "--from")}
 OTHERS = {"EXPR": "lambert", "KIND": "slice"}
 failures = pairs = 0
 forced = [0, 0]  # refused or failed, replaced
@@ -45,7 +46,8 @@ def try_pair(directory, command, words, one, other):
     """The same file in both places, with other files in the words that are left."""
     global pairs
     file = {one: "a.csv", other: "folder/a.csv"}
-    args = [command] + [file.get(w, OTHERS.get(w, "b.csv")) for w in words]
+    left = [w for w in words if w != "EXPR" or "--from" not in (one, other)]  # a fit takes the place of the expression
+    args = [command] + [file.get(w, OTHERS.get(w, "b.csv")) for w in left]
     for place in (one, other):
         if place.startswith("--"):
             args += [place, file[place]]
