@@ -23,17 +23,24 @@ static size_t put(const char *text, size_t n, FILE *out)
     return columns_of(text, n);
 }
 
+/* Length of the next word; a per cent sign stays with its number. */
+static size_t word_length(const char *text)
+{
+    const size_t n = strcspn(text, " \n");
+    return text[n] == ' ' && text[n + 1] == '%' ? n + 1 + strcspn(text + n + 1, " \n") : n;
+}
+
 /* A line [n] that is too long: blanks between words stay what they are where the line is not broken. */
 static void put_broken(const char *line, size_t n, size_t width, FILE *out)
 {
     const size_t indent = strspn(line, " ");
     size_t at = indent, column = put(line, indent, out);
     while (at < n) {
-        const size_t word = strcspn(line + at, " \n"), blanks = strspn(line + at + word, " ");
+        const size_t word = word_length(line + at), blanks = strspn(line + at + word, " ");
         column += put(line + at, word, out);
         at += word + blanks;
         if (at >= n) break;
-        if (column + blanks + columns_of(line + at, strcspn(line + at, " \n")) > width) {
+        if (column + blanks + columns_of(line + at, word_length(line + at)) > width) {
             fprintf(out, "\n%*s", (int)(indent + FURTHER), "");
             column = indent + FURTHER;
         } else {

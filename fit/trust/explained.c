@@ -1,4 +1,5 @@
 /* What a fit explains of its data, and where it fails: the few numbers that a person wants first. */
+#include "fit/losses/internal_loss.h"
 #include "internal_trust.h"
 #include <math.h>
 #include <stdlib.h>
@@ -44,23 +45,39 @@ static int is_of_one_side(const struct ff_problem *p, size_t c, size_t i)
 
 /* ---- the share ------------------------------------------------------------------------------- */
 
-/* One less the squares that the model leaves over those that a constant of each channel leaves, as the objective counts them. */
+/* Is g(0) = 0? Then a black surface is what every model is compared with; else, as with logarithms, one that is the same
+ * everywhere. */
+static int has_black(const struct ff_problem *p)
+{
+    const double zero = 0, one = 1;
+    double g = NAN;
+    ff_loss_targets(p->loss, 1, &zero, &one, &g);
+    return g == 0;
+}
+
+/* The mean of the targets of a channel. */
+static double mean_of(const look *l, size_t c)
+{
+    double sum = 0, weights = 0;
+    for (size_t i = 0; i < l->p->n; i++) {
+        const double w = is_of_one_side(l->p, c, i) ? 0 : weight_at(l->p, c, i);
+        sum += w * w * plane_at(l->p, l->p->target + (int)c, i);
+        weights += w * w;
+    }
+    return weights > 0 ? sum / weights : 0;
+}
+
+/* One less the squares that the model leaves over those of the data, as the objective counts them. */
 static double share_of(const look *l)
 {
+    const int black = has_black(l->p);
     double left = 0, all = 0;
     for (size_t c = 0; c < l->p->n_channels; c++) {
-        const int target = l->p->target + (int)c;
-        double sum = 0, weights = 0;
-        for (size_t i = 0; i < l->p->n; i++) {
-            const double w = weight_at(l->p, c, i);
-            if (is_of_one_side(l->p, c, i)) continue;
-            sum += w * w * plane_at(l->p, target, i);
-            weights += w * w;
-        }
+        const double from = black ? 0 : mean_of(l, c);
         for (size_t i = 0; i < l->p->n; i++) {
             if (is_of_one_side(l->p, c, i)) continue;
             const double w = weight_at(l->p, c, i), r = l->residual[c * l->p->n + i],
-                         apart = plane_at(l->p, target, i) - sum / weights;
+                         apart = plane_at(l->p, l->p->target + (int)c, i) - from;
             left += r * r;
             all += w * w * apart * apart;
         }

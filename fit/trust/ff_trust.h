@@ -79,8 +79,8 @@ FF_API ff_status ff_trust_residual_table(const ff_problem *p, const ff_table *t,
 /** What a fit explains of its data, and where it fails most. Of more than 20,000 samples it is looked at through some of them. */
 typedef struct ff_explained {
     size_t size;  /**< sizeof(ff_explained), set by the caller                                                       */
-    double share; /**< 1 - squares that the model leaves / squares that a constant of each channel leaves, with the weights and
-                       the loss of the fit; NaN of data that are constant. Below 0: worse than a constant             */
+    double share; /**< 1 - squares that the model leaves / squares of the data, with the weights and the loss of the fit, of the
+                       loss ln about the mean of each channel; NaN of data that are 0. Below 0: worse than black */
     double bright_error;  /**< median of |y - f| / f where f cos(theta_i) cos(theta_o) is at least a tenth of the largest of its
                                channel; NaN: nowhere                                                                    */
     size_t bright_values; /**< how many these are                                                                       */

@@ -25,6 +25,7 @@ FILES = {
     "short.csv": "beckmann+lambert --set alpha=0.15,f0=0.5,kd=0.05 --grid goniometer:5 --noise 0.05 --seed 1",
     "long.csv": "ggx/smith-height-correlated+lambert --set alpha=0.3,f0=0.5,kd=0.05 --grid goniometer:5 --noise 0.02 --seed 1",
     "cavity.csv": "ggx/v-cavity+lambert --set alpha=0.3,f0=0.5,kd=0.05 --grid goniometer:5 --noise 0.02 --seed 1",
+    "diffuse.csv": "lambert --set kd=0.5 --grid goniometer:10 --noise 0.02 --seed 1",
     "narrow.csv": "ggx+lambert --set alpha=0.01,f0=0.5,kd=0.1 --grid goniometer:10 --noise 0.05 --seed 1",
     "rgb.csv": "ggx+lambert --set alpha=0.25,f0=0.5:0.3:0.1,kd=0.1:0.2:0.3 --grid goniometer:10 --noise 0.02 --seed 1",
 }
@@ -96,6 +97,10 @@ def sentences_of_fits():
     check(("alpha may be anything" in verdict(narrow).get("not-told", "")) == wide, "a narrow lobe: %s, %s" % (alpha, verdict(narrow)))
     known = report("fit", "good.csv", "--model", "ggx/smith-height-correlated/conductor+lambert", "--free", "ks")
     check("not-told" in verdict(known), "eta, k and ks: %s" % verdict(known))
+    diffuse = report("fit", "diffuse.csv", "--model", "lambert")
+    check(quality(diffuse) == "good", "a diffuse surface: %s" % verdict(diffuse))
+    diffuse = report("fit", "diffuse.csv", "--model", "lambert", "--loss", "ln")
+    check(abs(diffuse["fits"][0]["explained"]["share"]) < 0.1, "about the mean of logarithms a constant explains nothing: %s" % verdict(diffuse))
     each = report("fit", "rgb.csv", "--channels", "each")
     check([v["problem"] for v in each["verdict"] if v["code"] == "found"] == [0, 1, 2], "each channel has its own")
 
@@ -178,9 +183,8 @@ def explained_by_hand(path):
     for c in range(len(rows[0]["values"])):
         w = [math.cos(math.radians(r["theta_i"])) ** 2 for r in rows]
         y = [r["values"][c][1] for r in rows]
-        mean = sum(a * b for a, b in zip(w, y)) / sum(w)
         left += sum(a * (r["values"][c][0] - b) ** 2 for a, b, r in zip(w, y, rows))
-        all_ += sum(a * (b - mean) ** 2 for a, b in zip(w, y))
+        all_ += sum(a * b ** 2 for a, b in zip(w, y))
         bright = [r["values"][c][0] * math.cos(math.radians(r["theta_i"])) * math.cos(math.radians(r["theta_o"])) for r in rows]
         near += [abs(r["values"][c][1] / r["values"][c][0] - 1) for r, b in zip(rows, bright) if b >= 0.1 * max(bright)]
     return 1 - left / all_, statistics.median_low(near), len(near), worst_of(rows)
