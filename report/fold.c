@@ -64,13 +64,8 @@ ff_status ff_report_fold(ff_status (*write)(const void *context, FILE *out), con
                          FILE *out)
 {
     char *text = NULL;
-    size_t size = 0;
     if (!style || !style->width) return write(context, out);
-    FILE *memory = open_memstream(&text, &size);
-    if (!memory) return FF_ERR_MEMORY;
-    ff_status status = write(context, memory);
-    const int failed = ferror(memory);
-    if ((fclose(memory) != 0 || failed) && status == FF_OK) status = FF_ERR_MEMORY;
+    const ff_status status = ff_text_capture(write, context, &text);
     for (const char *line = text; status == FF_OK && *line;) {
         const size_t n = strcspn(line, "\n");
         if (is_too_long(line, n, style->width))

@@ -1,6 +1,7 @@
 /* Text for people: its width on a terminal, numbers with the digits they deserve. Tables are in internal_columns.h. */
 #ifndef FF_INTERNAL_TEXT_H
 #define FF_INTERNAL_TEXT_H
+#include "ff_status.h"
 #include <stddef.h>
 #include <stdint.h>
 #include <stdio.h>
@@ -21,6 +22,9 @@ const char *ff_text_ink(int color, ff_ink ink);
 int ff_text_is_control(uint32_t code);
 /* Prints text that others chose, a name of a file say: controls, and bytes that are no UTF-8, as \xNN each. */
 void ff_text_print(const char *text, FILE *out);
+
+/* What write prints, as one string in *text, to be freed whatever the status: that of write, or FF_ERR_MEMORY. */
+ff_status ff_text_capture(ff_status (*write)(const void *context, FILE *out), const void *context, char **text);
 
 /* Length of the valid UTF-8 sequence at text, 0 when there is none. */
 size_t ff_text_sequence(const char *text, uint32_t *code);

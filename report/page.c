@@ -57,12 +57,7 @@ static void put_line(const char *line, const char *end, FILE *out)
 ff_status ff_report_page(ff_status (*write)(const void *context, FILE *out), const void *context, FILE *out)
 {
     char *text = NULL;
-    size_t size = 0;
-    FILE *memory = open_memstream(&text, &size);
-    if (!memory) return FF_ERR_MEMORY;
-    ff_status status = write(context, memory);
-    const int failed = ferror(memory);
-    if ((fclose(memory) != 0 || failed) && status == FF_OK) status = FF_ERR_MEMORY;
+    const ff_status status = ff_text_capture(write, context, &text);
     for (const char *line = text; status == FF_OK && *line;) {
         const char *end = line + strcspn(line, "\n");
         put_line(line, end, out);

@@ -104,6 +104,16 @@ void ff_text_print(const char *text, FILE *out)
     }
 }
 
+ff_status ff_text_capture(ff_status (*write)(const void *context, FILE *out), const void *context, char **text)
+{
+    size_t size = 0;
+    FILE *memory = open_memstream(text, &size);
+    if (!memory) return FF_ERR_MEMORY;
+    const ff_status status = write(context, memory);
+    const int failed = ferror(memory);
+    return fclose(memory) != 0 || failed ? (status ? status : FF_ERR_MEMORY) : status;
+}
+
 /* ---- numbers --------------------------------------------------------------------------------- */
 
 /* Whatever a locale puts between the digits (',' or several bytes) becomes a point. */
