@@ -114,8 +114,9 @@ static ff_status share_scale(cli_fitting *f, const ff_model *model, size_t n_mod
 static int look_closer(const ff_report_fits *r, ff_fit_result *fit, cli_trust *trust, cli_fitting *f)
 {
     const size_t models = r->n_fits / r->n_problems;
-    size_t *rank = malloc((models + r->n_problems) * sizeof *rank), *best = rank + models;
+    size_t *rank = malloc((models + r->n_problems) * sizeof *rank);
     if (!rank) return cli_failed(FF_ERR_MEMORY, NULL);
+    size_t *best = rank + models;
     for (size_t p = 0; p < r->n_problems; p++) {
         ff_report_rank(r, p, rank);
         best[p] = rank[0];

@@ -52,7 +52,7 @@ static ff_status slope_of(const ff_layout *l, const ff_point *at, const ff_infor
  * others following. */
 static int goes_with(const ff_information *info, const int *leans, size_t k, size_t j, double *correlation)
 {
-    if (!leans[k] || !(info->inverse[k] > 0) || !(info->inverse[j] > 0) || (leans[j] && j < k)) return 0;
+    if (!leans[k] || !(info->inverse[k] > 0) || !(info->inverse[j] > 0) || (j < k && leans[j])) return 0;
     *correlation = ff_information_inverse(info, k, j) / sqrt(info->inverse[k] * info->inverse[j]);
     return fabs(*correlation) >= FF_CORRELATED;
 }

@@ -228,9 +228,9 @@ static ff_status sandwich(ff_information *info, const ff_gram *g)
     const size_t S = info->S, K = info->K;
     const ff_arrowhead *a = &info->arrowhead;
     const blocks b = blocks_of(info);
-    double *G = calloc(3 * S * S + 2 * K * S + 3 * K * K + 1, sizeof *G), *T = G + S * S, *Y = T + S * S, *X = Y + K * S,
-           *Z = X + K * S;
+    double *G = calloc(3 * S * S + 2 * K * S + 3 * K * K + 1, sizeof *G);
     if (!G) return FF_ERR_MEMORY;
+    double *T = G + S * S, *Y = T + S * S, *X = Y + K * S, *Z = X + K * S;
     for (size_t c = 0; c < info->C; c++) {
         const double *follow = a->follow + c * K * S;
         for (size_t i = 0; i < S; i++)

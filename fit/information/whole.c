@@ -114,8 +114,9 @@ static void take_inverse(ff_information *info)
 static ff_status sandwich(ff_information *info, const ff_gram *g)
 {
     const size_t P = info->P;
-    double *M = malloc((3 * P * P + 2 * P + 1) * sizeof *M), *root = M + P * P, *T = root + P * P, *D = T + P * P;
+    double *M = malloc((3 * P * P + 2 * P + 1) * sizeof *M);
     if (!M) return FF_ERR_MEMORY;
+    double *root = M + P * P, *T = root + P * P, *D = T + P * P;
     ff_gram_dense(g, M, D);
     for (size_t i = 0; i < P; i++)
         for (size_t j = 0; j < P; j++) M[i * P + j] *= info->scale[i] * info->scale[j];

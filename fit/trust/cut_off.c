@@ -105,7 +105,8 @@ ff_status ff_trust_cut_off_into(const ff_problem *p, const ff_fit_options *o, co
     ff_status status = ff_finished_open_data(p, o, fit, "the check at a lower limit of the angles", &f, err);
     if (status) return status;
     float *multiplier = calloc(p->n_blocks * FF_BLOCK, sizeof *multiplier);
-    double *difference = malloc((2 * f.plan.l.P + 1) * sizeof *difference), *dof = difference + f.plan.l.P, least = INFINITY;
+    double *difference = malloc((2 * f.plan.l.P + 1) * sizeof *difference), *dof = difference ? difference + f.plan.l.P : NULL,
+           least = INFINITY;
     c.value = malloc((c.n_columns + 1) * sizeof *c.value);
     c.move = malloc((c.n_columns + 1) * sizeof *c.move);
     if (!multiplier || !difference || !c.value || !c.move) status = FF_ERR_MEMORY;

@@ -138,10 +138,10 @@ static ff_status add_pairs(const search *s, const pairs *p, says *out)
     const size_t C = m->n_channels, K = m->model.n_shape + m->model.n_channel, N = s->fit->n_channels * s->fit->model.n_channel;
     const ff_dirs w = {p->w[0], p->w[1], p->w[2], p->w[3], p->w[4], p->w[5]};
     const size_t size = FF_MAX_SHAPE + C * m->model.n_channel + N + C * p->n * (K + 2) + s->P + 1;
-    double *memory = malloc(size * sizeof *memory), *shape = memory, *channel = shape + FF_MAX_SHAPE;
+    double *memory = malloc(size * sizeof *memory);
     if (!memory) return FF_ERR_MEMORY;
-    double *other = channel + C * m->model.n_channel, *f = other + N, *g = f + C * p->n, *df = g + C * p->n,
-           *row = df + C * p->n * K;
+    double *shape = memory, *channel = shape + FF_MAX_SHAPE, *other = channel + C * m->model.n_channel, *f = other + N,
+           *g = f + C * p->n, *df = g + C * p->n, *row = df + C * p->n * K;
     values_of(m, shape, channel);
     ff_status status = ff_model_eval(&m->model, s->o->isa, C, shape, channel, &w, p->n, f, df, p->n);
     values_of(s->fit, shape, other);
@@ -283,7 +283,8 @@ static ff_status add_candidates(search *s, const ff_table *t, const ff_places *p
     ff_status status = s->theta && s->each ? take_pattern(s, t, places, &pattern, &own_phi) : FF_ERR_MEMORY;
     if (!status && !pairs_new(pattern.n, &turned)) status = FF_ERR_MEMORY;
     for (size_t k = 0; k < n_theta * n_phi && !status; k++) {
-        const double theta = (double)(k / n_phi) * STEP_DEG * degree, phi = azimuth[k % n_phi];
+        const size_t ring = k / n_phi;
+        const double theta = (double)ring * STEP_DEG * degree, phi = azimuth[k % n_phi];
         if ((theta == 0 && k % n_phi) || is_there(s, t, theta, phi)) continue;
         says *one = &s->each[s->n];
         s->theta[s->n] = theta;

@@ -75,7 +75,7 @@ void ff_image_range(const ff_image *im, double out[2]);
 ff_status ff_sheet_draw(const void *sheet, const ff_canvas *c);
 
 /* The axes of a panel and what stands around them; then its series. */
-void ff_axes_draw(const ff_sheet *s, const ff_panel *p, const ff_spot *spot, const ff_canvas *c);
+void ff_axes_draw(const ff_sheet *sheet, const ff_panel *p, const ff_spot *s, const ff_canvas *c);
 /* What lies beneath the series: lines at the ticks. */
 void ff_grid_draw(const ff_panel *p, const ff_spot *spot, const ff_canvas *c);
 ff_status ff_series_draw(const ff_sheet *s, const ff_panel *p, const ff_spot *spot, const ff_canvas *c);

@@ -10,7 +10,7 @@
 static void name_of(const ff_plot_model *m, const ff_table *t, size_t c, char out[FF_CHANNEL_NAME])
 {
     static const char *const rgb[] = {"r", "g", "b"};
-    const size_t n = m ? m->n_channels : t->n_channels;
+    const size_t n = m ? m->n_channels : t ? t->n_channels : 1;
     *out = '\0';
     if (m && m->channel_name)
         snprintf(out, FF_CHANNEL_NAME, "%s", m->channel_name[c]);
