@@ -73,8 +73,7 @@ static double magnitude_of(const struct ff_problem *p, const double *model, size
     return fabs(w * g);
 }
 
-/* Standard deviation of the residual of value i of channel c by a noise that is known. */
-static double deviation_of(const struct ff_problem *p, const struct ff_noise *noise, const double *model, size_t c, size_t i)
+double ff_residual_deviation(const struct ff_problem *p, const struct ff_noise *noise, const double *model, size_t c, size_t i)
 {
     const size_t block = i / FF_BLOCK, lane = i % FF_BLOCK;
     const double w = ff_problem_plane(p, block, p->weight + p->weight_stride * (int)c)[lane], f = fmax(model[c * p->n + i], 0),
@@ -130,7 +129,7 @@ static ff_status set_units(struct ff_problem *p, const double *model, const stru
     for (size_t k = 0; k < p->n_channels; k++)
         for (size_t i = 0; i < stride; i++) {
             double u = 1;
-            if (i < p->n) u = noise ? deviation_of(p, noise, model, k, i) : scale_at(c, magnitude_of(p, model, k, i));
+            if (i < p->n) u = noise ? ff_residual_deviation(p, noise, model, k, i) : scale_at(c, magnitude_of(p, model, k, i));
             unit[k * stride + i] = (float)u;
             if (i < p->n && p->unit) sum += fabs(log((double)(float)u / (double)p->unit[k * stride + i]));
         }

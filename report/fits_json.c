@@ -455,6 +455,7 @@ static void put_next(ff_json *j, const ff_report_fits *r)
             ff_json_close(j);
         }
         ff_json_close(j);
+        ff_json_number(j, "reach_deg", ff_report_degrees(next->reach));
         ff_json_number(j, "now", next->now);
         ff_json_number(j, "then", next->then);
         ff_json_close(j);

@@ -254,36 +254,45 @@ static const char *family_of(const ff_fit_result *f)
     return strncmp(name, "smith-", 6) == 0 ? "Smith" : name;
 }
 
-/* The density of slopes of the first lobe at the slope s along x, relative to that at 0; NaN where there is none. */
-static double slope_density(const ff_fit_result *f, double s)
+enum { SLOPES = 320 }; /* 0, then from LEAST_SLOPE on, each larger by SLOPE_STEP */
+#define LEAST_SLOPE 1e-4
+#define SLOPE_STEP  1.05
+
+static double slope_at(size_t k)
 {
-    const double x[2] = {0, s / sqrt(1 + s * s)}, y[2] = {0, 0}, z[2] = {1, 1 / sqrt(1 + s * s)};
+    return k ? LEAST_SLOPE * pow(SLOPE_STEP, (double)(k - 1)) : 0;
+}
+
+/* The density of slopes of the first lobe along x, relative to that at 0. */
+static ff_status slope_densities(const ff_fit_result *f, double density[SLOPES])
+{
+    double x[SLOPES], y[SLOPES] = {0}, z[SLOPES], shape[FF_MAX_SHAPE];
     const ff_dirs normal = {x, y, z, x, y, z};
-    double shape[FF_MAX_SHAPE], d[2], *channel = malloc((f->n_channels * f->model.n_channel + 1) * sizeof *channel);
-    ff_status status = channel ? FF_OK : FF_ERR_MEMORY;
+    double *channel = malloc((f->n_channels * f->model.n_channel + 1) * sizeof *channel);
+    if (!channel) return FF_ERR_MEMORY;
+    for (size_t k = 0; k < SLOPES; k++) {
+        z[k] = 1 / sqrt(1 + slope_at(k) * slope_at(k));
+        x[k] = slope_at(k) * z[k];
+    }
     for (uint32_t k = 0; k < f->model.n_shape; k++) shape[k] = f->shape_value[k].value;
-    for (size_t k = 0; k < f->n_channels * f->model.n_channel && !status; k++) channel[k] = f->channel_value[k].value;
-    if (!status)
-        status = ff_model_terms(&f->model, FF_ISA_BEST, f->n_channels, shape, channel, 0, 0, &normal, 2, &(ff_terms){.d = d});
+    for (size_t k = 0; k < f->n_channels * f->model.n_channel; k++) channel[k] = f->channel_value[k].value;
+    const ff_status status =
+        ff_model_terms(&f->model, FF_ISA_BEST, f->n_channels, shape, channel, 0, 0, &normal, SLOPES, &(ff_terms){.d = density});
     free(channel);
-    return status || !(d[0] > 0) ? NAN : d[1] * z[1] * z[1] * z[1] * z[1] / d[0];
+    for (size_t k = SLOPES; k-- > 0 && !status;) density[k] *= pow(z[k], 4) / density[0];
+    return status;
 }
 
 /* Does the density of slopes still have a ten-thousandth of its peak at six times the slope where it has half? That of GGX has 40
  * times as much there, that of Beckmann 1e-7 times. */
 static int has_long_tails(const ff_fit_result *f)
 {
-    double low = 0, high = 1e-4;
-    if (f->model.n_lobes == 0) return 0;
-    while (high < 1e3 && slope_density(f, high) > 0.5) high *= 2;
-    for (int k = 0; k < 40; k++) {
-        const double middle = 0.5 * (low + high);
-        if (slope_density(f, middle) > 0.5)
-            low = middle;
-        else
-            high = middle;
-    }
-    return slope_density(f, 6 * high) > 1e-4;
+    const size_t further = (size_t)lround(log(6) / log(SLOPE_STEP));
+    double density[SLOPES];
+    size_t half = 0;
+    if (f->model.n_lobes == 0 || slope_densities(f, density) || !isfinite(density[SLOPES - 1])) return 0;
+    while (half < SLOPES && density[half] > 0.5) half++;
+    return half + further < SLOPES && density[half + further] > 1e-4;
 }
 
 /* What those that are not told apart from the best have, and what the others do. */
@@ -407,10 +416,13 @@ static int say_measure(const ff_report_fits *r, const ff_fit_result *f, ff_verdi
     const ff_next *next = &t->next;
     const ff_fit_result *rival = &r->fit[t->next_rival];
     if (rival != best) {
-        put(v, next->then < TELLS ? "No incidences within reach tell %s/%s" : "To tell %s/%s", ff_report_ndf_name(best),
-            ff_report_masking_name(best));
-        put(v, " from %s/%s", ff_report_ndf_name(rival), ff_report_masking_name(rival));
-        if (next->then < TELLS) return 1;
+        const int tells = next->then >= TELLS;
+        put(v, tells ? "To tell " : "No three incidences up to theta_i %s degrees would tell ",
+            ff_text_number(ff_report_degrees(next->reach), 3, then));
+        put(v, "%s/%s from %s/%s", ff_report_ndf_name(best), ff_report_masking_name(best), ff_report_ndf_name(rival),
+            ff_report_masking_name(rival));
+        if (!tells) put(v, "; --reach says how far the instrument goes");
+        if (!tells) return 1;
         put(v, ", measure at theta_i ");
         put_incidences(next, v);
         put(v, " degrees: z is expected to be %s then, now %s", ff_text_number(next->then, 2, then),

@@ -982,8 +982,7 @@ static void scale_of_a_noise_model(void)
             }
         FF_CHECK(!ff_trust_outliers_into(m.p, &m.places, &o, &m.fit, &out, &err), "%s", err.message);
         FF_CHECK(out.n_worst > 0 && out.worst[0].sample == planted, "the worst is %u", out.n_worst ? out.worst[0].sample : 0);
-        /* the scale is that about the fit of the last round, which ends where its median changes by less than 0.01 */
-        FF_CHECK_CLOSE(out.worst[0].ratio, expected, 0.01, 0);
+        FF_CHECK_CLOSE(out.worst[0].ratio, expected, 1e-4, 0);
         free(model);
         forget(&m);
         ff_noise_free(noise);

@@ -236,6 +236,7 @@ typedef struct ff_next {
     /** With a rival: the z that a comparison may be expected to find (ff_versus), with the samples that there are and with the
      *  incidences added. Without: the standard error of `parameter`. */
     double now, then;
+    double reach;           /**< up to which theta_i was looked, radians                                              */
     ff_param_ref parameter; /**< without a rival the one whose error is largest beside its value; else none           */
     size_t channel;         /**< of it                                                                                */
 } ff_next;

@@ -497,7 +497,8 @@ ff_status ff_trust_next_into(const ff_problem *p, const ff_table *t, const ff_pl
     s.work = status ? NULL : malloc((2 * s.P * s.P + 6 * s.P + 1) * sizeof *s.work);
     if (!status && !s.work) status = FF_ERR_MEMORY;
     if (!status) status = look_at_old(&s, t, places);
-    if (!status) status = add_candidates(&s, t, places, reach > 0 ? reach : reach_of_data(&s));
+    made.reach = status || reach > 0 ? reach : reach_of_data(&s);
+    if (!status) status = add_candidates(&s, t, places, made.reach);
     if (!status) report(&s, place, &made);
     search_free(&s);
     if (status) return ff_error_set(err, status, NULL, 0, -1, "the incidences could not be looked at: %s", ff_status_str(status));

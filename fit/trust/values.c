@@ -1,6 +1,7 @@
 /* A finished fit looked at again: values at the samples, residuals by angle, values that stand out. */
 #include "fit/losses/internal_loss.h"
 #include "fit/losses/robust/internal_robust.h"
+#include "fit/internal_stages.h"
 #include "internal_trust.h"
 #include "data_formats/interpolation/resample_struct.h"
 #include <math.h>
@@ -176,14 +177,19 @@ ff_status ff_trust_outliers_into(const ff_problem *p, const ff_places *places, c
     ff_outliers found = {.size = sizeof found};
     if (o->robust == FF_ROBUST_NONE)
         return ff_error_set(err, FF_ERR_UNSUPPORTED, NULL, 0, -1, "only a robust loss has a scale that tells outliers");
-    double *residual = malloc((p->n_channels * p->n + 1) * sizeof *residual);
+    const size_t values = p->n_channels * p->n;
+    double *residual = malloc((2 * values + 1) * sizeof *residual);
     if (!residual) return ff_error_set(err, FF_ERR_MEMORY, NULL, 0, -1, "out of memory");
-    const ff_status status = ff_trust_evaluate(p, o, fit, NULL, residual, NULL, err);
+    double *model = residual + values;
+    const ff_status status = ff_trust_evaluate(p, o, fit, model, residual, NULL, err);
+    const int by_noise = o->noise && !(o->robust_scale > 0); /* about this fit; the units are those about the one before it */
     const double given = o->robust_scale > 0 ? o->robust_scale / ff_robust_tuning(o->robust) : 1;
     for (size_t i = 0; i < p->n && !status; i++) {
         int any = 0;
         for (size_t c = 0; c < p->n_channels; c++) {
-            const double unit = p->unit ? (double)p->unit[c * p->n_blocks * FF_BLOCK + i] : given,
+            const double unit = by_noise  ? ff_residual_deviation(p, o->noise, model, c, i)
+                                : p->unit ? (double)p->unit[c * p->n_blocks * FF_BLOCK + i]
+                                          : given,
                          ratio = residual[c * p->n + i] / unit;
             if (!(fabs(ratio) > FF_OUTLIER)) continue;
             any = 1;
