@@ -43,7 +43,8 @@ static ff_test_counts ff_test_count;
 
 /** Where a check stands, and how often it was reached: with $FF_TEST_SITES set the program lists those that no run of it came to,
  * in a loop of no turns or under a condition that never holds. The linker gathers the places; 32 bytes each, without gaps. */
-#if defined(__GNUC__) && !defined(__cplusplus) && !defined(__SANITIZE_ADDRESS__) && defined(__linux__)
+#if defined(__GNUC__) && !defined(__cplusplus) && !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__) &&               \
+    defined(__linux__)
 typedef struct ff_test_site {
     const char *file;
     long line, reached, unused;

@@ -5,9 +5,10 @@
 enum { THETAS = 8, AZIMUTHS = 4, ALL_AZIMUTHS = 48 };
 
 typedef struct comparison {
-    const ff_table *t, *made;
-    const ff_interpolant *p, *q; /* of t, of made */
-    double before, after;        /* sums          */
+    const ff_table *t, *made, *own; /* own: of the two, whose directions are looked at */
+    int has_own;                    /* it has directions of its own                    */
+    const ff_interpolant *p, *q;    /* of t, of made */
+    double before, after;           /* sums          */
     ff_energy *out;
 } comparison;
 
@@ -18,13 +19,13 @@ static int is_turned(const ff_table *made)
 }
 
 /* Adds one polar angle: the mean over a few of the azimuths, where there are several; over all of cells where made has one. */
-static ff_status compare_theta(comparison *c, const ff_table *own, double theta_i, double phi_i, ff_error *err)
+static ff_status compare_theta(comparison *c, double theta_i, double phi_i, ff_error *err)
 {
     double phi[ALL_AZIMUTHS] = {phi_i}, before = 0, after = 0;
     const int turned = c->t->cells && is_turned(c->made);
-    const size_t found = turned ? ff_reflectance_azimuths(c->t, theta_i, ALL_AZIMUTHS, phi)
-                         : own  ? ff_reflectance_azimuths(own, theta_i, AZIMUTHS, phi)
-                                : 0;
+    const size_t found = turned       ? ff_reflectance_azimuths(c->t, theta_i, ALL_AZIMUTHS, phi)
+                         : c->has_own ? ff_reflectance_azimuths(c->own, theta_i, AZIMUTHS, phi)
+                                      : 0;
     const size_t n = found ? found : 1;
     for (size_t k = 0; k < n; k++) {
         double a, b = 0;
@@ -50,13 +51,13 @@ ff_status ff_energy_compare(const ff_table *t, const ff_interpolant *p, const ff
 {
     ff_interpolant *q = NULL;
     double theta[THETAS], phi[THETAS];
-    const ff_table *own = ff_reflectance_is_own(made) ? made : ff_reflectance_is_own(t) ? t : NULL;
+    const ff_table *own = ff_reflectance_is_own(made) ? made : t;
     *out = (ff_energy){0, 0, NAN, NAN, NAN};
     ff_status status = ff_interpolant_new(made, 0, &q, err);
     if (status == FF_ERR_DATA) return FF_OK; /* nothing in it, which others say */
-    comparison c = {t, made, p, q, 0, 0, out};
-    const size_t n = status ? 0 : ff_reflectance_incidences(own ? own : t, p, THETAS, theta, phi);
-    for (size_t k = 0; k < n && status == FF_OK; k++) status = compare_theta(&c, own, theta[k], phi[k], err);
+    comparison c = {t, made, own, ff_reflectance_is_own(own), p, q, 0, 0, out};
+    const size_t n = status ? 0 : ff_reflectance_incidences(own, p, THETAS, theta, phi);
+    for (size_t k = 0; k < n && status == FF_OK; k++) status = compare_theta(&c, theta[k], phi[k], err);
     if (status == FF_OK && c.before > 0) out->lost = 1 - c.after / c.before;
     ff_interpolant_free(q);
     return status;

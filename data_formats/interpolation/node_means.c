@@ -114,7 +114,8 @@ static void place_at(ff_axes_kind kind, const double q[4], double measure, place
 /* Node h covers h^2/90 .. (h+1)^2/90 degrees of theta_h, the others a degree; phi_d and phi_d + 180 degrees are one. */
 static void place_merl(size_t i, int k, const double u[DIMENSIONS], place *p)
 {
-    const double degree = pi / 180, h = (double)(i / 16200) + u[0];
+    const size_t half = i / 16200;
+    const double degree = pi / 180, h = (double)half + u[0];
     const double d = (double)(i / 180 % 90) + u[1], phi = (double)(i % 180) + u[2] + 180 * (k % 2);
     const double q[4] = {h * h / 90 * degree, 0, d * degree, phi * degree};
     place_at(FF_AXES_HALF_DIFFERENCE, q, h * sin(q[0]) * sin(q[2]) * cos(q[2]), p);

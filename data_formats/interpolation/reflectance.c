@@ -233,7 +233,7 @@ size_t ff_reflectance_incidences(const ff_table *t, const ff_interpolant *p, siz
     if (!theta) return 0;
     const size_t all = all_thetas(t, theta), n = all < most ? all : most;
     for (size_t k = 0; k < n; k++) {
-        theta_i[k] = theta[all <= most ? k : k * (all - 1) / (most - 1)];
+        theta_i[k] = theta[all <= most || most < 2 ? k : k * (all - 1) / (most - 1)];
         phi_i[k] = 0;
     }
     free(theta);

@@ -261,7 +261,7 @@ static void lobe(const ff_lobe_pass *pass, const ff_geometry *g, size_t n, ff_lo
     for (size_t i = 0; i < n; i++) S[i] = norm * t->p[i] * t->G[i] * K[i];
     if (pass->mode == FF_TILTED_MODE)
         for (size_t i = 0; i < n; i++) S[i] = S[i] * t->seen[i] * t->inv_deno[i];
-    if (!dS) return;
+    if (!dS || !d) return; /* derivatives come with the work that they need */
     double *restrict ei = d->ei, *restrict eo = d->eo;
     for (int k = 0; own && k < ndf_table[pass->ndf]->n_own; k++) {
         double *restrict out = dS[FF_D_OWN + k];
