@@ -254,7 +254,7 @@ static ff_status convert_all(double x)
             double in[FF_CONVERSION_VALUES] = {0.5, 0.5, 0.5}, out[FF_CONVERSION_VALUES] = {NOTHING, 0, 0};
             const ff_conversion_value *v = &c->in[k];
             in[k] = x;
-            const ff_status status = ff_conversion_apply(c, in, out, &err);
+            const ff_status status = ff_conversion_apply(c, in, 0.5, out, &err);
             if (status < 0 || status >= FF_ERR_INTERNAL || untouched(status, out[0]) < 0) return TOUCHED;
             if (!(x < v->hi && (x > v->lo || (x == v->lo && v->lo_included))) && !status) return TOUCHED;
             for (uint32_t j = 0; j < c->n_out && !status; j++)

@@ -310,7 +310,11 @@ def others(path):
     check(all(p["min"] <= p["initial"] <= p["max"] for t in d["terms"] for p in t["parameters"]), "boxes")
     check({f["name"] for f in document("formats")["formats"]} >= {"merl", "astm", "csv"}, "formats")
     d = document("convert", "--from", "beckmann", "--to", "ggx", "m=0.5")
-    check([c["by"] for c in d["conversions"]] == ["mean-slope", "peak"] and d["conversions"][1]["output"] == {"alpha": 0.5}, "convert")
+    check([c["by"] for c in d["conversions"]] == ["mean-slope", "peak", "lobe"] and d["conversions"][1]["output"] == {"alpha": 0.5}
+          and d["conversions"][0]["path"] == ["beckmann", "ggx"], "convert")
+    d = document("convert", "--from", "eta", "--to", "reflectance", "ior=1.5:1.33")["conversions"]
+    check(len(d) == 1 and d[0]["path"] == ["eta", "f0", "reflectance"] and len(d[0]["output"]["reflectance"]) == 2 and
+          d[0]["input"] == {"eta": [1.5, 1.33]}, "convert by two steps")
     check(len(document("convert", "--list")["conversions"]) >= 14, "convert --list")
     rows = b"theta_i,phi_i,theta_o,phi_o\n30,0,30,180\n0,0,10,0\n"
     d = document("eval", "ggx+lambert", "--set", "f0=0.1:0.2:0.3", "--terms", stdin=rows)

@@ -118,6 +118,7 @@ furnace lambert --mu 1,0.5 --set kd=0.5
 sample ggx --set alpha=0.2,f0=0.1:0.2:0.3 --theta 45 -n 10
 convert --from beckmann --to ggx m=0.5
 convert --from beckmann --to phong m=0.9
+convert --from ior --to f82-tint ior=1.5:1.3
 convert --list
 models
 formats
