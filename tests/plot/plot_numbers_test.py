@@ -7,6 +7,8 @@ import io
 import json
 import math
 import os
+import random
+import statistics
 import subprocess
 import sys
 import tempfile
@@ -229,6 +231,32 @@ def profiles():
         close(row["y"], ggx(0.3, radians(row["x"])), 2e-3, f"D at {row['x']}")
 
 
+def errors_that_go_together():
+    """The cloud is as wide as the errors that the refits give, where neighbours share theirs and where blocks are drawn."""
+    dice = random.Random(int(os.environ.get("FF_TEST_SEED", "0")))
+    run("simulate", "ggx+lambert", "--set", "alpha=0.3,f0=0.5,kd=0.2", "--grid", "goniometer:5", "-o", "exact.csv")
+    drift = 0
+    with open(os.path.join(scratch, "exact.csv")) as source, open(os.path.join(scratch, "drift.csv"), "w") as out:
+        for line in source:
+            if line[0].isdigit():
+                drift = 0.97 * drift + 0.02 * dice.gauss(0, 1)
+                *angles, f = line.split(",")
+                line = ",".join(angles) + f",{float(f) * (1 + drift)!r}\n"
+            out.write(line)
+    for more in ((), ("--errors", "residuals")):
+        s = plot("bootstrap", "drift.csv", "--bootstrap", "200", "--parameter", "alpha_x,f0", *more)
+        said = json.loads(run("fit", "drift.csv", "--bootstrap", "200", "--json", *more))["fits"][0]["parameters"]
+        for k, name in (("x", "alpha_x"), ("y", "f0")):
+            values = [r[k] for r in s[1, "refits"]]
+            close(statistics.stdev(values), said[name]["std_error"] if name == "alpha_x" else first(said[name]["std_error"]), 0.01, f"{name} {more}")
+    svg = run("plot", "bootstrap", "drift.csv", "--bootstrap", "40", "--parameter", "alpha_x,f0")
+    check("times as far apart" in svg, "the figure says what widens the cloud")
+
+
+def first(x):
+    return x[0] if isinstance(x, list) else x
+
+
 def clouds():
     s = plot("bootstrap", "paint.csv", "--bootstrap", "200", "--seed", "3", "--parameter", "alpha_x,kd[g]")
     rows = s[1, "refits"]
@@ -238,8 +266,7 @@ def clouds():
     for k, name, value in (("x", "alpha_x", lambda p: p["std_error"]), ("y", "kd", lambda p: p["std_error"][1])):
         mean = sum(r[k] for r in rows) / len(rows)
         sd = math.sqrt(sum((r[k] - mean) ** 2 for r in rows) / (len(rows) - 1))
-        # the same refits; the errors of fit are these times a factor near 1 for what goes together
-        check(0.6 < sd / value(fit["parameters"][name]) < 1.15, f"{name}: {sd} against {value(fit['parameters'][name])}")
+        close(sd, value(fit["parameters"][name]), 0.01, f"spread of {name} and its error by the same refits")
     ellipse = s[1, "95 % by standard errors"]
     half = math.sqrt(5.991464547107979) * plain["parameters"]["alpha_x"]["std_error"]
     close(max(r["x"] for r in ellipse) - min(r["x"] for r in ellipse), 2 * half, 1e-3, "width of the ellipse")
@@ -266,7 +293,7 @@ with tempfile.TemporaryDirectory() as scratch:
     run("simulate", "ggx+lambert", "--set", "alpha=0.3,f0=0.5:0.4:0.3,kd=0.2", "--noise", "0.04", "-o", "paint.csv")
     run("simulate", "ggx+lambert", "--set", "alpha=0.3,f0=0.5,kd=0.2", "--grid", "scattered:150", "-o", "few.csv")
     run("fit", "paint.csv", "--json", "fit.json")
-    for test in (distributions, maskings, albedos, slices, images, results, profiles, clouds, directions):
+    for test in (distributions, maskings, albedos, slices, images, results, profiles, clouds, errors_that_go_together, directions):
         before = failures
         test()
         print(f"{'FAILED' if failures > before else 'passed'}    {test.__name__}")
