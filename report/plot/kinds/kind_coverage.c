@@ -112,7 +112,7 @@ static ff_status build(const ff_plot_subject *s, const ff_plot_choice *c, ff_fig
         snprintf(fig->title, sizeof fig->title, "Directions measured");
         ff_figure_note(fig, "angles from the normal outwards, azimuths %s; told apart by a quarter of a degree",
                        s->table->isotropic ? "from that of the light" : "on the surface");
-        if (step > 1) ff_figure_note(fig, "of one of %zu samples", step);
+        if (step > 1) ff_figure_note(fig, "one of %zu samples is looked at", step);
         fig->columns = 2;
     }
     free(light.count);

@@ -176,8 +176,7 @@ static ff_status build(const ff_plot_subject *s, const ff_plot_choice *c, ff_fig
     }
     if (w.d->n_fits > w.n_rows) ff_figure_note(fig, "%zu more fits are not drawn", w.d->n_fits - w.n_rows);
     for (size_t r = 0; r < w.n_rows; r++)
-        if (strcmp(w.d->fit[w.row[r]].outcome, "converged"))
-            ff_figure_note(fig, "%s: %s", w.d->fit[w.row[r]].expression, w.d->fit[w.row[r]].outcome);
+        ff_plot_note_failed(fig, w.n_rows > 1 ? w.d->fit[w.row[r]].expression : NULL, w.d->fit[w.row[r]].outcome);
     return FF_OK;
 }
 

@@ -82,7 +82,7 @@ static ff_status of_data(const ff_plot_subject *s, const ff_plot_choice *c, cons
     ff_figure_note(fig, "means of the samples in cells of %.2g°, over all φ_{d}, up to %.3g° of light and view",
                    90.0 / (double)cells, s->max_theta / FF_DEGREE);
     if (s->n_models) ff_figure_note(fig, "colours of the residual end at ±%g", CLIP);
-    if (v.step > 1) ff_figure_note(fig, "of one of %zu samples", v.step);
+    if (v.step > 1) ff_figure_note(fig, "one of %zu samples is looked at", v.step);
     ff_samples_free(&v);
     return FF_OK;
 }

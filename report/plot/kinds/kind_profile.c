@@ -203,7 +203,7 @@ static ff_status build(const ff_plot_subject *s, const ff_plot_choice *c, ff_fig
     if (!status) status = add_d(s->table ? &v : NULL, m, c, channel->of_model, fig, err);
     if (!status) status = add_factor(m, c, channel->of_model, FACTOR_F, fig, err);
     if (!status) status = add_factor(m, c, channel->of_model, FACTOR_G, fig, err);
-    if (v.step > 1) ff_figure_note(fig, "of one of %zu samples", v.step);
+    if (v.step > 1) ff_figure_note(fig, "one of %zu samples is looked at", v.step);
     ff_samples_free(&v);
     if (status) return status;
     if (m->model->n_lobes > 1) ff_figure_note(fig, "D, F and G of the first lobe");

@@ -78,7 +78,7 @@ static void add_panels(const sweep *w, ff_figure *fig)
         ff_panel *p = ff_figure_panel(fig, "");
         if (!p) break;
         for (int loss = 0; loss < FF_LOSS_COUNT; loss++) add_loss(w, loss, i, fig, p);
-        ff_axis_say(&p->x, "samples up to", "degrees", FF_SCALE_ANGLE, NAN, NAN);
+        ff_axis_say(&p->x, "samples up to", "degrees", FF_SCALE_ANGLE, w->angle[0] - 2.5, w->angle[w->n_angles - 1] + 2.5);
         ff_axis_say(&p->y, ff_figure_plain(w->number[i].name, name, sizeof name), w->number[i].unit, FF_SCALE_LINEAR, NAN, NAN);
         p->aspect = 0.85;
     }
