@@ -10,9 +10,11 @@ typedef enum source { SOURCE_TABLE, SOURCE_DOCUMENT, SOURCE_MODEL } source;
 
 /* ---- what a word is -------------------------------------------------------------------------- */
 
+/* Of "ggx alpha=0.2" only what stands before the values. */
 static int looks_like_path(const char *word)
 {
-    return strchr(word, '/') || strchr(word, '.');
+    const size_t n = strchr(word, '=') ? strcspn(word, " ") : strlen(word);
+    return memchr(word, '/', n) || memchr(word, '.', n);
 }
 
 /* A folder is none. */
