@@ -76,7 +76,7 @@ static void draw_y(const ff_sheet *sheet, const ff_panel *p, const ff_spot *s, c
         line(c, x - (t->label[0] ? 1 : 0.6) * FF_TICK_LENGTH * size, y, x, y, 0.6, ink);
         write_text(c, x - gap, y + FF_ASCENT / 2 * size, FF_ANCHOR_RIGHT, size, t->label);
     }
-    for (size_t k = 0; k < p->y.n_names; k++) {
+    for (size_t k = 0; k < p->y.n_names && !p->y.quiet; k++) {
         char name[FF_AXIS_NAME + 8];
         ff_text_fit(p->y.name[k], size, FF_NAME_ROOM * sheet->width, name, sizeof name);
         write_text(c, x - gap, y_at(p, s, (double)k) + FF_ASCENT / 2 * size, FF_ANCHOR_RIGHT, size, name);

@@ -81,7 +81,7 @@ static const ff_image *image_of(const ff_panel *p)
 static double widest_name(const ff_axis *a, double size)
 {
     double widest = 0;
-    for (size_t k = 0; k < a->n_names; k++) widest = fmax(widest, ff_text_points(a->name[k], size));
+    for (size_t k = 0; k < a->n_names && !a->quiet; k++) widest = fmax(widest, ff_text_points(a->name[k], size));
     return widest;
 }
 

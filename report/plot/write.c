@@ -69,8 +69,10 @@ static void put_place(const ff_axis *a, const double *x, size_t i, FILE *out)
         put_number(x, i, out);
         return;
     }
+    char whole[2 * FF_AXIS_NAME];
+    snprintf(whole, sizeof whole, "%s%s", a->name[k], a->ending);
     fputc(',', out);
-    put_text(a->name[k], out);
+    put_text(whole, out);
 }
 
 static void put_head(const ff_figure *fig, size_t panel, const ff_series *s, FILE *out)

@@ -199,6 +199,10 @@ def results():
     s = plot("forest", "c.json", "--parameter", "kd", "--channel", "g")
     ordered = [compare["fits"][k] for k in compare["ranking"]]
     check([r["y"] for r in s[1, ""]] == [f["model"] for f in ordered], "models by rank")
+    rows = plot("forest", "c.json", "--parameter", "alpha_x,kd", "--channel", "g")
+    check([r["y"] for r in rows[2, ""]] == [f["model"] for f in ordered], "models by rank, in a panel whose names are not drawn")
+    svg = run("plot", "forest", "c.json", "--parameter", "alpha_x,kd")
+    check("all with schlick+lambert" in svg and svg.count(">ggx/v-cavity<") == 1 and "ggx/v-cavity/" not in svg, "what all models share stands in the note")
     for row, f in zip(s[1, ""], ordered):
         close(row["x"], f["parameters"]["kd"]["value"][1], 0, f"kd of {f['model']}")
     for masking in ("v-cavity", "smith-separable"):
