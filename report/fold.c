@@ -23,11 +23,14 @@ static size_t put(const char *text, size_t n, FILE *out)
     return columns_of(text, n);
 }
 
-/* Length of the next word; a per cent sign stays with its number. */
+/* Length of the next word; a per cent sign and the s of seconds stay with their number. */
 static size_t word_length(const char *text)
 {
     const size_t n = strcspn(text, " \n");
-    return text[n] == ' ' && text[n + 1] == '%' ? n + 1 + strcspn(text + n + 1, " \n") : n;
+    if (text[n] != ' ') return n;
+    const char *unit = text + n + 1;
+    const size_t length = strcspn(unit, " \n");
+    return *unit == '%' || (length == 1 && *unit == 's') ? n + 1 + length : n;
 }
 
 /* A line [n] that is too long: blanks between words stay what they are where the line is not broken. */
