@@ -138,6 +138,7 @@ typedef struct described {
 static int add_scenes(const cli_args *args, const ff_plot_choice *c, const described *of, cli_subject *s)
 {
     const size_t n = c->n_roughness ? c->n_roughness : 1;
+    if (!s->scene) return cli_failed(FF_ERR_MEMORY, NULL);
     for (size_t k = 0; k < n; k++) {
         cli_scene *scene = &s->scene[s->n_scenes];
         char text[FF_FIGURE_TEXT], number[FF_REPORT_NUMBER];

@@ -19,12 +19,11 @@ static double marker_radius(const ff_sheet *s, size_t n)
 
 /* Corners on a circle of radius 1; 0 corners: a dot. Crosses are two strokes. */
 static const struct {
-    int corners;
     double first; /* angle of the first corner, in right angles */
-    int strokes;
     double scale;
-} shapes[FF_MARKER_COUNT] = {{0, 0, 0, 1},     {4, 0.5, 0, 1.15}, {3, 1, 0, 1.3}, {4, 0, 0, 1.25},
-                             {4, 0.5, 1, 1.2}, {3, -1, 0, 1.3},   {4, 0, 1, 1.25}};
+    int corners, strokes;
+} shapes[FF_MARKER_COUNT] = {{0, 1, 0, 0},     {0.5, 1.15, 4, 0}, {1, 1.3, 3, 0}, {0, 1.25, 4, 0},
+                             {0.5, 1.2, 4, 1}, {-1, 1.3, 3, 0},   {0, 1.25, 4, 1}};
 
 void ff_markers_draw(const ff_canvas *c, size_t n, const double *xy, ff_style style, double radius)
 {
@@ -148,14 +147,15 @@ static void write_cells(const ff_sheet *s, const ff_image *im, const double box[
     if (size <= 3 || size > h) return;
     for (size_t i = 0; i < im->nx * im->ny; i++) {
         char number[FF_TEXT_NUMBER], text[FF_TEXT_NUMBER + 4];
+        const size_t row = i / im->nx;
         if (!isfinite(im->z[i])) continue;
         ff_text_fixed(im->z[i], 2, number);
         snprintf(text, sizeof text, "%s%s", *number == '-' ? "−" : "", number + (*number == '-'));
         const double t = image_place(im, range, im->z[i]);
         const uint32_t colour = im->map == FF_MAP_DIVERGING ? (t < 0.2 || t > 0.85 ? 0xffffff : 0) : (t < 0.5 ? 0xffffff : 0);
-        c->text(c->self, &(ff_text){box[0] + ((double)(i % im->nx) + 0.5) * w,
-                                    box[1] + ((double)(i / im->nx) + 0.5) * h + FF_ASCENT / 2 * size, FF_ANCHOR_MIDDLE, 0, size,
-                                    colour, text});
+        c->text(c->self,
+                &(ff_text){box[0] + ((double)(i % im->nx) + 0.5) * w, box[1] + ((double)row + 0.5) * h + FF_ASCENT / 2 * size,
+                           FF_ANCHOR_MIDDLE, 0, size, colour, text});
     }
 }
 

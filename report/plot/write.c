@@ -90,7 +90,8 @@ static void put_image(const ff_figure *fig, size_t panel, const ff_series *s, FI
     const ff_image *im = &s->image;
     const double dx = (im->x_hi - im->x_lo) / (double)im->nx, dy = (im->y_hi - im->y_lo) / (double)im->ny;
     for (size_t i = 0; i < im->nx * im->ny; i++) {
-        const double x = im->x_lo + ((double)(i % im->nx) + 0.5) * dx, y = im->y_lo + ((double)(i / im->nx) + 0.5) * dy;
+        const size_t row = i / im->nx;
+        const double x = im->x_lo + ((double)(i % im->nx) + 0.5) * dx, y = im->y_lo + ((double)row + 0.5) * dy;
         put_head(fig, panel, s, out);
         put_place(&p->x, &x, 0, out);
         put_place(&p->y, &y, 0, out);

@@ -96,8 +96,8 @@ static ff_status of_model(const ff_plot_subject *s, const ff_plot_choice *c, con
     ff_status status = image ? ff_directions_new((size_t)FINE * FINE, &d) : FF_OK;
     if (status || !image) return status;
     for (size_t k = 0; k < d.n; k++) {
-        const double td = ((double)(k % FINE) + 0.5) * 90 / FINE * FF_DEGREE,
-                     th = ((double)(k / FINE) + 0.5) * 90 / FINE * FF_DEGREE;
+        const size_t row = k / FINE;
+        const double td = ((double)(k % FINE) + 0.5) * 90 / FINE * FF_DEGREE, th = ((double)row + 0.5) * 90 / FINE * FF_DEGREE;
         for (int side = 0; side < 2; side++) { /* wi = h cos td + y sin td, wo the other way */
             d.plane[3 * side][k] = sin(th) * cos(td);
             d.plane[3 * side + 1][k] = (side ? -1 : 1) * sin(td);
