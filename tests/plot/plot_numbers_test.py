@@ -94,6 +94,45 @@ def maskings():
         close(row["y"], min(1, 2 * math.cos(t / 2) * math.cos(t) / math.cos(t / 2), 2 * math.cos(t / 2) / math.cos(t / 2)), 1e-9, f"V-cavity at {row['x']}")
 
 
+def light_from_one_side():
+    a, ti = 0.6, 35
+    g1 = lambda t: 2 / (1 + math.sqrt(1 + (a * math.tan(radians(t))) ** 2))
+    s = plot("masking", "--masking", "smith-separable,v-cavity", "--roughness", str(a), "--incidence", f"{ti},70")
+    check({panel for panel, _ in s} == {1, 2} and len(s[1, f"v-cavity, α = {a}"]) == 181, "a panel an incidence")
+    for row in s[1, f"smith-separable, α = {a}"]:
+        close(row["y"], g1(ti) * g1(min(abs(row["x"]), 89.99)), 1e-9, f"G2 at {row['x']}")
+    for row in s[1, f"v-cavity, α = {a}"]:  # all in the plane: h is at half the angle between them, on the side of the view
+        to = max(min(row["x"], 89.99), -89.99)
+        h, d = abs(radians(to - ti) / 2), radians(to + ti) / 2
+        close(row["y"], min(1, 2 * math.cos(h) * math.cos(radians(to)) / math.cos(d), 2 * math.cos(h) * math.cos(radians(ti)) / math.cos(d)), 1e-9, f"V-cavity at {to}")
+
+
+def values_of_one_model():
+    """Those in its word are of it alone; those of --set are of all that have the parameter."""
+    s = plot("ndf", "ggx alpha=0.2", "beckmann", "vmf kappa=50", "--set", "alpha=0.5", "--no-log")
+    for name, formula, alpha in (("ggx alpha=0.2", ggx, 0.2), ("beckmann", beckmann, 0.5)):
+        for row in s[1, name]:
+            expected = formula(alpha, radians(row["x"]))
+            check(abs(row["y"] - expected) <= 1e-9 * expected + 1e-290, f"{name} at {row['x']}: {row['y']}, expected {expected}")
+    for row in s[1, "vmf kappa=50"]:
+        mu = math.cos(radians(row["x"]))
+        expected = 50 / (2 * math.pi * (1 - math.exp(-50))) * math.exp(50 * (mu - 1)) / mu
+        check(abs(row["y"] - expected) <= 1e-9 * expected, f"vmf at {row['x']}: {row['y']}, expected {expected}")
+
+
+def fresnel_terms():
+    s = plot("fresnel", "ggx", "ggx/v-cavity/dielectric eta=1.5", "--set", "f0=0.2")
+    for row in s[1, "ggx"]:
+        close(row["y"], 0.2 + 0.8 * (1 - math.cos(radians(row["x"]))) ** 5, 1e-9, f"Schlick at {row['x']}")
+    for row in s[1, "ggx/v-cavity/dielectric eta=1.5"]:
+        c = math.cos(radians(row["x"]))
+        g = math.sqrt(1.5 ** 2 - 1 + c * c)
+        close(row["y"], 0.5 * ((g - c) / (g + c)) ** 2 * (1 + ((c * (g + c) - 1) / (c * (g - c) + 1)) ** 2), 1e-9, f"a dielectric at {row['x']}")
+    s = plot("fresnel", "ggx f0=0.9:0.5:0.1", "--channel", "r,b")
+    close(s[1, "ggx f0=0.9:0.5:0.1, r"][0]["y"], 0.9, 1e-12, "channel r")
+    close(s[1, "ggx f0=0.9:0.5:0.1, b"][0]["y"], 0.1, 1e-12, "channel b")
+
+
 def albedos():
     for row in plot("albedo", "lambert", "--set", "kd=0.37")[1, "lambert"]:
         close(row["y"], 0.37, 1e-9, f"lambert at {row['x']}")
@@ -297,7 +336,7 @@ with tempfile.TemporaryDirectory() as scratch:
     run("simulate", "ggx+lambert", "--set", "alpha=0.3,f0=0.5:0.4:0.3,kd=0.2", "--noise", "0.04", "-o", "paint.csv")
     run("simulate", "ggx+lambert", "--set", "alpha=0.3,f0=0.5,kd=0.2", "--grid", "scattered:150", "-o", "few.csv")
     run("fit", "paint.csv", "--json", "fit.json")
-    for test in (distributions, maskings, albedos, slices, images, results, profiles, clouds, errors_that_go_together, directions):
+    for test in (distributions, maskings, light_from_one_side, values_of_one_model, fresnel_terms, albedos, slices, images, results, profiles, clouds, errors_that_go_together, directions):
         before = failures
         test()
         print(f"{'FAILED' if failures > before else 'passed'}    {test.__name__}")
