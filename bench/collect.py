@@ -7,6 +7,7 @@ Programs that are compared run by turns within this one call, so that a slow min
 import json
 import os
 import platform
+import resource
 import statistics
 import subprocess
 import sys
@@ -166,6 +167,26 @@ def merl(build, items):
     return {"material": origin, "compare_fits": fits, "compare_fits_expected": COMPARE_MODELS}
 
 
+def processor_time(command):
+    """Seconds of user and system time of a command, which a busy machine makes longer by little."""
+    before = resource.getrusage(resource.RUSAGE_CHILDREN)
+    subprocess.run(command, check=True, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+    after = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
+
+
+def figures(build, items):
+    """Figures that take longest: of a MERL file with the fit given, reading included, and albedos of seven models."""
+    program, out = os.path.join(build, "bin", "facetfit"), os.path.join(build, "bench", "figure.svg")
+    path, fit = os.path.join(build, "bench", "merl.binary"), os.path.join(build, "bench", "merl.json")
+    subprocess.run([program, "fit", path, "--json", fit], check=True)
+    models = ["ggx", "ggx/v-cavity", "ggx/smith-separable", "beckmann", "ggx/kelemen", "student-t", "phong"]
+    for name, words in {"profile": [path, "--from", fit], "slice": [path, "--from", fit], "image": [path, "--from", fit], "albedo": models}.items():
+        command = [program, "plot", name, *words, "--threads", "1", "-o", out]
+        say("$ " + " ".join(command))
+        items[f"figure.{name}"] = item([processor_time(command) for _ in range(9)], "s")
+
+
 def readers(build, items):
     """Every reader's speed beside that of reading the bytes. Real tensor and XML files where the shared data are."""
     folder = os.path.join(build, "bench", "files")
@@ -199,6 +220,7 @@ def main(argv):
     spectra = channels(bench, items)
     merl_info = merl(build, items)
     read = readers(build, items)
+    figures(build, items)
 
     def median(name):
         return items[name]["median"]
@@ -219,6 +241,8 @@ def main(argv):
         "pass_closed_form": ratio(slowest[False][1], 3, "ggx passes", False),
         "pass_integral": ratio(slowest[True][1], 8, "ggx passes", False),
         "channels_121_over_8": ratio(spectra, 1.2, "time per channel", False),
+        "figure_of_merl": ratio(max(median(f"figure.{k}") for k in ("profile", "slice", "image")) - read["merl"]["table_s"], 0.05, "s", False),
+        "figure_of_seven_albedos": ratio(median("figure.albedo"), 0.05, "s", False),
         "read_slowest_text": ratio(min(read[f]["mb_per_s"] for f in TEXT_FORMATS), 150, "MB/s", True),
     }
     for name in ("merl", "exr", "rgl"):

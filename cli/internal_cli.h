@@ -70,11 +70,17 @@ typedef struct cli_scene {
     double shape[FF_MAX_SHAPE];
     double *channel; /* [n_channels][model.n_channel] */
     cli_tables tables;
+    /* Other models that a --set may be of; one that no model has is an error. */
+    const struct ff_model *others;
+    size_t n_others;
 } cli_scene;
 
 /* The expression, or with NULL the best model of the document that --from names, with every --set applied. As many channels as the
  * longest list v1:v2:..., at least `least_channels`. */
 int cli_scene_make(const cli_args *args, const char *expression, size_t least_channels, cli_scene *out);
+/* The same for one of several models: own: values of it alone, "alpha=0.2,f0=1" or "", which win over --set. */
+int cli_scene_make_among(const cli_args *args, const char *expression, const char *own, const ff_model *others, size_t n_others,
+                         cli_scene *out);
 void cli_scene_free(cli_scene *scene);
 /* "" for one channel, "_r", "_g", "_b" for three, "_c0" ... otherwise. */
 const char *cli_channel_suffix(size_t n_channels, size_t c, char out[24]);

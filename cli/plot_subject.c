@@ -10,9 +10,11 @@ typedef enum source { SOURCE_TABLE, SOURCE_DOCUMENT, SOURCE_MODEL } source;
 
 /* ---- what a word is -------------------------------------------------------------------------- */
 
+/* Of "ggx alpha=0.2" only what stands before the values. */
 static int looks_like_path(const char *word)
 {
-    return strchr(word, '/') || strchr(word, '.');
+    const size_t n = strchr(word, '=') ? strcspn(word, " ") : strlen(word);
+    return memchr(word, '/', n) || memchr(word, '.', n);
 }
 
 /* A folder is none. */
@@ -22,14 +24,25 @@ static int is_file(const char *word)
     return !strcmp(word, "-") || (stat(word, &st) == 0 && !S_ISDIR(st.st_mode));
 }
 
+/* "ggx+lambert alpha=0.2,kd=0.1": a model, and values of it alone. own: where they begin, "" where there are none. */
+static ff_status parse_model(const char *word, char expression[FF_MODEL_NAME], const char **own, ff_model *out, ff_error *err)
+{
+    const size_t n = strcspn(word, " ");
+    snprintf(expression, FF_MODEL_NAME, "%.*s", (int)(n < FF_MODEL_NAME ? n : FF_MODEL_NAME), word);
+    *own = word + n + strspn(word + n, " ");
+    return n < FF_MODEL_NAME ? ff_model_parse(expression, out, err) : ff_model_parse(word, out, err);
+}
+
 /* A file that is there, or a model; exit status. */
 static int classify(const char *word, source *out)
 {
     ff_model m;
     ff_error err = {0};
+    char expression[FF_MODEL_NAME];
+    const char *own;
     *out = SOURCE_MODEL;
     if (!is_file(word)) {
-        const ff_status status = ff_model_parse(word, &m, &err);
+        const ff_status status = parse_model(word, expression, &own, &m, &err);
         if (status == FF_OK) return EXIT_DONE;
         if (!looks_like_path(word)) {
             cli_message("'%s' is neither a file nor a model: %s", word, err.message);
@@ -114,22 +127,30 @@ static int has_alpha(const ff_model *m)
     return ff_model_vary(&copy, "alpha", NULL) == FF_OK;
 }
 
-/* The expression once for each roughness; its label says what was varied. */
-static int add_scenes(const cli_args *args, const ff_plot_choice *c, const char *expression, const char *label, cli_subject *s)
+/* Models that a figure is of, by their words. */
+typedef struct described {
+    const char *expression, *own, *label;
+    const ff_model *all; /* of the figure */
+    size_t n_all;
+} described;
+
+/* The model once for each roughness; its label says what was varied. */
+static int add_scenes(const cli_args *args, const ff_plot_choice *c, const described *of, cli_subject *s)
 {
     const size_t n = c->n_roughness ? c->n_roughness : 1;
+    if (!s->scene) return cli_failed(FF_ERR_MEMORY, NULL);
     for (size_t k = 0; k < n; k++) {
         cli_scene *scene = &s->scene[s->n_scenes];
         char text[FF_FIGURE_TEXT], number[FF_REPORT_NUMBER];
-        int status = cli_scene_make(args, expression, 1, scene);
+        int status = cli_scene_make_among(args, of->expression, of->own, of->all, of->n_all, scene);
         if (status != EXIT_DONE) return status;
         s->n_scenes++;
         const int varied = c->n_roughness && has_alpha(&scene->model);
         if (varied && (status = set_roughness(scene, c->roughness[k])) != EXIT_DONE) return status;
         if (varied)
-            snprintf(text, sizeof text, "%s, α = %s", label, ff_report_number(c->roughness[k], number));
+            snprintf(text, sizeof text, "%s, α = %s", of->label, ff_report_number(c->roughness[k], number));
         else
-            snprintf(text, sizeof text, "%s", label);
+            snprintf(text, sizeof text, "%s", of->label);
         ff_plot_model *m = new_model(s, text);
         *m = (ff_plot_model){.label = m->label,
                              .model = &scene->model,
@@ -144,10 +165,23 @@ static int add_scenes(const cli_args *args, const ff_plot_choice *c, const char 
 static int add_expressions(const cli_args *args, const ff_plot_choice *c, cli_subject *s)
 {
     const size_t n = args->n_words - 1, each = c->n_roughness ? c->n_roughness : 1;
+    char expression[FF_MODEL_NAME];
+    described d = {.expression = expression, .n_all = n};
     int status = room_for(s, n * each);
+    ff_model *all = calloc(n, sizeof *all);
     s->scene = calloc(n * each, sizeof *s->scene);
-    if (!s->scene) return cli_failed(FF_ERR_MEMORY, NULL);
-    for (size_t k = 0; k < n && status == EXIT_DONE; k++) status = add_scenes(args, c, args->word[1 + k], args->word[1 + k], s);
+    if (!s->scene || !all) status = cli_failed(FF_ERR_MEMORY, NULL);
+    d.all = all;
+    for (size_t k = 0; k < n && status == EXIT_DONE; k++) {
+        const ff_status parsed = parse_model(args->word[1 + k], expression, &d.own, &all[k], NULL);
+        if (parsed != FF_OK) status = cli_failed(parsed, NULL);
+    }
+    for (size_t k = 0; k < n && status == EXIT_DONE; k++) {
+        parse_model(args->word[1 + k], expression, &d.own, &all[k], NULL);
+        d.label = args->word[1 + k];
+        status = add_scenes(args, c, &d, s);
+    }
+    free(all);
     return status;
 }
 
@@ -174,7 +208,7 @@ static int add_terms(const cli_args *args, const ff_plot_kind *kind, const ff_pl
         if (lobe->ndf == ff_term_find(FF_NDF, "tabulated") && !s->tables.profile && !by_flag) continue;
         snprintf(expression, sizeof expression, "%s/%s", ndf, masking);
         snprintf(label, sizeof label, "%s%s%s", masks && !by_flag ? "" : ndf, masks && by_flag ? ", " : "", masks ? masking : "");
-        status = add_scenes(args, c, expression, label, s);
+        status = add_scenes(args, c, &(described){.expression = expression, .own = "", .label = label}, s);
     }
     free(stand_in);
     free(all.model);

@@ -69,9 +69,18 @@ static int count_channels(const cli_args *args, const char *word, void *context)
 {
     size_t n = 1, *most = context;
     (void)args;
-    for (const char *p = word; *p; p++) n += *p == ':';
+    for (const char *p = word; *p && *p != ','; p++) n += *p == ':';
     if (n > *most) *most = n;
     return EXIT_DONE;
+}
+
+static int is_of_another(const cli_scene *s, const char *name)
+{
+    for (size_t k = 0; k < s->n_others; k++) {
+        ff_model other = s->others[k];
+        if (ff_model_vary(&other, name, NULL) == FF_OK) return 1;
+    }
+    return 0;
 }
 
 static int assign(const cli_args *args, const char *word, void *context)
@@ -86,7 +95,7 @@ static int assign(const cli_args *args, const char *word, void *context)
     if (read && *a.channel)
         return cli_usage(args, "--set %s: channels have no names here; expected one value, or v1:v2:... for all", word);
     const ff_status status = ff_model_set(&s->model, s->n_channels, word, s->shape, s->channel, &err);
-    if (status == FF_OK) return EXIT_DONE;
+    if (status == FF_OK || (status == FF_ERR_UNKNOWN && is_of_another(s, a.name))) return EXIT_DONE;
     const char *nearest = status == FF_ERR_UNKNOWN ? cli_param_nearest(&s->model, 1, a.name) : NULL;
     cli_message("--set %s: %s%s%s%s", word, err.message, nearest ? "; did you mean '" : "", nearest ? nearest : "",
                 nearest ? "'?" : "");
@@ -137,12 +146,33 @@ static int scene_of_document(const cli_args *args, cli_scene *s)
     return code;
 }
 
-int cli_scene_make(const cli_args *args, const char *expression, size_t least_channels, cli_scene *out)
+/* Each of "alpha=0.2,f0=1". */
+static int assign_own(const char *own, cli_scene *s)
+{
+    for (const char *word = own; *word;) {
+        char one[CLI_NAME];
+        ff_error err = {0};
+        const size_t n = strcspn(word, ",");
+        const int length = snprintf(one, sizeof one, "%.*s", (int)(n < sizeof one ? n : sizeof one), word);
+        const ff_status status = length < (int)sizeof one ? ff_model_set(&s->model, s->n_channels, one, s->shape, s->channel, &err)
+                                                          : ff_error_set(&err, FF_ERR_SYNTAX, NULL, 0, -1, "expected NAME=VALUE");
+        if (status != FF_OK) {
+            cli_message("%s: %s", one, err.message);
+            return cli_exit_status(status);
+        }
+        word += n + (word[n] == ',');
+    }
+    return EXIT_DONE;
+}
+
+static int scene_make(const cli_args *args, const char *expression, const char *own, cli_scene s, cli_scene *out)
 {
     ff_error err = {0};
-    cli_scene s = {.n_channels = least_channels};
+    for (const char *word = own; *word; word++)
+        if (*word == '=') count_channels(args, word, &s.n_channels);
     int code = expression ? scene_of_expression(args, expression, &s) : scene_of_document(args, &s);
     if (code == EXIT_DONE) code = cli_each_word(args, FLAG_SET, assign, &s);
+    if (code == EXIT_DONE) code = assign_own(own, &s);
     if (code == EXIT_DONE) {
         const ff_status status = ff_model_check(&s.model, s.n_channels, s.shape, s.channel, &err);
         if (status != FF_OK) code = cli_failed(status, &err);
@@ -152,7 +182,19 @@ int cli_scene_make(const cli_args *args, const char *expression, size_t least_ch
         return code;
     }
     *out = s;
+    out->others = NULL;
     return EXIT_DONE;
+}
+
+int cli_scene_make(const cli_args *args, const char *expression, size_t least_channels, cli_scene *out)
+{
+    return scene_make(args, expression, "", (cli_scene){.n_channels = least_channels}, out);
+}
+
+int cli_scene_make_among(const cli_args *args, const char *expression, const char *own, const ff_model *others, size_t n_others,
+                         cli_scene *out)
+{
+    return scene_make(args, expression, own, (cli_scene){.n_channels = 1, .others = others, .n_others = n_others}, out);
 }
 
 void cli_scene_free(cli_scene *scene)

@@ -3,43 +3,10 @@
 #include "internal_verdict.h"
 #include "internal_fits_text.h"
 #include <math.h>
-#include <stdarg.h>
 #include <stdlib.h>
 #include <string.h>
 
-static void put(ff_verdict *v, const char *format, ...) __attribute__((format(printf, 2, 3)));
-static void put(ff_verdict *v, const char *format, ...)
-{
-    const size_t used = strlen(v->text);
-    va_list args;
-    va_start(args, format);
-    vsnprintf(v->text + used, sizeof v->text - used, format, args);
-    va_end(args);
-}
-
-static size_t models_of(const ff_report_fits *r)
-{
-    return r->n_fits / r->n_problems;
-}
-
-static const ff_explained *explained_of(const ff_report_fits *r, const ff_fit_result *f)
-{
-    const ff_report_trust *t = r->trust ? &r->trust[f - r->fit] : NULL;
-    return t && t->has_explained ? &t->explained : NULL;
-}
-
 /* ---- how good -------------------------------------------------------------------------------- */
-
-static int is_within(const ff_explained *e, double share, double deviation)
-{
-    return e->share >= share && !(e->bright_error > deviation) && !(fabs(e->worst_mean) > deviation);
-}
-
-ff_quality ff_quality_of(const ff_explained *e)
-{
-    if (!e || isnan(e->share)) return FF_QUALITY_UNKNOWN;
-    return is_within(e, 0.98, 0.1) ? FF_QUALITY_GOOD : is_within(e, 0.9, 0.3) ? FF_QUALITY_FAIR : FF_QUALITY_POOR;
-}
 
 /* 99.97, 99.3, 12: no digits that say nothing, and no 100 of what is less. */
 static const char *share_text(double share, char out[FF_TEXT_NUMBER])
@@ -60,19 +27,19 @@ static const char *percent(double x, char out[FF_TEXT_NUMBER])
 static int say_quality(const ff_report_fits *r, const ff_fit_result *f, ff_verdict *v)
 {
     static const char *const word[] = {[FF_QUALITY_POOR] = "A poor", [FF_QUALITY_FAIR] = "A fair", [FF_QUALITY_GOOD] = "A good"};
-    const ff_explained *e = explained_of(r, f);
+    const ff_explained *e = ff_verdict_explained(r, f);
     char share[FF_TEXT_NUMBER], error[FF_TEXT_NUMBER], mean[FF_TEXT_NUMBER];
     v->code = FF_VERDICT_QUALITY;
     v->quality = ff_quality_of(e);
     if (v->quality == FF_QUALITY_UNKNOWN) return 0;
-    put(v, "%s fit: it explains %s of the data", word[v->quality], share_text(e->share, share));
+    ff_verdict_put(v, "%s fit: it explains %s of the data", word[v->quality], share_text(e->share, share));
     if (!isnan(e->bright_error))
-        put(v, ", and where they are bright half of the values are within %s%s %% of it",
-            e->bright_error < 5e-4 ? "less than " : "", percent(e->bright_error, error));
+        ff_verdict_put(v, ", and where they are bright half of the values are within %s%s %% of it",
+                       e->bright_error < 5e-4 ? "less than " : "", percent(e->bright_error, error));
     if (isnan(e->worst_mean) || fabs(e->worst_mean) < 0.005) return 1;
-    put(v, "; it is furthest off at %s %d to %d degrees, %s by %s %% on average", ff_place_name(e->worst_place),
-        e->worst_band * FF_BAND_DEGREES, (e->worst_band + 1) * FF_BAND_DEGREES, e->worst_mean > 0 ? "too bright" : "too dark",
-        percent(e->worst_mean, mean));
+    ff_verdict_put(v, "; it is furthest off at %s %d to %d degrees, %s by %s %% on average", ff_place_name(e->worst_place),
+                   e->worst_band * FF_BAND_DEGREES, (e->worst_band + 1) * FF_BAND_DEGREES,
+                   e->worst_mean > 0 ? "too bright" : "too dark", percent(e->worst_mean, mean));
     return 1;
 }
 
@@ -84,13 +51,13 @@ static void put_value(ff_verdict *out, const char *name, const ff_fit_value *v)
     char value[FF_TEXT_NUMBER], low[FF_TEXT_NUMBER], high[FF_TEXT_NUMBER], rest[FF_TEXT_NUMBER];
     const double width = v->interval != FF_INTERVAL_NONE && v->high > v->low ? 0.5 * (v->high - v->low) : NAN;
     if (isnan(width)) {
-        put(out, "%s %s", name, ff_text_number(v->value, 3, value));
+        ff_verdict_put(out, "%s %s", name, ff_text_number(v->value, 3, value));
         return;
     }
     ff_text_with_error(v->value, width, value, rest);
     ff_text_with_error(v->low, width, low, rest);
     ff_text_with_error(v->high, width, high, rest);
-    put(out, "%s %s (95 %%: %s to %s)", name, value, low, high);
+    ff_verdict_put(out, "%s %s (95 %%: %s to %s)", name, value, low, high);
 }
 
 static int is_isotropic(const ff_fit_result *f)
@@ -114,9 +81,10 @@ static void put_channel_parameter(const ff_fit_result *f, uint32_t k, ff_verdict
         put_value(v, f->model.channel[k].name, &f->channel_value[k]);
         return;
     }
-    put(v, "%s ", f->model.channel[k].name);
+    ff_verdict_put(v, "%s ", f->model.channel[k].name);
     if (C < FF_REPORT_CHANNELS) {
-        for (size_t c = 0; c < C; c++) put(v, "%s%s", c ? "/" : "", ff_text_number(f->channel_value[c * K + k].value, 3, number));
+        for (size_t c = 0; c < C; c++)
+            ff_verdict_put(v, "%s%s", c ? "/" : "", ff_text_number(f->channel_value[c * K + k].value, 3, number));
         return;
     }
     double low = INFINITY, high = -INFINITY;
@@ -124,7 +92,7 @@ static void put_channel_parameter(const ff_fit_result *f, uint32_t k, ff_verdict
         low = fmin(low, f->channel_value[c * K + k].value);
         high = fmax(high, f->channel_value[c * K + k].value);
     }
-    put(v, "%s to %s", ff_text_number(low, 3, number), ff_text_number(high, 3, other));
+    ff_verdict_put(v, "%s to %s", ff_text_number(low, 3, number), ff_text_number(high, 3, other));
 }
 
 /* The shape, and the first parameter of each channel, its reflectance. */
@@ -137,41 +105,33 @@ static int say_found(const ff_report_fits *r, const ff_fit_result *f, ff_verdict
     for (uint32_t k = 0; k < f->model.n_shape; k++) {
         const ff_fit_value *value = &f->shape_value[k];
         if (value->held || value->tied || ff_report_left_alone(value, f->model.shape[k].info)) continue;
-        put(v, "%s", separator);
+        ff_verdict_put(v, "%s", separator);
         put_value(v, shape_name(f, k), value);
         separator = ", ";
     }
     for (uint32_t k = 0; k < f->model.n_channel; k++) {
         if (ff_report_all_held(f, k) || ff_report_all_left_alone(f, k)) continue;
-        put(v, "%s", separator);
+        ff_verdict_put(v, "%s", separator);
         put_channel_parameter(f, k, v);
         separator = ", ";
         break;
     }
     ff_model_expression(&f->model, expression, sizeof expression);
     if (!*separator) return 0;
-    put(v, ": %s", expression);
+    ff_verdict_put(v, ": %s", expression);
     return 1;
-}
-
-/* Is there a parameter whose lobe or base came out as nothing? */
-static int is_of_nothing(const ff_fit_result *f)
-{
-    for (uint32_t k = 0; k < f->model.n_shape; k++)
-        if (f->shape_value[k].weightless) return 1;
-    return 0;
 }
 
 static int say_failure(const ff_fit_result *f, ff_verdict *v)
 {
     if (f->outcome != FF_CONVERGED) {
         v->code = FF_VERDICT_NOT_CONVERGED;
-        put(v, "No answer: the fit did not converge (%s)", ff_outcome_name((int)f->outcome));
+        ff_verdict_put(v, "No answer: the fit did not converge (%s)", ff_outcome_name((int)f->outcome));
         return 1;
     }
-    if (!is_of_nothing(f)) return 0;
+    if (!ff_verdict_is_of_nothing(f)) return 0;
     v->code = FF_VERDICT_NOTHING_FOUND;
-    put(v, "No answer: these data show no lobe whose roughness could be known");
+    ff_verdict_put(v, "No answer: these data show no lobe whose roughness could be known");
     return 1;
 }
 
@@ -194,31 +154,24 @@ static int say_not_told(const ff_report_fits *r, const ff_fit_result *f, ff_verd
 {
     static const ff_warning_code codes[] = {FF_WARNING_NOT_DETERMINED, FF_WARNING_COMBINATION_NOT_DETERMINED, FF_WARNING_TRADE_OFF,
                                             FF_WARNING_CORRELATED, FF_WARNING_ONE_INCIDENCE};
-    const ff_words_subject subject = {.problem = r->problem[(size_t)(f - r->fit) / models_of(r)], .fit = f};
+    const ff_words_subject subject = {.problem = r->problem[(size_t)(f - r->fit) / ff_verdict_models(r)], .fit = f};
     char text[FF_WORDS_SENTENCE];
     uint32_t of = 0;
     const ff_fit_value *wide = hardly_known(f, &of);
     char low[FF_TEXT_NUMBER], high[FF_TEXT_NUMBER];
     v->code = FF_VERDICT_NOT_TOLD;
     if (wide) {
-        put(v, "Not known: %s may be anything from %s to %s", shape_name(f, of), ff_text_number(wide->low, 2, low),
-            ff_text_number(wide->high, 2, high));
+        ff_verdict_put(v, "Not known: %s may be anything from %s to %s", shape_name(f, of), ff_text_number(wide->low, 2, low),
+                       ff_text_number(wide->high, 2, high));
         return 1;
     }
     for (size_t k = 0; k < FF_COUNT(codes); k++) {
         for (size_t i = 0; i < f->warnings.n; i++) {
             if (f->warnings.item[i].code != codes[k]) continue;
-            put(v, "Not known: %.2000s", ff_words_warning(&subject, &f->warnings.item[i], text));
+            ff_verdict_put(v, "Not known: %.2000s", ff_words_warning(&subject, &f->warnings.item[i], text));
             return 1;
         }
     }
-    return 0;
-}
-
-static int has_warning(const ff_fit_result *f, ff_warning_code code)
-{
-    for (size_t i = 0; i < f->warnings.n; i++)
-        if (f->warnings.item[i].code == code) return 1;
     return 0;
 }
 
@@ -242,9 +195,10 @@ enum { NAMED = 5 };
 /* "a, b and c"; of more than fit into a sentence how many: "13 of the 14 distributions". */
 static void put_names(ff_verdict *v, const names *of, size_t all, const char *what)
 {
-    if (of->n > NAMED && of->n < all) put(v, "%zu of the %zu %s", of->n, all, what);
-    if (of->n > NAMED && of->n >= all) put(v, "the %zu %s", of->n, what);
-    for (size_t k = 0; k < of->n && of->n <= NAMED; k++) put(v, "%s%s", k == 0 ? "" : k + 1 == of->n ? " and " : ", ", of->name[k]);
+    if (of->n > NAMED && of->n < all) ff_verdict_put(v, "%zu of the %zu %s", of->n, all, what);
+    if (of->n > NAMED && of->n >= all) ff_verdict_put(v, "the %zu %s", of->n, what);
+    for (size_t k = 0; k < of->n && of->n <= NAMED; k++)
+        ff_verdict_put(v, "%s%s", k == 0 ? "" : k + 1 == of->n ? " and " : ", ", of->name[k]);
 }
 
 /* The masking functions of Smith, whatever they are correlated with, are one family. */
@@ -335,11 +289,40 @@ static void put_distributions(const leaders *l, ff_verdict *v)
     const int of_tails =
         l->long_tails != l->short_tails && l->ndf.n > 1 && (l->long_tails ? l->other_short_tails : l->other_long_tails);
     if (of_tails)
-        put(v, "These data prefer %s tails (", l->long_tails ? "long" : "short");
+        ff_verdict_put(v, "These data prefer %s tails (", l->long_tails ? "long" : "short");
     else
-        put(v, has_other(&l->other_ndf, &l->ndf) ? "These data prefer " : "These data do not tell apart ");
+        ff_verdict_put(v, has_other(&l->other_ndf, &l->ndf) ? "These data prefer " : "These data do not tell apart ");
     put_names(v, &l->ndf, l->any_ndf.n, "distributions");
-    if (of_tails) put(v, ")");
+    if (of_tails) ff_verdict_put(v, ")");
+}
+
+/* "... with the masking v-cavity", "...; they do not tell apart Smith and v-cavity" */
+static void put_maskings(const leaders *l, ff_verdict *v)
+{
+    if (l->family.n == 1 && has_other(&l->other_family, &l->family)) ff_verdict_put(v, " with the masking %s", l->family.name[0]);
+    if (l->family.n > 1) {
+        ff_verdict_put(v, "; they do not tell apart ");
+        put_names(v, &l->family, l->any_family.n, "maskings");
+    }
+    if (l->family.n == 1 && l->masking.n > 1)
+        ff_verdict_put(v, "; they do not tell apart %zu forms of Smith's masking", l->masking.n);
+}
+
+/* Where only one distribution was tried. */
+static void put_of_one_distribution(const leaders *l, ff_verdict *v)
+{
+    ff_verdict_put(v, "These data ");
+    if (l->family.n > 1) {
+        ff_verdict_put(v, "do not tell apart ");
+        put_names(v, &l->family, l->any_family.n, "maskings");
+    } else if (has_other(&l->other_family, &l->family)) {
+        ff_verdict_put(v, "prefer the masking %s", l->family.name[0]);
+    } else if (l->masking.n > 1) {
+        ff_verdict_put(v, "do not tell apart %zu forms of Smith's masking", l->masking.n);
+    } else {
+        ff_verdict_put(v, "do not tell apart %zu of %zu models with %s/%s", l->n, l->n + l->others, l->ndf.name[0],
+                       l->masking.name[0]);
+    }
 }
 
 /* "...; they do not tell apart Smith and v-cavity; simplest adequate: ggx/smith-separable". */
@@ -349,25 +332,23 @@ static int say_preference(const ff_report_fits *r, size_t p, ff_verdict *v)
     const ff_versus *versus = ff_report_versus(r, best);
     leaders *l = calloc(1, sizeof *l);
     v->code = FF_VERDICT_PREFERENCE;
-    if (!l || !versus || models_of(r) < 2) {
+    if (!l || !versus || ff_verdict_models(r) < 2) {
         free(l);
         return 0;
     }
-    for (size_t i = p * models_of(r); i < (p + 1) * models_of(r); i++) look_at_model(r, &r->fit[i], best, l);
+    for (size_t i = p * ff_verdict_models(r); i < (p + 1) * ff_verdict_models(r); i++) look_at_model(r, &r->fit[i], best, l);
     if (l->n == 1) {
-        put(v, "These data tell %s/%s from the %zu other%s", ff_report_ndf_name(best), ff_report_masking_name(best), l->others,
-            ff_report_plural(l->others));
+        ff_verdict_put(v, "These data tell %s/%s from the %zu other%s", ff_report_ndf_name(best), ff_report_masking_name(best),
+                       l->others, ff_report_plural(l->others));
         free(l);
         return 1;
     }
-    put_distributions(l, v);
-    if (l->family.n == 1 && has_other(&l->other_family, &l->family)) put(v, " with the masking %s", l->family.name[0]);
-    if (l->family.n > 1) {
-        put(v, "; they do not tell apart ");
-        put_names(v, &l->family, l->any_family.n, "maskings");
-    }
-    if (l->family.n == 1 && l->masking.n > 1) put(v, "; they do not tell apart %zu forms of Smith's masking", l->masking.n);
-    put(v, "; simplest adequate: %s/%s", ff_report_ndf_name(simplest), ff_report_masking_name(simplest));
+    if (l->any_ndf.n > 1)
+        put_distributions(l, v);
+    else
+        put_of_one_distribution(l, v);
+    if (l->any_ndf.n > 1) put_maskings(l, v);
+    ff_verdict_put(v, "; simplest adequate: %s/%s", ff_report_ndf_name(simplest), ff_report_masking_name(simplest));
     free(l);
     return 1;
 }
@@ -379,8 +360,8 @@ static int say_no_test(const ff_report_fits *r, size_t p, ff_verdict *v)
     const ff_versus *versus = ff_report_versus(r, best);
     if (!versus || !versus->weighted || versus->incidences >= 3) return 0;
     v->code = FF_VERDICT_NO_TEST;
-    put(v, "Lowest residuals: %s/%s; from %zu incidence%s no model can be ruled out", ff_report_ndf_name(best),
-        ff_report_masking_name(best), versus->incidences, ff_report_plural(versus->incidences));
+    ff_verdict_put(v, "Lowest residuals: %s/%s; from %zu incidence%s no model can be ruled out", ff_report_ndf_name(best),
+                   ff_report_masking_name(best), versus->incidences, ff_report_plural(versus->incidences));
     return 1;
 }
 
@@ -393,12 +374,12 @@ static void put_incidences(const ff_next *next, ff_verdict *v)
     char number[FF_TEXT_NUMBER];
     for (size_t k = 0; k < next->n; k++) turned |= fabs(next->at[k].phi_i - next->at[0].phi_i) > 1e-6;
     for (size_t k = 0; k < next->n; k++) {
-        put(v, "%s%s",
-            k == 0             ? ""
-            : k + 1 == next->n ? " and "
-                               : ", ",
-            ff_text_number(ff_report_degrees(next->at[k].theta_i), 3, number));
-        if (turned) put(v, " (phi_i %s)", ff_text_number(ff_report_degrees(next->at[k].phi_i), 4, number));
+        ff_verdict_put(v, "%s%s",
+                       k == 0             ? ""
+                       : k + 1 == next->n ? " and "
+                                          : ", ",
+                       ff_text_number(ff_report_degrees(next->at[k].theta_i), 3, number));
+        if (turned) ff_verdict_put(v, " (phi_i %s)", ff_text_number(ff_report_degrees(next->at[k].phi_i), 4, number));
     }
 }
 
@@ -408,7 +389,7 @@ static void put_incidences(const ff_next *next, ff_verdict *v)
 
 static int say_measure(const ff_report_fits *r, const ff_fit_result *f, ff_verdict *v)
 {
-    const ff_fit_result *best = ff_report_best(r, (size_t)(f - r->fit) / models_of(r));
+    const ff_fit_result *best = ff_report_best(r, (size_t)(f - r->fit) / ff_verdict_models(r));
     const ff_report_trust *t = r->trust ? &r->trust[best - r->fit] : NULL;
     char now[FF_TEXT_NUMBER], then[FF_TEXT_NUMBER];
     v->code = FF_VERDICT_MEASURE;
@@ -417,91 +398,25 @@ static int say_measure(const ff_report_fits *r, const ff_fit_result *f, ff_verdi
     const ff_fit_result *rival = &r->fit[t->next_rival];
     if (rival != best) {
         const int tells = next->then >= TELLS;
-        put(v, tells ? "To tell " : "No three incidences up to theta_i %s degrees would tell ",
-            ff_text_number(ff_report_degrees(next->reach), 3, then));
-        put(v, "%s/%s from %s/%s", ff_report_ndf_name(best), ff_report_masking_name(best), ff_report_ndf_name(rival),
-            ff_report_masking_name(rival));
-        if (!tells) put(v, "; --reach says how far the instrument goes");
+        ff_verdict_put(v, tells ? "To tell " : "No three incidences up to theta_i %s degrees would tell ",
+                       ff_text_number(ff_report_degrees(next->reach), 3, then));
+        ff_verdict_put(v, "%s/%s from %s/%s", ff_report_ndf_name(best), ff_report_masking_name(best), ff_report_ndf_name(rival),
+                       ff_report_masking_name(rival));
+        if (!tells) ff_verdict_put(v, "; --reach says how far the instrument goes");
         if (!tells) return 1;
-        put(v, ", measure at theta_i ");
+        ff_verdict_put(v, ", measure at theta_i ");
         put_incidences(next, v);
-        put(v, " degrees: z is expected to be %s then, now %s", ff_text_number(next->then, 2, then),
-            ff_text_number(next->now, 2, now));
+        ff_verdict_put(v, " degrees: z is expected to be %s then, now %s", ff_text_number(next->then, 2, then),
+                       ff_text_number(next->now, 2, now));
         return 1;
     }
     const int of_shape = next->parameter.kind == FF_PARAM_SHAPE;
     const ff_fit_value *value = of_shape ? &best->shape_value[next->parameter.index]
                                          : &best->channel_value[next->channel * best->model.n_channel + next->parameter.index];
     if (!(next->then < WORTH_WHILE * next->now) || !(next->now > KNOWN_WELL * fabs(value->value))) return 0;
-    put(v, "To know %s better, measure at theta_i ", ff_model_param_at(&best->model, next->parameter)->name);
+    ff_verdict_put(v, "To know %s better, measure at theta_i ", ff_model_param_at(&best->model, next->parameter)->name);
     put_incidences(next, v);
-    put(v, " degrees: its error would be %s of what it is", ff_text_number(next->then / next->now, 2, then));
-    return 1;
-}
-
-/* ---- what to do next ------------------------------------------------------------------------- */
-
-/* A file name as a shell takes it. */
-static void put_path(ff_verdict *v, const char *path)
-{
-    static const char plain[] = "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_./-+=,:@%";
-    if (*path && *path != '-' && strspn(path, plain) == strlen(path)) {
-        put(v, "%s", path);
-        return;
-    }
-    put(v, "'");
-    for (; *path; path++) put(v, *path == '\'' ? "'\\''" : "%c", *path);
-    put(v, "'");
-}
-
-static void put_command(ff_verdict *v, const char *command, const char *path, const char *flags)
-{
-    put(v, "facetfit %s ", command);
-    put_path(v, path);
-    put(v, "%s", flags);
-}
-
-/* Does a parameter rest on fewer than three values? */
-static int is_carried_by_few(const ff_fit_result *f)
-{
-    return has_warning(f, FF_WARNING_FEW_CARRIERS);
-}
-
-static int say_next_of_fit(const ff_report_fits *r, const ff_fit_result *f, ff_verdict *v)
-{
-    const ff_quality quality = ff_quality_of(explained_of(r, f));
-    v->code = FF_VERDICT_NEXT;
-    put(v, "Next: ");
-    if (has_warning(f, FF_WARNING_BRIGHTEST_ELSEWHERE))
-        put(v, "look at the angles of the file, which the warning below is about");
-    else if (f->outcome != FF_CONVERGED || is_of_nothing(f) || quality == FF_QUALITY_POOR)
-        put_command(v, "compare", r->path, "   # does another model do better?");
-    else if (is_carried_by_few(f) && r->options->weighting != FF_WEIGHT_NOISE)
-        put_command(v, "fit", r->path, " --weight noise   # smaller errors where few values carry a parameter");
-    else if (quality == FF_QUALITY_FAIR)
-        put_command(v, "compare", r->path, "   # does another model do better?");
-    else
-        return 0;
-    return 1;
-}
-
-static int say_next_of_comparison(const ff_report_fits *r, const ff_fit_result *f, ff_verdict *v)
-{
-    const ff_quality quality = ff_quality_of(explained_of(r, f));
-    char expression[FF_MODEL_NAME], flags[FF_MODEL_NAME + 192];
-    v->code = FF_VERDICT_NEXT;
-    ff_model_expression(&f->model, expression, sizeof expression);
-    put(v, "Next: ");
-    if (has_warning(f, FF_WARNING_BRIGHTEST_ELSEWHERE)) {
-        put(v, "look at the angles of the file, which the warning below is about");
-        return 1;
-    }
-    if (quality == FF_QUALITY_POOR && f->model.n_lobes == 1)
-        snprintf(flags, sizeof flags, " --model %s/%s+%s   # do two lobes do better?", ff_report_ndf_name(f),
-                 ff_report_masking_name(f), expression);
-    else
-        snprintf(flags, sizeof flags, " --model %s   # its errors and warnings", expression);
-    put_command(v, "fit", r->path, flags);
+    ff_verdict_put(v, " degrees: its error would be %s of what it is", ff_text_number(next->then / next->now, 2, then));
     return 1;
 }
 
@@ -517,7 +432,7 @@ static void say(sayer one, const ff_report_fits *r, const ff_fit_result *f, ff_v
 
 size_t ff_verdict_of(const ff_report_fits *r, size_t p, ff_verdict out[FF_VERDICT_MOST])
 {
-    const int compared = models_of(r) > 1;
+    const int compared = ff_verdict_models(r) > 1;
     const ff_fit_result *best = ff_report_best(r, p), *f = compared ? ff_report_simplest(r, best) : best;
     size_t n = 0;
     out[n] = (ff_verdict){.quality = FF_QUALITY_UNKNOWN};
@@ -533,8 +448,14 @@ size_t ff_verdict_of(const ff_report_fits *r, size_t p, ff_verdict out[FF_VERDIC
         say(say_not_told, r, f, out, &n);
         say(say_measure, r, f, out, &n);
     }
-    say(compared ? say_next_of_comparison : say_next_of_fit, r, f, out, &n);
+    say(compared ? ff_verdict_next_of_comparison : ff_verdict_next_of_fit, r, f, out, &n);
+    say(ff_verdict_look, r, f, out, &n);
     return n;
+}
+
+static int is_command(const ff_verdict *v)
+{
+    return v->code == FF_VERDICT_NEXT || v->code == FF_VERDICT_LOOK;
 }
 
 static ff_ink ink_of(const ff_verdict *v)
@@ -543,7 +464,7 @@ static ff_ink ink_of(const ff_verdict *v)
         [FF_QUALITY_POOR] = FF_INK_BAD, [FF_QUALITY_FAIR] = FF_INK_WARNING, [FF_QUALITY_GOOD] = FF_INK_GOOD};
     if (v->code == FF_VERDICT_NOT_CONVERGED || v->code == FF_VERDICT_NOTHING_FOUND) return FF_INK_BAD;
     if (v->code == FF_VERDICT_QUALITY) return of[v->quality];
-    return v->code == FF_VERDICT_NEXT ? FF_INK_FAINT : FF_INK_PLAIN;
+    return is_command(v) ? FF_INK_FAINT : FF_INK_PLAIN;
 }
 
 ff_status ff_report_verdict_text(const ff_report_fits *r, FILE *out)
@@ -555,11 +476,11 @@ ff_status ff_report_verdict_text(const ff_report_fits *r, FILE *out)
         const size_t n = ff_verdict_of(r, p, v);
         for (size_t k = 0; k < n; k++) {
             const ff_ink ink = ink_of(&v[k]);
-            if (p && v[k].code == FF_VERDICT_NEXT) continue; /* once is enough */
+            if (p && is_command(&v[k])) continue; /* once is enough */
             if (ink != FF_INK_PLAIN) fputs(ff_text_ink(color, ink), out);
-            if (v[k].code != FF_VERDICT_NEXT) ff_report_problem_text(r, p, out);
+            if (!is_command(&v[k])) ff_report_problem_text(r, p, out);
             ff_text_print(v[k].text, out);
-            if (v[k].code != FF_VERDICT_NEXT) fputc('.', out);
+            if (!is_command(&v[k])) fputc('.', out);
             if (ink != FF_INK_PLAIN) fputs(ff_text_ink(color, FF_INK_PLAIN), out);
             fputc('\n', out);
         }

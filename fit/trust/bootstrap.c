@@ -222,15 +222,6 @@ static ff_status resample(bootstrap *b, ff_finished *f, size_t *converged, ff_er
     return FF_OK;
 }
 
-static ff_status take_fit(bootstrap *b, ff_finished *f, size_t n, ff_fit_result *fit, ff_error *err)
-{
-    correction *by = malloc((f->plan.l.P + 1) * sizeof *by);
-    ff_status status = !by ? FF_ERR_MEMORY : b->by_noise ? correct_for_noise(f, by) : correct_for_groups(f, b->places, by);
-    if (!status) status = take_errors(&f->plan.l, b->x, n, by, fit);
-    free(by);
-    return status ? ff_trust_ended(status, "the bootstrap", err) : FF_OK;
-}
-
 /* What is wanted of the refits, and where; NULL: the errors of the fit. */
 typedef struct wanted {
     const ff_param_ref *ref;
@@ -238,19 +229,37 @@ typedef struct wanted {
     ff_refits *out;
 } wanted;
 
-static ff_status take_refits(const bootstrap *b, const ff_finished *f, size_t n, const wanted *w, ff_error *err)
+/* Coordinate k of the refits about its mean, as far as the errors of the fit reach; inside its bounds. A parameter on a bound has
+ * no such error, and stays. */
+static void take_coordinate(const bootstrap *b, const ff_finished *f, size_t n, size_t k, double factor, double *value,
+                            size_t stride)
+{
+    const size_t P = f->plan.l.P;
+    const ff_param *info = ff_layout_param(&f->plan.l, k, NULL)->info;
+    double mean = 0;
+    for (size_t i = 0; i < n; i++) mean += b->x[i * P + k] / (double)n;
+    for (size_t i = 0; i < n; i++) {
+        const double x = ff_coordinate_value(info, mean + factor * (b->x[i * P + k] - mean));
+        value[i * stride] = fmin(fmax(x, info->lo), info->hi);
+    }
+}
+
+static ff_status take_refits(const bootstrap *b, const ff_finished *f, size_t n, const wanted *w, const correction *by,
+                             ff_error *err)
 {
     const ff_layout *l = &f->plan.l;
-    double *value = malloc((n * w->out->n_wanted + 1) * sizeof *value);
+    const size_t n_wanted = w->out->n_wanted;
+    double *value = malloc((n * n_wanted + 1) * sizeof *value);
     if (!value) return ff_trust_ended(FF_ERR_MEMORY, "the bootstrap", err);
-    for (size_t a = 0; a < w->out->n_wanted; a++) {
+    for (size_t a = 0; a < n_wanted; a++) {
         const size_t k = ff_trust_coordinate(l, w->ref[a], w->channel[a]);
         if (k == l->P) {
             free(value);
             return ff_error_set(err, FF_ERR_UNSUPPORTED, NULL, 0, -1, "a parameter that is not free by itself has no refits");
         }
-        for (size_t i = 0; i < n; i++)
-            value[i * w->out->n_wanted + a] = ff_coordinate_value(ff_layout_param(l, k, NULL)->info, b->x[i * l->P + k]);
+        const double factor = f->at.at_bound[k] ? 1 : by[k].factor;
+        w->out->widened = fmax(w->out->widened, factor);
+        take_coordinate(b, f, n, k, factor, value + a, n_wanted);
     }
     w->out->n = n;
     w->out->value = value;
@@ -258,6 +267,19 @@ static ff_status take_refits(const bootstrap *b, const ff_finished *f, size_t n,
 }
 
 /* Either into fit or into what is wanted of the refits. */
+static ff_status take(const bootstrap *b, ff_finished *f, size_t n, ff_fit_result *fit, const wanted *w, ff_error *err)
+{
+    correction *by = malloc((f->plan.l.P + 1) * sizeof *by);
+    ff_status status = !by ? FF_ERR_MEMORY : b->by_noise ? correct_for_noise(f, by) : correct_for_groups(f, b->places, by);
+    if (!status && !w) status = take_errors(&f->plan.l, b->x, n, by, fit);
+    if (status)
+        status = ff_trust_ended(status, "the bootstrap", err);
+    else if (w)
+        status = take_refits(b, f, n, w, by, err);
+    free(by);
+    return status;
+}
+
 static ff_status run(const ff_problem *p, const ff_places *places, const ff_fit_options *o, size_t repeats, uint64_t seed,
                      const ff_fit_result *from, ff_fit_result *fit, const wanted *w, ff_bootstrap *out, ff_error *err)
 {
@@ -279,7 +301,7 @@ static ff_status run(const ff_problem *p, const ff_places *places, const ff_fit_
         status = ff_trust_ended(FF_ERR_MEMORY, "the bootstrap", err);
     else
         status = resample(&b, &f, &n, err);
-    if (!status) status = w ? take_refits(&b, &f, n, w, err) : take_fit(&b, &f, n, fit, err);
+    if (!status) status = take(&b, &f, n, fit, w, err);
     const size_t failed = repeats - n;
     if (!status)
         *out = b.by_noise ? (ff_bootstrap){sizeof *out, repeats, failed, p->n * p->n_channels, FF_GROUP_VALUES}

@@ -48,10 +48,12 @@ ff_status ff_trust_curve_into(const ff_problem *p, const ff_fit_options *o, cons
                               size_t channel, size_t n, ff_curve *out, ff_error *err);
 void ff_curve_clear(ff_curve *c);
 
-/* The refits of a bootstrap by themselves: n_wanted parameters of each. */
+/* The refits of a bootstrap by themselves: n_wanted parameters of each. Their distances from the mean are multiplied by what the
+ * standard errors of ff_trust_bootstrap are, for errors that go together; a parameter on a bound is left as it is. */
 typedef struct ff_refits {
     size_t n, n_wanted;
-    double *value; /* [n][n_wanted] */
+    double *value;  /* [n][n_wanted]                           */
+    double widened; /* the largest of these factors            */
     ff_bootstrap made;
 } ff_refits;
 /* As ff_trust_bootstrap; the fit is left as it is. FF_ERR_UNSUPPORTED for a parameter that is held or tied. */

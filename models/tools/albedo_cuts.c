@@ -28,28 +28,41 @@ int ff_quadratic_roots(double a0, double a1, double a2, double root[2])
     return 2;
 }
 
-/* Roots of the cubic inside (lo, hi): between its turning points it is monotone. */
+/* The root of the cubic between l and r, where its signs differ: Newton's steps, and halves where these lead out. */
+static double root_between(const double a[4], double l, double r)
+{
+    const int below = poly3(a, l) < 0;
+    double x = (l + r) / 2;
+    for (int it = 0; it < 60; it++) {
+        const double f = poly3(a, x), slope = a[1] + x * (2 * a[2] + x * 3 * a[3]);
+        if (f == 0) break;
+        if ((f < 0) == below)
+            l = x;
+        else
+            r = x;
+        const double before = x, step = x - f / slope;
+        x = step > l && step < r ? step : (l + r) / 2;
+        if (fabs(x - before) <= 1e-15 * fabs(x)) break;
+    }
+    return x;
+}
+
+/* Roots of the polynomial inside (lo, hi): between its turning points a cubic is monotone. */
 static void cut_roots(ff_cuts *c, const double a[4], double lo, double hi)
 {
     double turn[2], end[4] = {lo};
     int n = 1;
+    if (a[3] == 0) {
+        const int roots = ff_quadratic_roots(a[0], a[1], a[2], turn);
+        for (int i = 0; i < roots; i++) cut_add(c, turn[i], lo, hi);
+        return;
+    }
     const int turns = ff_quadratic_roots(a[1], 2 * a[2], 3 * a[3], turn);
     for (int i = 0; i < turns; i++)
         if (turn[i] > lo && turn[i] < hi) end[n++] = turn[i];
     end[n++] = hi;
     for (int i = 0; i + 1 < n; i++) {
-        double l = end[i], r = end[i + 1];
-        const double fl = poly3(a, l);
-        if (!(fl * poly3(a, r) < 0)) continue;
-        for (int it = 0; it < 60; it++) {
-            const double mid = (l + r) / 2;
-            if ((poly3(a, mid) < 0) == (fl < 0)) {
-                l = mid;
-            } else {
-                r = mid;
-            }
-        }
-        cut_add(c, (l + r) / 2, lo, hi);
+        if (poly3(a, end[i]) * poly3(a, end[i + 1]) < 0) cut_add(c, root_between(a, end[i], end[i + 1]), lo, hi);
     }
 }
 

@@ -330,11 +330,20 @@ static void integrate_half_arc(ff_integrand *k, const ff_gauss *g, double centre
     }
 }
 
+/* Is the lobe the same on both sides of the plane of incidence, whose two directions are centres? The derivatives are not. */
+static int has_two_halves(const ff_integrand *k)
+{
+    return k->kind == FF_INTEGRAL_LOBES && !k->n_columns && k->l21 == 0 && k->l11 == k->l22 && k->s0.x == 0 && k->s0.y == 0;
+}
+
+/* The whole, or twice the half on one side of the plane of incidence. */
 static void integrate_circle(ff_integrand *k, const ff_gauss *g, const centres *c)
 {
+    const int halved = has_two_halves(k);
+    const double plane = psi_towards(k, k->oxy);
     for (int i = 0; i < c->n; i++) {
         const double a = c->psi[i], b = i + 1 < c->n ? c->psi[i + 1] : c->psi[0] + 2 * PI;
-        if (b - a < 1e-12) continue;
+        if (b - a < 1e-12 || (halved && sin((a + b) / 2 - plane) < 0)) continue;
         integrate_half_arc(k, g, a, (a + b) / 2, c->levels);
         integrate_half_arc(k, g, b, (a + b) / 2, c->levels);
     }
@@ -378,6 +387,7 @@ void ff_integrand_sum(ff_integrand *k, int order)
         integrate_circle(k, &g, &c);
     }
     flush(k);
+    for (size_t i = 0; i < k->n_channels && has_two_halves(k); i++) k->sum[i] *= 2;
 }
 
 void ff_integrand_integrate(ff_integrand *k, ff_integral out[FF_INTEGRAL_GROUP])

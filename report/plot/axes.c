@@ -17,17 +17,10 @@ static void write_text(const ff_canvas *c, double x, double y, ff_anchor anchor,
     c->text(c->self, &(ff_text){x, y, anchor, 0, size, ink, text});
 }
 
-/* "label (unit)" */
-static const char *labelled(const ff_axis *a, char *out, size_t size)
+/* What an axis shows, with its unit, beside its ticks. */
+static void write_label(const ff_sheet *s, const ff_canvas *c, const char *whole, double x, double y, double room, int upwards)
 {
-    snprintf(out, size, "%s%s%s%s", a->label, a->unit[0] ? " (" : "", a->unit, a->unit[0] ? ")" : "");
-    return out;
-}
-
-static void write_label(const ff_sheet *s, const ff_canvas *c, const ff_axis *a, double x, double y, double room, int upwards)
-{
-    char whole[FF_FIGURE_TEXT + 40], text[FF_FIGURE_TEXT + 48];
-    labelled(a, whole, sizeof whole);
+    char text[FF_AXIS_TEXT + 8];
     ff_text_fit(whole, s->fig->font, room, text, sizeof text);
     c->text(c->self, &(ff_text){x, y, FF_ANCHOR_MIDDLE, upwards, s->fig->font, ink, text});
 }
@@ -50,6 +43,7 @@ static void draw_x(const ff_sheet *sheet, const ff_panel *p, const ff_spot *s, c
 {
     const double size = sheet->fig->font, bottom = s->box.y + s->box.h,
                  base = bottom + (FF_TICK_LENGTH + FF_LABEL_GAP + FF_ASCENT) * size;
+    char text[FF_AXIS_TEXT];
     for (size_t k = 0; k < s->x_ticks.n; k++) {
         const ff_tick *t = &s->x_ticks.tick[k];
         const double x = x_at(p, s, t->at);
@@ -66,8 +60,8 @@ static void draw_x(const ff_sheet *sheet, const ff_panel *p, const ff_spot *s, c
         else
             write_text(c, x, base, FF_ANCHOR_MIDDLE, size, name);
     }
-    if (p->x.label[0])
-        write_label(sheet, c, &p->x, s->box.x + s->box.w / 2, s->box.y + s->box.h + s->bottom - 0.35 * size,
+    if (*ff_axis_text(&p->x, &s->x_ticks, text, sizeof text))
+        write_label(sheet, c, text, s->box.x + s->box.w / 2, s->box.y + s->box.h + s->bottom - 0.35 * size,
                     s->box.w + 2 * fmin(s->left, s->right), 0);
 }
 
@@ -75,19 +69,21 @@ static void draw_y(const ff_sheet *sheet, const ff_panel *p, const ff_spot *s, c
 {
     const double size = sheet->fig->font, x = s->box.x, gap = (FF_TICK_LENGTH + FF_LABEL_GAP) * size;
     double widest = ff_ticks_widest(&s->y_ticks, size);
+    char text[FF_AXIS_TEXT];
     for (size_t k = 0; k < s->y_ticks.n; k++) {
         const ff_tick *t = &s->y_ticks.tick[k];
         const double y = y_at(p, s, t->at);
         line(c, x - (t->label[0] ? 1 : 0.6) * FF_TICK_LENGTH * size, y, x, y, 0.6, ink);
         write_text(c, x - gap, y + FF_ASCENT / 2 * size, FF_ANCHOR_RIGHT, size, t->label);
     }
-    for (size_t k = 0; k < p->y.n_names; k++) {
+    for (size_t k = 0; k < p->y.n_names && !p->y.quiet; k++) {
         char name[FF_AXIS_NAME + 8];
         ff_text_fit(p->y.name[k], size, FF_NAME_ROOM * sheet->width, name, sizeof name);
         write_text(c, x - gap, y_at(p, s, (double)k) + FF_ASCENT / 2 * size, FF_ANCHOR_RIGHT, size, name);
         widest = fmax(widest, ff_text_points(name, size));
     }
-    if (p->y.label[0]) write_label(sheet, c, &p->y, x - gap - widest - 0.45 * size, s->box.y + s->box.h / 2, s->box.h + s->top, 1);
+    if (*ff_axis_text(&p->y, &s->y_ticks, text, sizeof text))
+        write_label(sheet, c, text, x - gap - widest - FF_LABEL_AWAY * size, s->box.y + s->box.h / 2, s->box.h + s->top, 1);
 }
 
 static void draw_grid(const ff_panel *p, const ff_spot *s, const ff_canvas *c)
@@ -116,6 +112,7 @@ static void draw_bar(const ff_sheet *sheet, const ff_panel *p, const ff_spot *s,
 {
     enum { STEPS = 128 };
     unsigned char rgb[STEPS][3];
+    char text[FF_AXIS_TEXT];
     const double size = sheet->fig->font;
     const double outside = p->kind == FF_PANEL_PLANE ? 0.8 * size : ff_text_points("180°", size) + 1.3 * size;
     const double box[] = {s->box.x + s->box.w + outside, s->box.y, FF_BAR * size, s->box.h};
@@ -132,8 +129,8 @@ static void draw_bar(const ff_sheet *sheet, const ff_panel *p, const ff_spot *s,
         line(c, x, y, x + (t->label[0] ? 1 : 0.6) * FF_TICK_LENGTH * size, y, 0.6, ink);
         write_text(c, x + (FF_TICK_LENGTH + FF_LABEL_GAP) * size, y + FF_ASCENT / 2 * size, FF_ANCHOR_LEFT, size, t->label);
     }
-    if (p->z.label[0])
-        write_label(sheet, c, &p->z, x + (FF_TICK_LENGTH + FF_LABEL_GAP) * size + ff_ticks_widest(&s->z_ticks, size) + 1.1 * size,
+    if (*ff_axis_text(&p->z, &s->z_ticks, text, sizeof text))
+        write_label(sheet, c, text, x + (FF_TICK_LENGTH + FF_LABEL_GAP) * size + ff_ticks_widest(&s->z_ticks, size) + 1.1 * size,
                     box[1] + box[3] / 2, box[3] + s->top, 1);
 }
 
@@ -169,6 +166,7 @@ static void draw_polar(const ff_sheet *sheet, const ff_panel *p, const ff_spot *
 {
     const double size = sheet->fig->font, radius = s->box.w / 2, x = s->box.x + radius, y = s->box.y + s->box.h;
     const ff_pen grid = {0.4, 0xd0d0d0, FF_DASH_SOLID}, edge = {0.6, ink, FF_DASH_SOLID};
+    char label[FF_AXIS_TEXT];
     for (size_t k = 0; k < s->y_ticks.n; k++) {
         const ff_tick *t = &s->y_ticks.tick[k];
         const double r = ff_scale_place(p->y.scale, s->y[0], s->y[1], t->at) * radius;
@@ -186,7 +184,8 @@ static void draw_polar(const ff_sheet *sheet, const ff_panel *p, const ff_spot *
     }
     arc(c, x, y, radius, 0, 180 * degree, &edge);
     line(c, x - radius, y, x + radius, y, 0.6, ink);
-    if (p->y.label[0]) write_label(sheet, c, &p->y, x + radius / 2, y + s->bottom - 0.35 * size, radius + s->right, 0);
+    if (*ff_axis_text(&p->y, &s->y_ticks, label, sizeof label))
+        write_label(sheet, c, label, x + radius / 2, y + s->bottom - 0.35 * size, radius + s->right, 0);
 }
 
 static void draw_disc(const ff_sheet *sheet, const ff_spot *s, const ff_canvas *c)
@@ -197,9 +196,13 @@ static void draw_disc(const ff_sheet *sheet, const ff_spot *s, const ff_canvas *
         const double r = radius * theta / 90;
         arc(c, x, y, r, 0, 360 * degree, &(ff_pen){theta == 90 ? 0.6 : 0.4, theta == 90 ? ink : soft, FF_DASH_SOLID});
         snprintf(text, sizeof text, "%d°", theta);
-        if (theta < 90 && radius > 6 * size)
-            c->text(c->self, &(ff_text){x + (r + 0.2 * size) * cos(45 * degree), y + (r + 0.9 * size) * sin(45 * degree),
-                                        FF_ANCHOR_LEFT, 0, 0.85 * size, 0x404040, text});
+        if (theta < 90 && radius > 6 * size) {
+            const double left = x + (r + 0.2 * size) * cos(45 * degree), base = y + (r + 0.9 * size) * sin(45 * degree),
+                         width = ff_text_points(text, 0.85 * size), top = base - 0.7 * size, bottom = base + 0.1 * size;
+            const double area[] = {left, top, left + width, top, left + width, bottom, left, bottom};
+            c->path(c->self, 4, area, 1, &(ff_pen){.colour = FF_COLOUR_NONE}, 0xffffff); /* or colours would swallow it */
+            c->text(c->self, &(ff_text){left, base, FF_ANCHOR_LEFT, 0, 0.85 * size, 0x404040, text});
+        }
     }
     for (int a = 0; a < 360; a += 90) {
         char text[16];

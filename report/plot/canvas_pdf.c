@@ -113,43 +113,81 @@ static void dots(void *self, size_t n, const double *xy, double radius, uint32_t
 
 /* ---- text ------------------------------------------------------------------------------------ */
 
-/* The byte of a character in its font; one that neither has is a '?'. */
-static unsigned char byte_of(uint32_t code, int *in_symbol)
-{
-    unsigned char latin, symbol;
-    (void)ff_glyph(code, &latin, &symbol);
-    *in_symbol = !latin && symbol;
-    return latin ? latin : symbol ? symbol : '?';
-}
+/* How the next character is to be set. */
+typedef struct setting {
+    int symbol;
+    double size, rise;
+} setting;
 
-static void put_font(pdf *p, int symbol, double size)
+static void put_setting(pdf *p, const setting *s)
 {
-    put(p, symbol ? "/S " : "/H ");
-    put_number(p, size);
+    put(p, s->symbol ? "/S " : "/H ");
+    put_number(p, s->size);
     put(p, "Tf ");
+    put_number(p, s->rise);
+    put(p, "Ts ");
 }
 
-/* Characters of one font after another as strings in hexadecimal. */
-static void put_run(pdf *p, const ff_run *run, double size)
+static void put_hex(pdf *p, unsigned byte)
 {
-    int now = -1;
+    char hex[4];
+    snprintf(hex, sizeof hex, "%02x", byte);
+    put_bytes(p, hex, 2);
+}
+
+/* n digits between two shifts, in thousandths: [-before <..> -after] TJ */
+static void put_digits(pdf *p, const char *digits, size_t n, double before, double after)
+{
+    put(p, "[");
+    put_number(p, -before);
+    put(p, "<");
+    for (size_t i = 0; i < n; i++) put_hex(p, (unsigned char)digits[i]);
+    put(p, "> ");
+    put_number(p, -after);
+    put(p, "] TJ ");
+}
+
+/* A character that neither font has: the digits of its code in two lines, in the width that the layout keeps for it. */
+static void put_code(pdf *p, uint32_t code, const setting *at)
+{
+    char digits[12];
+    const double small = 0.45, room = 1000 / small;
+    const size_t n = (size_t)snprintf(digits, sizeof digits, "%04X", (unsigned)code), above = (n + 1) / 2;
+    for (int line = 0; line < 2; line++) {
+        const char *from = digits + (line ? above : 0);
+        const size_t count = line ? n - above : above;
+        const double width = ff_run_points(from, count, 1000), side = (room - width) / 2;
+        put_setting(p, &(setting){0, small * at->size, at->rise + (line ? -0.05 : 0.38) * at->size});
+        put_digits(p, from, count, side, line ? side : -side - width);
+    }
+}
+
+/* Characters of one setting after another as strings in hexadecimal. */
+static void put_run(pdf *p, const ff_run *run, double size, double rise)
+{
+    setting now = {-1, 0, 0};
+    int is_open = 0;
     for (size_t i = 0; i < run->length;) {
         uint32_t code = '?';
-        int symbol;
-        char hex[4];
         const size_t n = ff_text_sequence(run->text + i, &code);
-        const unsigned char byte = byte_of(n ? code : '?', &symbol);
-        if (symbol != now) {
-            if (now >= 0) put(p, "> Tj ");
-            put_font(p, symbol, size);
-            put(p, "<");
-            now = symbol;
+        const ff_glyph g = ff_glyph_of(n ? code : '?');
+        const int is_known = g.latin || g.symbol;
+        const setting next = {g.symbol != 0, g.level ? FF_RUN_SIZE * size : size, rise + ff_run_rise(g.level) * size};
+        if (is_open && (!is_known || next.symbol != now.symbol || g.level || now.size < size)) {
+            put(p, "> Tj ");
+            is_open = 0;
         }
-        snprintf(hex, sizeof hex, "%02x", byte);
-        put_bytes(p, hex, 2);
+        if (!is_known) put_code(p, n ? code : '?', &next);
+        if (is_known && !is_open) {
+            put_setting(p, &next);
+            put(p, "<");
+            now = next;
+            is_open = 1;
+        }
+        if (is_known) put_hex(p, g.symbol ? g.symbol : g.latin);
         i += n ? n : 1;
     }
-    if (now >= 0) put(p, "> Tj\n");
+    put(p, is_open ? "> Tj\n" : "\n");
 }
 
 static void text(void *self, const ff_text *t)
@@ -165,11 +203,8 @@ static void text(void *self, const ff_text *t)
     put_colour(p, t->colour, "rg ");
     put(p, t->upwards ? "0 1 -1 0 " : "1 0 0 1 ");
     put_place(p, t->upwards ? t->x : t->x - back, t->upwards ? t->y + back : t->y, "Tm\n");
-    while (ff_run_next(&rest, &run)) {
-        put_number(p, run.level > 0 ? FF_RUN_RAISE * t->size : run.level < 0 ? -FF_RUN_RAISE / 2 * t->size : 0);
-        put(p, "Ts ");
-        put_run(p, &run, run.level ? FF_RUN_SIZE * t->size : t->size);
-    }
+    while (ff_run_next(&rest, &run))
+        put_run(p, &run, run.level ? FF_RUN_SIZE * t->size : t->size, ff_run_rise(run.level) * t->size);
     put(p, "0 Ts ET\n");
 }
 

@@ -123,7 +123,7 @@ static void text(void *self, const ff_text *t)
     }
     fputc('>', s->out);
     while (ff_run_next(&rest, &run)) {
-        const double to = run.level > 0 ? -FF_RUN_RAISE * t->size : run.level < 0 ? FF_RUN_RAISE / 2 * t->size : 0;
+        const double to = -ff_run_rise(run.level) * t->size;
         const int span = run.level || at != 0;
         if (span) {
             fputs("<tspan", s->out);
@@ -138,18 +138,20 @@ static void text(void *self, const ff_text *t)
     fputs("</text>\n", s->out);
 }
 
-/* Few cells are areas of their own: sharp in every viewer, and to be edited. */
+/* Few cells are areas of their own: sharp in every viewer, and to be edited. Neighbours of one colour are one area, and each
+ * reaches a little under the next ones, that nothing shines through where a viewer rounds to its pixels. */
 static void cells(svg *s, const double box[4], size_t nx, size_t ny, const unsigned char *rgb)
 {
-    const double w = box[2] / (double)nx, h = box[3] / (double)ny;
+    const double w = box[2] / (double)nx, h = box[3] / (double)ny, under = 0.3;
     fputs("<g shape-rendering=\"crispEdges\">\n", s->out);
-    for (size_t k = 0; k < nx * ny; k++) {
-        const double x = box[0] + (double)(k % nx) * w, y = box[1] + (double)(k / nx) * h;
-        fprintf(s->out, "<rect fill=\"#%02x%02x%02x\"", rgb[3 * k], rgb[3 * k + 1], rgb[3 * k + 2]);
-        put_attribute(s, "x", x);
-        put_attribute(s, "y", y);
-        put_attribute(s, "width", w);
-        put_attribute(s, "height", h);
+    for (size_t first = 0, end; first < nx * ny; first = end) {
+        const size_t row = first / nx;
+        for (end = first + 1; end < (row + 1) * nx && !memcmp(rgb + 3 * first, rgb + 3 * end, 3);) end++;
+        fprintf(s->out, "<rect fill=\"#%02x%02x%02x\"", rgb[3 * first], rgb[3 * first + 1], rgb[3 * first + 2]);
+        put_attribute(s, "x", box[0] + (double)(first % nx) * w);
+        put_attribute(s, "y", box[1] + (double)row * h);
+        put_attribute(s, "width", (double)(end - first) * w + (end % nx ? under : 0));
+        put_attribute(s, "height", h + (row + 1 < ny ? under : 0));
         fputs("/>\n", s->out);
     }
     fputs("</g>\n", s->out);

@@ -6,7 +6,7 @@
 #include <string.h>
 
 static const ff_pen no_pen = {.colour = FF_COLOUR_NONE};
-enum { DENSE = 120 };
+enum { DENSE = 120, DENSE_ROUND = 24 }; /* bars: round a disc they meet in its middle */
 #define LINE_WIDTH 1.1
 #define STEPS      240.0 /* of colour, so that they make a palette */
 
@@ -19,12 +19,11 @@ static double marker_radius(const ff_sheet *s, size_t n)
 
 /* Corners on a circle of radius 1; 0 corners: a dot. Crosses are two strokes. */
 static const struct {
-    int corners;
     double first; /* angle of the first corner, in right angles */
-    int strokes;
     double scale;
-} shapes[FF_MARKER_COUNT] = {{0, 0, 0, 1},     {4, 0.5, 0, 1.15}, {3, 1, 0, 1.3}, {4, 0, 0, 1.25},
-                             {4, 0.5, 1, 1.2}, {3, -1, 0, 1.3},   {4, 0, 1, 1.25}};
+    int corners, strokes;
+} shapes[FF_MARKER_COUNT] = {{0, 1, 0, 0},     {0.5, 1.15, 4, 0}, {1, 1.3, 3, 0}, {0, 1.25, 4, 0},
+                             {0.5, 1.2, 4, 1}, {-1, 1.3, 3, 0},   {0, 1.25, 4, 1}};
 
 void ff_markers_draw(const ff_canvas *c, size_t n, const double *xy, ff_style style, double radius)
 {
@@ -66,10 +65,17 @@ static double end_of(const ff_axis *a, double lo, double x)
     return a->scale == FF_SCALE_LOG && !(x > 0) ? lo : x;
 }
 
+/* Lighter than the points, which many bars beside each other would hide. */
+static uint32_t error_colour(ff_style style)
+{
+    return ff_colour_mix(ff_colour_at(style.colour), 0xffffff, 0.4);
+}
+
 static void draw_errors(const ff_panel *p, const ff_spot *spot, const ff_series *s, const ff_canvas *c)
 {
-    const ff_pen pen = {0.6, ff_colour_at(s->style.colour), FF_DASH_SOLID};
-    const size_t step = s->n > DENSE ? (s->n + DENSE / 2 - 1) / (DENSE / 2) : 1; /* so many that they would hide the points */
+    const ff_pen pen = {0.6, error_colour(s->style), FF_DASH_SOLID}, across = {0.6, ff_colour_at(s->style.colour), FF_DASH_SOLID};
+    const size_t most = p->kind == FF_PANEL_POLAR ? DENSE_ROUND : DENSE,
+                 step = s->n > most ? (s->n + most / 2 - 1) / (most / 2) : 1; /* so many that they would hide the points */
     for (size_t i = 0; i < s->n; i += step) {
         double xy[2][2];
         if (s->low && isfinite(s->low[i]) && isfinite(s->high[i])) {
@@ -80,7 +86,7 @@ static void draw_errors(const ff_panel *p, const ff_spot *spot, const ff_series 
         if (s->x_low && isfinite(s->x_low[i]) && isfinite(s->x_high[i])) {
             ff_spot_place(p, spot, end_of(&p->x, spot->x[0], s->x_low[i]), s->y[i], xy[0]);
             ff_spot_place(p, spot, s->x_high[i], s->y[i], xy[1]);
-            c->path(c->self, 2, xy[0], 0, &pen, FF_COLOUR_NONE);
+            c->path(c->self, 2, xy[0], 0, &across, FF_COLOUR_NONE);
         }
     }
 }
@@ -141,14 +147,15 @@ static void write_cells(const ff_sheet *s, const ff_image *im, const double box[
     if (size <= 3 || size > h) return;
     for (size_t i = 0; i < im->nx * im->ny; i++) {
         char number[FF_TEXT_NUMBER], text[FF_TEXT_NUMBER + 4];
+        const size_t row = i / im->nx;
         if (!isfinite(im->z[i])) continue;
         ff_text_fixed(im->z[i], 2, number);
         snprintf(text, sizeof text, "%s%s", *number == '-' ? "−" : "", number + (*number == '-'));
         const double t = image_place(im, range, im->z[i]);
         const uint32_t colour = im->map == FF_MAP_DIVERGING ? (t < 0.2 || t > 0.85 ? 0xffffff : 0) : (t < 0.5 ? 0xffffff : 0);
-        c->text(c->self, &(ff_text){box[0] + ((double)(i % im->nx) + 0.5) * w,
-                                    box[1] + ((double)(i / im->nx) + 0.5) * h + FF_ASCENT / 2 * size, FF_ANCHOR_MIDDLE, 0, size,
-                                    colour, text});
+        c->text(c->self,
+                &(ff_text){box[0] + ((double)(i % im->nx) + 0.5) * w, box[1] + ((double)row + 0.5) * h + FF_ASCENT / 2 * size,
+                           FF_ANCHOR_MIDDLE, 0, size, colour, text});
     }
 }
 
@@ -217,7 +224,7 @@ static void draw_sample(const ff_sheet *s, const ff_layout_entry *e, const ff_ca
         c->path(c->self, 4, area, 1, &no_pen, ff_colour_mix(ff_colour_at(style.colour), 0xffffff, 0.72));
     } else if (e->series->kind == FF_SERIES_POINTS) {
         const double bar[] = {middle[0], y - 0.45 * size, middle[0], y + 0.45 * size};
-        if (e->series->low) c->path(c->self, 2, bar, 0, &(ff_pen){0.6, ff_colour_at(style.colour), 0}, FF_COLOUR_NONE);
+        if (e->series->low) c->path(c->self, 2, bar, 0, &(ff_pen){0.6, error_colour(style), 0}, FF_COLOUR_NONE);
         ff_markers_draw(c, 1, middle, style, 0.2 * size);
     } else {
         const double width = e->series->kind == FF_SERIES_RULE ? 0.7 : LINE_WIDTH;
@@ -237,6 +244,26 @@ static void draw_legend(const ff_sheet *s, const ff_canvas *c)
     }
 }
 
+static int has_value(const ff_panel *p)
+{
+    for (size_t k = 0; k < p->n_series; k++) {
+        const ff_series *s = p->series[k];
+        if (s->kind == FF_SERIES_RULE) continue;
+        for (size_t i = 0; i < s->n; i++)
+            if (isfinite(s->x[i]) && isfinite(s->y[i])) return 1;
+        for (size_t i = 0; i < s->image.nx * s->image.ny; i++)
+            if (isfinite(s->image.z[i])) return 1;
+    }
+    return 0;
+}
+
+/* A panel without a value says that it has none, for it might be thought to be unfinished. */
+static void say_empty(const ff_sheet *s, const ff_spot *spot, const ff_canvas *c)
+{
+    c->text(c->self, &(ff_text){spot->box.x + spot->box.w / 2, spot->box.y + spot->box.h / 2, FF_ANCHOR_MIDDLE, 0, s->fig->font,
+                                0x606060, "no values"});
+}
+
 ff_status ff_sheet_draw(const void *sheet, const ff_canvas *c)
 {
     const ff_sheet *s = sheet;
@@ -251,6 +278,7 @@ ff_status ff_sheet_draw(const void *sheet, const ff_canvas *c)
         if (p->kind != FF_PANEL_PLANE && !s->spot[i].has_bar) ff_axes_draw(s, p, &s->spot[i], c);
         status = ff_series_draw(s, p, &s->spot[i], c);
         if (p->kind == FF_PANEL_PLANE || s->spot[i].has_bar) ff_axes_draw(s, p, &s->spot[i], c);
+        if (!has_value(p)) say_empty(s, &s->spot[i], c);
     }
     draw_legend(s, c);
     for (size_t k = 0; k < s->n_lines; k++)

@@ -66,11 +66,18 @@ int ff_run_next(const char **text, ff_run *out);
 #define FF_RUN_SIZE  0.7  /* of raised and lowered runs, in sizes of the line */
 #define FF_RUN_RAISE 0.35 /* by which they are raised; lowered by half of it   */
 
+double ff_run_rise(int level); /* in sizes of the line */
+
 /* Width in points. Adobe's metrics of Helvetica and, for Greek, Symbol. */
 double ff_text_points(const char *text, double size);
 double ff_run_points(const char *text, size_t length, double size);
-/* Advance of a code point in thousandths; *symbol is its place in the font Symbol, else 0, and *latin in WinAnsi, else 0. */
-int ff_glyph(uint32_t code, unsigned char *latin, unsigned char *symbol);
+/* What a code point is drawn with: its place in WinAnsi or in the font Symbol, both 0 where neither has it. */
+typedef struct ff_glyph {
+    double width; /* advance in thousandths of the size of the line */
+    unsigned char latin, symbol;
+    int level; /* of a small one: as of a run                       */
+} ff_glyph;
+ff_glyph ff_glyph_of(uint32_t code);
 /* As much of text as fits into `points`, with an ellipsis where something is missing. Returns out. */
 const char *ff_text_fit(const char *text, double size, double points, char *out, size_t room);
 

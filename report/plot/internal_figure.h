@@ -35,6 +35,8 @@ typedef struct ff_axis {
     double lo, hi; /* NaN: as the data have it                                  */
     size_t n_names;
     char (*name)[FF_AXIS_NAME];
+    char ending[FF_AXIS_NAME]; /* of all names, where each is not to repeat it; in the CSV they are whole */
+    int quiet;                 /* 1: the names stand beside another panel, and in the CSV */
 } ff_axis;
 
 /* How a series looks. Colours alone tell nothing in grey print: dash and marker go with them. */

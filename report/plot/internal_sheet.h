@@ -3,7 +3,7 @@
 #define FF_INTERNAL_SHEET_H
 #include "internal_canvas.h"
 
-enum { FF_TICKS = 80, FF_TICK_LABEL = 96 };
+enum { FF_TICKS = 80, FF_TICK_LABEL = 96, FF_AXIS_TEXT = FF_FIGURE_TEXT + 80 };
 
 /* A tick; label "": a small one without a number. */
 typedef struct ff_tick {
@@ -13,6 +13,7 @@ typedef struct ff_tick {
 
 typedef struct ff_ticks {
     size_t n;
+    int power; /* labels are numbers over 10^power, which stands with the unit; 0: as they are */
     ff_tick tick[FF_TICKS];
 } ff_ticks;
 
@@ -22,6 +23,8 @@ void ff_ticks_make(ff_scale scale, double lo, double hi, double length, double s
 /* Place on the axis, 0 at lo and 1 at hi; NaN where it has none. */
 double ff_scale_place(ff_scale scale, double lo, double hi, double x);
 double ff_ticks_widest(const ff_ticks *t, double size);
+/* "label (10^{-4} unit)"; "" where nothing is to be said. Returns out. */
+const char *ff_axis_text(const ff_axis *a, const ff_ticks *t, char *out, size_t size);
 
 typedef struct ff_box {
     double x, y, w, h;
@@ -63,6 +66,7 @@ void ff_sheet_free(ff_sheet *s);
 #define FF_TICK_LENGTH 0.35
 #define FF_LABEL_GAP   0.35 /* between tick and label           */
 #define FF_LINE_HEIGHT 1.35
+#define FF_LABEL_AWAY  0.6  /* of an upright label's baseline from the numbers */
 #define FF_SAMPLE      2.8  /* of a line, in the legend         */
 #define FF_BAR         1.0  /* width of the bar of colours      */
 #define FF_NAME_ROOM   0.32 /* of the width, for names on an axis */

@@ -81,7 +81,7 @@ static const ff_image *image_of(const ff_panel *p)
 static double widest_name(const ff_axis *a, double size)
 {
     double widest = 0;
-    for (size_t k = 0; k < a->n_names; k++) widest = fmax(widest, ff_text_points(a->name[k], size));
+    for (size_t k = 0; k < a->n_names && !a->quiet; k++) widest = fmax(widest, ff_text_points(a->name[k], size));
     return widest;
 }
 
@@ -96,9 +96,10 @@ static void overhang(const ff_spot *s, const ff_panel *p, double size, double *l
     }
 }
 
-static int has_text(const ff_axis *a)
+static int has_text(const ff_axis *a, const ff_ticks *t)
 {
-    return a->label[0] != '\0';
+    char text[FF_AXIS_TEXT];
+    return *ff_axis_text(a, t, text, sizeof text) != '\0';
 }
 
 static void around_plane(const ff_figure *fig, const ff_panel *p, ff_spot *s, double size)
@@ -106,7 +107,7 @@ static void around_plane(const ff_figure *fig, const ff_panel *p, ff_spot *s, do
     const double tick = (FF_TICK_LENGTH + FF_LABEL_GAP) * size;
     const double y_labels = p->y.scale == FF_SCALE_NAMES ? fmin(widest_name(&p->y, size), FF_NAME_ROOM * fig->width)
                                                          : ff_ticks_widest(&s->y_ticks, size);
-    double left = tick + y_labels + (has_text(&p->y) ? FF_LINE_HEIGHT * size : 0), right = 0.3 * size;
+    double left = tick + y_labels + (has_text(&p->y, &s->y_ticks) ? FF_LINE_HEIGHT * size : 0), right = 0.3 * size;
     double x_labels = size;
     if (p->x.scale == FF_SCALE_NAMES) {
         const double cell = s->box.w / (double)(p->x.n_names ? p->x.n_names : 1), widest = widest_name(&p->x, size);
@@ -116,10 +117,10 @@ static void around_plane(const ff_figure *fig, const ff_panel *p, ff_spot *s, do
     overhang(s, p, size, &left, &right);
     if (s->has_bar)
         right = fmax(right, (0.8 + FF_BAR) * size + tick + ff_ticks_widest(&s->z_ticks, size) +
-                                (has_text(&p->z) ? FF_LINE_HEIGHT * size : 0) + 0.3 * size);
+                                (has_text(&p->z, &s->z_ticks) ? FF_LINE_HEIGHT * size : 0) + 0.3 * size);
     s->left = fmax(s->left, left);
     s->right = fmax(s->right, right);
-    s->bottom = fmax(s->bottom, tick + x_labels + 0.25 * size + (has_text(&p->x) ? FF_LINE_HEIGHT * size : 0));
+    s->bottom = fmax(s->bottom, tick + x_labels + 0.25 * size + (has_text(&p->x, &s->x_ticks) ? FF_LINE_HEIGHT * size : 0));
     s->top = 0.6 * size;
 }
 
@@ -131,10 +132,11 @@ static void around_round(const ff_panel *p, ff_spot *s, double size)
     s->right = label;
     if (s->has_bar)
         s->right += (0.8 + FF_BAR) * size + ff_ticks_widest(&s->z_ticks, size) + (FF_TICK_LENGTH + FF_LABEL_GAP) * size +
-                    (has_text(&p->z) ? FF_LINE_HEIGHT * size : 0);
+                    (has_text(&p->z, &s->z_ticks) ? FF_LINE_HEIGHT * size : 0);
     s->top = 1.7 * size;
-    s->bottom =
-        p->kind == FF_PANEL_POLAR ? (1.35 + FF_TICK_LENGTH) * size + (has_text(&p->y) ? FF_LINE_HEIGHT * size : 0) : 1.7 * size;
+    s->bottom = p->kind == FF_PANEL_POLAR
+                    ? (1.35 + FF_TICK_LENGTH) * size + (has_text(&p->y, &s->y_ticks) ? FF_LINE_HEIGHT * size : 0)
+                    : 1.7 * size;
 }
 
 static void around(const ff_figure *fig, const ff_panel *p, ff_spot *s, double size)

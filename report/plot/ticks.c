@@ -2,7 +2,10 @@
 #include "internal_sheet.h"
 #include "report/internal_text.h"
 #include <math.h>
+#include <stdlib.h>
 #include <string.h>
+
+enum { LONG = 3 }; /* so many decimals of small numbers are written out, not more */
 
 double ff_scale_place(ff_scale scale, double lo, double hi, double x)
 {
@@ -15,6 +18,16 @@ double ff_ticks_widest(const ff_ticks *t, double size)
     double widest = 0;
     for (size_t k = 0; k < t->n; k++) widest = fmax(widest, ff_text_points(t->tick[k].label, size));
     return widest;
+}
+
+const char *ff_axis_text(const ff_axis *a, const ff_ticks *t, char *out, size_t size)
+{
+    char factor[32] = "";
+    if (t->power) snprintf(factor, sizeof factor, "10^{%s%d}", t->power < 0 ? "−" : "", abs(t->power));
+    const int has_unit = a->unit[0] || *factor;
+    snprintf(out, size, "%s%s%s%s%s%s", a->label, has_unit ? (a->label[0] ? " (" : "(") : "", factor,
+             *factor && a->unit[0] ? " " : "", a->unit, has_unit ? ")" : "");
+    return out;
 }
 
 /* ---- labels ---------------------------------------------------------------------------------- */
@@ -37,19 +50,30 @@ static void label_power(double mantissa, int power, char out[FF_TICK_LABEL])
     snprintf(out, FF_TICK_LABEL, "%.40s·10^{%s}", text, exponent);
 }
 
-/* Of a tick on an axis whose ticks are `step` apart and whose numbers go up to `most`. */
-static void label_linear(double x, double step, double most, char out[FF_TICK_LABEL])
+/* So many that ticks `step` apart differ. */
+static int decimals_of(double step)
+{
+    int decimals = 0;
+    while (decimals < 12 && fabs(step * pow(10, decimals) - round(step * pow(10, decimals))) > 1e-6 * step * pow(10, decimals))
+        decimals++;
+    return decimals;
+}
+
+/* The power of ten that the numbers of an axis leave to its label: of large and small ones, and of those that would have many zeros
+ * before their digits begin. */
+static int power_of(double step, double most)
+{
+    const int power = (int)floor(log10(most) + 1e-9);
+    return power >= 5 || power <= -4 || (power < -1 && decimals_of(step) > LONG) ? power : 0;
+}
+
+/* Of a tick on an axis whose ticks are `step` apart. */
+static void label_linear(double x, double step, int power, char out[FF_TICK_LABEL])
 {
     char number[FF_TEXT_NUMBER];
-    const int power = (int)floor(log10(most) + 1e-9);
+    const double unit = pow(10, power);
     if (fabs(x) < step * 1e-6) x = 0;
-    if (x != 0 && (power >= 5 || power <= -4)) {
-        label_power(round(x / step) * step / pow(10, power), power, out);
-        return;
-    }
-    int decimals = 0;
-    while (decimals < 9 && fabs(step * pow(10, decimals) - round(step * pow(10, decimals))) > 1e-6) decimals++;
-    with_minus(ff_text_fixed(x, decimals, number), out);
+    with_minus(ff_text_fixed(x / unit, decimals_of(step / unit), number), out);
 }
 
 /* plain: without powers, of an axis whose ends are short so. */
@@ -73,11 +97,12 @@ static void add(ff_ticks *t, double at)
 
 static void every(double lo, double hi, double step, ff_ticks *out)
 {
-    const double most = fmax(fabs(lo), fabs(hi)), first = ceil(lo / step - 1e-6);
+    const double first = ceil(lo / step - 1e-6);
     out->n = 0;
+    out->power = power_of(step, fmax(fabs(lo), fabs(hi)));
     for (double k = first; k * step <= hi + 1e-6 * step && out->n < FF_TICKS; k++) {
         add(out, k * step);
-        label_linear(k * step, step, most, out->tick[out->n - 1].label);
+        label_linear(k * step, step, out->power, out->tick[out->n - 1].label);
     }
 }
 
@@ -129,6 +154,7 @@ static void powers(double lo, double hi, unsigned mask, unsigned labelled, int s
     const int first = (int)floor(log10(lo) - 1e-9), last = (int)ceil(log10(hi));
     const int plain = lo > 0.0009 && hi < 99999;
     out->n = 0;
+    out->power = 0;
     for (int p = first; p <= last; p++)
         for (int m = 1; m <= 9; m++) {
             const double x = m * pow(10, p);
@@ -166,6 +192,7 @@ static void logarithmic(double lo, double hi, double length, double size, int st
 void ff_ticks_make(ff_scale scale, double lo, double hi, double length, double size, int stacked, ff_ticks *out)
 {
     out->n = 0;
+    out->power = 0;
     if (!(hi > lo) || !isfinite(hi - lo) || scale == FF_SCALE_NAMES || !(length > 0)) return;
     if (scale == FF_SCALE_LOG)
         logarithmic(lo, hi, length, size, stacked, out);

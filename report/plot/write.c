@@ -69,8 +69,10 @@ static void put_place(const ff_axis *a, const double *x, size_t i, FILE *out)
         put_number(x, i, out);
         return;
     }
+    char whole[2 * FF_AXIS_NAME];
+    snprintf(whole, sizeof whole, "%s%s", a->name[k], a->ending);
     fputc(',', out);
-    put_text(a->name[k], out);
+    put_text(whole, out);
 }
 
 static void put_head(const ff_figure *fig, size_t panel, const ff_series *s, FILE *out)
@@ -88,7 +90,8 @@ static void put_image(const ff_figure *fig, size_t panel, const ff_series *s, FI
     const ff_image *im = &s->image;
     const double dx = (im->x_hi - im->x_lo) / (double)im->nx, dy = (im->y_hi - im->y_lo) / (double)im->ny;
     for (size_t i = 0; i < im->nx * im->ny; i++) {
-        const double x = im->x_lo + ((double)(i % im->nx) + 0.5) * dx, y = im->y_lo + ((double)(i / im->nx) + 0.5) * dy;
+        const size_t row = i / im->nx;
+        const double x = im->x_lo + ((double)(i % im->nx) + 0.5) * dx, y = im->y_lo + ((double)row + 0.5) * dy;
         put_head(fig, panel, s, out);
         put_place(&p->x, &x, 0, out);
         put_place(&p->y, &y, 0, out);

@@ -4,6 +4,8 @@
 Copies the sources, carries out every recipe (`<!-- new: FILE -->` and `<!-- line: FILE -- before|after: TEXT -->`, each followed by a
 block of code), counts the files that each touches, builds the program without optimisation, and uses each new part.
 """
+import csv
+import math
 import os
 import re
 import shutil
@@ -14,7 +16,8 @@ import tempfile
 SOURCE, CMAKE = os.path.abspath(sys.argv[1]), sys.argv[2]
 LAUNCHER = sys.argv[3] if len(sys.argv) > 3 else ""
 # What each heading promises: new files, files that get lines.
-PROMISES = {"A distribution of normals": (1, 1), "A file format": (1, 1), "A loss": (1, 1), "A column of a report": (0, 1)}
+PROMISES = {"A distribution of normals": (1, 1), "A file format": (1, 1), "A loss": (1, 1), "A column of a report": (0, 1),
+            "A kind of figure": (1, 1)}
 STEP = re.compile(r"<!-- (new|line): (\S+)(?: -- (before|after): (.*?))? -->\n\n```c\n(.*?)```\n", re.S)
 failures = 0
 
@@ -114,6 +117,15 @@ def use(program, folder):
 
     text = run(program, "fit", data, "--loss", "asinh")
     check("loss asinh" in text and "converged" in text, f"the loss does not work:\n{text}")
+
+    drawn, slopes = run(program, "plot", "slopes", "beckmann alpha=0.3", "ggx"), os.path.join(folder, "slopes.csv")
+    check("slope along x" in drawn and "beckmann alpha=0.3" in drawn, f"the figure is not drawn: {drawn[:300]}")
+    run(program, "plot", "slopes", "beckmann alpha=0.3", "-o", slopes)
+    with open(slopes, encoding="utf-8") as f:
+        density = {float(row["x"]): float(row["y"]) for row in csv.DictReader(f)}
+    expected = {s: math.exp(-(s / 0.3) ** 2) / (math.pi * 0.09) for s in density}
+    check(len(density) == 201 and all(abs(density[s] - expected[s]) <= 1e-9 * expected[s] + 1e-300 for s in density), "the slopes are not those of Beckmann")
+    check("slopes" in run(program, "plot", "--help"), "the help does not name the figure")
 
     table = [row.split(",") for row in run(program, "compare", data, "--ndf", "ggx,hyperbolic", "--masking", "smith-separable", "--table",
                                            "csv").splitlines()]

@@ -48,11 +48,66 @@ static void ticks_that_people_like(void)
     ff_ticks_make(FF_SCALE_LOG, 2, 7, 150, 8, 1, &t);
     FF_CHECK(find(&t, "2") && find(&t, "5"), "less than a decade");
     ff_ticks_make(FF_SCALE_LINEAR, 0, 3e6, 150, 8, 1, &t);
-    FF_CHECK(find(&t, "2·10^{6}") && find(&t, "0"), "large numbers");
+    FF_CHECK(t.power == 6 && find(&t, "2.0") && find(&t, "0.0"), "large numbers: power %d", t.power);
+    ff_ticks_make(FF_SCALE_LINEAR, 0.00404, 0.00421, 150, 8, 1, &t);
+    FF_CHECK(t.power == -3 && find(&t, "4.100"), "small numbers with many digits: power %d, %s", t.power, t.tick[0].label);
+    ff_ticks_make(FF_SCALE_LINEAR, 0, 0.0052, 150, 8, 1, &t);
+    FF_CHECK(t.power == 0 && find(&t, "0.001"), "small numbers with few: power %d, %s", t.power, t.tick[1].label);
+    ff_ticks_make(FF_SCALE_LINEAR, 0.2493, 0.2512, 150, 8, 0, &t);
+    FF_CHECK(t.power == 0 && find(&t, "0.2500"), "digits that no power takes away: power %d, %s", t.power, t.tick[1].label);
     ff_ticks_make(FF_SCALE_LINEAR, 1, 1, 100, 8, 0, &t);
     FF_CHECK(t.n == 0, "an empty range has no ticks");
     ff_ticks_make(FF_SCALE_LINEAR, NAN, 1, 100, 8, 0, &t);
     FF_CHECK(t.n == 0, "nor has one that is none");
+}
+
+/* The power that the numbers leave out stands with the unit. */
+static void texts_of_axes(void)
+{
+    static const struct {
+        const char *label, *unit;
+        int power;
+        const char *text;
+    } cases[] = {{"f", "sr^{−1}", 0, "f (sr^{−1})"},
+                 {"f", "sr^{−1}", -4, "f (10^{−4} sr^{−1})"},
+                 {"objective", "1", 6, "objective (10^{6})"},
+                 {"", "1", -5, "(10^{−5})"},
+                 {"", "", 0, ""},
+                 {"D", "", 0, "D"}};
+    for (size_t k = 0; k < sizeof cases / sizeof *cases; k++) {
+        ff_axis a = {.scale = FF_SCALE_LINEAR};
+        char text[FF_AXIS_TEXT];
+        ff_axis_say(&a, cases[k].label, cases[k].unit, FF_SCALE_LINEAR, 0, 1);
+        ff_axis_text(&a, &(ff_ticks){.power = cases[k].power}, text, sizeof text);
+        FF_CHECK(!strcmp(text, cases[k].text), "'%s', expected '%s'", text, cases[k].text);
+    }
+}
+
+/* What both fonts lack is drawn with something that they have, or is known to be drawn otherwise. */
+static void glyphs(void)
+{
+    static const struct {
+        uint32_t code;
+        unsigned char latin, symbol;
+        int level;
+        double width;
+    } cases[] = {{'A', 'A', 0, 0, 667},          {0xe9, 0xe9, 0, 0, 556},         {0x2192, 0, 0xae, 0, 987}, /* é, an arrow      */
+                 {0x2079, '9', 0, 1, 0.7 * 556}, {0x2082, '2', 0, -1, 0.7 * 556}, {0x207b, '-', 0, 1, 0.7 * 333},
+                 {0x010d, 'c', 0, 0, 500},       {0x0142, 'l', 0, 0, 222},        {0x0161, 0x9a, 0, 0, 500}, /* č, ł, š          */
+                 {0x2248, 0, 0xbb, 0, 549},      {0x03b8, 0, 0x71, 0, 521},       {0x03ac, 0, 0x61, 0, 631},
+                 {0x2009, ' ', 0, 0, 278},       {0x4e2d, 0, 0, 0, 1000},         {0x1f600, 0, 0, 0, 1000}};
+    for (size_t k = 0; k < sizeof cases / sizeof *cases; k++) {
+        const ff_glyph g = ff_glyph_of(cases[k].code);
+        FF_CHECK(g.latin == cases[k].latin && g.symbol == cases[k].symbol && g.level == cases[k].level, "U+%04X: %d, %d, %d",
+                 (unsigned)cases[k].code, g.latin, g.symbol, g.level);
+        FF_CHECK_CLOSE(g.width, cases[k].width, 1e-12, 0);
+    }
+    for (uint32_t code = 0x20; code < 0x180; code++)
+        if (code < 0x7f || code >= 0xa0) FF_CHECK(ff_glyph_of(code).latin, "U+%04X is not drawn", (unsigned)code);
+    for (uint32_t code = 0x391; code < 0x3ca; code++) {
+        const ff_glyph g = ff_glyph_of(code);
+        FF_CHECK(g.symbol || code == 0x3a2, "U+%04X is not drawn", (unsigned)code);
+    }
 }
 
 /* By Adobe's table: H 722, e 556, l 222, v 500, t 278, i 222, c 500, a 556; theta 521 of Symbol. */
@@ -163,5 +218,5 @@ static void drawn(void)
     ff_figure_clear(&fig);
 }
 
-FF_TEST_MAIN(FF_TEST(ticks_of_any_range), FF_TEST(ticks_that_people_like), FF_TEST(widths), FF_TEST(numbers), FF_TEST(colours),
-             FF_TEST(plain_text), FF_TEST(drawn))
+FF_TEST_MAIN(FF_TEST(ticks_of_any_range), FF_TEST(ticks_that_people_like), FF_TEST(texts_of_axes), FF_TEST(glyphs), FF_TEST(widths),
+             FF_TEST(numbers), FF_TEST(colours), FF_TEST(plain_text), FF_TEST(drawn))

@@ -37,7 +37,7 @@ def refused(status, says, *args, stdin=None):
 
 
 def words():
-    kinds = "slice, polar, profile, image, residuals, coverage, ndf, masking, albedo, forest, correlation, likelihood, bootstrap, sweep"
+    kinds = "slice, polar, profile, image, residuals, coverage, ndf, masking, fresnel, albedo, forest, correlation, likelihood, bootstrap, sweep"
     refused(USAGE, kinds, "plot", "pie", "paint.csv")
     refused(USAGE, "did you mean 'profile'", "plot", "profil", "paint.csv")
     refused(USAGE, "KIND", "plot")
@@ -59,6 +59,14 @@ def words():
     refused(USAGE, "--per-row", "plot", "ndf", "--per-row", "0")
     refused(USAGE, "of one file, or of models", "plot", "slice", "paint.csv", "paint.csv")
     refused(USAGE, "of one file, or of models", "plot", "albedo", "ggx", "fit.json")
+    refused(USAGE, "no parameter 'kd'", "plot", "albedo", "ggx", "beckmann", "--set", "kd=0.1")
+    check(run("plot", "albedo", "ggx", "ggx+lambert", "--set", "kd=0.1").returncode == 0, "a value that one of two models has")
+    refused(USAGE, "no parameter 'kd'", "plot", "albedo", "ggx kd=0.1", "ggx+lambert")
+    refused(USAGE, "", "plot", "albedo", "ggx alpha", "-o", "new.svg")
+    refused(USAGE, "", "plot", "albedo", "ggx alpha=" + "1" * 3000, "-o", "new.svg")
+    refused(USAGE, "", "plot", "albedo", "ggx alpha=-1", "-o", "new.svg")
+    refused(INPUT, "neither a file nor a model", "plot", "albedo", " alpha=0.1")
+    refused(INPUT, "neither a file nor a model", "plot", "albedo", "x" * 5000 + " alpha=0.1")
     refused(USAGE, "not of the model", "plot", "coverage", "ggx")
     refused(USAGE, "not of the model", "plot", "forest", "ggx")
     refused(USAGE, "not of a result", "plot", "likelihood", "fit.json")

@@ -96,6 +96,37 @@ def whole_pdf(pdf, what):
     check(stream.group(1).count(b"q ") == stream.group(1).count(b"Q\n"), f"{what}: states are not given back")
 
 
+def strings_of(pdf):
+    """Texts of a PDF as (font, rise, bytes)."""
+    font, rise, found = "", 0, []
+    for piece in re.finditer(rb"/([HS]) \S+ Tf|(\S+) Ts|<([0-9a-f]*)>", re.search(rb"stream\n(.*)endstream", pdf, re.S).group(1)):
+        if piece.group(1):
+            font = piece.group(1).decode()
+        elif piece.group(2):
+            rise = float(piece.group(2))
+        else:
+            found.append((font, rise, bytes.fromhex(piece.group(3).decode())))
+    return found
+
+
+def other_letters():
+    """Small figures are raised, accents that Helvetica lacks are left out, other scripts are the digits of their code."""
+    run("plot", "ndf", "ggx", "--title", "Škoda č ł 10⁻² x₃ θ→∞ ≈ 中?", "-o", "odd.pdf")
+    with open(os.path.join(scratch, "odd.pdf"), "rb") as f:
+        pdf = f.read()
+    whole_pdf(pdf, "a title of other letters")
+    found = strings_of(pdf)
+    plain = b"".join(t for font, rise, t in found[:40] if font == "H")
+    check(plain.startswith(b"\x8akoda c l 10-2 x3 "), f"letters of the title: {plain[:40]}")
+    check(any(t.startswith(b"-") and rise > 0 for _, rise, t in found), "10^-2 is not raised")
+    check(any(t == b"3" and rise < 0 for _, rise, t in found), "x_3 is not lowered")
+    symbols = b"".join(t for font, _, t in found[:60] if font == "S")
+    check(symbols.startswith(b"q\xae\xa5\xbb"), f"symbols of the title: {symbols[:10]}")
+    codes = [(rise, t) for font, rise, t in found if t in (b"4E", b"2D")]
+    check(len(codes) == 2 and codes[0][0] > codes[1][0], f"a letter of another script: {codes}")
+    check(sum(t.count(b"?") for _, _, t in found) == 1, "a '?' that nobody wrote")
+
+
 self_test()
 with tempfile.TemporaryDirectory() as scratch:
     run("simulate", "ggx+lambert", "--set", "alpha=0.3,f0=0.5:0.4:0.3,kd=0.2", "--noise", "0.04", "-o", "paint.csv")
@@ -135,6 +166,7 @@ with tempfile.TemporaryDirectory() as scratch:
         check(once and once == run("plot", *figure, "--threads", "3").stdout, f"{figure[0]} with other threads is another figure")
     german = subprocess.run([program, "plot", "slice", "paint.csv"], capture_output=True, cwd=scratch, env={**os.environ, "LC_ALL": "de_DE.UTF-8"})
     check(german.stdout == run("plot", "slice", "paint.csv").stdout, "another locale, another figure")
+    other_letters()
     odd = run("plot", "ndf", "ggx", "--title", 'a<b> & "c" _{x} \x1b[31m θ \udcff')
     look(odd.stdout, "a title of odd characters")
     print(f"{drawn} figures looked at, {refused} without room, {failures} failures")

@@ -7,6 +7,7 @@ import glob
 import json
 import math
 import os
+import re
 import statistics
 import subprocess
 import sys
@@ -48,9 +49,26 @@ def report(*words):
     return json.loads(text)
 
 
+SAID, UNSAID = set(), set()
+
+
 def verdict(document, problem=0):
     """code: text"""
-    return {v["code"]: v["text"] for v in document["verdict"] if v["problem"] == problem}
+    said = {v["code"]: v["text"] for v in document["verdict"] if v["problem"] == problem}
+    SAID.update(said)
+    UNSAID.update(codes() - set(said))
+    return said
+
+
+def codes():
+    """All that a verdict can say, by the schema."""
+    if not codes.known:
+        text = run("fit", "--print-schema")[0]
+        codes.known = set(re.search(r'"code": \{"enum": \[("not-converged".*?)\]', text).group(1).replace('"', "").split(", "))
+    return codes.known
+
+
+codes.known = set()
 
 
 def quality(document):
@@ -116,25 +134,94 @@ def sentences_of_comparisons():
     check("with the masking v-cavity" in cavity and "Smith" not in cavity, "V-cavity: %s" % cavity)
     smith = verdict(report("compare", "long.csv", *some))["preference"]
     check("with the masking Smith" in smith and "v-cavity" not in smith, "Smith: %s" % smith)
-    rewritten("good.csv", "one.csv", lambda x: x)
-    with open("good.csv", encoding="utf-8") as source, open("one.csv", "w", encoding="utf-8") as out:
-        out.writelines(line for line in source if not line[0].isdigit() or float(line.split(",")[0]) == 45)
+    incidences("good.csv", "one.csv", (45,))
     one = verdict(report("compare", "one.csv", "--ndf", "ggx,beckmann", "--masking", "v-cavity,smith-separable"))
     check("no-test" in one and "preference" not in one, "one incidence: %s" % one)
+    bases = verdict(report("compare", "good.csv", "--ndf", "ggx", "--masking", "smith-separable", "--diffuse", "lambert,oren-nayar,eon"))["preference"]
+    check(re.match(r"These data do not tell apart [23] of 3 models with ggx/smith-separable; simplest", bases), "diffuse parts: %s" % bases)
+    rough = verdict(report("compare", "long.csv", "--ndf", "ggx", "--masking", "smith-separable,smith-height-correlated,v-cavity"))["preference"]
+    check(rough.startswith("These data prefer the masking Smith; simplest") or "forms of Smith's" in rough or "tell ggx/" in rough, "maskings of one distribution: %s" % rough)
     poor = verdict(report("compare", "two.csv", "--ndf", "beckmann,gaussian", "--masking", "v-cavity"))
     check("two lobes" in poor["next"], "two lobes: %s" % poor)
+    check("no-test" not in poor and "preference" in poor, "six incidences: %s" % poor)
     fine = verdict(report("compare", "long.csv", *some))
     check(" fit long.csv --model ggx/" in fine["next"], "next after a good one: %s" % fine["next"])
 
 
+def incidences(name, to, kept):
+    """The samples of some incidences."""
+    with open(name, encoding="utf-8") as source, open(to, "w", encoding="utf-8") as out:
+        out.writelines(line for line in source if not line[0].isdigit() or float(line.split(",")[0]) in kept)
+    return to
+
+
+def sentences_of_what_to_measure():
+    run("simulate", *"ggx/smith-height-correlated+lambert --set alpha=0.6,f0=0.5,kd=0.02 --grid goniometer:15 --noise 0.25 --seed 1 -o rough.csv".split())
+    few = incidences("rough.csv", "few.csv", (0, 15, 30))
+    models = ("--ndf", "ggx", "--masking", "smith-height-correlated,v-cavity", "--max-theta", "85")
+    tells = report("compare", few, *models, "--reach", "80")
+    said = verdict(tells).get("measure", "")
+    check(said.startswith("To tell ggx/") and ", measure at theta_i " in said, "two maskings from three steep incidences: %s" % verdict(tells))
+    proposal = tells["measure_next"][0]
+    degrees = [float(x) for x in re.findall(r"[\d.]+", said.split("theta_i ")[1].split(" degrees")[0])]
+    check(degrees == [round(i["theta_i_deg"], 3) for i in proposal["incidences"]], "%s, beneath %s" % (said, proposal))
+    check(close(float(said.split("to be ")[1].split()[0]), proposal["then"], 0.06) and close(float(said.split("now ")[1]), proposal["now"], 0.06), "z: %s, beneath %s" % (said, proposal))
+    check(verdict(tells)["preference"].startswith("These data do not tell apart Smith and v-cavity; simplest"), "one distribution: %s" % verdict(tells))
+    run("simulate", *"ggx/smith-height-correlated+lambert --set alpha=0.6,f0=0.5,kd=0.02 --grid goniometer:15 --noise 0.5 --seed 1 -o noisy.csv".split())
+    noisy = verdict(report("compare", incidences("noisy.csv", "few_noisy.csv", (0, 15, 30)), *models, "--reach", "80"))
+    check(noisy.get("measure", "").startswith("No three incidences up to theta_i 80 degrees would tell ") and "--reach" in noisy["measure"], "nothing to tell them by: %s" % noisy)
+    one = ("--model", "ggx/smith-height-correlated+lambert", "--weight", "noise", "--errors", "noise", "--max-theta", "85")
+    alone = report("fit", few, *one, "--reach", "80")
+    better = verdict(alone).get("measure", "")
+    check(re.match(r"To know \w+ better, measure at theta_i [\d, and]+ degrees: its error would be [\d.]+ of what it is", better), "one model: %s" % verdict(alone))
+    parameter = better.split()[2]
+    check(parameter == alone["measure_next"][0]["parameter"], "%s, beneath %s" % (better, alone["measure_next"]))
+    check(close(float(better.split("would be ")[1].split()[0]), alone["measure_next"][0]["then"] / alone["measure_next"][0]["now"], 0.06), "%s, beneath %s" % (better, alone["measure_next"]))
+    check("measure" not in verdict(report("fit", "good.csv", "--weight", "noise")), "what is known well is to be measured again")
+
+
+def sentences_of_figures():
+    """Where the fit is fair or poor a figure of it; what it draws is in the file that it names."""
+    for name, words, fair in (("two.csv", ("--model", "beckmann+lambert"), True), ("coarse.csv", ("--max-theta", "60"), None), ("good.csv", (), False),
+                              ("two.csv", ("--model", "beckmann+lambert", "--loss", "log"), True), ("rgb.csv", ("--channels", "each", "--model", "vmf"), False),
+                              ("two.csv", ("--max-iterations", "1", "--model", "vmf+lambert"), False)):
+        document = report("fit", name, *words)
+        said = verdict(document)
+        called = [v.get("quality") for v in document["verdict"] if v["code"] == "quality"]
+        expected = "--channels" not in words and called in (["fair"], ["poor"])
+        check(("look" in said) == expected and (fair is None or expected == fair), "%s, %s: %s" % (name, called, said))
+    two = report("fit", "two.csv", "--model", "beckmann+lambert", "--loss", "log", "--max-theta", "70")
+    said = verdict(two)["look"]
+    check("--loss log" in said and "--max-theta 70" in said and "--model beckmann/" in said, "the same fit: %s" % said)
+    check((" plot profile " in said) == (two["fits"][0]["explained"]["worst"]["angle"] == "theta_h"), "the figure by the angle of the worst band: %s" % said)
+    compared = report("compare", "two.csv", "--ndf", "beckmann,gaussian", "--masking", "v-cavity")
+    check("look" in verdict(compared) and "/v-cavity/" in verdict(compared)["look"], "of a comparison: %s" % verdict(compared))
+    with open("two.csv", "rb") as file:
+        done = subprocess.run([PROGRAM, "fit", "-", "--model", "beckmann+lambert"], stdin=file, stdout=subprocess.PIPE, check=False)
+    check(b"Look:" not in done.stdout and b"poor fit" in done.stdout, "standard input cannot be read again")
+
+
+def pasted(said, folder):
+    """Status and standard output of what follows "Next: " or "Look: ", in a shell."""
+    command = re.sub("^[A-Z][a-z]+: facetfit", lambda _: "'%s'" % PROGRAM, said)
+    done = subprocess.run(["sh", "-c", command], stdout=subprocess.PIPE, stderr=subprocess.PIPE, check=False, cwd=folder)
+    return done.returncode, done.stdout, "%s: %s" % (command, done.stderr.decode())
+
+
 def commands_that_can_be_run():
     """What is to be tried next, pasted into a shell, does something, whatever the file is called."""
-    os.rename("two.csv", "it's $(two).csv")
-    said = verdict(report("fit", "it's $(two).csv", "--model", "beckmann+lambert"))["next"]
-    command = said.replace("Next: facetfit", "'%s'" % PROGRAM)
-    done = subprocess.run(["sh", "-c", command], stdout=subprocess.PIPE, stderr=subprocess.PIPE, check=False)
-    check(done.returncode == 0 and done.stdout, "%s: %s" % (command, done.stderr.decode()))
-    os.rename("it's $(two).csv", "two.csv")
+    for name in ("it's $(two).csv", "two of them & more.csv", "-two.csv"):
+        os.rename("two.csv", name)
+        said = verdict(report("fit", "./" + name if name[0] == "-" else name, "--model", "beckmann+lambert"))
+        status, out, what = pasted(said["next"], ".")
+        check(status == 0 and out, what)
+        status, out, what = pasted(said["look"], ".")
+        figure = re.search(r"-o (\S+\.svg)", said["look"]).group(1)
+        check(status == 0 and os.path.exists(figure), what)
+        with open(figure, encoding="utf-8") as file:
+            check("beckmann/smith-height-correlated/schlick+lambert" in file.read(), "the figure is of another model: %s" % said["look"])
+        os.remove(figure)
+        os.rename(name, "two.csv")
 
 
 # ---- their numbers -------------------------------------------------------------------------------------------------------------
@@ -208,6 +295,24 @@ def numbers_by_hand(name, *words):
     check((got["angle"], got["from_deg"]) == worst[:2] and close(got["mean"], worst[2], 1e-5), "%s: worst %s, by hand %s" % (name, got, worst))
 
 
+def agrees_in_words(said, e, name):
+    """The numbers of the sentence about the quality, each as many digits as it has."""
+    share = re.search(r"explains (?:more than )?(all|nothing|[\d.]+)", said).group(1)
+    digits = {"all": 100, "nothing": 0}.get(share) if share in ("all", "nothing") else float(share)
+    check(abs(digits - 100 * max(e["share"], 0)) <= 0.5 * 10.0 ** -len(share.partition(".")[2]) + 1e-9 or "more than" in said and e["share"] > 0.9999, "%s: %s, beneath %s" % (name, said, e))
+    bright = re.search(r"half of the values are within (less than )?([\d.]+) %", said)
+    if bright:
+        check(100 * e["bright_error"] < 0.05 if bright.group(1) else abs(float(bright.group(2)) - 100 * e["bright_error"]) <= 0.5 * 10.0 ** -len(bright.group(2).partition(".")[2]) + 1e-9,
+              "%s: %s, beneath %s" % (name, said, e))
+    worst = re.search(r"furthest off at (\w+) (\d+) to (\d+) degrees, too (bright|dark) by ([\d.]+) %", said)
+    if worst:
+        w = e["worst"]
+        check((worst.group(1), int(worst.group(2)), worst.group(4)) == (w["angle"], w["from_deg"], "bright" if w["mean"] > 0 else "dark"), "%s: %s, beneath %s" % (name, said, w))
+        check(abs(float(worst.group(5)) - 100 * abs(w["mean"])) <= 0.5 * 10.0 ** -len(worst.group(5).partition(".")[2]) + 1e-9, "%s: %s, beneath %s" % (name, said, w))
+    else:
+        check("worst" not in e or abs(e["worst"]["mean"]) < 0.005, "%s: the worst band is not said: %s, beneath %s" % (name, said, e))
+
+
 def agrees(document, name):
     """The text of a verdict and the numbers of the report."""
     compared = len(document["fits"]) > 1
@@ -228,6 +333,9 @@ def agrees(document, name):
                                      and abs(e.get("worst", {"mean": 0})["mean"]) <= deviation)
     expected = "good" if good(0.98, 0.1) else "fair" if good(0.9, 0.3) else "poor"
     check(quality(document) == expected, "%s: %s, by its numbers %s" % (name, quality(document), expected))
+    agrees_in_words(v["quality"], e, name)
+    check(("look" in v) == (expected != "good"), "%s: a figure of a %s fit: %s" % (name, expected, v.get("look")))
+    check("look" not in v or model in v["look"], "%s: a figure of another model: %s" % (name, v.get("look")))
     if compared and "preference" in v:
         leaders = [f for f in document["fits"] if f["versus_best"] is None or not f["versus_best"]["told_apart"]
                    or f is document["fits"][document["ranking"][0]]]
@@ -254,6 +362,8 @@ def main():
             check(status == 0, "simulate %s" % words)
         sentences_of_fits()
         sentences_of_comparisons()
+        sentences_of_what_to_measure()
+        sentences_of_figures()
         commands_that_can_be_run()
         numbers_by_hand("coarse.csv")
         numbers_by_hand("two.csv", "--model", "beckmann+lambert")
@@ -262,6 +372,8 @@ def main():
             agrees(report("fit", name), name)
         agrees(report("compare", "short.csv"), "short.csv compared")
         paints()
+        check(SAID == codes(), "never said here: %s" % (codes() - SAID))
+        check(UNSAID == codes(), "always said here: %s" % (codes() - UNSAID))
         os.chdir("/")
     print("%d checks, %d failures" % (CHECKS[0], len(FAILURES)))
     return bool(FAILURES)

@@ -85,6 +85,26 @@ def widths():
             check(not any("iteration " in line and ", objective" in line for line in lines), "%s: a line of the progress stayed" % name)
 
 
+def commands():
+    """What is to be pasted is one command still where it is broken, and says the same at any width."""
+    os.rename("paint.csv", "a paint that is 'new'.csv")
+    for words in (["fit", "a paint that is 'new'.csv", "--model", "beckmann+lambert"], ["fit", "spectrum.csv", "--model", "vmf+lambert", "--loss", "log", "--max-theta", "70"]):
+        for columns in (60, 80, 100, 200):
+            for more in ({"NO_COLOR": "1"}, {}):
+                lines, _ = shown(on_terminal(words, columns, **more))
+                text = COLOR.sub("", "\n".join(lines))
+                for begin in ("Next: ", "Look: "):
+                    at = text.index("\n" + begin) + 1 + len(begin)
+                    command = re.match(r"(?:[^\n]* \\\n)*[^\n]*", text[at:]).group(0)
+                    argv = subprocess.run(["sh", "-c", command.replace("facetfit", "printf '%s\\n'", 1)], stdout=subprocess.PIPE, check=True).stdout.decode().split("\n")
+                    check(argv[0] in (("compare", "fit") if begin == "Next: " else ("plot",)) and words[1] in argv, "%d columns: %r gives %s" % (columns, command, argv))
+                    check(begin == "Next: " or (argv[-3] == "-o" and argv[-2].endswith(".svg")), "%d columns: %r gives %s" % (columns, command, argv))
+                    check(max(map(len, command.split("\n"))) <= columns, "%d columns: %r" % (columns, command))
+                raw = "\n".join(lines)
+                check(raw.count("\x1b[2m") <= raw.count("\x1b[0m"), "%d columns: a colour without an end" % columns)
+    os.rename("a paint that is 'new'.csv", "paint.csv")
+
+
 def plain(words, **more):
     return subprocess.run([PROGRAM, *words], stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, env=dict(CLEAN, **more), check=False).stdout.decode()
 
@@ -124,6 +144,7 @@ def main():
         for words in (some, many):
             subprocess.run([PROGRAM, "simulate", *words.split()], check=True, stdout=subprocess.DEVNULL)
         widths()
+        commands()
         colours()
         all_columns()
         os.chdir("/")

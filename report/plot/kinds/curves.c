@@ -181,9 +181,14 @@ void ff_plot_title(const ff_plot_model *m, const ff_plot_channel *c, char *out, 
     snprintf(out, size, "%s%s%s%s", label, *channel ? (*label ? ", channel " : "channel ") : "", channel, "");
 }
 
+void ff_plot_note_failed(ff_figure *fig, const char *of, const char *outcome)
+{
+    if (!outcome || !strcmp(outcome, "converged")) return;
+    ff_figure_note(fig, "%s did not converge%s%s", of ? of : "the fit", strcmp(outcome, "limit") ? ": " : " within its iterations",
+                   strcmp(outcome, "limit") ? outcome : "");
+}
+
 void ff_plot_note_outcome(ff_figure *fig, const ff_plot_model *m)
 {
-    if (m && m->outcome && strcmp(m->outcome, "converged"))
-        ff_figure_note(fig, "the fit did not converge%s%s", strcmp(m->outcome, "limit") ? ": " : " within its iterations",
-                       strcmp(m->outcome, "limit") ? m->outcome : "");
+    if (m) ff_plot_note_failed(fig, NULL, m->outcome);
 }

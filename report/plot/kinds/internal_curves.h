@@ -56,7 +56,8 @@ void ff_directions_set(ff_directions *d, size_t i, double theta_i, double phi_i,
 
 /* A title: the label of m, and the channel where there are several. */
 void ff_plot_title(const ff_plot_model *m, const ff_plot_channel *c, char *out, size_t size);
-/* Says in the figure's note that a fit did not converge. */
+/* Says in the figure's note that a fit did not converge; of: which, NULL where there is one. */
+void ff_plot_note_failed(ff_figure *fig, const char *of, const char *outcome);
 void ff_plot_note_outcome(ff_figure *fig, const ff_plot_model *m);
 
 /* ---- samples in the plane of incidence ------------------------------------------------------- */

@@ -4,7 +4,8 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { MOST = 60, WRITTEN = 14 };
+enum { MOST = 60, WRITTEN = 14, FEW = 4 };
+#define COLUMN (85 * 72 / 25.4) /* points: of few cells no more than that */
 
 /* All parameters that go together in one matrix: the columns, and of many channels those of one of them. */
 typedef struct matrix {
@@ -86,7 +87,8 @@ static ff_status build(const ff_plot_subject *s, const ff_plot_choice *c, ff_fig
     }
     snprintf(fig->title, sizeof fig->title, "%s", m.f->expression);
     if (m.left_out) ff_figure_note(fig, "%zu more parameters are not drawn", m.left_out);
-    if (strcmp(m.f->outcome, "converged")) ff_figure_note(fig, "the fit did not converge: %s", m.f->outcome);
+    ff_plot_note_failed(fig, NULL, m.f->outcome);
+    if (fig->width <= 0 && m.n <= FEW) fig->width = COLUMN;
     return FF_OK;
 }
 

@@ -57,9 +57,10 @@ static void add_points(const seen *s, ff_figure *fig, ff_panel *p, const char *n
     ff_series *points = ff_panel_series(fig, p, FF_SERIES_POINTS, name, style, s->distinct, 0);
     size_t n = 0;
     for (size_t k = 0; k < (size_t)(THETA_STEPS + 1) * PHI_STEPS && points; k++) {
+        const size_t row = k / PHI_STEPS;
         if (!s->count[k]) continue;
         points->x[n] = (double)(k % PHI_STEPS) / 4;
-        points->y[n++] = (double)(k / PHI_STEPS) / 4;
+        points->y[n++] = (double)row / 4;
     }
     ff_series_cut(points, n);
 }
@@ -72,8 +73,9 @@ static void add_cells(const seen *s, ff_figure *fig, ff_panel *p, const char *na
     ff_image *im = &cells->image;
     im->x_lo = im->y_lo = -90, im->x_hi = im->y_hi = 90, im->log = 1;
     for (size_t k = 0; k < (size_t)(THETA_STEPS + 1) * PHI_STEPS; k++) {
+        const size_t row = k / PHI_STEPS;
         if (!s->count[k]) continue;
-        const double theta = (double)(k / PHI_STEPS) / 4, phi = (double)(k % PHI_STEPS) / 4 * FF_DEGREE;
+        const double theta = (double)row / 4, phi = (double)(k % PHI_STEPS) / 4 * FF_DEGREE;
         const double x = fmin(fmax(theta * cos(phi) + 90, 0), 179.9), y = fmin(fmax(theta * sin(phi) + 90, 0), 179.9);
         double *z = &im->z[(size_t)(y / 180 * ACROSS) * ACROSS + (size_t)(x / 180 * ACROSS)];
         *z = isnan(*z) ? s->count[k] : *z + s->count[k];
@@ -112,7 +114,7 @@ static ff_status build(const ff_plot_subject *s, const ff_plot_choice *c, ff_fig
         snprintf(fig->title, sizeof fig->title, "Directions measured");
         ff_figure_note(fig, "angles from the normal outwards, azimuths %s; told apart by a quarter of a degree",
                        s->table->isotropic ? "from that of the light" : "on the surface");
-        if (step > 1) ff_figure_note(fig, "of one of %zu samples", step);
+        if (step > 1) ff_figure_note(fig, "one of %zu samples is looked at", step);
         fig->columns = 2;
     }
     free(light.count);

@@ -109,6 +109,22 @@ static void add_channels(const ff_fitted *f, const char *name, ff_figure *fig, f
     }
 }
 
+/* How long the terms are, "/schlick+lambert", that all rows end with: they need not stand in each. */
+static size_t common_end(const forest *w)
+{
+    const char *first = w->d->fit[w->row[0]].expression;
+    size_t length = strlen(first);
+    for (size_t r = 1; r < w->n_rows; r++) {
+        const char *other = w->d->fit[w->row[r]].expression;
+        size_t n = 0;
+        while (n < length && n < strlen(other) && first[strlen(first) - 1 - n] == other[strlen(other) - 1 - n]) n++;
+        length = n;
+    }
+    if (length == strlen(first)) return 0; /* one model of several channels */
+    while (length && first[strlen(first) - length] != '/' && first[strlen(first) - length] != '+') length--;
+    return length;
+}
+
 /* The model; where channels were fitted each alone, the channel too. */
 static void name_rows(const forest *w, ff_axis *a, int shown)
 {
@@ -119,11 +135,16 @@ static void name_rows(const forest *w, ff_axis *a, int shown)
         alone |= f->n_channels == 1 && strcmp(f->channel_name[0], first->channel_name[0]) != 0;
         same &= !strcmp(f->expression, first->expression);
     }
-    for (size_t r = 0; r < w->n_rows && shown; r++) {
+    const size_t common = common_end(w);
+    snprintf(a->ending, sizeof a->ending, "%s", first->expression + strlen(first->expression) - common);
+    a->quiet = !shown;
+    for (size_t r = 0; r < w->n_rows; r++) {
         const ff_fitted *f = &w->d->fit[w->row[r]];
+        const int length = (int)(strlen(f->expression) - common);
         char name[FF_MODEL_NAME + FF_CHANNEL_NAME + 8], channel[FF_CHANNEL_NAME];
         ff_figure_plain(f->channel_name[0], channel, sizeof channel);
-        snprintf(name, sizeof name, "%s%s%s", alone ? channel : "", alone && !same ? ", " : "", alone && same ? "" : f->expression);
+        snprintf(name, sizeof name, "%s%s%.*s", alone ? channel : "", alone && !same ? ", " : "", alone && same ? 0 : length,
+                 f->expression);
         ff_axis_name(a, r, name);
     }
 }
@@ -174,10 +195,11 @@ static ff_status build(const ff_plot_subject *s, const ff_plot_choice *c, ff_fig
         char plain[FF_CHANNEL_NAME];
         ff_figure_note(fig, "channel %s", ff_figure_plain(w.channel[0].name, plain, sizeof plain));
     }
+    const size_t common = w.n_rows > 1 ? common_end(&w) : 0;
+    if (common) ff_figure_note(fig, "all with %s", best->expression + strlen(best->expression) - common + 1);
     if (w.d->n_fits > w.n_rows) ff_figure_note(fig, "%zu more fits are not drawn", w.d->n_fits - w.n_rows);
     for (size_t r = 0; r < w.n_rows; r++)
-        if (strcmp(w.d->fit[w.row[r]].outcome, "converged"))
-            ff_figure_note(fig, "%s: %s", w.d->fit[w.row[r]].expression, w.d->fit[w.row[r]].outcome);
+        ff_plot_note_failed(fig, w.n_rows > 1 ? w.d->fit[w.row[r]].expression : NULL, w.d->fit[w.row[r]].outcome);
     return FF_OK;
 }
 

@@ -82,7 +82,7 @@ static ff_status of_data(const ff_plot_subject *s, const ff_plot_choice *c, cons
     ff_figure_note(fig, "means of the samples in cells of %.2g°, over all φ_{d}, up to %.3g° of light and view",
                    90.0 / (double)cells, s->max_theta / FF_DEGREE);
     if (s->n_models) ff_figure_note(fig, "colours of the residual end at ±%g", CLIP);
-    if (v.step > 1) ff_figure_note(fig, "of one of %zu samples", v.step);
+    if (v.step > 1) ff_figure_note(fig, "one of %zu samples is looked at", v.step);
     ff_samples_free(&v);
     return FF_OK;
 }
@@ -96,8 +96,8 @@ static ff_status of_model(const ff_plot_subject *s, const ff_plot_choice *c, con
     ff_status status = image ? ff_directions_new((size_t)FINE * FINE, &d) : FF_OK;
     if (status || !image) return status;
     for (size_t k = 0; k < d.n; k++) {
-        const double td = ((double)(k % FINE) + 0.5) * 90 / FINE * FF_DEGREE,
-                     th = ((double)(k / FINE) + 0.5) * 90 / FINE * FF_DEGREE;
+        const size_t row = k / FINE;
+        const double td = ((double)(k % FINE) + 0.5) * 90 / FINE * FF_DEGREE, th = ((double)row + 0.5) * 90 / FINE * FF_DEGREE;
         for (int side = 0; side < 2; side++) { /* wi = h cos td + y sin td, wo the other way */
             d.plane[3 * side][k] = sin(th) * cos(td);
             d.plane[3 * side + 1][k] = (side ? -1 : 1) * sin(td);

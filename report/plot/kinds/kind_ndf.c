@@ -56,7 +56,7 @@ static ff_status build(const ff_plot_subject *s, const ff_plot_choice *c, ff_fig
         range(p, &most, &least);
         ff_axis_say(&p->x, "θ_{h}", "degrees", FF_SCALE_ANGLE, 0, 90);
         ff_axis_say(&p->y, "D", "sr^{−1}", log ? FF_SCALE_LOG : FF_SCALE_LINEAR, log ? fmax(1e-6 * most, 0.5 * least) : 0,
-                    most > 0 ? 1.05 * most : 1);
+                    most > 0 ? (log ? 1.5 : 1.05) * most : 1);
         p->aspect = 0.8;
     }
     fig->columns = fig->n_panels;

@@ -2,7 +2,6 @@
  *
  *  D of a sample = D(theta_h) (f - what lies under the first lobe) / first lobe: exact where F, G and diffuse are right. */
 #include "internal_samples.h"
-#include "base/internal_order.h"
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -15,12 +14,42 @@ typedef struct binned {
     double x, low, middle, high;
 } binned;
 
-/* Quantile of n sorted numbers. */
-static double quantile(const double *x, size_t n, double q)
+static void swap(double *a, double *b)
+{
+    const double t = *a;
+    *a = *b;
+    *b = t;
+}
+
+/* Puts the k-th smallest of n numbers in its place, none larger before it and none smaller behind (Hoare 1961). */
+static void select_place(double *x, size_t n, size_t k)
+{
+    size_t first = 0, last = n - 1;
+    while (first < last) {
+        const double pivot = x[first + (last - first) / 2];
+        size_t i = first, j = last;
+        for (;;) {
+            while (x[i] < pivot) i++;
+            while (x[j] > pivot) j--;
+            if (i >= j) break;
+            swap(&x[i++], &x[j--]);
+        }
+        if (k <= j)
+            last = j;
+        else
+            first = j + 1;
+    }
+}
+
+/* Quantile of n numbers, which change their places. */
+static double quantile(double *x, size_t n, double q)
 {
     const double at = q * (double)(n - 1);
     const size_t k = (size_t)at;
-    return k + 1 < n ? x[k] + (at - (double)k) * (x[k + 1] - x[k]) : x[n - 1];
+    select_place(x, n, k);
+    double next = k + 1 < n ? x[k + 1] : x[k];
+    for (size_t i = k + 2; i < n; i++) next = fmin(next, x[i]);
+    return x[k] + (at - (double)k) * (next - x[k]);
 }
 
 static size_t bin_of(const ff_samples *v, size_t i, size_t bins)
@@ -32,25 +61,24 @@ static size_t bin_of(const ff_samples *v, size_t i, size_t bins)
 static ff_status bin(const ff_samples *v, const double *y, size_t bins, binned *out, size_t *n)
 {
     size_t start[BINS + 1] = {0};
-    double *sorted = malloc((v->n + 1) * sizeof *sorted);
+    double *binned_values = malloc((v->n + 1) * sizeof *binned_values);
     *n = 0;
-    if (!sorted) return FF_ERR_MEMORY;
+    if (!binned_values) return FF_ERR_MEMORY;
     for (size_t i = 0; i < v->n; i++)
         if (isfinite(y[i])) start[bin_of(v, i, bins) + 1]++;
     for (size_t b = 0; b < bins; b++) start[b + 1] += start[b];
     size_t filled[BINS];
     memcpy(filled, start, sizeof filled);
     for (size_t i = 0; i < v->n; i++)
-        if (isfinite(y[i])) sorted[filled[bin_of(v, i, bins)]++] = y[i];
+        if (isfinite(y[i])) binned_values[filled[bin_of(v, i, bins)]++] = y[i];
     for (size_t b = 0; b < bins; b++) {
-        double *values = sorted + start[b];
+        double *values = binned_values + start[b];
         const size_t count = start[b + 1] - start[b];
         if (count < FEWEST) continue;
-        qsort(values, count, sizeof *values, ff_ascending);
         out[(*n)++] = (binned){((double)b + 0.5) * 90 / (double)bins, quantile(values, count, 0.1), quantile(values, count, 0.5),
                                quantile(values, count, 0.9)};
     }
-    free(sorted);
+    free(binned_values);
     return FF_OK;
 }
 
@@ -203,7 +231,7 @@ static ff_status build(const ff_plot_subject *s, const ff_plot_choice *c, ff_fig
     if (!status) status = add_d(s->table ? &v : NULL, m, c, channel->of_model, fig, err);
     if (!status) status = add_factor(m, c, channel->of_model, FACTOR_F, fig, err);
     if (!status) status = add_factor(m, c, channel->of_model, FACTOR_G, fig, err);
-    if (v.step > 1) ff_figure_note(fig, "of one of %zu samples", v.step);
+    if (v.step > 1) ff_figure_note(fig, "one of %zu samples is looked at", v.step);
     ff_samples_free(&v);
     if (status) return status;
     if (m->model->n_lobes > 1) ff_figure_note(fig, "D, F and G of the first lobe");

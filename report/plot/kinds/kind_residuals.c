@@ -75,8 +75,7 @@ static ff_status build(const ff_plot_subject *s, const ff_plot_choice *c, ff_fig
              n > 1 ? "Residuals by angle, best fit of every masking" : d->fit[fit[0]].expression);
     ff_figure_note(fig, "cos θ_{i} (model − data) over the mean of cos θ_{i} |data| in bands of %d°, all channels",
                    (int)FF_BAND_DEGREES);
-    if (n == 1 && strcmp(d->fit[fit[0]].outcome, "converged"))
-        ff_figure_note(fig, "the fit did not converge: %s", d->fit[fit[0]].outcome);
+    if (n == 1) ff_plot_note_failed(fig, NULL, d->fit[fit[0]].outcome);
     return FF_OK;
 }
 

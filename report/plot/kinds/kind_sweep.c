@@ -43,6 +43,7 @@ static ff_status fit_one(sweep *w, int loss, size_t k, ff_error *err)
 
 static void add_loss(const sweep *w, int loss, size_t i, ff_figure *fig, ff_panel *p)
 {
+    const int middle = FF_LOSS_COUNT / 2;
     size_t n = 0;
     ff_series *line = ff_panel_series(fig, p, FF_SERIES_LINE, ff_loss_name(loss), ff_style_at((size_t)loss), w->n_angles, 0);
     ff_series *points = ff_panel_series(fig, p, FF_SERIES_POINTS, "", ff_style_at((size_t)loss), w->n_angles, FF_WITH_Y_ERRORS);
@@ -51,7 +52,7 @@ static void add_loss(const sweep *w, int loss, size_t i, ff_figure *fig, ff_pane
         if (!w->done[loss][k]) continue;
         line->x[n] = w->angle[k];
         line->y[n] = points->y[n] = v->value;
-        points->x[n] = w->angle[k] + 0.3 * (loss - FF_LOSS_COUNT / 2); /* beside each other, not on each other */
+        points->x[n] = w->angle[k] + 0.3 * (loss - middle); /* beside each other, not on each other */
         points->low[n] = v->low;
         points->high[n++] = v->high;
     }
@@ -78,7 +79,7 @@ static void add_panels(const sweep *w, ff_figure *fig)
         ff_panel *p = ff_figure_panel(fig, "");
         if (!p) break;
         for (int loss = 0; loss < FF_LOSS_COUNT; loss++) add_loss(w, loss, i, fig, p);
-        ff_axis_say(&p->x, "samples up to", "degrees", FF_SCALE_ANGLE, NAN, NAN);
+        ff_axis_say(&p->x, "samples up to", "degrees", FF_SCALE_ANGLE, w->angle[0] - 2.5, w->angle[w->n_angles - 1] + 2.5);
         ff_axis_say(&p->y, ff_figure_plain(w->number[i].name, name, sizeof name), w->number[i].unit, FF_SCALE_LINEAR, NAN, NAN);
         p->aspect = 0.85;
     }

@@ -173,7 +173,7 @@ static ff_status add_panel(slices *f, ff_figure *fig, double theta_i, double phi
         const size_t count = f->planes.first[group + 1] - f->planes.first[group], step = (count + MOST_POINTS - 1) / MOST_POINTS;
         if (step > 1) ff_figure_note(fig, "%s: one of %zu samples is drawn", title, step);
         for (size_t k = 0; k < f->n_channels; k++)
-            for (int fitted = f->s->n_models ? 0 : 1; fitted < 2; fitted++)
+            for (int fitted = 1; fitted >= (f->s->n_models ? 0 : 1); fitted--)
                 add_points(f, fig, p, k, group, fitted, step ? step : 1);
     }
     ff_status status = FF_OK;
@@ -199,7 +199,7 @@ static ff_status add_measured(slices *f, ff_figure *fig, ff_error *err)
         status = add_panel(f, fig, theta, f->planes.sample[f->planes.first[group[k]]].phi_i, group[k], err);
     }
     if (status) return status;
-    if (f->planes.step > 1) ff_figure_note(fig, "of one of %zu samples", f->planes.step);
+    if (f->planes.step > 1) ff_figure_note(fig, "one of %zu samples is looked at", f->planes.step);
     if (f->planes.width > 0) ff_figure_note(fig, "samples within half a degree of θ_{i}");
     if (f->planes.tolerance > 0.0011)
         ff_figure_note(fig, "samples up to %.2g° from the plane of incidence", asin(f->planes.tolerance) / FF_DEGREE);
