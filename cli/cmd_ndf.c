@@ -104,7 +104,8 @@ static int write_profile(const ndf_report *n, const char *path)
         known[i] = (unsigned char)n->r->row[i].known;
     }
     put_comment(n, comment, sizeof comment);
-    const ff_status status = ff_profile_write_noted(path, FF_PROFILE_D, rows, theta, d, error, known, comment, &err);
+    const ff_status status =
+        ff_profile_write_noted(path, FF_PROFILE_D, rows, theta, d, error, known, comment, n->args->outputs, &err);
     free(theta);
     return status == FF_OK ? EXIT_DONE : cli_failed(status, &err);
 }
@@ -299,7 +300,8 @@ static int report(const ndf_report *n)
     if (status != EXIT_DONE) return status;
     if (!output || strcmp(output, "-"))
         return cli_report(n->args, &(cli_form){write_json, write_text, write_table, say_warnings}, n);
-    return json ? cli_write(json, write_json, n) : EXIT_DONE;
+    if (json) status = cli_write(n->args, json, write_json, n);
+    return status == EXIT_DONE ? cli_outputs_commit(n->args) : status;
 }
 
 int cmd_ndf(const cli_args *args)
