@@ -25,7 +25,7 @@ def main():
     wrong, runs, crashes = [], 0, 0
 
     def run(words, **more):
-        return subprocess.run([program, *words], cwd=folder, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.PIPE, timeout=60,
+        return subprocess.run([program, *words], cwd=folder, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.PIPE, timeout=600 if every else 60,
                               env={**os.environ, "LC_ALL": "C", **more})
 
     def content(name):
