@@ -110,6 +110,15 @@ class Command:
             os.remove(part)
 
 
+def before_computing(c, where):
+    """What cannot be written is said before the data are looked at, which are not there either."""
+    for k, name in enumerate(c.files):
+        words = [w.replace("in.csv", "absent.csv").replace("directions.csv", "absent.csv") for w in c.words(**{"_%d" % k: "missing/" + name})]
+        p = run(words)
+        said = p.stderr.decode(errors="replace")
+        check(p.returncode == 4 and "missing/" in said and "absent" not in said, "%s: ends with %d, before %s was tried: %s" % (where, p.returncode, c.places[k], said[-200:]))
+
+
 def full_devices(c, where):
     for k, name in enumerate(c.files):
         end = os.path.splitext(name)[1]
@@ -187,6 +196,7 @@ def try_line(name, line, absent):
         check(False, "%s: ends with %d on a sound disk, new are %s: %s" % (where, p.returncode, c.are_new(), p.stderr.decode(errors="replace")[-200:]))
         return
     letters = content("count").decode().split()[1]
+    before_computing(c, where)
     full_devices(c, where)
     if name not in QUIET:
         bad_stdout(c, where)
