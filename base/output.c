@@ -238,7 +238,7 @@ static ff_status open_directly(const char *path, ff_output *out, ff_error *err)
     return status;
 }
 
-ff_status ff_output_open(const char *path, ff_output *out, ff_error *err)
+static ff_status open_alone(const char *path, ff_output *out, ff_error *err)
 {
     if (strcmp(path, "-") == 0) {
         ff_output o = {0};
@@ -256,6 +256,20 @@ ff_status ff_output_open(const char *path, ff_output *out, ff_error *err)
     return S_ISREG(old.st_mode) ? open_replacing(path, &old, out, err) : open_directly(path, out, err);
 }
 
+ff_status ff_output_open_with(const char *path, ff_outputs *with, ff_output *out, ff_error *err)
+{
+    const ff_status status = open_alone(path, out, err);
+    if (status == FF_OK) out->with = with;
+    return status;
+}
+
+ff_status ff_output_open(const char *path, ff_output *out, ff_error *err)
+{
+    return ff_output_open_with(path, NULL, out, err);
+}
+
+/* ---- finishing: every byte is where it belongs, under the temporary name ---------------------- */
+
 /* Why an earlier write failed, whose errno is gone: asked again with one byte more, where that does no harm. */
 static int reason_of_earlier(const ff_output *out)
 {
@@ -263,18 +277,6 @@ static int reason_of_earlier(const ff_output *out)
     int fd = fileno(out->file);
     int harmless = out->temporary || (fstat(fd, &st) == 0 && S_ISCHR(st.st_mode));
     return harmless && write(fd, "", 1) < 0 ? errno : EIO;
-}
-
-/* The name is on the disk when its folder is. A folder that cannot be opened or synchronised (not every file system can) is left to
- * the system: the file is whole and has its name. */
-static void sync_folder(const char *target)
-{
-    char *folder = strndup(target, (size_t)folder_length(target));
-    const int fd = folder ? open(*folder ? folder : ".", O_RDONLY | O_DIRECTORY | O_CLOEXEC) : -1;
-    free(folder);
-    if (fd < 0) return;
-    (void)!fsync(fd);
-    close(fd);
 }
 
 /* 0, or the errno of the first thing that failed since the file was opened. */
@@ -288,28 +290,136 @@ static int finish_file(ff_output *out)
     if (!reason && out->temporary && fsync(fileno(out->file)) != 0) reason = errno;
     if (fclose(out->file) != 0 && !reason) reason = errno;
     out->file = NULL;
-    if (!reason && out->temporary && rename(out->temporary, out->target) != 0) reason = errno;
-    if (!reason && out->temporary) sync_folder(out->target);
     return reason;
+}
+
+/* Nothing of it stays, but for what has gone to a pipe, a device or standard output already. */
+static void drop(ff_output *out)
+{
+    if (out->file) {
+        __fpurge(out->file);
+        fclose(out->file);
+    }
+    if (out->temporary) unlink(out->temporary);
+    output_release(out);
+}
+
+static ff_status fail_incomplete(const ff_output *out, int reason, ff_error *err)
+{
+    return fail(err, out->target ? out->target : "-", "could not be written completely", reason);
+}
+
+static ff_status finish(ff_output *out, ff_error *err)
+{
+    const int reason = finish_file(out);
+    return reason ? fail_incomplete(out, reason, err) : FF_OK;
+}
+
+/* ---- giving names ------------------------------------------------------------------------------ */
+
+/* The name is on the disk when its folder is. A folder that cannot be opened or synchronised (not every file system can) is left to
+ * the system: the file is whole and has its name. */
+static void sync_folder(const char *target)
+{
+    char *folder = strndup(target, (size_t)folder_length(target));
+    const int fd = folder ? open(*folder ? folder : ".", O_RDONLY | O_DIRECTORY | O_CLOEXEC) : -1;
+    free(folder);
+    if (fd < 0) return;
+    (void)!fsync(fd);
+    close(fd);
+}
+
+/* Of n finished outputs as many as can be, in their order; how many, and why no more. A signal would part them: it waits. */
+static size_t give_names(ff_output *out, size_t n, int *reason)
+{
+    size_t i = 0;
+    sigset_t all, before;
+    sigfillset(&all);
+    pthread_sigmask(SIG_SETMASK, &all, &before);
+    for (*reason = 0; i < n; i++) {
+        if (!out[i].temporary || rename(out[i].temporary, out[i].target) == 0) continue;
+        *reason = errno;
+        break;
+    }
+    pthread_sigmask(SIG_SETMASK, &before, NULL);
+    return i;
+}
+
+/* Which cannot be undone. */
+static void name_those_in_place(const ff_output *out, size_t n, ff_error *err)
+{
+    const char *between = "; in place already: ";
+    for (size_t i = 0; i < n && err; i++) {
+        const size_t used = strlen(err->message);
+        if (!out[i].temporary) continue;
+        snprintf(err->message + used, sizeof err->message - used, "%s%s", between, out[i].target);
+        between = ", ";
+    }
+}
+
+/* All n are finished. */
+static ff_status commit_all(ff_output *out, size_t n, ff_error *err)
+{
+    int reason;
+    ff_status status = FF_OK;
+    const size_t n_named = give_names(out, n, &reason);
+    for (size_t i = 0; i < n_named; i++)
+        if (out[i].temporary) sync_folder(out[i].target);
+    if (n_named < n) {
+        status = fail_incomplete(&out[n_named], reason, err);
+        name_those_in_place(out, n_named, err);
+    }
+    for (size_t i = 0; i < n_named; i++) output_release(&out[i]);
+    for (size_t i = n_named; i < n; i++) drop(&out[i]);
+    return status;
+}
+
+/* Whole, under its temporary name; what cannot be taken back waits for the others. */
+static ff_status hand_over(ff_output *out, ff_error *err)
+{
+    ff_outputs *all = out->with;
+    ff_status status = out->temporary ? finish(out, err) : FF_OK;
+    if (status == FF_OK && all->n == FF_OUTPUTS_MOST)
+        status = ff_error_set(err, FF_ERR_INTERNAL, out->target ? out->target : "-", 0, -1, "is one output more than %d",
+                              FF_OUTPUTS_MOST);
+    if (status != FF_OK) {
+        drop(out);
+        return status;
+    }
+    all->of[all->n++] = *out;
+    *out = (ff_output){0};
+    return FF_OK;
 }
 
 ff_status ff_output_commit(ff_output *out, ff_error *err)
 {
-    int reason = finish_file(out);
-    ff_status status = FF_OK;
-    if (reason) {
-        if (out->temporary) unlink(out->temporary);
-        status = fail(err, out->target ? out->target : "-", "could not be written completely", reason);
-    }
-    output_release(out);
+    if (out->with) return hand_over(out, err);
+    const ff_status status = finish(out, err);
+    if (status == FF_OK) return commit_all(out, 1, err);
+    drop(out);
     return status;
 }
 
 void ff_output_abort(ff_output *out)
 {
-    if (!out || !out->file) return;
-    __fpurge(out->file); /* what has not gone to a pipe or to stdout yet shall not */
-    fclose(out->file);
-    if (out->temporary) unlink(out->temporary);
-    output_release(out);
+    if (out && out->file) drop(out);
+}
+
+ff_status ff_outputs_commit(ff_outputs *all, ff_error *err)
+{
+    ff_status status = FF_OK;
+    for (size_t i = 0; i < all->n && status == FF_OK; i++)
+        if (all->of[i].file) status = finish(&all->of[i], err);
+    if (status == FF_OK) {
+        status = commit_all(all->of, all->n, err);
+        all->n = 0;
+    }
+    ff_outputs_abort(all);
+    return status;
+}
+
+void ff_outputs_abort(ff_outputs *all)
+{
+    for (size_t i = 0; i < all->n; i++) drop(&all->of[i]);
+    all->n = 0;
 }

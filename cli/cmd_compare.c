@@ -111,7 +111,7 @@ static ff_status share_scale(cli_fitting *f, const ff_model *model, size_t n_mod
 }
 
 /* Comparisons with the best fits, their residuals by angle and, where asked for, by sample. */
-static int look_closer(const ff_report_fits *r, ff_fit_result *fit, cli_trust *trust, cli_fitting *f)
+static int look_closer(const cli_args *args, const ff_report_fits *r, ff_fit_result *fit, cli_trust *trust, cli_fitting *f)
 {
     const size_t models = r->n_fits / r->n_problems;
     size_t *rank = malloc((models + r->n_problems) * sizeof *rank);
@@ -122,7 +122,7 @@ static int look_closer(const ff_report_fits *r, ff_fit_result *fit, cli_trust *t
         best[p] = rank[0];
     }
     int status = cli_trust_compare(trust, f, fit, r->n_fits, best);
-    if (status == EXIT_DONE) status = cli_residuals_write(trust, f, &r->fit[best[0]]);
+    if (status == EXIT_DONE) status = cli_residuals_write(args, trust, f, &r->fit[best[0]]);
     free(rank);
     return status;
 }
@@ -141,7 +141,7 @@ static int compare(const cli_args *args, cli_fitting *f, const ff_model *model, 
     if (failed == FF_OK) {
         ff_report_fits report = cli_fitting_report(args, f, fit, n);
         report.rows = (size_t)cli_integer(args, FLAG_ROWS, 25);
-        status = look_closer(&report, fit, &trust, f);
+        status = look_closer(args, &report, fit, &trust, f);
         if (status == EXIT_DONE) {
             cli_trust_report(&trust, &report);
             status = cli_report(args, &(cli_form){write_json, write_text, write_table, say_warnings}, &report);

@@ -11,5 +11,5 @@ static ff_status write_script(const void *context, FILE *out)
 int cmd_completion(const cli_args *args)
 {
     const int shell = cli_words_find(cli_words_shell, args->word[0], strlen(args->word[0]));
-    return cli_write("-", write_script, &shell);
+    return cli_print(write_script, &shell);
 }

@@ -38,7 +38,7 @@ static int finish(const cli_args *args, cli_fitting *f, ff_fit_result *fit, size
     cli_trust trust = {0};
     int status = cli_trust_read(args, &f->options, &trust);
     if (status == EXIT_DONE) status = cli_trust_fit(&trust, f, fit, n);
-    if (status == EXIT_DONE) status = cli_residuals_write(&trust, f, fit);
+    if (status == EXIT_DONE) status = cli_residuals_write(args, &trust, f, fit);
     if (status == EXIT_DONE) {
         ff_report_fits report = cli_fitting_report(args, f, fit, n);
         cli_trust_report(&trust, &report);

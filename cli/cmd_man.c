@@ -16,5 +16,5 @@ int cmd_man(const cli_args *args)
 {
     if (cli_given(args, FLAG_MARKDOWN) && args->n_words)
         return cli_usage(args, "--markdown writes one page of all commands; leave out '%s'", args->word[0]);
-    return cli_write("-", write_page, args);
+    return cli_print(write_page, args);
 }

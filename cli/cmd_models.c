@@ -25,6 +25,6 @@ static ff_status write_table(const void *args, ff_table_form form, FILE *out)
 
 int cmd_models(const cli_args *args)
 {
-    if (cli_given(args, FLAG_MARKDOWN)) return cli_write("-", write_markdown, args);
+    if (cli_given(args, FLAG_MARKDOWN)) return cli_print(write_markdown, args);
     return cli_report(args, &(cli_form){write_json, write_text, write_table, NULL}, args);
 }

@@ -2,6 +2,7 @@
 #include "fit/ndf/ndf_struct.h"
 #include "data_formats/table/profile_file_struct.h"
 #include "internal_cli.h"
+#include "report/internal_text.h"
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -66,13 +67,23 @@ static int open_isotropic(const cli_args *args, int masking, cli_fitting *f)
 
 /* ---- the profile ----------------------------------------------------------------------------- */
 
-static void put_comment(const ndf_report *n, char *out, size_t size)
+static ff_status write_name(const void *name, FILE *out)
 {
+    ff_text_print(name, out);
+    return FF_OK;
+}
+
+/* The name of the data speaks neither to a terminal nor to who reads the table again. */
+static ff_status put_comment(const ndf_report *n, char *out, size_t size)
+{
+    char *name = NULL;
     const ff_ndf_result *r = n->r;
+    const ff_status status = ff_text_capture(write_name, n->f->path, &name);
+    if (status != FF_OK) return status;
     size_t used = (size_t)snprintf(out, size,
                                    "distribution of normals retrieved from %s\nmasking %s, loss %s, smooth %.4g; half vectors from "
                                    "%.4g to %.4g degrees\nfor `tabulated` with",
-                                   n->f->path, ff_term_at(FF_MASKING, (size_t)n->options->masking)->name,
+                                   name, ff_term_at(FF_MASKING, (size_t)n->options->masking)->name,
                                    ff_loss_name((int)n->f->options.loss), r->smooth, degrees(r->first), degrees(r->reach));
     for (int kd = 0; kd < 2; kd++)
         for (size_t c = 0; c < r->n_channels && used < size; c++) {
@@ -86,6 +97,8 @@ static void put_comment(const ndf_report *n, char *out, size_t size)
                                      : r->scaled ? v->ks
                                                  : v->f0);
         }
+    free(name);
+    return FF_OK;
 }
 
 static int write_profile(const ndf_report *n, const char *path)
@@ -103,8 +116,9 @@ static int write_profile(const ndf_report *n, const char *path)
         error[i] = n->r->row[i].d_error;
         known[i] = (unsigned char)n->r->row[i].known;
     }
-    put_comment(n, comment, sizeof comment);
-    const ff_status status = ff_profile_write_noted(path, FF_PROFILE_D, rows, theta, d, error, known, comment, &err);
+    ff_status status = put_comment(n, comment, sizeof comment);
+    if (status == FF_OK)
+        status = ff_profile_write_noted(path, FF_PROFILE_D, rows, theta, d, error, known, comment, n->args->outputs, &err);
     free(theta);
     return status == FF_OK ? EXIT_DONE : cli_failed(status, &err);
 }
@@ -299,7 +313,8 @@ static int report(const ndf_report *n)
     if (status != EXIT_DONE) return status;
     if (!output || strcmp(output, "-"))
         return cli_report(n->args, &(cli_form){write_json, write_text, write_table, say_warnings}, n);
-    return json ? cli_write(json, write_json, n) : EXIT_DONE;
+    if (json) status = cli_write(n->args, json, write_json, n);
+    return status == EXIT_DONE ? cli_outputs_commit(n->args) : status;
 }
 
 int cmd_ndf(const cli_args *args)

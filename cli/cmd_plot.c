@@ -12,11 +12,11 @@ static int form_of(const cli_args *args, const char *path, ff_figure_form *out)
     return EXIT_DONE;
 }
 
-static int write_figure(const char *path, const ff_figure *fig, ff_figure_form form)
+static int write_figure(const cli_args *args, const char *path, const ff_figure *fig, ff_figure_form form)
 {
     ff_output out;
     ff_error err = {0};
-    ff_status status = ff_output_open(path, &out, &err);
+    ff_status status = ff_output_open_with(path, args->outputs, &out, &err);
     if (status != FF_OK) return cli_failed(status, &err);
     status = ff_figure_write(fig, form, out.file, &err);
     if (status == FF_OK)
@@ -72,7 +72,7 @@ int cmd_plot(const cli_args *args)
     if (status == EXIT_DONE) {
         status = cli_subject_gather(args, kind, &choice, s);
         if (status == EXIT_DONE) status = draw(args, kind, &choice, s, &fig);
-        if (status == EXIT_DONE) status = write_figure(path, &fig, form);
+        if (status == EXIT_DONE) status = write_figure(args, path, &fig, form);
         ff_figure_clear(&fig);
         if (status == EXIT_DONE) status = s->outcome;
         cli_subject_free(s);

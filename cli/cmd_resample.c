@@ -28,10 +28,13 @@ static int report_conversion(const result *r)
     const char *json = cli_value(r->args, FLAG_JSON, NULL);
     if (strcmp(r->args->word[1], "-")) return cli_write_both(r->args, write_json, write_text, r);
     char warning[FF_WORDS_SENTENCE];
+    int status = json ? cli_write(r->args, json, write_json, r) : EXIT_DONE;
+    if (status == EXIT_DONE) status = cli_outputs_commit(r->args);
+    if (status != EXIT_DONE) return status;
     ff_report_resample_warning(r->report, warning);
     if (warning[0]) cli_message("%s: warning: %s", r->args->word[0], warning);
     cli_notes(r->args->word[0], r->out);
-    return json ? cli_write(json, write_json, r) : EXIT_DONE;
+    return EXIT_DONE;
 }
 
 int cmd_resample(const cli_args *args)
@@ -50,7 +53,7 @@ int cmd_resample(const cli_args *args)
     o.threads = (int)cli_integer(args, FLAG_THREADS, 0);
     ff_status failed = ff_resample_into(&in, to, &o, &out, &report, &err);
     if (failed == FF_OK) {
-        failed = to->write(args->word[1], &out, &err);
+        failed = to->write(args->word[1], &out, args->outputs, &err);
         const result r = {args, &in, &out, to, &report};
         if (failed == FF_OK) status = report_conversion(&r);
         ff_table_clear(&out);

@@ -37,16 +37,17 @@ static int simulate(const cli_args *args, const char *path, const ff_format *for
     cli_scene scene;
     ff_table table;
     ff_error err = {0};
-    const int status = cli_scene_make(args, args->word[0], merl ? 3 : 1, &scene);
+    int status = cli_scene_make(args, args->word[0], merl ? 3 : 1, &scene);
     if (status) return status;
     o->nonnegative = merl;
     ff_status failed = ff_simulate_into(&scene.model, scene.n_channels, scene.shape, scene.channel, o, &table, &err);
     cli_scene_free(&scene);
     if (failed != FF_OK) return cli_failed(failed, &err);
-    failed = ff_table_write(path, format->name, &table, &err);
-    if (failed == FF_OK) cli_notes(path, &table);
+    failed = ff_table_write_with(path, format->name, &table, args->outputs, &err);
+    status = failed == FF_OK ? cli_outputs_commit(args) : cli_failed(failed, &err);
+    if (status == EXIT_DONE) cli_notes(path, &table);
     ff_table_clear(&table);
-    return failed == FF_OK ? EXIT_DONE : cli_failed(failed, &err);
+    return status;
 }
 
 int cmd_simulate(const cli_args *args)

@@ -8,5 +8,5 @@ int cli_command_run(const cli_args *args)
 #include "commands.def"
 #undef COMMAND
     };
-    return run[args->command->id](args);
+    return cli_outputs_end(args, run[args->command->id](args));
 }

@@ -106,10 +106,19 @@ int cli_format_for_writing(const cli_args *args, cli_flag_id flag, const char *p
 
 /* ---- outputs -----------------------------------------------------------------------------------------------------------------*/
 
-/* Writes a whole document to path ("-" is stdout) through `write`. Exit status. */
+/* All outputs of a command, standard output among them, belong together (args->outputs): a file that it writes has its new content
+ * when all others can have theirs. Whatever writes one opens it with them; what writes the last one commits them, and the runner
+ * does, or drops them, where a command is done. Exit status. */
+int cli_outputs_commit(const cli_args *args);
+/* After a command that ended with this status: commits what is left, or drops it where the command failed. The exit status then. */
+int cli_outputs_end(const cli_args *args, int status);
+
+/* Writes a whole document to path ("-" is stdout) through `write`, as one of the outputs. Exit status. */
 typedef ff_status (*cli_writer)(const void *context, FILE *out);
-int cli_write(const char *path, cli_writer write, const void *context);
-/* --json F: F alone when it is "-", else F and the text on stdout. */
+int cli_write(const cli_args *args, const char *path, cli_writer write, const void *context);
+/* To stdout, alone: where nothing else is written. */
+int cli_print(cli_writer write, const void *context);
+/* --json F: F alone when it is "-", else F and the text on stdout. Commits, as the two after it. */
 int cli_write_both(const cli_args *args, cli_writer json, cli_writer text, const void *context);
 
 /* A report that has a table: the same, and with --table FORM the table instead of the text, the warnings on stderr. */
@@ -122,6 +131,7 @@ int cli_report(const cli_args *args, const cli_form *form, const void *context);
 
 /* A table of numbers, row by row, as CSV or, with --json, as the command's JSON: {columns, rows}. */
 typedef struct cli_rows {
+    const cli_args *args;
     ff_output csv, json;
     int with_csv, with_json;
     ff_json writer;
@@ -206,6 +216,6 @@ void cli_trust_report(const cli_trust *t, ff_report_fits *r);
 void cli_trust_free(cli_trust *t);
 /* Is the name of --residuals one that can be written? Then the residuals of a fit to the first problem. */
 int cli_residuals_check(const cli_args *args);
-int cli_residuals_write(const cli_trust *t, cli_fitting *f, const ff_fit_result *fit);
+int cli_residuals_write(const cli_args *args, const cli_trust *t, cli_fitting *f, const ff_fit_result *fit);
 
 #endif

@@ -159,11 +159,12 @@ const char *cli_flag_name(cli_flag_id flag);
 typedef struct cli_args {
     const cli_command *command;
     size_t n_words, n_given;
-    const char **word;     /* [n_words] positional; the first NULL where --from stands for an expression */
-    int *flag;             /* [n_given] cli_flag_id          */
-    const char **value;    /* [n_given] NULL for a switch, "no" for one that is switched off */
-    ff_report_head head;   /* the whole command line         */
-    ff_report_style style; /* of text on stdout              */
+    const char **word;          /* [n_words] positional; the first NULL where --from stands for an expression */
+    int *flag;                  /* [n_given] cli_flag_id          */
+    const char **value;         /* [n_given] NULL for a switch, "no" for one that is switched off */
+    ff_report_head head;        /* the whole command line         */
+    ff_report_style style;      /* of text on stdout              */
+    struct ff_outputs *outputs; /* of the command                 */
 } cli_args;
 
 /* Takes argv apart for `command` (argv[0] is its first word); every value is one of its kind. Exit status; cli_args_free

@@ -1,8 +1,10 @@
 /* facetfit: chooses the command. */
 #include "internal_cli.h"
 #include "ff_version.h"
+#include <fcntl.h>
 #include <pthread.h>
 #include <string.h>
+#include <unistd.h>
 
 enum { STACK = 8 << 20 };
 
@@ -43,20 +45,30 @@ static int unknown_command(const char *word)
 static int run(const cli_command *command, int argc, char **argv)
 {
     cli_args args;
+    ff_outputs outputs = {0};
     int status = cli_args_parse(command, argc - 1, argv + 1, &args);
+    args.outputs = &outputs;
     args.head = (ff_report_head){ff_version(), (size_t)argc, (const char *const *)argv};
     args.style = cli_style(&args);
     if (status != EXIT_DONE) {
         /* a message has been written */
     } else if (cli_given(&args, FLAG_HELP)) {
-        status = cli_write("-", write_help, command);
+        status = cli_print(write_help, command);
     } else if (cli_given(&args, FLAG_PRINT_SCHEMA)) {
-        status = cli_write("-", write_schema, &args);
+        status = cli_print(write_schema, &args);
     } else if ((status = cli_files_check(&args)) == EXIT_DONE) {
         status = cli_command_run(&args);
     }
     cli_args_free(&args);
     return status;
+}
+
+/* Whoever starts us with one of the three closed would have the next file that is opened take its number: messages would go into an
+ * output, a table into the JSON. It is open then, and neither read nor written: those who try are told. */
+static void hold_standard_descriptors(void)
+{
+    for (int fd = STDIN_FILENO; fd <= STDERR_FILENO; fd++)
+        if (fcntl(fd, F_GETFD) < 0) (void)!open("/dev/null", fd == STDIN_FILENO ? O_WRONLY : O_RDONLY);
 }
 
 static int run_words(int argc, char **argv)
@@ -69,9 +81,9 @@ static int run_words(int argc, char **argv)
     }
     if (!strcmp(word, "--help") || !strcmp(word, "-h") || !strcmp(word, "help")) {
         const cli_command *command = argc > 2 ? cli_command_find(argv[2]) : NULL;
-        return argc > 2 && !command ? unknown_command(argv[2]) : cli_write("-", write_help, command);
+        return argc > 2 && !command ? unknown_command(argv[2]) : cli_print(write_help, command);
     }
-    if (!strcmp(word, "--version")) return cli_write("-", write_version, ff_version());
+    if (!strcmp(word, "--version")) return cli_print(write_version, ff_version());
     const cli_command *command = cli_command_find(word);
     return command ? run(command, argc, argv) : unknown_command(word);
 }
@@ -93,6 +105,7 @@ static void *run_line(void *argument)
 int main(int argc, char **argv)
 {
     line l = {.argc = argc, .argv = argv};
+    hold_standard_descriptors();
     pthread_attr_t attributes;
     pthread_t thread;
     int failed = pthread_attr_init(&attributes);

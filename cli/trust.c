@@ -263,7 +263,7 @@ int cli_residuals_check(const cli_args *args)
     return cli_usage(args, "--residuals %s: expected a name that ends in .csv or .exr", path);
 }
 
-int cli_residuals_write(const cli_trust *t, cli_fitting *f, const ff_fit_result *fit)
+int cli_residuals_write(const cli_args *args, const cli_trust *t, cli_fitting *f, const ff_fit_result *fit)
 {
     char title[FF_MODEL_NAME + 64] = "residuals of ";
     ff_table residuals;
@@ -274,11 +274,11 @@ int cli_residuals_write(const cli_trust *t, cli_fitting *f, const ff_fit_result 
     if (failed != FF_OK) return cli_failed(failed, &err);
     ff_model_expression(&fit->model, title + strlen(title), FF_MODEL_NAME);
     if (has_extension(t->residuals, ".exr")) {
-        failed = ff_table_write(t->residuals, "exr", &residuals, &err);
+        failed = ff_table_write_with(t->residuals, "exr", &residuals, args->outputs, &err);
         if (failed != FF_OK) status = cli_failed(failed, &err);
     } else {
         const residual_file file = {&f->table, &residuals, title};
-        status = cli_write(t->residuals, write_csv, &file);
+        status = cli_write(args, t->residuals, write_csv, &file);
     }
     ff_table_clear(&residuals);
     return status;

@@ -220,7 +220,7 @@ ff_status ff_table_read_into(const char *path, const char *format, ff_table *out
     return ff_table_read_with_into(path, &o, out, err);
 }
 
-ff_status ff_table_write(const char *path, const char *format, const ff_table *t, ff_error *err)
+ff_status ff_table_write_with(const char *path, const char *format, const ff_table *t, struct ff_outputs *with, ff_error *err)
 {
     char names[LIST];
     const ff_format *f = NULL;
@@ -234,5 +234,10 @@ ff_status ff_table_write(const char *path, const char *format, const ff_table *t
         return ff_error_set(err, FF_ERR_UNKNOWN, path, 0, -1,
                             "the name tells no format, expected a usual extension or one of the formats %s", list_names(1, names));
     }
-    return f->write(path, t, err);
+    return f->write(path, t, with, err);
+}
+
+ff_status ff_table_write(const char *path, const char *format, const ff_table *t, ff_error *err)
+{
+    return ff_table_write_with(path, format, t, NULL, err);
 }

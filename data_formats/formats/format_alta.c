@@ -430,11 +430,11 @@ static void write_rows(const ff_table *t, FILE *file)
     }
 }
 
-static ff_status write_alta(const char *path, const ff_table *t, ff_error *err)
+static ff_status write_alta(const char *path, const ff_table *t, ff_outputs *with, ff_error *err)
 {
     ff_output out;
     ff_status status = check_writable(path, t, err);
-    if (status == FF_OK) status = ff_output_open(path, &out, err);
+    if (status == FF_OK) status = ff_output_open_with(path, with, &out, err);
     if (status != FF_OK) return status;
     write_header(t, out.file);
     write_rows(t, out.file);

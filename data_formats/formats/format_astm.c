@@ -309,11 +309,11 @@ static void write_rows(const ff_table *t, FILE *file)
 }
 
 /* Samples that were not measured are left out: the format has no way to say so. So are weights. */
-static ff_status write_astm(const char *path, const ff_table *t, ff_error *err)
+static ff_status write_astm(const char *path, const ff_table *t, ff_outputs *with, ff_error *err)
 {
     ff_output out;
     ff_status status = check_writable(path, t, err);
-    if (status == FF_OK) status = ff_output_open(path, &out, err);
+    if (status == FF_OK) status = ff_output_open_with(path, with, &out, err);
     if (status != FF_OK) return status;
     size_t n_valid = 0;
     for (size_t i = 0; i < t->n; i++) n_valid += t->valid[i] != 0;

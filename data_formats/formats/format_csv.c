@@ -567,12 +567,12 @@ static ff_status check_names(const char *path, const ff_table *t, ff_error *err)
     return FF_OK;
 }
 
-static ff_status write_csv(const char *path, const ff_table *t, ff_error *err)
+static ff_status write_csv(const char *path, const ff_table *t, ff_outputs *with, ff_error *err)
 {
     ff_output out;
     ff_status status = check_names(path, t, err);
     if (status == FF_OK) status = ff_table_check(t, path, err);
-    if (status == FF_OK) status = ff_output_open(path, &out, err);
+    if (status == FF_OK) status = ff_output_open_with(path, with, &out, err);
     if (status != FF_OK) return status;
     write_header(t, out.file);
     write_rows(t, out.file);

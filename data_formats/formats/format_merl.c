@@ -213,11 +213,11 @@ static void write_plane(const ff_table *t, size_t c, int same_scales, FILE *file
     }
 }
 
-static ff_status write_merl(const char *path, const ff_table *t, ff_error *err)
+static ff_status write_merl(const char *path, const ff_table *t, ff_outputs *with, ff_error *err)
 {
     ff_output out;
     ff_status status = check_writable(path, t, err);
-    if (status == FF_OK) status = ff_output_open(path, &out, err);
+    if (status == FF_OK) status = ff_output_open_with(path, with, &out, err);
     if (status != FF_OK) return status;
     for (int k = 0; k < 3; k++) {
         unsigned char b[4];

@@ -555,16 +555,16 @@ static ff_status put_table(const ff_rgl *r, const ff_table *t, const slice_room 
     return FF_OK;
 }
 
-static ff_status write_bytes(const char *path, const ff_tensor_file *file, ff_error *err)
+static ff_status write_bytes(const char *path, const ff_tensor_file *file, ff_outputs *with, ff_error *err)
 {
     ff_output out;
-    const ff_status status = ff_output_open(path, &out, err);
+    const ff_status status = ff_output_open_with(path, with, &out, err);
     if (status != FF_OK) return status;
     fwrite(file->bytes, 1, file->n_bytes, out.file);
     return ff_output_commit(&out, err);
 }
 
-static ff_status write_rgl(const char *path, const ff_table *t, ff_error *err)
+static ff_status write_rgl(const char *path, const ff_table *t, ff_outputs *with, ff_error *err)
 {
     ff_status status = check_writable(path, t, err);
     if (status != FF_OK) return status;
@@ -578,7 +578,7 @@ static ff_status write_rgl(const char *path, const ff_table *t, ff_error *err)
         free(room.memory);
     } else
         status = ff_error_set(err, FF_ERR_MEMORY, path, 0, -1, "no memory for the samples of an RGL file");
-    if (status == FF_OK) status = write_bytes(path, &copy.file, err);
+    if (status == FF_OK) status = write_bytes(path, &copy.file, with, err);
     ff_tensor_file_free(&copy.file);
     return status;
 }

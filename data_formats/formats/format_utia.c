@@ -204,11 +204,11 @@ static void write_plane(const ff_table *t, size_t c, FILE *file)
     }
 }
 
-static ff_status write_utia(const char *path, const ff_table *t, ff_error *err)
+static ff_status write_utia(const char *path, const ff_table *t, ff_outputs *with, ff_error *err)
 {
     ff_output out;
     ff_status status = check_writable(path, t, err);
-    if (status == FF_OK) status = ff_output_open(path, &out, err);
+    if (status == FF_OK) status = ff_output_open_with(path, with, &out, err);
     if (status != FF_OK) return status;
     for (size_t c = 0; c < N_CHANNELS; c++) write_plane(t, c, out.file);
     return ff_output_commit(&out, err);

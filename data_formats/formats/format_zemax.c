@@ -377,11 +377,11 @@ static void write_block(const writer *w, size_t c, size_t block)
     }
 }
 
-static ff_status write_table(const char *path, writer *w, int symmetry, ff_error *err)
+static ff_status write_table(const char *path, writer *w, int symmetry, ff_outputs *with, ff_error *err)
 {
     ff_output out;
     const ff_table *t = w->t;
-    const ff_status status = ff_output_open(path, &out, err);
+    const ff_status status = ff_output_open_with(path, with, &out, err);
     if (status != FF_OK) return status;
     w->file = out.file;
     write_header(w, symmetry);
@@ -408,7 +408,7 @@ static ff_status node_degrees(const ff_table *t, double **memory, const double *
     return FF_OK;
 }
 
-static ff_status write_zemax(const char *path, const ff_table *t, ff_error *err)
+static ff_status write_zemax(const char *path, const ff_table *t, ff_outputs *with, ff_error *err)
 {
     double *memory = NULL;
     const double *node[FF_ZEMAX_AXES];
@@ -420,7 +420,7 @@ static ff_status write_zemax(const char *path, const ff_table *t, ff_error *err)
     const int symmetry = same ? k->symmetry : ff_zemax_symmetry_of(t);
     writer w = {.t = t, .kept = same ? k : NULL, .horizon = horizon_of(t)};
     status = ff_zemax_cells_make(t->axes.n, node, symmetry, &w.cells, err);
-    if (status == FF_OK) status = write_table(path, &w, symmetry, err);
+    if (status == FF_OK) status = write_table(path, &w, symmetry, with, err);
     free(w.cells.memory);
     free(memory);
     return status;

@@ -111,7 +111,8 @@ static ff_found regressed_at(const ff_interpolant *p, const double wi[3], const 
  * alike. A guess, and called so. */
 static ff_found beside_at(const ff_interpolant *p, const double wi[3], const double wo[3], double *value, size_t stride)
 {
-    double to[2][3], share[2];
+    enum { FEW = 256 }; /* channels without an allocation for every direction */
+    double to[2][3], share[2], few[FEW];
     const size_t n = p->t->n_channels;
     if (!ff_plane_turn(&p->plane, wi, wo, to, share)) {
         regressed_at(p, wi, wo, UINT32_MAX, value, stride);
@@ -119,11 +120,12 @@ static ff_found beside_at(const ff_interpolant *p, const double wi[3], const dou
     }
     const int first = share[0] > 0 ? 0 : 1;
     regressed_at(p, wi, to[first], UINT32_MAX, value, stride);
-    double *second = first == 0 && share[1] > 0 ? malloc(n * sizeof *second) : NULL;
-    if (!second) return FF_FOUND_BEYOND;
+    if (first == 1 || !(share[1] > 0)) return FF_FOUND_BEYOND;
+    double *second = n <= FEW ? few : malloc(n * sizeof *second);
+    if (!second) return FF_FOUND_BEYOND; /* of one side alone: a guess as well */
     regressed_at(p, wi, to[1], UINT32_MAX, second, 1);
     for (size_t c = 0; c < n; c++) value[c * stride] = share[0] * value[c * stride] + share[1] * second[c];
-    free(second);
+    if (second != few) free(second);
     return FF_FOUND_BEYOND;
 }
 

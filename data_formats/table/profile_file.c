@@ -153,7 +153,8 @@ static void write_number(double v, FILE *file)
 }
 
 ff_status ff_profile_write_noted(const char *path, ff_profile_kind kind, size_t n, const double *x, const double *y,
-                                 const double *error, const unsigned char *known, const char *comment, ff_error *err)
+                                 const double *error, const unsigned char *known, const char *comment, ff_outputs *with,
+                                 ff_error *err)
 {
     if (kind != FF_PROFILE_D && kind != FF_PROFILE_P)
         return ff_error_set(err, FF_ERR_RANGE, path, 0, -1, "a profile of kind %d, expected %d or %d", (int)kind, (int)FF_PROFILE_D,
@@ -166,7 +167,7 @@ ff_status ff_profile_write_noted(const char *path, ff_profile_kind kind, size_t 
                                 kind == FF_PROFILE_D ? "theta" : column[kind][0], x[i], column[kind][1], y[i],
                                 kind == FF_PROFILE_D ? " and up to pi/2" : "");
     ff_output out;
-    const ff_status status = ff_output_open(path, &out, err);
+    const ff_status status = ff_output_open_with(path, with, &out, err);
     if (status) return status;
     write_comment(comment, out.file);
     fprintf(out.file, "%s,%s", column[kind][0], column[kind][1]);
@@ -189,7 +190,7 @@ ff_status ff_profile_write_noted(const char *path, ff_profile_kind kind, size_t 
 ff_status ff_profile_write(const char *path, ff_profile_kind kind, size_t n, const double *x, const double *y, const char *comment,
                            ff_error *err)
 {
-    return ff_profile_write_noted(path, kind, n, x, y, NULL, NULL, comment, err);
+    return ff_profile_write_noted(path, kind, n, x, y, NULL, NULL, comment, NULL, err);
 }
 
 ff_status ff_profile_read(const char *path, ff_profile_table **out, ff_error *err)

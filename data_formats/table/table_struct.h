@@ -7,6 +7,8 @@
 extern "C" {
 #endif
 
+struct ff_outputs; /* base/internal_output.h */
+
 /* ---- a table --------------------------------------------------------------------------------- */
 
 /** A regular parametrisation whose directions and weights follow from the sample's index. Immutable, static storage. */
@@ -83,6 +85,9 @@ size_t ff_table_there(const ff_table *t, size_t first, size_t count);
 ff_status ff_table_read_into(const char *path, const char *format, ff_table *out, ff_error *err);
 ff_status ff_table_read_with_into(const char *path, const ff_read_options *o, ff_table *out, ff_error *err);
 
+/** ff_table_write as one of `with` (base/internal_output.h); NULL: alone. */
+ff_status ff_table_write_with(const char *path, const char *format, const ff_table *t, struct ff_outputs *with, ff_error *err);
+
 /** Moves a table of the caller's to the heap: *t is zeroed, also on failure, when what it owns is released. FF_ERR_MEMORY. */
 ff_status ff_table_move(ff_table *t, ff_table **out, ff_error *err);
 
@@ -108,8 +113,9 @@ struct ff_format {
      *  FF_ERR_SYNTAX, FF_ERR_RANGE for a grid that is none, FF_ERR_UNSUPPORTED for a t that cannot be held, FF_ERR_MEMORY. */
     ff_status (*layout)(const ff_table *t, const char *grid, ff_table *out, ff_error *err);
     /** NULL where the format cannot be written. Writes to a temporary name beside path, then renames; "-" is stdout.
+     *  @param with  the outputs that it is one of (base/internal_output.h), which give it its name; NULL: alone.
      *  FF_ERR_UNSUPPORTED for directions that are not of its layout. */
-    ff_status (*write)(const char *path, const ff_table *t, ff_error *err);
+    ff_status (*write)(const char *path, const ff_table *t, struct ff_outputs *with, ff_error *err);
 };
 
 /** The 90 x 90 x 180 half/difference-angle grid of Matusik et al. 2003 (samples at cell centres). */

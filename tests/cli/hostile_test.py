@@ -65,17 +65,21 @@ with tempfile.TemporaryDirectory() as directory:
                         b"fit --model ggx --table markdown", b"compare --ndf ggx", b"compare --ndf ggx,beckmann --table text", b"ndf"):
             check(*command.split(), file)
             check(*command.split(), file, b"--json", b"-")
+        check(b"ndf", file, b"-o", b"-")
+        for kind in (b"slice", b"residuals", b"forest"):
+            check(b"plot", kind, file)
+            check(b"plot", kind, file, b"--title", HOSTILE)
         check(b"resample", file, HOSTILE + b".2.csv")
         check(b"resample", file, HOSTILE)
         check(b"resample", file, HOSTILE + b".binary")
     check(HOSTILE)
     check(b"help", HOSTILE)
-    for command in ("fit", "compare", "info", "ndf", "eval", "resample", "simulate", "furnace", "sample", "convert", "models", "formats"):
+    for command in ("fit", "compare", "info", "ndf", "eval", "resample", "simulate", "furnace", "sample", "convert", "models", "formats", "plot", "man", "completion"):
         check(command.encode(), HOSTILE, HOSTILE)
         check(command.encode(), b"--" + HOSTILE)
         check(command.encode(), b"-" + HOSTILE)
         words = {"fit": [data], "compare": [data], "info": [data], "ndf": [data], "eval": [b"ggx", data], "resample": [data, b"o.csv"],
-                 "simulate": [b"ggx", b"-o", b"o.csv"], "furnace": [b"ggx"], "sample": [b"ggx"]}.get(command, [])
+                 "simulate": [b"ggx", b"-o", b"o.csv"], "furnace": [b"ggx"], "sample": [b"ggx"], "plot": [b"slice", data]}.get(command, [])
         for flag, _ in flags_of(command):
             for value in (HOSTILE, b"alpha=" + HOSTILE, b"0.5" + HOSTILE):
                 check(command.encode(), *words, b"--" + flag.encode(), value)

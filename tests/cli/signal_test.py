@@ -13,6 +13,8 @@ program = os.path.abspath(sys.argv[1])
 failures = runs = 0
 ENDING = [signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGQUIT, signal.SIGXCPU]
 PATIENCE = 60
+for number in ENDING:  # whoever runs the tests in the background may ignore some, and the program then does as well
+    signal.signal(number, signal.SIG_DFL)
 
 
 def fail(text):
@@ -152,6 +154,7 @@ with tempfile.TemporaryDirectory() as directory:
         interrupted("fit", fit, number, after(1))
     interrupted("compare", "compare a.binary --threads 1 --json a.json", signal.SIGINT, after(1))
     interrupted("bootstrap", "fit a.binary --bootstrap 1000000 --json d.json", signal.SIGINT, after(1))
+    interrupted("plot", "plot bootstrap a.binary --bootstrap 1000000 -o p.svg", signal.SIGINT, after(1))
     ignored()
 
     # writing
@@ -172,7 +175,8 @@ with tempfile.TemporaryDirectory() as directory:
             ("models --json l.json", "l.json"), ("convert --list --json v.json", "v.json"),
             ("convert --from beckmann --to phong m=0.25 --json w.json", "w.json"), (simulate + "-o s.csv", "s.csv"),
             (simulate + "-o s.binary --grid merl", "s.binary"), ("resample small.csv t.csv --json t.json", "t.csv"),
-            ("furnace lambert --mu 0.5 --json u.json", "u.json"), ("sample ggx -n 10 --json x.json", "x.json")):
+            ("furnace lambert --mu 0.5 --json u.json", "u.json"), ("sample ggx -n 10 --json x.json", "x.json"),
+            ("plot slice small.csv -o y.svg", "y.svg"), ("plot ndf ggx -o y.pdf", "y.pdf"), ("plot coverage small.csv -o y.csv", "y.csv")):
         short(command.split()[0], command, output)
         for rest in set(state()) & {"t.json"}:
             os.remove(rest)

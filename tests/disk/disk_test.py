@@ -25,7 +25,7 @@ def main():
     wrong, runs, crashes = [], 0, 0
 
     def run(words, **more):
-        return subprocess.run([program, *words], cwd=folder, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.PIPE, timeout=60,
+        return subprocess.run([program, *words], cwd=folder, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.PIPE, timeout=600 if every else 60,
                               env={**os.environ, "LC_ALL": "C", **more})
 
     def content(name):
@@ -69,7 +69,7 @@ def main():
             if p.returncode != 0:
                 check(False, f"{name}: ends with {p.returncode} on a sound disk: {p.stderr.decode(errors='replace').strip()[-200:]}")
                 continue
-            new, steps, slow = content(target), int(content("count")), time.time() - begin > 0.5
+            new, steps, slow = content(target), int(content("count").split()[0]), time.time() - begin > 0.5
             check(new != OLD and steps >= 5, f"{name}: {steps} steps on a sound disk")
             stable = re.compile(rb'"time_s": [^,}]*|"date": [^,}]*|"made[^"]*": [^,}]*')
             same = lambda a: a is not None and stable.sub(b"", a) == stable.sub(b"", new)

@@ -1,9 +1,11 @@
 /* A disk that fails, or loses power: loaded before the C library (LD_PRELOAD), it counts what is done to files that are written.
  *
- *   DISK_COUNT=FILE       writes how many such calls there were
+ *   DISK_COUNT=FILE       writes how many such calls there were, and a line with the first letter of each: o w t f c r
  *   DISK_FAIL=N:ERRNO     the Nth fails with this number, and all like it after it (a full disk stays full)
  *   DISK_CRASH=N          before the Nth, or at the end of the process, the power goes: what was not synced is forgotten, and the
  *                         process ends with 77
+ *
+ *   DISK_SIGNAL=N:NUMBER  before the Nth, or at the end of the process, this signal comes
  *
  * Counted are open (of a file that is created), write, ftruncate, fsync, close, rename. A stream of a descriptor (fdopen) is one
  * whose writes come by here, since those of the C library itself do not. */
@@ -11,6 +13,7 @@
 #include <dlfcn.h>
 #include <errno.h>
 #include <fcntl.h>
+#include <signal.h>
 #include <stdarg.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -18,7 +21,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
-enum { MOST = 64 };
+enum { MOST = 64, MOST_CALLS = 4096 };
 typedef enum call { OPEN, WRITE, TRUNCATE, SYNC, CLOSE, RENAME } call;
 
 static struct written {
@@ -28,6 +31,7 @@ static struct written {
     int folder;
 } file[MOST];
 static int n_files, count, failing = -1;
+static char letters[MOST_CALLS + 1];
 
 static void *real(const char *name)
 {
@@ -54,11 +58,19 @@ static void lose_power(void)
     _exit(77);
 }
 
+static void send_signal(int here)
+{
+    const char *when = getenv("DISK_SIGNAL"), *number = when ? strchr(when, ':') : NULL;
+    if (number && here == atoi(when)) raise(atoi(number + 1));
+}
+
 /* Does this one fail? */
 static int comes_to_nothing(call c)
 {
     const char *crash = getenv("DISK_CRASH"), *fail = getenv("DISK_FAIL");
+    if (count < MOST_CALLS) letters[count] = "owtfcr"[c];
     count++;
+    send_signal(count);
     if (crash && count == atoi(crash)) lose_power();
     if (!fail) return 0;
     const char *number = strchr(fail, ':');
@@ -72,11 +84,12 @@ __attribute__((destructor)) static void tell(void)
 {
     const char *path = getenv("DISK_COUNT"), *crash = getenv("DISK_CRASH");
     if (crash && atoi(crash) == count + 1) lose_power();
+    send_signal(count + 1);
     if (!path) return;
     int (*open_real)(const char *, int, ...) = (int (*)(const char *, int, ...))real("open");
     const int fd = open_real(path, O_WRONLY | O_CREAT | O_TRUNC, 0600);
-    char text[32];
-    const int n = snprintf(text, sizeof text, "%d\n", count);
+    char text[MOST_CALLS + 32];
+    const int n = snprintf(text, sizeof text, "%d\n%s\n", count, letters);
     ssize_t (*write_real)(int, const void *, size_t) = (ssize_t(*)(int, const void *, size_t))real("write");
     if (fd < 0 || write_real(fd, text, (size_t)n) != n) _exit(79);
 }

@@ -174,18 +174,18 @@ static void writing_by_name(void)
         const char *path = ff_test_path("never");
         for (int k = 0; k < 2; k++) {
             t.value[0] = wrong[k];
-            status = format->write(path, &t, &err);
+            status = format->write(path, &t, NULL, &err);
             FF_CHECK(status == FF_ERR_DATA && strstr(err.message, "c0") && strstr(err.message, "finite") && access(path, F_OK) != 0,
                      "%s: %d %s", format->name, status, err.message);
         }
         t.value[0] = 1;
         t.angle[2][0] = NAN;
-        status = format->write(path, &t, &err);
+        status = format->write(path, &t, NULL, &err);
         FF_CHECK(status == FF_ERR_DATA && strstr(err.message, "theta_o") && access(path, F_OK) != 0, "%s: %d %s", format->name,
                  status, err.message);
         t.angle[2][0] = 0;
         t.valid[0] = 0;
-        status = format->write(path, &t, &err);
+        status = format->write(path, &t, NULL, &err);
         FF_CHECK(status == FF_ERR_DATA && strstr(err.message, "valid") && access(path, F_OK) != 0, "%s: %d %s", format->name,
                  status, err.message);
         t.valid[0] = 1;

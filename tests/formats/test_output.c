@@ -211,6 +211,57 @@ static void folder_is_synced(void)
     FF_CHECK(chdir(before) == 0, "chdir");
 }
 
+/* Opened, written and handed over. */
+static void hand_over(ff_outputs *all, const char *path)
+{
+    ff_output out;
+    ff_error err = {0};
+    if (!FF_CHECK(ff_output_open_with(path, all, &out, &err) == FF_OK, "%s", err.message)) return;
+    fputs("new", out.file);
+    FF_CHECK(ff_output_commit(&out, &err) == FF_OK, "%s: %s", path, err.message);
+    FF_CHECK(!out.file && !out.temporary, "%s: was not handed over", path);
+}
+
+static void together(void)
+{
+    const char *one = ff_test_path("one.txt"), *two = ff_test_path("two.txt");
+    ff_outputs all = {0};
+    ff_error err = {0};
+    hand_over(&all, one);
+    hand_over(&all, "/dev/full");
+    hand_over(&all, two);
+    FF_CHECK(!exists(one) && !exists(two) && check_leftovers() == 2, "a name appeared before its time");
+    FF_CHECK(ff_outputs_commit(&all, &err) == FF_ERR_WRITE && !strcmp(err.path, "/dev/full"), "%s: %s", err.path, err.message);
+    FF_CHECK(!exists(one) && !exists(two) && check_leftovers() == 0 && all.n == 0, "a full device left an output");
+    hand_over(&all, one);
+    ff_outputs_abort(&all);
+    FF_CHECK(!exists(one) && check_leftovers() == 0 && all.n == 0, "what was dropped is there");
+    FF_CHECK(ff_outputs_commit(&all, &err) == FF_OK, "none is not nothing to do");
+    for (int k = 0; k <= FF_OUTPUTS_MOST; k++) {
+        ff_output out;
+        char name[16];
+        snprintf(name, sizeof name, "m%d", k);
+        FF_CHECK(ff_output_open_with(ff_test_path(name), &all, &out, &err) == FF_OK, "%s", err.message);
+        FF_CHECK(ff_output_commit(&out, &err) == (k < FF_OUTPUTS_MOST ? FF_OK : FF_ERR_INTERNAL), "output %d: %s", k, err.message);
+    }
+    FF_CHECK(ff_outputs_commit(&all, &err) == FF_OK && exists(ff_test_path("m7")) && check_leftovers() == 0, "%s", err.message);
+}
+
+/* Of those that have their names already the error knows. */
+static void name_that_cannot_be_given(void)
+{
+    const char *one = ff_test_path("first.txt"), *two = ff_test_path("second.txt"), *three = ff_test_path("third.txt");
+    ff_outputs all = {0};
+    ff_error err = {0};
+    hand_over(&all, one);
+    hand_over(&all, two);
+    hand_over(&all, three);
+    FF_CHECK(mkdir(two, 0700) == 0, "%s", two);
+    FF_CHECK(ff_outputs_commit(&all, &err) == FF_ERR_WRITE && !strcmp(err.path, two), "%s: %s", err.path, err.message);
+    FF_CHECK(strstr(err.message, "in place already: ") && strstr(err.message, one), "%s", err.message);
+    FF_CHECK(exists(one) && !exists(three) && check_leftovers() == 0, "%d unfinished files", check_leftovers());
+}
+
 /* What a handler does: the unfinished files go, and those that were finished or dropped do not matter. */
 static void removed_by_signal(void)
 {
@@ -342,5 +393,6 @@ static void test_stdout(void)
 }
 
 FF_TEST_MAIN(FF_TEST(commit_and_abort), FF_TEST(permissions_and_links), FF_TEST(modes), FF_TEST(owner), FF_TEST(group),
-             FF_TEST(dangling_links), FF_TEST(long_names), FF_TEST(folder_is_synced), FF_TEST(removed_by_signal), FF_TEST(refusals),
-             FF_TEST(full_device), FF_TEST(disk_that_fills), FF_TEST(test_stdout))
+             FF_TEST(dangling_links), FF_TEST(long_names), FF_TEST(folder_is_synced), FF_TEST(together),
+             FF_TEST(name_that_cannot_be_given), FF_TEST(removed_by_signal), FF_TEST(refusals), FF_TEST(full_device),
+             FF_TEST(disk_that_fills), FF_TEST(test_stdout))

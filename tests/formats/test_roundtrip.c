@@ -95,10 +95,10 @@ static void there_and_back(const char *label, const ff_format *f, const ff_table
     ff_error err = {0};
     snprintf(first, sizeof first, "%s", ff_test_path("first"));
     snprintf(second, sizeof second, "%s", ff_test_path("second"));
-    if (!FF_CHECK(f->write(first, made, &err) == FF_OK, "%s: %s", label, err.message)) return;
+    if (!FF_CHECK(f->write(first, made, NULL, &err) == FF_OK, "%s: %s", label, err.message)) return;
     if (!FF_CHECK(ff_table_read_into(first, f->name, &again, &err) == FF_OK, "%s: %s", label, err.message)) return;
     compare(label, f, made, &again);
-    if (FF_CHECK(f->write(second, &again, &err) == FF_OK, "%s, again: %s", label, err.message))
+    if (FF_CHECK(f->write(second, &again, NULL, &err) == FF_OK, "%s, again: %s", label, err.message))
         FF_CHECK(same_bytes(first, second), "%s: written again, the file is another", label);
     n_trips++;
     ff_table_clear(&again);

@@ -98,7 +98,7 @@ int fuzz_reader(const char *format, const uint8_t *data, size_t size)
     const char *why = unsound_table(&t, format);
     if (why) fail(format, why);
     f = ff_format_find(format);
-    if (f->write && t.n < 1000000 && f->write("/dev/null", &t, &err) != FF_OK && err.code != FF_ERR_UNSUPPORTED &&
+    if (f->write && t.n < 1000000 && f->write("/dev/null", &t, NULL, &err) != FF_OK && err.code != FF_ERR_UNSUPPORTED &&
         err.code != FF_ERR_DATA)
         fail(format, err.message);
     ff_table_clear(&t);

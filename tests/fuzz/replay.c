@@ -1,9 +1,10 @@
-/* replay FORMAT FOLDER: the corpus of a fuzzer as an ordinary test, and around every file of it: all prefixes, every single bit of
+/* replay TARGET FOLDER: the corpus of a fuzzer as an ordinary test, and around every file of it: all prefixes, every single bit of
  * its first bytes flipped, bytes at its end. Each must be refused with a message or give a sound table, within a second and 64 MB.
  */
 #define _GNU_SOURCE
 #include "data_formats/table/table_struct.h"
 #include "fuzz_reader.h"
+#include "fuzz_text.h"
 #include <dirent.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -37,10 +38,16 @@ static long peak_kib(void)
     return u.ru_maxrss;
 }
 
+static int read_one(const char *target, const uint8_t *data, size_t size)
+{
+    const int read = fuzz_text(target, data, size);
+    return read < 0 ? fuzz_reader(target, data, size) : read;
+}
+
 static void try_input(const char *format, const uint8_t *data, size_t size)
 {
     const double begin = seconds();
-    n_read += fuzz_reader(format, data, size);
+    n_read += read_one(format, data, size);
     n_inputs++;
     const double took = seconds() - begin;
     if (took > slowest) slowest = took;
@@ -92,7 +99,7 @@ static void warm_up(const char *format, const char *path)
 {
     size_t n;
     uint8_t *bytes = slurp(path, &n);
-    fuzz_reader(format, bytes, n);
+    read_one(format, bytes, n);
     free(bytes);
 }
 

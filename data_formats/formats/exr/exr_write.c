@@ -32,6 +32,7 @@ typedef struct writer {
     const char *path;
     ff_error *err;
     const ff_table *t;
+    ff_outputs *with;
     ff_output out;
     FILE *file; /* out.file, or a scratch file where that has no positions */
     uint64_t position;
@@ -330,7 +331,7 @@ static ff_status write_context(writer *w)
 
 static ff_status write_output(writer *w)
 {
-    ff_status status = ff_output_open(w->path, &w->out, w->err);
+    ff_status status = ff_output_open_with(w->path, w->with, &w->out, w->err);
     if (status != FF_OK) return status;
     const int scratch = !w->out.temporary;
     w->file = scratch ? tmpfile() : w->out.file;
@@ -397,9 +398,9 @@ static void choose_size(writer *w)
     w->height = (t->n + w->width - 1) / w->width;
 }
 
-ff_status ff_exr_write(const char *path, const ff_table *t, ff_error *err)
+ff_status ff_exr_write(const char *path, const ff_table *t, ff_outputs *with, ff_error *err)
 {
-    writer w = {.path = path, .err = err, .t = t};
+    writer w = {.path = path, .err = err, .t = t, .with = with};
     w.io.out = &w;
     ff_status status = check_writable(&w);
     if (status == FF_OK) {

@@ -94,7 +94,7 @@ ff_status ff_exr_pixels_read(ff_exr_file *f, const ff_exr_plane *planes, size_t 
 /** See ff_format.layout; exr_layout.c. */
 ff_status ff_exr_layout(const ff_table *t, const char *grid, ff_table *out, ff_error *err);
 /** See ff_format.write; exr_write.c. */
-ff_status ff_exr_write(const char *path, const ff_table *t, ff_error *err);
+ff_status ff_exr_write(const char *path, const ff_table *t, struct ff_outputs *with, ff_error *err);
 
 /** What OpenEXRCore said last, and where it is to read and write: the user data of a context. */
 typedef struct ff_exr_io {
