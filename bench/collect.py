@@ -199,6 +199,14 @@ def readers(build, items):
     return {f["format"]: f for f in files}
 
 
+def renders(build, items):
+    """Pictures of 512 x 512 pixels: under a light, and under a sky with 256 samples a pixel; by the program, from start to exit."""
+    out = os.path.join(build, "bench", "ball.exr")
+    line = [os.path.join(build, "bin", "facetfit"), "render", "ggx+lambert", "--set", "alpha=0.2,f0=0.05,kd=0.1:0.3:0.5", "-o", out]
+    for name, more in (("light", []), ("environment", ["--environment", "sky"])):
+        items[f"render.{name}.wall"] = item([measured_process(line + more)[0] for _ in range(ROUNDS)], "s")
+
+
 def ratio(value, target, unit, at_least):
     return {"value": value, "target": target, "sense": "at least" if at_least else "at most", "unit": unit,
             "met": value >= target if at_least else value <= target}
@@ -221,6 +229,7 @@ def main(argv):
     merl_info = merl(build, items)
     read = readers(build, items)
     figures(build, items)
+    renders(build, items)
 
     def median(name):
         return items[name]["median"]
@@ -243,6 +252,8 @@ def main(argv):
         "channels_121_over_8": ratio(spectra, 1.2, "time per channel", False),
         "figure_of_merl": ratio(max(median(f"figure.{k}") for k in ("profile", "slice", "image")) - read["merl"]["table_s"], 0.05, "s", False),
         "figure_of_seven_albedos": ratio(median("figure.albedo"), 0.05, "s", False),
+        "render_light": ratio(median("render.light.wall"), 0.1, "s", False),
+        "render_environment": ratio(median("render.environment.wall"), 5, "s", False),
         "read_slowest_text": ratio(min(read[f]["mb_per_s"] for f in TEXT_FORMATS), 150, "MB/s", True),
     }
     for name in ("merl", "exr", "rgl"):

@@ -1,57 +1,10 @@
 /* What a figure is made of: files, results and models that the command line names, told apart and read. */
 #include "internal_plotting.h"
+#include "internal_rendering.h"
 #include <stdlib.h>
 #include <string.h>
-#include <sys/stat.h>
 
 enum { SHOWN_FITS = 7 };
-
-typedef enum source { SOURCE_TABLE, SOURCE_DOCUMENT, SOURCE_MODEL } source;
-
-/* ---- what a word is -------------------------------------------------------------------------- */
-
-/* Of "ggx alpha=0.2" only what stands before the values. */
-static int looks_like_path(const char *word)
-{
-    const size_t n = strchr(word, '=') ? strcspn(word, " ") : strlen(word);
-    return memchr(word, '/', n) || memchr(word, '.', n);
-}
-
-/* A folder is none. */
-static int is_file(const char *word)
-{
-    struct stat st;
-    return !strcmp(word, "-") || (stat(word, &st) == 0 && !S_ISDIR(st.st_mode));
-}
-
-/* "ggx+lambert alpha=0.2,kd=0.1": a model, and values of it alone. own: where they begin, "" where there are none. */
-static ff_status parse_model(const char *word, char expression[FF_MODEL_NAME], const char **own, ff_model *out, ff_error *err)
-{
-    const size_t n = strcspn(word, " ");
-    snprintf(expression, FF_MODEL_NAME, "%.*s", (int)(n < FF_MODEL_NAME ? n : FF_MODEL_NAME), word);
-    *own = word + n + strspn(word + n, " ");
-    return n < FF_MODEL_NAME ? ff_model_parse(expression, out, err) : ff_model_parse(word, out, err);
-}
-
-/* A file that is there, or a model; exit status. */
-static int classify(const char *word, source *out)
-{
-    ff_model m;
-    ff_error err = {0};
-    char expression[FF_MODEL_NAME];
-    const char *own;
-    *out = SOURCE_MODEL;
-    if (!is_file(word)) {
-        const ff_status status = parse_model(word, expression, &own, &m, &err);
-        if (status == FF_OK) return EXIT_DONE;
-        if (!looks_like_path(word)) {
-            cli_message("'%s' is neither a file nor a model: %s", word, err.message);
-            return status == FF_ERR_MEMORY ? cli_exit_status(status) : EXIT_INPUT;
-        }
-    }
-    *out = ff_fit_document_probe(word) ? SOURCE_DOCUMENT : SOURCE_TABLE;
-    return EXIT_DONE;
-}
 
 /* "measured data, the result of a fit, or a model" */
 static const char *wanted(const ff_plot_kind *kind, char *out, size_t size)
@@ -173,11 +126,11 @@ static int add_expressions(const cli_args *args, const ff_plot_choice *c, cli_su
     if (!s->scene || !all) status = cli_failed(FF_ERR_MEMORY, NULL);
     d.all = all;
     for (size_t k = 0; k < n && status == EXIT_DONE; k++) {
-        const ff_status parsed = parse_model(args->word[1 + k], expression, &d.own, &all[k], NULL);
+        const ff_status parsed = cli_model_parse(args->word[1 + k], expression, &d.own, &all[k], NULL);
         if (parsed != FF_OK) status = cli_failed(parsed, NULL);
     }
     for (size_t k = 0; k < n && status == EXIT_DONE; k++) {
-        parse_model(args->word[1 + k], expression, &d.own, &all[k], NULL);
+        cli_model_parse(args->word[1 + k], expression, &d.own, &all[k], NULL);
         d.label = args->word[1 + k];
         status = add_scenes(args, c, &d, s);
     }
@@ -272,27 +225,27 @@ static int add_file(const cli_args *args, const ff_plot_kind *kind, const char *
 static int add_sources(const cli_args *args, const ff_plot_kind *kind, const ff_plot_choice *c, cli_subject *s)
 {
     char what[256];
-    source first = SOURCE_MODEL;
+    cli_source first = CLI_SOURCE_MODEL;
     for (size_t k = 1; k < args->n_words; k++) {
-        source one;
-        const int status = classify(args->word[k], &one);
+        cli_source one;
+        const int status = cli_source_of(args->word[k], &one);
         if (status != EXIT_DONE) return status;
         if (k == 1) first = one;
-        if (k > 1 && (one != SOURCE_MODEL || first != SOURCE_MODEL))
+        if (k > 1 && (one != CLI_SOURCE_MODEL || first != CLI_SOURCE_MODEL))
             return cli_usage(args, "'%s' is drawn of one file, or of models: '%s' is too much", kind->name, args->word[k]);
     }
-    if (first != SOURCE_MODEL && (cli_given(args, FLAG_SET) || c->n_roughness))
+    if (first != CLI_SOURCE_MODEL && (cli_given(args, FLAG_SET) || c->n_roughness))
         return cli_usage(args, "--%s is of models, and %s is a file", c->n_roughness ? "roughness" : "set", args->word[1]);
     if (args->n_words > 2 && !(kind->uses & FF_PLOT_SEVERAL))
         return cli_usage(args, "'%s' shows one model: '%s' is too much", kind->name, args->word[2]);
     const int draws_models = (kind->takes & FF_PLOT_MODELS) != 0, draws_results = (kind->takes & FF_PLOT_RESULTS) != 0;
-    if (first == SOURCE_TABLE) return add_file(args, kind, args->word[1], s);
-    if (first == SOURCE_MODEL && draws_models) return add_expressions(args, c, s);
-    if (first == SOURCE_DOCUMENT && (draws_models || draws_results))
+    if (first == CLI_SOURCE_TABLE) return add_file(args, kind, args->word[1], s);
+    if (first == CLI_SOURCE_MODEL && draws_models) return add_expressions(args, c, s);
+    if (first == CLI_SOURCE_DOCUMENT && (draws_models || draws_results))
         return read_document(args, args->word[1],
                              draws_results || kind->takes & (FF_PLOT_COMPARES | FF_PLOT_TERMS) || !(kind->takes & FF_PLOT_DATA), s);
     return cli_usage(args, "'%s' is drawn of %s, not of %s %s", kind->name, wanted(kind, what, sizeof what),
-                     first == SOURCE_MODEL ? "the model" : "a result,", args->word[1]);
+                     first == CLI_SOURCE_MODEL ? "the model" : "a result,", args->word[1]);
 }
 
 int cli_subject_gather(const cli_args *args, const ff_plot_kind *kind, const ff_plot_choice *c, cli_subject *s)
