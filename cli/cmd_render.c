@@ -73,9 +73,10 @@ static int make_room(const cli_args *args, rendering *r)
 
 static ff_status render(const rendering *r, const cli_ball *b, float *rgba, ff_render_summary *out, ff_error *err)
 {
-    const ff_render_options *o = &r->light.options;
-    if (b->table) return ff_render_table(b->table, b->model, b->n_channels, b->shape, b->channel, o, rgba, out, err);
-    return ff_render_model(b->model, b->n_channels, b->shape, b->channel, o, rgba, out, err);
+    ff_render_options o = r->light.options;
+    o.colours = b->colours;
+    if (b->table) return ff_render_table(b->table, b->model, b->n_channels, b->shape, b->channel, &o, rgba, out, err);
+    return ff_render_model(b->model, b->n_channels, b->shape, b->channel, &o, rgba, out, err);
 }
 
 static void subtract(const float *from, const float *less, size_t n, float *out)
@@ -100,11 +101,8 @@ static int render_all(const cli_args *args, rendering *r)
     for (size_t k = 0; k < b->n; k++) {
         const ff_status failed = render(r, &b->ball[k], r->picture[k], &r->summary[k], &err);
         if (failed != FF_OK) {
-            const int unhelped = failed == FF_ERR_UNSUPPORTED && b->ball[k].table;
             if (b->ball[k].table && !err.path[0]) snprintf(err.path, sizeof err.path, "%s", args->word[0]);
-            const int status = cli_failed(failed, &err);
-            if (unhelped) cli_message("--reduce srgb, --reduce mean or --reduce channels:... makes such channels of others");
-            return status;
+            return cli_failed(failed, &err);
         }
         if (b->ball[k].table) say_guesses(args, &r->summary[k]);
     }

@@ -42,6 +42,7 @@ typedef struct cli_ball {
     const ff_model *model; /* NULL: of a table that no model goes with */
     size_t n_channels;
     double *shape, *channel; /* owned */
+    const double *colours;   /* [3][n_channels] how its channels make colours; NULL: as they do by themselves */
 } cli_ball;
 
 /* Everything that pictures are made of. Zero is a legal one to free. */
@@ -49,6 +50,7 @@ typedef struct cli_balls {
     ff_table table;
     int has_table;
     ff_fit_document *document;
+    double *colours; /* of the document's channels, by their names; NULL without */
     cli_tables tables;
     cli_scene *scene; /* [n_scenes] */
     size_t n_scenes;

@@ -1,5 +1,7 @@
 /* Which pictures `render` makes: of files, results and models that the command line names. */
 #include "internal_rendering.h"
+#include "ff_spectral.h"
+#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -94,6 +96,28 @@ static int add_expressions(const cli_args *args, const cli_sweep *across, const 
 
 /* ---- files ----------------------------------------------------------------------------------- */
 
+/* Colours by the names of channels, of which "465nm" is a wavelength. */
+static ff_status name_colours(const ff_fitted *f, double **out, ff_error *err)
+{
+    ff_channel *channel = malloc(f->n_channels * sizeof *channel);
+    ff_status status = FF_ERR_MEMORY;
+    *out = malloc(3 * f->n_channels * sizeof **out);
+    if (channel && *out) {
+        for (size_t c = 0; c < f->n_channels; c++) {
+            char number[FF_CHANNEL_NAME];
+            const size_t digits = strspn(f->channel_name[c], "0123456789.");
+            channel[c] = (ff_channel){.wavelength_nm = NAN, .scale = 1};
+            snprintf(channel[c].name, sizeof channel[c].name, "%s", f->channel_name[c]);
+            snprintf(number, sizeof number, "%.*s", (int)digits, f->channel_name[c]);
+            if (!strcmp(f->channel_name[c] + digits, "nm") && !cli_number_read(number, &channel[c].wavelength_nm))
+                channel[c].wavelength_nm = NAN;
+        }
+        status = ff_spectral_colours(f->n_channels, channel, *out, err);
+    }
+    free(channel);
+    return status;
+}
+
 static int read_document(const cli_args *args, const char *path, cli_balls *b, const ff_fitted **out)
 {
     ff_error err = {0};
@@ -106,6 +130,7 @@ static int read_document(const cli_args *args, const char *path, cli_balls *b, c
     const int status = cli_tables_read(args, &b->tables);
     if (status != EXIT_DONE) return status;
     failed = cli_tables_give(&b->tables, &f->model, &err);
+    if (failed == FF_OK) failed = name_colours(f, &b->colours, &err);
     *out = f;
     return failed == FF_OK ? EXIT_DONE : cli_failed(failed, &err);
 }
@@ -125,6 +150,7 @@ static int add_table(const cli_args *args, const char *path, cli_balls *b)
         status = add_model(b, &f->model, f->n_channels, f->shape, f->channel);
         if (status == EXIT_DONE) status = add_model(b, &f->model, f->n_channels, f->shape, f->channel);
         if (status != EXIT_DONE) return status;
+        b->ball[1].colours = b->colours;
         snprintf(b->ball[0].label, CLI_LABEL, "data");
         snprintf(b->ball[1].label, CLI_LABEL, "model");
     }
@@ -143,6 +169,7 @@ static int add_document(const cli_args *args, const cli_sweep *across, const cli
     b->columns = across->n ? across->n : 1;
     if (status == EXIT_DONE) status = room_for(b, b->columns * (down->n ? down->n : 1));
     if (status == EXIT_DONE) status = add_swept(args, across, down, "", &f->model, f->n_channels, f->shape, f->channel, b);
+    for (size_t k = 0; k < b->n; k++) b->ball[k].colours = b->colours;
     if (status == EXIT_DONE && cli_switch(args, FLAG_DIFFERENCE, 0))
         return cli_usage(args, "--difference is of data and a model: name the data, and the result by --from");
     return status;
@@ -182,5 +209,6 @@ void cli_balls_free(cli_balls *b)
     free(b->scene);
     if (b->has_table) ff_table_clear(&b->table);
     ff_fit_document_free(b->document);
+    free(b->colours);
     cli_tables_free(&b->tables);
 }

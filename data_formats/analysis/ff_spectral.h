@@ -28,6 +28,16 @@ extern "C" {
  *  none), FF_ERR_DATA (no valid sample), FF_ERR_MEMORY. Any number of threads may reduce a table at once. */
 FF_API ff_status ff_table_reduce(const ff_table *t, const char *text, ff_table **out, ff_error *err);
 
+/** How channels make a colour that is shown, linear red, green and blue of Rec. 709: colour k is the sum over the channels c of
+ *  matrix[k][c] times f. Channels named r, g and b are these; at least three with wavelengths are seen as "srgb" of ff_table_reduce
+ *  sees them; three others are red, green and blue in their order. What is left (one channel, wavelengths that the eye hardly sees)
+ * is grey: the mean of all.
+ *  @param n        >= 1
+ *  @param channel  [n]     names and wavelengths
+ *  @param matrix   [3][n]  out
+ *  FF_ERR_MEMORY. */
+FF_API ff_status ff_spectral_colours(size_t n, const ff_channel *channel, double *matrix, ff_error *err);
+
 #ifdef __cplusplus
 }
 #endif

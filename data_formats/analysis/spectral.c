@@ -53,6 +53,14 @@ static ff_status allocate(reduction *r, size_t n_out)
     return r->weight && r->channel ? FF_OK : no_memory(r);
 }
 
+static void release(reduction *r)
+{
+    free(r->weight);
+    free(r->channel);
+    free(r->order);
+    free(r->nm);
+}
+
 /* ---- wavelengths ----------------------------------------------------------------------------- */
 
 static ff_status sort_wavelengths(reduction *r)
@@ -456,15 +464,69 @@ static ff_status make_table(const reduction *r, ff_table *out)
     return status;
 }
 
+/* ---- colours --------------------------------------------------------------------------------- */
+
+/* The channel of a name; n where there is none. */
+static size_t channel_named(size_t n, const ff_channel *channel, const char *name)
+{
+    size_t c = 0;
+    while (c < n && strcmp(channel[c].name, name)) c++;
+    return c;
+}
+
+/* Three channels that are red, green and blue: by their names, or in this order where neither these nor wavelengths tell. */
+static int are_colours(size_t n, const ff_channel *channel, int has_wavelengths, size_t at[3])
+{
+    static const char *const names[3] = {"r", "g", "b"};
+    int named = 1;
+    for (int k = 0; k < 3; k++) named &= (at[k] = channel_named(n, channel, names[k])) < n;
+    if (named) return 1;
+    for (size_t k = 0; k < 3; k++) at[k] = k;
+    return n == 3 && !has_wavelengths;
+}
+
+/* By the observer, where the wavelengths have enough of what the eye sees. */
+static ff_status observed(size_t n, const ff_channel *channel, double *matrix, ff_error *err)
+{
+    ff_channel *own = malloc(n * sizeof *own);
+    const ff_table t = {.n_channels = n, .channels = own};
+    reduction r = {.t = &t, .err = err};
+    ff_status status = FF_ERR_MEMORY;
+    if (own) {
+        memcpy(own, channel, n * sizeof *own);
+        status = make_srgb(&r, 0);
+    }
+    if (status == FF_OK) memcpy(matrix, r.weight, 3 * n * sizeof *matrix);
+    release(&r);
+    free(own);
+    return status;
+}
+
+ff_status ff_spectral_colours(size_t n, const ff_channel *channel, double *matrix, ff_error *err)
+{
+    size_t at[3];
+    int has_wavelengths = 1;
+    for (size_t c = 0; c < n; c++) has_wavelengths &= isfinite(channel[c].wavelength_nm) && channel[c].wavelength_nm > 0;
+    if (are_colours(n, channel, has_wavelengths, at)) {
+        for (size_t k = 0; k < 3 * n; k++) matrix[k] = k % n == at[k / n];
+        return FF_OK;
+    }
+    if (n >= 3 && has_wavelengths) {
+        ff_error why = {0};
+        const ff_status status = observed(n, channel, matrix, &why);
+        if (status == FF_ERR_MEMORY && err) *err = why;
+        if (status == FF_OK || status == FF_ERR_MEMORY) return status;
+    }
+    for (size_t k = 0; k < 3 * n; k++) matrix[k] = 1 / (double)n;
+    return FF_OK;
+}
+
 ff_status ff_table_reduce_into(const ff_table *t, const char *text, ff_table *out, ff_error *err)
 {
     reduction r = {.t = t, .err = err};
     ff_status status = make_weights(&r, text);
     if (status == FF_OK) status = make_table(&r, out);
-    free(r.weight);
-    free(r.channel);
-    free(r.order);
-    free(r.nm);
+    release(&r);
     return status;
 }
 

@@ -22,8 +22,8 @@
  *             heuristic (Veach and Guibas 1995, eqs. 8 and 14). They are R sets of K points of an additive recurrence (Roberts
  *             2018) in seven dimensions, each set shifted at random (Cranley and Patterson 1976); the sets are independent, and the
  *             spread of their means is the standard error. R = 8, or 2 below 64 samples.
- *  Colour     three channels are red, green and blue, those named r, g, b if there are, of Rec. 709; one channel is grey. Other
- *             numbers of channels are FF_ERR_UNSUPPORTED.
+ *  Colour     linear, of Rec. 709. Channels make red, green and blue as ff_spectral_colours says: by their names, by their
+ *             wavelengths, or in their order; what has no colour is grey.
  *  Buffers    rgba [pixels][pixels][4], the first row on top: linear radiance times coverage, then coverage, in [0, 1].
  *  Random     a function of (seed, pixel, set): bits depend neither on the number of threads nor on the machine's load.
  *  Errors     ff_status and ff_error; outputs are written only on FF_OK, but rgba, which may be partly written on FF_ERR_CANCELLED.
@@ -99,6 +99,8 @@ typedef struct ff_render_options {
     int threads;                /**< 0: one per processor                                               */
     ff_isa isa;                 /**< FF_ISA_BEST                                                        */
     const volatile int *cancel; /**< polled; not NULL and != 0 ends with FF_ERR_CANCELLED               */
+    const double *colours; /**< [3][n_channels] how channels make red, green and blue (ff_spectral_colours); borrowed. NULL: of a
+                                table as its channels do, of a model's one or three channels grey, or red, green and blue */
 } ff_render_options;
 
 /** Writes the defaults into options of `size` bytes, the caller's sizeof, and nothing beyond. */

@@ -28,17 +28,19 @@ void ff_environment_radiance(const ff_environment *e, size_t n, const double *ac
 
 /* A model or a table. Immutable. */
 typedef struct ff_surface {
-    ff_sampler *sampler;           /* draws; of a model also its values */
-    size_t n_drawn;                /* channels of the sampler            */
-    ff_interpolant *data;          /* NULL: a model                     */
-    size_t n_channels, channel[3]; /* of the values, and which are red, green, blue */
+    ff_sampler *sampler;  /* draws; of a model also its values */
+    size_t n_drawn;       /* channels of the sampler            */
+    ff_interpolant *data; /* NULL: a model                     */
+    size_t n_channels;    /* of the values                      */
+    double *colours;      /* [3][n_channels] of which red, green and blue are made */
 } ff_surface;
 
-/* FF_ERR_UNSUPPORTED for numbers of channels, else as ff_sampler_new and ff_interpolant_new. To be freed whatever it is. */
+/* colours NULL: as ff_spectral_colours has them. FF_ERR_UNSUPPORTED for numbers of channels whose colours are not told;
+ * FF_ERR_MEMORY; else as ff_sampler_new and ff_interpolant_new. To be freed whatever it is. */
 ff_status ff_surface_of_model(const ff_model *m, ff_isa isa, size_t n_channels, const double *shape, const double *channel,
-                              ff_surface *out, ff_error *err);
+                              const double *colours, ff_surface *out, ff_error *err);
 ff_status ff_surface_of_table(const ff_table *t, const ff_model *by, ff_isa isa, size_t n_channels, const double *shape,
-                              const double *channel, ff_surface *out, ff_error *err);
+                              const double *channel, const double *colours, ff_surface *out, ff_error *err);
 void ff_surface_clear(ff_surface *s);
 
 /* Pairs of directions of points of the sphere, in the frames of these, and what is found there. */

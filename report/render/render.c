@@ -45,7 +45,7 @@ static ff_status take(const ff_render_options *from, ff_render_options *own, ff_
 {
     ff_render_options_init(own);
     const ff_status status =
-        ff_options_take("ff_render_options", from, FF_END_OF(ff_render_options, cancel), own, sizeof *own, err);
+        ff_options_take("ff_render_options", from, FF_END_OF(ff_render_options, colours), own, sizeof *own, err);
     return status == FF_OK ? check(own, err) : status;
 }
 
@@ -63,7 +63,7 @@ ff_status ff_render_model(const ff_model *m, size_t n_channels, const double *sh
     ff_render_options own;
     ff_surface s = {0};
     ff_status status = take(o, &own, err);
-    if (status == FF_OK) status = ff_surface_of_model(m, own.isa, n_channels, shape, channel, &s, err);
+    if (status == FF_OK) status = ff_surface_of_model(m, own.isa, n_channels, shape, channel, own.colours, &s, err);
     if (status == FF_OK) status = render(&s, &own, rgba, out, err);
     ff_surface_clear(&s);
     return status;
@@ -75,7 +75,7 @@ ff_status ff_render_table(const ff_table *t, const ff_model *by, size_t n_channe
     ff_render_options own;
     ff_surface s = {0};
     ff_status status = take(o, &own, err);
-    if (status == FF_OK) status = ff_surface_of_table(t, by, own.isa, n_channels, shape, channel, &s, err);
+    if (status == FF_OK) status = ff_surface_of_table(t, by, own.isa, n_channels, shape, channel, own.colours, &s, err);
     if (status == FF_OK) status = render(&s, &own, rgba, out, err);
     ff_surface_clear(&s);
     return status;

@@ -1,5 +1,6 @@
 /* What a lit sphere is made of: a model, or a table between whose samples is interpolated. */
 #include "internal_render.h"
+#include "ff_spectral.h"
 #include "data_formats/interpolation/internal_interpolate.h"
 #include "data_formats/table/table_struct.h"
 #include "models/model_struct.h"
@@ -8,19 +9,33 @@
 #include <stdlib.h>
 #include <string.h>
 
-static ff_status not_a_colour(size_t n, ff_error *err)
+static ff_status no_memory(ff_error *err)
 {
-    return ff_error_set(err, FF_ERR_UNSUPPORTED, NULL, 0, -1,
-                        "found %zu channels, expected 3 for a picture in colour or 1 for a grey one", n);
+    return ff_error_set(err, FF_ERR_MEMORY, NULL, 0, -1, "no memory for the colours of the channels");
+}
+
+/* How the channels of out make colours: as the caller says, or as they do by themselves. */
+static ff_status take_matrix(const double *colours, const ff_channel *channels, ff_surface *out, ff_error *err)
+{
+    const size_t n = out->n_channels;
+    out->colours = malloc(3 * n * sizeof *colours);
+    if (!out->colours) return no_memory(err);
+    if (!colours) return ff_spectral_colours(n, channels, out->colours, err);
+    memcpy(out->colours, colours, 3 * n * sizeof *colours);
+    return FF_OK;
 }
 
 ff_status ff_surface_of_model(const ff_model *m, ff_isa isa, size_t n_channels, const double *shape, const double *channel,
-                              ff_surface *out, ff_error *err)
+                              const double *colours, ff_surface *out, ff_error *err)
 {
+    const ff_channel unnamed[3] = {{.wavelength_nm = NAN}, {.wavelength_nm = NAN}, {.wavelength_nm = NAN}};
     *out = (ff_surface){.n_channels = n_channels, .n_drawn = n_channels};
-    if (n_channels != 1 && n_channels != 3) return not_a_colour(n_channels, err);
-    for (size_t c = 0; c < 3; c++) out->channel[c] = n_channels == 3 ? c : 0;
-    return ff_sampler_new(m, isa, n_channels, shape, channel, &out->sampler, err);
+    if (!colours && n_channels != 1 && n_channels != 3)
+        return ff_error_set(err, FF_ERR_UNSUPPORTED, NULL, 0, -1,
+                            "found %zu channels, expected 3 for a picture in colour, 1 for a grey one, or how they make colours",
+                            n_channels);
+    const ff_status status = take_matrix(colours, unnamed, out, err);
+    return status == FF_OK ? ff_sampler_new(m, isa, n_channels, shape, channel, &out->sampler, err) : status;
 }
 
 /* Two lobes and a diffuse term that meet most surfaces somewhere. */
@@ -39,28 +54,14 @@ static ff_status usual_sampler(ff_isa isa, ff_sampler **out, ff_error *err)
     return status;
 }
 
-/* By their names, where these are r, g and b. */
-static void find_colours(const ff_table *t, size_t channel[3])
-{
-    static const char *const name[3] = {"r", "g", "b"};
-    int at[3];
-    for (int c = 0; c < 3; c++) at[c] = ff_table_channel_find(t, name[c]);
-    for (size_t c = 0; c < 3; c++) {
-        if (t->n_channels == 1)
-            channel[c] = 0;
-        else
-            channel[c] = at[0] >= 0 && at[1] >= 0 && at[2] >= 0 ? (size_t)at[c] : c;
-    }
-}
-
 ff_status ff_surface_of_table(const ff_table *t, const ff_model *by, ff_isa isa, size_t n_channels, const double *shape,
-                              const double *channel, ff_surface *out, ff_error *err)
+                              const double *channel, const double *colours, ff_surface *out, ff_error *err)
 {
     *out = (ff_surface){.n_channels = t->n_channels, .n_drawn = by ? n_channels : 1};
-    if (t->n_channels != 1 && t->n_channels != 3) return not_a_colour(t->n_channels, err);
-    find_colours(t, out->channel);
-    const ff_status status =
-        by ? ff_sampler_new(by, isa, n_channels, shape, channel, &out->sampler, err) : usual_sampler(isa, &out->sampler, err);
+    ff_status status = take_matrix(colours, t->channels, out, err);
+    if (status == FF_OK)
+        status =
+            by ? ff_sampler_new(by, isa, n_channels, shape, channel, &out->sampler, err) : usual_sampler(isa, &out->sampler, err);
     return status == FF_OK ? ff_interpolant_new(t, 0, &out->data, err) : status;
 }
 
@@ -68,18 +69,21 @@ void ff_surface_clear(ff_surface *s)
 {
     ff_sampler_free(s->sampler);
     ff_interpolant_free(s->data);
+    free(s->colours);
     *s = (ff_surface){0};
 }
 
 /* ---- values ---------------------------------------------------------------------------------- */
 
-/* Of the surface's channels in b->values [channels][ld]; black where there is none. */
+/* Of the surface's channels in b->values [channels][ld]; what is not known is black. */
 static void take_colours(const ff_surface *s, ff_beams *b, size_t ld)
 {
-    for (size_t c = 0; c < 3; c++)
-        for (size_t i = 0; i < b->n; i++) {
-            const double f = b->values[s->channel[c] * ld + i];
-            b->f[c][i] = isfinite(f) ? f : 0;
+    memset(b->f, 0, sizeof b->f);
+    for (size_t k = 0; k < 3; k++)
+        for (size_t c = 0; c < s->n_channels; c++) {
+            const double part = s->colours[k * s->n_channels + c], *f = b->values + c * ld;
+            if (part == 0) continue;
+            for (size_t i = 0; i < b->n; i++) b->f[k][i] += isfinite(f[i]) ? part * f[i] : 0;
         }
 }
 

@@ -4,6 +4,8 @@
 #include "ff_albedo.h"
 #include "ff_render.h"
 #include "ff_simulate.h"
+#include "ff_spectral.h"
+#include "data_formats/table/table_struct.h"
 
 static const double pi = 3.14159265358979323846;
 
@@ -437,7 +439,7 @@ static void what_cannot_be_rendered_is_refused(void)
         FF_CHECK(ff_render_model(s.m, 1, s.shape, s.channel, &o, rgba, NULL, &err) == FF_ERR_RANGE, "light %zu", k);
     }
     o = options();
-    FF_CHECK(ff_render_table(t, NULL, 0, NULL, NULL, &o, rgba, NULL, &err) == FF_ERR_UNSUPPORTED, "two channels");
+    FF_CHECK(ff_render_table(t, NULL, 0, NULL, NULL, &o, rgba, NULL, &err) == FF_OK, "two channels are grey: %s", err.message);
     FF_CHECK(ff_render_model(two.m, 2, two.shape, two.channel, &o, rgba, NULL, &err) == FF_ERR_UNSUPPORTED, "two channels");
     o.samples = 0;
     FF_CHECK(ff_render_model(s.m, 1, s.shape, s.channel, &o, rgba, NULL, &err) == FF_ERR_RANGE, "no samples");
@@ -455,7 +457,84 @@ static void what_cannot_be_rendered_is_refused(void)
     ff_model_free(two.m);
 }
 
-FF_TEST_MAIN(FF_TEST(furnaces_give_albedos), FF_TEST(pictures_are_quadratures), FF_TEST(errors_are_right),
+/* Which channel is what colour: as they are named, by their wavelengths, else grey. */
+static void check_colours(size_t n, const ff_channel *channel, const double *expected)
+{
+    double matrix[3 * 31];
+    ff_error err = {0};
+    FF_CHECK(ff_spectral_colours(n, channel, matrix, &err) == FF_OK, "%s", err.message);
+    for (size_t k = 0; k < 3 * n; k++) FF_CHECK_CLOSE(matrix[k], expected[k], 1e-15, 0);
+}
+
+static void channels_have_their_colours(void)
+{
+    const double third = 1.0 / 3;
+    check_colours(1, (const ff_channel[]){{"c0", NAN, 1}}, (const double[]){1, 1, 1});
+    check_colours(2, (const ff_channel[]){{"s", 633, 1}, {"p", 633, 1}}, (const double[]){0.5, 0.5, 0.5, 0.5, 0.5, 0.5});
+    check_colours(3, (const ff_channel[]){{"c0", NAN, 1}, {"c1", NAN, 1}, {"c2", NAN, 1}},
+                  (const double[]){1, 0, 0, 0, 1, 0, 0, 0, 1});
+    check_colours(3, (const ff_channel[]){{"b", 465, 1}, {"g", 525, 1}, {"r", 630, 1}},
+                  (const double[]){0, 0, 1, 0, 1, 0, 1, 0, 0});
+    check_colours(4, (const ff_channel[]){{"nir", 850, 1}, {"r", NAN, 1}, {"g", NAN, 1}, {"b", NAN, 1}},
+                  (const double[]){0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1});
+    check_colours(3, (const ff_channel[]){{"a", 900, 1}, {"b", 1000, 1}, {"c", 1100, 1}},
+                  (const double[]){third, third, third, third, third, third, third, third, third});
+    /* wavelengths, in any order: white is white, and the longest of three makes most of red */
+    ff_channel spectrum[31];
+    double matrix[3 * 31];
+    for (size_t n = 3; n <= 31; n += 28) {
+        for (size_t c = 0; c < n; c++)
+            spectrum[c] = (ff_channel){.wavelength_nm = 700 - 250.0 * (double)c / (double)(n - 1), .scale = 1};
+        FF_CHECK(ff_spectral_colours(n, spectrum, matrix, NULL) == FF_OK, "%zu wavelengths", n);
+        for (size_t k = 0; k < 3; k++) {
+            double sum = 0, middle = 0, all = 0;
+            for (size_t c = 0; c < n; c++) {
+                sum += matrix[k * n + c];
+                all += fabs(matrix[k * n + c]);
+                middle += fabs(matrix[k * n + c]) * spectrum[c].wavelength_nm;
+            }
+            FF_CHECK_CLOSE(sum, 1, 1e-14, 0);
+            FF_CHECK(middle / all > (k == 0   ? 560
+                                     : k == 1 ? 500
+                                              : 440) &&
+                         middle / all < (k == 0   ? 660
+                                         : k == 1 ? 600
+                                                  : 520),
+                     "colour %zu of %zu wavelengths is about %g nm", k, n, middle / all);
+        }
+    }
+}
+
+/* Gold, measured from the blue to the red: its picture is golden, and so is that of its model. */
+static void wavelengths_make_the_colour_of_a_picture(void)
+{
+    surface s = make("lambert", 3, (const char *const[]){"kd=0.2:0.5:0.9", NULL});
+    ff_table *t = simulate(&s, "goniometer:15");
+    const ff_channel channel[3] = {{"465nm", 465, 1}, {"525nm", 525, 1}, {"630nm", 630, 1}};
+    const double light[1][3] = {{0, 0, 1}};
+    double matrix[9], expected[3] = {0};
+    float rgba[4 * PIXELS];
+    ff_render_options o = options();
+    ff_render_summary out;
+    ff_error err = {0};
+    o.n_lights = 1;
+    o.light = light;
+    for (size_t c = 0; c < 3; c++) t->channels[c] = channel[c];
+    FF_CHECK(ff_spectral_colours(3, channel, matrix, &err) == FF_OK, "%s", err.message);
+    for (size_t k = 0; k < 3; k++)
+        for (size_t c = 0; c < 3; c++) expected[k] += matrix[3 * k + c] * (const double[]){0.2, 0.5, 0.9}[c];
+    FF_CHECK(expected[0] > expected[1] && expected[1] > expected[2], "%g %g %g", expected[0], expected[1], expected[2]);
+    FF_CHECK(ff_render_table(t, NULL, 0, NULL, NULL, &o, rgba, &out, &err) == FF_OK, "%s", err.message);
+    for (size_t k = 0; k < 3; k++) FF_CHECK_CLOSE(out.mean[k] / out.mean[0], expected[k] / expected[0], 1e-4, 0);
+    o.colours = matrix;
+    FF_CHECK(ff_render_model(s.m, 3, s.shape, s.channel, &o, rgba, &out, &err) == FF_OK, "%s", err.message);
+    for (size_t k = 0; k < 3; k++) FF_CHECK_CLOSE(out.mean[k] / out.mean[0], expected[k] / expected[0], 1e-6, 0);
+    ff_table_free(t);
+    ff_model_free(s.m);
+}
+
+FF_TEST_MAIN(FF_TEST(channels_have_their_colours), FF_TEST(wavelengths_make_the_colour_of_a_picture),
+             FF_TEST(furnaces_give_albedos), FF_TEST(pictures_are_quadratures), FF_TEST(errors_are_right),
              FF_TEST(turned_lights_turn_the_picture), FF_TEST(lights_add_up), FF_TEST(brushed_surfaces_lie_as_they_should),
              FF_TEST(perspective_has_its_limit), FF_TEST(tables_make_the_picture_of_their_model),
              FF_TEST(bits_are_those_of_the_seed), FF_TEST(what_cannot_be_rendered_is_refused))
