@@ -230,6 +230,8 @@ ff_status ff_constraints_apply(const ff_constraints *c, ff_shape shape, ff_model
     *ties = (ff_ties){.n = 0};
     for (uint32_t k = 0; k < FF_MAX_SHAPE; k++) ties->shape[k] = k;
     for (uint32_t k = 0; k < FF_MAX_CHANNEL_PARAMS; k++) ties->channel[k] = k;
+    for (uint32_t k = 0; k < m->n_channel; k++)
+        if (m->channel[k].flags & FF_PARAM_SHARED) ties->shared[k] = 1, ties->n++;
     if (!c) return FF_OK;
     status = check_priors(c, m, shape, err);
     if (!status && c->energy_conserving) status = check_energy(m, err);
