@@ -148,6 +148,11 @@ const char *cli_words_model(size_t i)
     return i - m < ff_preset_count() ? ff_preset_at(i - m)->name : NULL;
 }
 
+const char *cli_words_for(size_t i)
+{
+    return i < ff_target_count() ? ff_target_at(i)->name : NULL;
+}
+
 static const char *format(size_t i, int written)
 {
     for (size_t k = 0; k < ff_format_count(); k++) {
