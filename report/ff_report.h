@@ -149,6 +149,23 @@ ff_status ff_report_fits_json(const ff_report_fits *r, FILE *out);
  * t and the problem's channels; t must have as many channels, or else their mean is the datum. */
 ff_status ff_report_residuals_csv(const ff_table *t, const ff_table *residuals, const char *title, FILE *out);
 
+/** What was written for a renderer, or as code or a table. */
+typedef struct ff_report_export {
+    ff_report_head head;
+    const char *from, *expression; /**< the document of the fit, and its model                               */
+    const char *path, *as, *title; /**< of what was written: its name, its kind, in words                   */
+    const ff_target *target;       /**< NULL: code or a table                                               */
+    const ff_material *material;
+    size_t n_channels;
+    const double *control; /**< [ff_control_count][n_channels]                                      */
+    int is_own;            /**< 1: nothing had to be fitted                                         */
+    double left;           /**< as ff_refit                                                         */
+    size_t n_lost;
+    const struct ff_lost *lost; /**< [n_lost]                                                             */
+} ff_report_export;
+ff_status ff_report_export_text(const ff_report_export *r, FILE *out);
+ff_status ff_report_export_json(const ff_report_export *r, FILE *out); /**< FF_SCHEMA_EXPORT */
+
 /** A retrieved distribution of normals. */
 typedef struct ff_report_ndf {
     const char *path;      /**< of the data                     */

@@ -70,8 +70,10 @@ size_t ff_control_count(const ff_material *m);
 /* The model of a material, with what is held, free and bounded there. FF_ERR_MEMORY aside it cannot fail: a test makes them all. */
 ff_status ff_material_model(const ff_material *m, ff_model *out, ff_error *err);
 
-/* The one material of t whose model is m, what is held included; NULL: there is none. */
-const ff_material *ff_material_of_model(const ff_target *t, const ff_model *m);
+/* The first material of t whose model is m with these parameters, as ff_model_eval: what the material holds has the value there,
+ * what it shares is shared. NULL: there is none. */
+const ff_material *ff_material_of_model(const ff_target *t, const ff_model *m, size_t n_channels, const double *shape,
+                                        const double *channel);
 
 /* A control from the parameters of a model of the material, in channel c (0 unless it is a colour); shape, channel as
  * ff_model_eval. ref, d [FF_FORMULA_INPUTS]: the parameters it was made of, kind FF_PARAM_NONE after the last, and its derivatives

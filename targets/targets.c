@@ -89,17 +89,24 @@ ff_status ff_material_model(const ff_material *m, ff_model *out, ff_error *err)
     return status;
 }
 
-/* Are the same parameters held, at the same values? */
-static int holds_alike(const ff_model_param *a, const ff_model_param *b, uint32_t n)
+/* Is a value of m held by the material at another one, or not what all channels or both axes share? */
+static int is_other(const ff_model *material, size_t n_channels, const double *shape, const double *channel)
 {
-    for (uint32_t k = 0; k < n; k++) {
-        if ((a[k].flags ^ b[k].flags) & FF_PARAM_HELD) return 0;
-        if ((a[k].flags & FF_PARAM_HELD) && a[k].init != b[k].init) return 0;
+    for (uint32_t k = 0; k < material->n_shape; k++) {
+        if ((material->shape[k].flags & FF_PARAM_HELD) && shape[k] != material->shape[k].init) return 1;
+        if ((material->shape[k].flags & FF_PARAM_SHARED) && shape[k] != shape[k - 1]) return 1;
     }
-    return 1;
+    for (size_t c = 0; c < n_channels; c++)
+        for (uint32_t k = 0; k < material->n_channel; k++) {
+            const double x = channel[c * material->n_channel + k];
+            if ((material->channel[k].flags & FF_PARAM_HELD) && x != material->channel[k].init) return 1;
+            if ((material->channel[k].flags & FF_PARAM_SHARED) && x != channel[k]) return 1;
+        }
+    return 0;
 }
 
-const ff_material *ff_material_of_model(const ff_target *t, const ff_model *m)
+const ff_material *ff_material_of_model(const ff_target *t, const ff_model *m, size_t n_channels, const double *shape,
+                                        const double *channel)
 {
     char of_m[FF_MODEL_NAME], of_material[FF_MODEL_NAME];
     ff_model_expression(m, of_m, sizeof of_m);
@@ -107,9 +114,7 @@ const ff_material *ff_material_of_model(const ff_target *t, const ff_model *m)
         ff_model model;
         if (ff_material_model(&t->material[i], &model, NULL)) continue;
         ff_model_expression(&model, of_material, sizeof of_material);
-        if (!strcmp(of_m, of_material) && holds_alike(m->shape, model.shape, m->n_shape) &&
-            holds_alike(m->channel, model.channel, m->n_channel))
-            return &t->material[i];
+        if (!strcmp(of_m, of_material) && !is_other(&model, n_channels, shape, channel)) return &t->material[i];
     }
     return NULL;
 }

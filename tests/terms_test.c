@@ -125,7 +125,7 @@ static void fresnel_values(void)
 /* Between F0 and 1 along the curve of the dielectric; with its own F0 the dielectric itself. */
 static void cycles_draws_the_dielectric(void)
 {
-    static const double etas[] = {1.05, 1.5, 2.4, 10};
+    static const double etas[] = {1.05, 1.5, 1.8, 2};
     for (double c = 1; c > 1e-3; c *= 0.8)
         for (size_t i = 0; i < sizeof etas / sizeof etas[0]; i++) {
             const double eta = etas[i], R = (eta - 1) * (eta - 1) / ((eta + 1) * (eta + 1));

@@ -3,7 +3,9 @@
  *   F = F0 + (1 - F0) H,  H = (F_d(c, eta) - R) / (1 - R),  R = ((eta - 1) / (eta + 1))^2
  *
  * With F0 = R it is F_d, the dielectric; with the base colour for F0 the metal. Between them is F0 = metallic base + (1 - metallic)
- * R. Derivatives: H = 1 - (1 - F_d) / (1 - R), and dR/d eta = 4 (eta - 1) / (eta + 1)^3. */
+ * R. The box ends at eta = 2, beyond the specular of 1: of an index above 3.7 the
+ * curve first falls, and F would be negative.
+ * Derivatives: H = 1 - (1 - F_d) / (1 - R), and dR/d eta = 4 (eta - 1) / (eta + 1)^3. */
 #include "internal_optics.h"
 #include "internal_terms.h"
 
@@ -22,7 +24,7 @@ static void eval(const double *params, const ff_geometry *g, size_t n, double *r
 
 static const ff_param params[] = {
     {"f0", "1", "reflectance at normal incidence, F0", 0, 1, 0.5, FF_PARAM_PER_CHANNEL | FF_PARAM_LINEAR, 0},
-    {"eta", "1", "index whose curve it follows, eta: 2 / (1 - sqrt(0.08 specular)) - 1", 1, 100, 1.5,
+    {"eta", "1", "index whose curve it follows, eta: 2 / (1 - sqrt(0.08 specular)) - 1", 1, 2, 1.5,
      FF_PARAM_PER_CHANNEL | FF_PARAM_LOG | FF_PARAM_HELD, -0.9}};
 
 const ff_fresnel FF_ISA_NAME(ff_fresnel_cycles) = {

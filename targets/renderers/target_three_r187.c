@@ -30,7 +30,8 @@ const ff_target ff_target_three_r187 = {
     .source = "three.js r187, lights_physical_pars_fragment; Turquin 2019; Karis 2013",
     .lacks =
         "metalness is 0 or 1, not between. Anisotropy is not fitted, since E is that of an isotropic lobe. A roughness below 0.045 "
-        "is raised to it, and one of a curved mesh by how its normals turn; E is read from a small table. Light from an "
+        "is raised to it, and one of a curved mesh by how its normals turn; E is read from a small table, which is off by up to "
+        "1.1 % at roughness 0.9, seen along the normal. Light from an "
         "environment "
         "is computed otherwise. Clearcoat, sheen, iridescence and transmission are not fitted. r181 to r185 add a term instead.",
     .rendered = "tests/renderers: three.js 0.187.0 in Chromium",

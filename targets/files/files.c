@@ -1,0 +1,85 @@
+/* The registry of files that renderers load, and what their writers share. */
+#include "internal_files.h"
+#include <math.h>
+#include <string.h>
+
+#define FF_SCENE_FILE(id) extern const ff_scene_file ff_scene_file_##id;
+#include "files.def"
+#undef FF_SCENE_FILE
+
+static const ff_scene_file *const files[] = {
+#define FF_SCENE_FILE(id) &ff_scene_file_##id,
+#include "files.def"
+#undef FF_SCENE_FILE
+};
+
+size_t ff_scene_file_count(void)
+{
+    return sizeof files / sizeof *files;
+}
+
+const ff_scene_file *ff_scene_file_at(size_t i)
+{
+    return i < ff_scene_file_count() ? files[i] : NULL;
+}
+
+static int is_for(const ff_scene_file *f, const ff_target *t)
+{
+    for (size_t k = 0; f->targets[k]; k++)
+        if (!strcmp(f->targets[k], t->name)) return 1;
+    return 0;
+}
+
+static int ends_in(const char *path, const char *extension)
+{
+    const size_t n = strlen(path), m = strlen(extension);
+    return n > m && !strcmp(path + n - m, extension);
+}
+
+const ff_scene_file *ff_scene_file_find(const ff_target *t, const char *path, int any)
+{
+    const ff_scene_file *first = NULL;
+    for (size_t i = 0; i < ff_scene_file_count(); i++) {
+        if (!is_for(files[i], t)) continue;
+        if (ends_in(path, files[i]->extension)) return files[i];
+        if (!first) first = files[i];
+    }
+    return any ? first : NULL;
+}
+
+/* ---- controls -------------------------------------------------------------------------------- */
+
+double ff_scene_control(const ff_scene *s, const char *name, size_t c, double otherwise)
+{
+    for (size_t k = 0; k < ff_control_count(s->material); k++) {
+        const ff_control *control = &s->material->control[k];
+        if (strcmp(control->made.name, name) != 0) continue;
+        return s->control[k * s->n_channels + (control->is_color && s->n_channels > 1 ? c : 0)];
+    }
+    return otherwise;
+}
+
+double ff_scene_setting(const ff_scene *s, const char *name, double otherwise)
+{
+    for (size_t k = 0; k < FF_TARGET_SETTINGS && s->material->setting[k].name; k++)
+        if (!strcmp(s->material->setting[k].name, name)) return s->material->setting[k].value;
+    return otherwise;
+}
+
+const char *ff_scene_number(double x, char out[FF_NUMBER_TEXT + 1])
+{
+    out[ff_number_write(isfinite(x) ? x : 0, out)] = '\0';
+    return out;
+}
+
+void ff_scene_color(const ff_scene *s, const char *name, const char *between, FILE *out)
+{
+    char text[FF_NUMBER_TEXT + 1];
+    for (size_t c = 0; c < 3; c++) fprintf(out, "%s%s", c ? between : "", ff_scene_number(ff_scene_control(s, name, c, 1), text));
+}
+
+void ff_scene_put(const ff_scene *s, const char *name, double otherwise, FILE *out)
+{
+    char text[FF_NUMBER_TEXT + 1];
+    fputs(ff_scene_number(ff_scene_control(s, name, 0, otherwise), text), out);
+}
