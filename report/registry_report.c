@@ -82,21 +82,15 @@ static ff_status put_term(const ff_term *term, const ff_report_style *style, FIL
                             out);
 }
 
-/* "blender, cycles": a name and its aliases. */
-static void put_names(const ff_target *t, FILE *out)
-{
-    fputs(t->name, out);
-    for (size_t k = 0; k < FF_TARGET_ALIASES && t->alias[k]; k++) fprintf(out, ", %s", t->alias[k]);
-}
-
 static void put_renderers(FILE *out)
 {
     fputs("\nrenderer, for --for\n", out);
     for (size_t i = 0; i < ff_target_count(); i++) {
         const ff_target *t = ff_target_at(i);
-        fputs("  ", out);
-        put_names(t, out);
-        fprintf(out, "\n      %s, %s\n      source: %s\n", t->title, t->version, t->source);
+        fprintf(out, "  %s\n      %s, %s\n      source: %s\n", t->name, t->title, t->version, t->source);
+        for (size_t k = 0; k < FF_TARGET_ALIASES && t->alias[k]; k++)
+            fprintf(out, "%s%s%s", k ? ", " : "      also: ", t->alias[k],
+                    k + 1 == FF_TARGET_ALIASES || !t->alias[k + 1] ? "\n" : "");
         for (size_t k = 0; k < t->n_materials; k++) fprintf(out, "      %s: %s\n", t->material[k].name, t->material[k].expression);
         fprintf(out, "      %s%s\n", t->rendered ? "compared with it: " : "not rendered", t->rendered ? t->rendered : "");
     }

@@ -679,7 +679,7 @@ static void nothing_left_over(void)
     pairs_finish(&p);
     for (size_t t = 0; t < ff_term_count(FF_DIFFUSE); t++)
         for (size_t i = 0; i < 7 * 7 * 7 * 7; i++) {
-            const double a = edges[i % 7], b = edges[i / 7 % 7], lobe = i % 3;
+            const double a = edges[i % 7], b = edges[i / 7 % 7], lobe = (double)(i % 3);
             const ff_diffuse_input in = {.params = {1},
                                          .alpha = 1,
                                          .f0 = a,

@@ -3,7 +3,7 @@
  * tangent. */
 #ifndef FF_GLTF_CONTROLS_H
 #define FF_GLTF_CONTROLS_H
-#include "targets/internal_formulas.h"
+#include "targets/conventions/internal_formulas.h"
 
 #define FF_GLTF_STRETCH                                                                                                            \
     {.made = {"anisotropyStrength", {FF_STRETCH}, ff_gltf_strength}, .hi = 1, .unit = "1", .is_of_axis = 1},                       \

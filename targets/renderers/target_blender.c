@@ -4,7 +4,7 @@
  * with aspect = sqrt(1 - 0.9 anisotropic). The Fresnel term goes from F0 = mix(0.08 specular, base colour, metallic) to 1 along the
  * curve of a dielectric whose own F0 is 0.08 specular: with metallic 0 it is that dielectric. The diffuse part is Disney's, with
  * the roughness of the lobe, times 1 - metallic, and nothing is taken from it for what the lobe reflects. */
-#include "targets/internal_formulas.h"
+#include "targets/conventions/internal_formulas.h"
 
 static const ff_material materials[] = {
     {.name = "dielectric",

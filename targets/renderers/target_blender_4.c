@@ -2,7 +2,7 @@
  *
  * ggx with Smith's height-correlated masking, roughness and anisotropy as before. Metals have Schlick's term with the tint of F82,
  * the specular tint; the dielectric layer is put on the diffuse one by its albedo as it is seen. */
-#include "targets/internal_formulas.h"
+#include "targets/conventions/internal_formulas.h"
 
 static const ff_material materials[] = {
     {.name = "dielectric",

@@ -4,7 +4,7 @@
  * Walter's rational masking. With an anisotropy above 0 (Anisotropic BSDF) alpha_x = roughness^2 (1 - an) along the tangent,
  * alpha_y = roughness^2 / (1 - an) across it: the rotation is that of the smaller axis. A Diffuse BSDF of roughness 0 is Lambert's.
  */
-#include "targets/internal_formulas.h"
+#include "targets/conventions/internal_formulas.h"
 
 #define CONTROLS                                                                                                                   \
     {                                                                                                                              \

@@ -3,7 +3,7 @@
  *
  * The clear coat is gtr with gamma = 1 between alpha = 0.1 (clearcoatGloss 0) and 0.001 (1), F0 = 0.04, a quarter of the weight,
  * masked as if its alpha were 0.25. */
-#include "targets/internal_formulas.h"
+#include "targets/conventions/internal_formulas.h"
 
 /* alpha = 0.1 - 0.099 gloss */
 static double gloss(const double *x, double *d)

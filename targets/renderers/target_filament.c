@@ -1,6 +1,6 @@
 /* Filament: the standard lit material. ggx with Smith's height-correlated masking, Schlick's term, Turquin's 1 + F0 (1/E - 1) on
  * the lobe, and Lambert's whole beside it; F0 = 0.16 reflectance^2. */
-#include "targets/internal_formulas.h"
+#include "targets/conventions/internal_formulas.h"
 
 static const ff_material materials[] = {{.name = "dielectric",
                                          .title = "lit, metallic 0",

@@ -2,7 +2,7 @@
  *
  * Both have Smith's separable masking, beckmann with Walter's rational form, and alpha itself. The plastic's diffuse part is what
  * the rough dielectric lets in and out again, (1 - a_i)(1 - a_o) / (1 - its mean), of the linear form (nonlinear = false). */
-#include "targets/internal_formulas.h"
+#include "targets/conventions/internal_formulas.h"
 
 #define AXES                                                                                                                       \
     {.made = {"alpha_u", {FF_STRETCH}, ff_alpha_major}, .lo = 1e-4, .hi = 4, .unit = "1"},                                         \

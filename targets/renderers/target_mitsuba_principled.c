@@ -1,6 +1,6 @@
 /* Mitsuba 3: the principled BSDF, after Burley 2012 and 2015. ggx with Smith's separable masking; the dielectric's Fresnel is
  * exact, that of metals Schlick's from the base colour; the diffuse part is Disney's. */
-#include "targets/internal_formulas.h"
+#include "targets/conventions/internal_formulas.h"
 
 static const ff_material materials[] = {
     {.name = "dielectric",

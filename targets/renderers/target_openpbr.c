@@ -3,7 +3,7 @@
  * alpha_t = roughness^2 sqrt(2 / (1 + (1 - anisotropy)^2)), alpha_b = (1 - anisotropy) alpha_t. ggx with Smith's height-correlated
  * masking; metals with the tint of F82, which is the specular colour; the dielectric layer is put on the diffuse one by its albedo
  * as it is seen. */
-#include "targets/internal_formulas.h"
+#include "targets/conventions/internal_formulas.h"
 
 static const ff_material materials[] = {
     {.name = "dielectric",

@@ -3,7 +3,7 @@
  * ggx with Smith's height-correlated masking; with remaproughness, which is what it does unless told, alpha = sqrt(roughness). The
  * coated diffuse material is a random walk between its layers there; what it is on average is taken here as what the rough
  * dielectric leaves over, as Kelemen couples a matte part. */
-#include "targets/internal_formulas.h"
+#include "targets/conventions/internal_formulas.h"
 
 static const ff_material materials[] = {
     {.name = "coated",

@@ -3,7 +3,7 @@
  * aspect = sqrt(1 - anisotropy), alpha = roughness^2 / aspect and roughness^2 aspect. Metals are conductors whose index is made of
  * the base colour and the specular colour as reflectance and edge tint (Gulbrandsen 2014); the dielectric layer is put on the
  * diffuse one by its albedo as it is seen. */
-#include "targets/internal_formulas.h"
+#include "targets/conventions/internal_formulas.h"
 
 static const ff_material materials[] = {
     {.name = "dielectric",

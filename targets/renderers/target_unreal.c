@@ -1,6 +1,6 @@
 /* Unreal Engine: the shading model Default Lit. ggx with the joint Smith masking without roots, Schlick's term with F0 = 0.08
  * specular, and Lambert's whole beside it. */
-#include "targets/internal_formulas.h"
+#include "targets/conventions/internal_formulas.h"
 
 static const ff_material materials[] = {
     {.name = "dielectric",

@@ -1,7 +1,7 @@
 /* UsdPreviewSurface with the metallic workflow. The specification leaves the lobe to the renderer and says that it is physically
  * plausible; taken here as ggx with Smith's height-correlated masking and Schlick's term, the dielectric leaving 1 - F to
  * Lambert's. */
-#include "targets/internal_formulas.h"
+#include "targets/conventions/internal_formulas.h"
 
 static const ff_material materials[] = {
     {.name = "dielectric",

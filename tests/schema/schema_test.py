@@ -92,6 +92,7 @@ fit grey.csv --model tabulated+lambert --ndf-table kept.tab
 fit paint.csv --for blender:metal
 fit grey.csv --for gltf --model beckmann/none
 fit paint.csv --for usd --channels mean
+fit grey.csv --for blender:dielectric --fix eta=1.5
 fit paint.csv --for mitsuba:plastic --model ggx/v-cavity/schlick-f82+oren-nayar
 compare grey.csv --for gltf,unreal
 export made.json --to blender -o out.py

@@ -1,7 +1,7 @@
 /* The conventions of renderers as functions with derivatives. x and d as ff_formula. */
 #ifndef FF_INTERNAL_FORMULAS_H
 #define FF_INTERNAL_FORMULAS_H
-#include "internal_target.h"
+#include "internal_material.h"
 
 /* ---- one number ------------------------------------------------------------------------------ */
 
