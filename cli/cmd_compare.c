@@ -6,8 +6,11 @@
 
 /* Fits each model to each problem. A combination that these options rule out (V-cavity with a mean slope) is left out with a
  * message; anything else ends the comparison. fit [n_problems n_models]. */
-static ff_status fit_all(cli_fitting *f, const ff_model *model, size_t n_models, ff_fit_result *fit, size_t *n_fits, ff_error *err)
+static ff_status fit_all(cli_fitting *f, const cli_combinations *all, ff_fit_result *fit, ff_report_target *target, size_t *n_fits,
+                         ff_error *err)
 {
+    const ff_model *model = all->model;
+    const size_t n_models = all->n;
     size_t models = n_models;
     for (size_t p = 0; p < f->n_problems; p++) {
         for (size_t m = 0; m < n_models; m++) {
@@ -16,6 +19,7 @@ static ff_status fit_all(cli_fitting *f, const ff_model *model, size_t n_models,
             snprintf(label, sizeof label, "%zu of %zu: %s", p * n_models + m + 1, f->n_problems * n_models, expression);
             const ff_status status = cli_fitting_run(f, p, &model[m], label, &fit[*n_fits], err);
             if (status == FF_OK) {
+                if (all->target) target[*n_fits] = all->target[m];
                 (*n_fits)++;
             } else if (status == FF_ERR_UNSUPPORTED) {
                 if (p == 0) cli_message("left out %s: %s", expression, err->message);
@@ -29,8 +33,8 @@ static ff_status fit_all(cli_fitting *f, const ff_model *model, size_t n_models,
 }
 
 /* Weighs every problem by the noise of the model that makes its data most likely, and fits all of them again. */
-static ff_status fit_by_noise(cli_fitting *f, const ff_model *model, size_t n_models, ff_fit_result *fit, size_t *n_fits,
-                              ff_error *err)
+static ff_status fit_by_noise(cli_fitting *f, const cli_combinations *all, ff_fit_result *fit, ff_report_target *target,
+                              size_t *n_fits, ff_error *err)
 {
     const size_t models = *n_fits / f->n_problems;
     int any = 0;
@@ -45,7 +49,7 @@ static ff_status fit_by_noise(cli_fitting *f, const ff_model *model, size_t n_mo
     if (!any) return FF_OK;
     for (size_t i = 0; i < *n_fits; i++) ff_fit_result_clear(&fit[i]);
     *n_fits = 0;
-    return fit_all(f, model, n_models, fit, n_fits, err);
+    return fit_all(f, all, fit, target, n_fits, err);
 }
 
 static ff_status write_json(const void *report, FILE *out)
@@ -127,19 +131,23 @@ static int look_closer(const cli_args *args, const ff_report_fits *r, ff_fit_res
     return status;
 }
 
-static int compare(const cli_args *args, cli_fitting *f, const ff_model *model, size_t n_models)
+static int compare(const cli_args *args, cli_fitting *f, const cli_combinations *all)
 {
+    const ff_model *model = all->model;
+    const size_t n_models = all->n;
     ff_error err = {0};
     size_t n = 0;
     cli_trust trust = {0};
     int status = cli_trust_read(args, &f->options, &trust);
     if (status != EXIT_DONE) return status;
     ff_fit_result *fit = calloc(n_models * f->n_problems + 1, sizeof *fit);
-    ff_status failed = fit ? share_scale(f, model, n_models, &err) : FF_ERR_MEMORY;
-    if (failed == FF_OK) failed = fit_all(f, model, n_models, fit, &n, &err);
-    if (failed == FF_OK && f->by_noise) failed = fit_by_noise(f, model, n_models, fit, &n, &err);
+    ff_report_target *target = calloc(n_models * f->n_problems + 1, sizeof *target);
+    ff_status failed = fit && target ? share_scale(f, model, n_models, &err) : FF_ERR_MEMORY;
+    if (failed == FF_OK) failed = fit_all(f, all, fit, target, &n, &err);
+    if (failed == FF_OK && f->by_noise) failed = fit_by_noise(f, all, fit, target, &n, &err);
     if (failed == FF_OK) {
         ff_report_fits report = cli_fitting_report(args, f, fit, n);
+        if (all->target) report.target = target;
         report.rows = (size_t)cli_integer(args, FLAG_ROWS, 25);
         status = look_closer(args, &report, fit, &trust, f);
         if (status == EXIT_DONE) {
@@ -154,6 +162,7 @@ static int compare(const cli_args *args, cli_fitting *f, const ff_model *model, 
     cli_trust_free(&trust);
     for (size_t i = 0; i < n; i++) ff_fit_result_clear(&fit[i]);
     free(fit);
+    free(target);
     return status;
 }
 
@@ -164,7 +173,10 @@ int cmd_compare(const cli_args *args)
     cli_combinations all;
     int status = cli_tables_read(args, &tables);
     if (status != EXIT_DONE) return status;
-    status = cli_combine(args, &tables, "all", "all", &all);
+    if (cli_given(args, FLAG_FOR))
+        status = cli_renderers_read(args, 1, &all);
+    else
+        status = cli_combine(args, &tables, "all", "all", &all);
     if (status == EXIT_DONE) status = cli_names_known(args, all.model, all.n);
     if (status == EXIT_DONE) status = cli_residuals_check(args);
     cli_constraints constraints = {.n_names = 0};
@@ -172,10 +184,11 @@ int cmd_compare(const cli_args *args)
     if (status == EXIT_DONE) status = cli_fitting_open(args, args->word[0], all.model, all.n, 1, &f);
     if (status == EXIT_DONE) {
         f.options.constraints = &constraints.c;
-        status = compare(args, &f, all.model, all.n);
+        status = compare(args, &f, &all);
         cli_fitting_close(&f);
     }
     free(all.model);
+    free(all.target);
     cli_constraints_free(&constraints);
     cli_tables_free(&tables);
     return status;

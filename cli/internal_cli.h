@@ -87,13 +87,18 @@ const char *cli_channel_suffix(size_t n_channels, size_t c, char out[24]);
 
 /* Models of every combination of terms, and how many combinations had no meaning. */
 typedef struct cli_combinations {
-    ff_model *model; /* freed by the caller, whatever the status was */
+    ff_model *model;          /* freed by the caller, whatever the status was */
+    ff_report_target *target; /* [n] of renderers' materials, likewise; else NULL */
     size_t n, left_out;
     char example[256]; /* the first one left out, and why */
 } cli_combinations;
 /* What --ndf, --masking, --fresnel and --diffuse list; all_ndf and all_masking where they are not given. Exit status. */
 int cli_combine(const cli_args *args, const cli_tables *tables, const char *all_ndf, const char *all_masking,
                 cli_combinations *out);
+
+/* The materials that --for names, "blender", "blender:metal" or with `several` a list of such or "all", with --free and --fix on
+ * them. Exit status; model and target are to be freed whatever it is. */
+int cli_renderers_read(const cli_args *args, int several, cli_combinations *out);
 
 /* ---- measured data -----------------------------------------------------------------------------------------------------------*/
 

@@ -141,7 +141,7 @@ static int add_expressions(const cli_args *args, const ff_plot_choice *c, cli_su
 /* Terms of the registry by --ndf and --masking, those that need a table left out where there is none. */
 static int add_terms(const cli_args *args, const ff_plot_kind *kind, const ff_plot_choice *c, cli_subject *s)
 {
-    cli_combinations all = {NULL, 0, 0, ""};
+    cli_combinations all = {.model = NULL};
     const int masks = (kind->takes & FF_PLOT_MASKINGS) != 0, by_flag = cli_given(args, FLAG_NDF) > 0;
     const size_t each = c->n_roughness ? c->n_roughness : 1;
     int status = cli_tables_read(args, &s->tables);

@@ -1,6 +1,8 @@
 /* Closed lists of words, most of them from the registries of the library, and the nearest word of a list. */
 #include "internal_flags.h"
 #include "ff_render.h"
+#include "targets/files/internal_files.h"
+#include "targets/snippets/internal_snippet.h"
 #include "ff_convert.h"
 #include "models/model_struct.h"
 #include "fit/ndf/ndf_struct.h"
@@ -163,6 +165,22 @@ const char *cli_words_model(size_t i)
     if (i < n) return term(FF_NDF, i);
     if (i < m) return term(FF_DIFFUSE, i - n);
     return i - m < ff_preset_count() ? ff_preset_at(i - m)->name : NULL;
+}
+
+const char *cli_words_for(size_t i)
+{
+    return i < ff_target_count() ? ff_target_at(i)->name : NULL;
+}
+
+static const char *format(size_t i, int written);
+
+/* Renderers that have a file, languages, and formats. */
+const char *cli_words_export(size_t i)
+{
+    for (size_t k = 0; k < ff_target_count(); k++)
+        if (ff_scene_file_find(ff_target_at(k), "", 1) && i-- == 0) return ff_target_at(k)->name;
+    if (i < ff_snippet_count()) return ff_snippet_name(i);
+    return format(i - ff_snippet_count(), 1);
 }
 
 static const char *format(size_t i, int written)

@@ -27,7 +27,7 @@ static int is_coupled(const ff_model *m)
 {
     uint32_t couples = 0;
     for (uint32_t b = 0; b < m->n_bases; b++) couples |= ff_diffuse_at(m->base[b].diffuse)->couples;
-    return (couples & (FF_COUPLE_F0 | FF_COUPLE_ALBEDO | FF_COUPLE_LOSS)) != 0;
+    return (couples & FF_COUPLES_CURVED) != 0;
 }
 
 const ff_param *ff_model_param_domain(const ff_model *m, const ff_model_param *p)

@@ -115,7 +115,7 @@ ff_status ff_model_finish(ff_model *m, ff_error *err)
     m->n_shape = m->n_channel = 0;
     for (uint32_t b = 0; b < m->n_bases && !status; b++) {
         const ff_diffuse *base = ff_diffuse_at(m->base[b].diffuse);
-        isotropic |= (base->couples & ~(uint32_t)FF_COUPLE_F0) != 0;
+        isotropic |= (base->couples & FF_COUPLES_ISOTROPIC) != 0;
         status = check_base(m, base, err);
     }
     for (uint32_t l = 0; l < m->n_lobes && !status; l++) {

@@ -68,6 +68,9 @@ ff_status ff_model_unknown_param(const ff_model *m, const char *name, ff_error *
  * that is called so itself. */
 int ff_model_alpha_axes(const ff_model *m, const char *name, char x[FF_PARAM_NAME], char y[FF_PARAM_NAME]);
 
+/* Gives a per-channel parameter one value for all channels in fits of m, or an alpha_y that of alpha_x. FF_ERR_UNKNOWN. */
+ff_status ff_model_share(ff_model *m, const char *name, ff_error *err);
+
 /* Reads the decimal number that stands from text to `end`. FF_ERR_SYNTAX. */
 ff_status ff_model_number(const char *text, const char *end, double *out, ff_error *err);
 

@@ -116,6 +116,15 @@ ff_status ff_model_vary(ff_model *m, const char *name, ff_error *err)
     return hold(m, name, 0, 0, err);
 }
 
+ff_status ff_model_share(ff_model *m, const char *name, ff_error *err)
+{
+    const ff_param_ref at = ff_model_param_find(m, name);
+    const int axis = at.kind == FF_PARAM_SHAPE && strcmp(m->shape[at.index].info->name, "alpha_y") == 0;
+    if (at.kind != FF_PARAM_CHANNEL && !axis) return ff_model_unknown_param(m, name, err);
+    ff_model_param_of(m, at)->flags |= FF_PARAM_SHARED;
+    return FF_OK;
+}
+
 static ff_status bound_one(ff_model *m, const char *name, double lo, double hi, ff_error *err)
 {
     const ff_param_ref at = ff_model_param_find(m, name);

@@ -132,19 +132,20 @@ static void prepare_bases(ff_prepared *p, const double *shape)
     }
 }
 
-/* F of the first lobe at normal incidence, per channel. */
+/* F of the lobes at normal incidence, per channel. */
 static void prepare_f0(ff_prepared *p)
 {
     double one = 1, d[FF_FRESNEL_PARAMS], *planes[FF_FRESNEL_PARAMS];
     const ff_geometry g = {.plane = {[FF_G_C] = &one}};
     for (int k = 0; k < FF_FRESNEL_PARAMS; k++) planes[k] = &d[k];
-    for (size_t c = 0; c < p->n_channels; c++) {
-        double *out = p->f0 + c * (1 + FF_FRESNEL_PARAMS);
-        const double *params = p->channel + c * p->m->n_channel + p->m->lobe[0].channel0;
-        memset(d, 0, sizeof d);
-        p->kernels->fresnel[p->m->lobe[0].fresnel]->eval(params, &g, 1, &out[0], planes);
-        memcpy(out + 1, d, sizeof d);
-    }
+    for (size_t c = 0; c < p->n_channels; c++)
+        for (uint32_t l = 0; l < p->m->n_lobes; l++) {
+            const ff_lobe *lobe = &p->m->lobe[ff_model_group(p->m, l)];
+            double *out = p->f0 + (c * p->m->n_lobes + l) * (1 + FF_FRESNEL_PARAMS);
+            memset(d, 0, sizeof d);
+            p->kernels->fresnel[lobe->fresnel]->eval(p->channel + c * p->m->n_channel + lobe->channel0, &g, 1, &out[0], planes);
+            memcpy(out + 1, d, sizeof d);
+        }
 }
 
 /* ---- the whole ------------------------------------------------------------------------------- */
@@ -172,7 +173,7 @@ static ff_status allocate(ff_prepared *p)
     const size_t C = p->n_channels, per_term = 1 + FF_FRESNEL_PARAMS;
     const size_t all = 1 + p->wanted.n_shape + p->wanted.n_channel, shape_only = 1 + p->wanted.n_shape;
     const size_t albedos = p->couples & FF_COUPLE_ALBEDO ? C : 0, losses = p->couples & FF_COUPLE_LOSS ? m->n_lobes : 0;
-    const size_t f0 = p->couples & FF_COUPLE_F0 ? C * per_term : 0, average = losses ? C * m->n_lobes * per_term : 0;
+    const size_t f0 = p->couples & FF_COUPLE_F0 ? C * m->n_lobes * per_term : 0, average = losses ? C * m->n_lobes * per_term : 0;
     size_t tables = 0;
     for (uint32_t l = 0; l < m->n_lobes; l++) tables += p->kernels->ndf[m->lobe[l].ndf]->table_size;
     const size_t doubles = tables + f0 + average + curve_doubles(albedos, all) + curve_doubles(losses, shape_only);

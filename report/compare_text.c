@@ -74,6 +74,24 @@ static void rank_cell(ff_cell *out, ff_where w)
     ff_cell_exact(out, (double)(w.row - first + 1));
 }
 
+static int has_target(const void *of)
+{
+    return ((const ranking *)of)->r->target != NULL;
+}
+
+/* "blender:metal" */
+static void target_cell(ff_cell *out, ff_where w)
+{
+    const ranking *t = w.of;
+    const ff_report_target *target = &t->r->target[t->fit[w.row]];
+    ff_cell_text(out, "%s:%s", target->target->name, target->material->name);
+}
+
+static int has_no_target(const void *of)
+{
+    return !has_target(of);
+}
+
 static void ndf_cell(ff_cell *out, ff_where w)
 {
     ff_cell_text(out, "%s", ff_report_ndf_name(fit_at(w.of, w.row)));
@@ -251,8 +269,9 @@ static const ff_column ranking_columns[] = {
     {.head = "channel", .wanted = of_several, .cell = problem_cell},
     {.head = "", .audience = FF_PEOPLE, .cell = mark_cell},
     {.head = "rank", .audience = FF_PROGRAMS, .cell = rank_cell},
-    {.head = "distribution", .cell = ndf_cell, .least = 9},
-    {.head = "masking", .cell = masking_cell, .least = 14},
+    {.head = "renderer", .wanted = has_target, .cell = target_cell},
+    {.head = "distribution", .wanted = has_no_target, .cell = ndf_cell, .least = 9},
+    {.head = "masking", .wanted = has_no_target, .cell = masking_cell, .least = 14},
     {.head = "fresnel", .wanted = fresnels_differ, .cell = fresnel_cell, .least = 7},
     {.head = "diffuse", .wanted = bases_differ, .cell = base_cell, .least = 7},
     {.head = "model", .audience = FF_PROGRAMS, .cell = model_cell},
@@ -451,6 +470,7 @@ static const ff_column masking_columns[] = {{.head = "by masking", .cell = by_ma
 
 static ff_status put_maskings(const ff_report_fits *r, size_t p, FILE *out)
 {
+    if (r->target) return FF_OK; /* renderers are what they are: nobody chooses their masking */
     size_t *row, n;
     ff_status status = best_of_maskings(r, p, &row, &n);
     if (status != FF_OK) return status;

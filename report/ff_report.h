@@ -9,6 +9,7 @@
 #ifndef FF_REPORT_H
 #define FF_REPORT_H
 #include "fit/interface/fit_struct.h"
+#include "targets/internal_target.h"
 #include "ff_json.h"
 #include "fit/ndf/ndf_struct.h"
 #include "fit/picture/picture_struct.h"
@@ -68,6 +69,14 @@ typedef struct ff_report_trust {
     size_t next_rival; /**< the fit that it is to be told from; itself: none            */
 } ff_report_trust;
 
+/** For which renderer a fit was made. */
+typedef struct ff_report_target {
+    const ff_target *target;
+    const ff_material *material;
+    const ff_fit_result *free;  /**< a fit of a free model to the same problem; NULL: there is none */
+    const ff_bands *free_bands; /**< its residuals by angle; NULL                                   */
+} ff_report_target;
+
 /** Written forms of the main table of a report, for --table: text as in the report; CSV (RFC 4180) and TSV for programs, with a
  *  name for every column, all digits, and empty cells where there is no number; Markdown and LaTeX (tabular) to be pasted. */
 typedef enum ff_table_form {
@@ -91,6 +100,7 @@ typedef struct ff_report_fits {
     size_t n_fits;                    /**< a multiple of n_problems                          */
     const ff_fit_result *fit;         /**< [n_fits]                                          */
     const ff_report_trust *trust;     /**< [n_fits], NULL = none                              */
+    const ff_report_target *target;   /**< [n_fits], NULL: for none                           */
     size_t folds;                     /**< of the cross-validation; 0 = none                  */
     const ff_places *places;          /**< [n_problems], NULL where nothing needed them        */
     const ff_difference *difference;  /**< between the channels, each fitted alone; NULL       */
@@ -138,6 +148,23 @@ ff_status ff_report_fits_json(const ff_report_fits *r, FILE *out);
  * then for every channel f_NAME (datum), model_NAME and residual_NAME = model - datum, 1/sr. residuals: ff_trust_residual_table of
  * t and the problem's channels; t must have as many channels, or else their mean is the datum. */
 ff_status ff_report_residuals_csv(const ff_table *t, const ff_table *residuals, const char *title, FILE *out);
+
+/** What was written for a renderer, or as code or a table. */
+typedef struct ff_report_export {
+    ff_report_head head;
+    const char *from, *expression; /**< the document of the fit, and its model                               */
+    const char *path, *as, *title; /**< of what was written: its name, its kind, in words                   */
+    const ff_target *target;       /**< NULL: code or a table                                               */
+    const ff_material *material;
+    size_t n_channels;
+    const double *control; /**< [ff_control_count][n_channels]                                      */
+    int is_own;            /**< 1: nothing had to be fitted                                         */
+    double left;           /**< as ff_refit                                                         */
+    size_t n_lost;
+    const struct ff_lost *lost; /**< [n_lost]                                                             */
+} ff_report_export;
+ff_status ff_report_export_text(const ff_report_export *r, FILE *out);
+ff_status ff_report_export_json(const ff_report_export *r, FILE *out); /**< FF_SCHEMA_EXPORT */
 
 /** A retrieved distribution of normals. */
 typedef struct ff_report_ndf {

@@ -1,4 +1,5 @@
 /* A fit as people read it, and its parameters as a table. */
+#include "internal_controls_report.h"
 #include "internal_fits_text.h"
 #include "internal_verdict.h"
 #include <math.h>
@@ -425,6 +426,7 @@ static ff_status put_fit(const ff_report_fits *r, size_t i, FILE *out)
     put_ellipse(f, out);
     fputc('\n', out);
     if (status == FF_OK) status = put_residual(f, r->style, out);
+    if (status == FF_OK && r->target) status = ff_report_controls_text(r, i, out);
     ff_report_trust_of_fit(r, i, out);
     if (f->warnings.n > 0) fputc('\n', out);
     ff_report_fit_warnings(r, i, out);

@@ -1,5 +1,6 @@
 /* FF_SCHEMA_FIT: one document for `fit` and `compare`. */
 #include "ff_report.h"
+#include "internal_controls_report.h"
 #include "internal_report.h"
 #include "internal_verdict.h"
 #include <math.h>
@@ -400,6 +401,7 @@ static void put_fit(ff_json *j, const ff_report_fits *r, size_t i)
     ff_json_integer(j, "free_parameters", (int64_t)f->n_free);
     ff_json_number(j, "aic", f->aic);
     ff_json_number(j, "bic", f->bic);
+    if (r->target) ff_report_controls_json(j, r, i);
     ff_report_trust_json(j, r, i);
     put_noise(j, f);
     put_correlation(j, p, f);

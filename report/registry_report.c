@@ -1,6 +1,7 @@
 /* The registries of models and formats as lists. */
 #include "ff_report.h"
 #include "internal_columns.h"
+#include "targets/internal_target.h"
 #include <stdio.h>
 #include <string.h>
 
@@ -81,6 +82,20 @@ static ff_status put_term(const ff_term *term, const ff_report_style *style, FIL
                             out);
 }
 
+static void put_renderers(FILE *out)
+{
+    fputs("\nrenderer, for --for\n", out);
+    for (size_t i = 0; i < ff_target_count(); i++) {
+        const ff_target *t = ff_target_at(i);
+        fprintf(out, "  %s\n      %s, %s\n      source: %s\n", t->name, t->title, t->version, t->source);
+        for (size_t k = 0; k < FF_TARGET_ALIASES && t->alias[k]; k++)
+            fprintf(out, "%s%s%s", k ? ", " : "      also: ", t->alias[k],
+                    k + 1 == FF_TARGET_ALIASES || !t->alias[k + 1] ? "\n" : "");
+        for (size_t k = 0; k < t->n_materials; k++) fprintf(out, "      %s: %s\n", t->material[k].name, t->material[k].expression);
+        fprintf(out, "      %s%s\n", t->rendered ? "compared with it: " : "not rendered", t->rendered ? t->rendered : "");
+    }
+}
+
 ff_status ff_report_models_text(const ff_report_style *style, FILE *out)
 {
     ff_status status = FF_OK;
@@ -103,6 +118,7 @@ ff_status ff_report_models_text(const ff_report_style *style, FILE *out)
         fputc('\n', out);
         if (p->note[0]) fprintf(out, "      note: %s\n", p->note);
     }
+    put_renderers(out);
     return status;
 }
 
@@ -206,6 +222,46 @@ static void markdown_term(const ff_term *t, FILE *out)
     }
 }
 
+/* What a renderer is set by, and of which parameters each control is made. */
+static void markdown_material(const ff_material *m, FILE *out)
+{
+    fprintf(out, "\n`%s` (%s): `%s`", m->name, m->title, m->expression);
+    for (size_t k = 0; k < FF_TARGET_HOLDS && m->hold[k]; k++) fprintf(out, "%s `%s`", k ? "," : " with", m->hold[k]);
+    fputs("\n\n| control | range | unit | of |\n|---|---|---|---|\n", out);
+    for (size_t k = 0; k < FF_TARGET_CONTROLS && m->control[k].made.name; k++) {
+        const ff_control *c = &m->control[k];
+        char lo[FF_TEXT_NUMBER], hi[FF_TEXT_NUMBER];
+        fprintf(out, "| `%s` | %s to %s | %s | ", c->made.name, ff_text_number(c->lo, 6, lo), ff_text_number(c->hi, 6, hi),
+                c->unit);
+        for (size_t i = 0; i < FF_FORMULA_INPUTS && c->made.of[i]; i++) fprintf(out, "%s`%s`", i ? ", " : "", c->made.of[i]);
+        fprintf(out, "%s |\n", c->is_color ? ", per channel" : "");
+    }
+    for (size_t k = 0; k < FF_TARGET_SETTINGS && m->setting[k].name; k++) {
+        char value[FF_TEXT_NUMBER];
+        fprintf(out, "| `%s` | %s | 1 | to be set |\n", m->setting[k].name, ff_text_number(m->setting[k].value, 6, value));
+    }
+}
+
+static void markdown_renderers(FILE *out)
+{
+    fputs("\n## Renderers\n\nWhat `fit --for` and `compare --for` know: the model that a renderer evaluates, and its controls as "
+          "functions of the "
+          "model's parameters. [renderers.md](renderers.md) has the way through.\n",
+          out);
+    for (size_t i = 0; i < ff_target_count(); i++) {
+        const ff_target *t = ff_target_at(i);
+        fprintf(out, "\n### %s\n%s, %s  \n", t->name, t->title, t->version);
+        if (t->alias[0]) {
+            fputs("Also called: ", out);
+            for (size_t k = 0; k < FF_TARGET_ALIASES && t->alias[k]; k++) fprintf(out, "%s%s", k ? ", " : "", t->alias[k]);
+            fputs("  \n", out);
+        }
+        fprintf(out, "Source: %s  \n%s%s  \nNot in it: %s\n", t->source,
+                t->rendered ? "Compared with the renderer: " : "Not rendered.", t->rendered ? t->rendered : "", t->lacks);
+        for (size_t k = 0; k < t->n_materials; k++) markdown_material(&t->material[k], out);
+    }
+}
+
 static ff_status models_page(const void *none, FILE *out)
 {
     static const char *const heading[FF_TERM_KINDS] = {"Distributions of normals", "Masking and shadowing", "Fresnel terms",
@@ -241,6 +297,7 @@ static ff_status models_page(const void *none, FILE *out)
         put_escaped(p->source, out);
         fputs(" |\n", out);
     }
+    markdown_renderers(out);
     return FF_OK;
 }
 
@@ -297,6 +354,34 @@ static void preset_json(ff_json *j, const ff_preset *p)
     ff_json_close(j);
 }
 
+static void renderer_json(ff_json *j, const ff_target *t)
+{
+    ff_json_object(j, NULL, FF_JSON_BLOCK);
+    ff_json_string(j, "name", t->name);
+    ff_json_array(j, "aliases", FF_JSON_LINE);
+    for (size_t k = 0; k < FF_TARGET_ALIASES && t->alias[k]; k++) ff_json_string(j, NULL, t->alias[k]);
+    ff_json_close(j);
+    ff_json_string(j, "title", t->title);
+    ff_json_string(j, "version", t->version);
+    ff_json_string(j, "source", t->source);
+    ff_json_string(j, "lacks", t->lacks);
+    ff_json_string(j, "rendered", t->rendered);
+    ff_json_array(j, "materials", FF_JSON_BLOCK);
+    for (size_t k = 0; k < t->n_materials; k++) {
+        ff_json_object(j, NULL, FF_JSON_LINE);
+        ff_json_string(j, "name", t->material[k].name);
+        ff_json_string(j, "title", t->material[k].title);
+        ff_json_string(j, "model", t->material[k].expression);
+        ff_json_array(j, "controls", FF_JSON_LINE);
+        for (size_t i = 0; i < FF_TARGET_CONTROLS && t->material[k].control[i].made.name; i++)
+            ff_json_string(j, NULL, t->material[k].control[i].made.name);
+        ff_json_close(j);
+        ff_json_close(j);
+    }
+    ff_json_close(j);
+    ff_json_close(j);
+}
+
 ff_status ff_report_models_json(const ff_report_head *head, FILE *out)
 {
     ff_json j;
@@ -310,6 +395,9 @@ ff_status ff_report_models_json(const ff_report_head *head, FILE *out)
     ff_json_close(&j);
     ff_json_array(&j, "presets", FF_JSON_BLOCK);
     for (size_t i = 0; i < ff_preset_count(); i++) preset_json(&j, ff_preset_at(i));
+    ff_json_close(&j);
+    ff_json_array(&j, "renderers", FF_JSON_BLOCK);
+    for (size_t i = 0; i < ff_target_count(); i++) renderer_json(&j, ff_target_at(i));
     ff_json_close(&j);
     ff_json_close(&j);
     ff_json_end(&j);

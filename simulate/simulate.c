@@ -172,3 +172,50 @@ ff_status ff_simulate(const ff_model *m, size_t n_channels, const double *shape,
     if (!status) status = ff_simulate_into(m, n_channels, shape, channel, &own, &made, err);
     return status ? status : ff_table_move(&made, out, err);
 }
+
+/* ---- in the layout of a file ----------------------------------------------------------------- */
+
+/* The channels of the model as a layout has them: of one all are copies. Freed by the caller; NULL without memory. */
+static double *channels_for(const ff_model *m, size_t n_channels, const double *channel, size_t n)
+{
+    double *made = malloc((n * m->n_channel + 1) * sizeof *made);
+    for (size_t c = 0; made && c < n; c++)
+        memcpy(made + c * m->n_channel, channel + (c < n_channels ? c : n_channels - 1) * m->n_channel,
+               m->n_channel * sizeof *made);
+    return made;
+}
+
+static ff_status fill_layout(const ff_model *m, size_t n_channels, const double *shape, const double *channel,
+                             const ff_simulate_options *o, ff_table *t, ff_error *err)
+{
+    double *channels = channels_for(m, n_channels, channel, t->n_channels);
+    if (!channels) return ff_error_set(err, FF_ERR_MEMORY, NULL, 0, -1, "no memory for %zu channels", t->n_channels);
+    const ff_status status = fill(m, shape, channels, o, t, err);
+    for (size_t c = 0; c < t->n_channels; c++)
+        for (size_t i = 0; i < t->n; i++) t->value[c * t->n + i] /= t->channels[c].scale;
+    free(channels);
+    return status;
+}
+
+ff_status ff_simulate_layout_into(const ff_model *m, size_t n_channels, const double *shape, const double *channel,
+                                  const ff_format *to, ff_isa isa, ff_table *out, ff_error *err)
+{
+    ff_simulate_options o;
+    ff_table plain, made;
+    ff_simulate_options_init(&o);
+    o.isa = isa;
+    ff_status status = ff_simulate_into(m, n_channels, shape, channel, &o, &plain, err);
+    if (status != FF_OK || !to->layout) {
+        if (status == FF_OK) *out = plain;
+        return status;
+    }
+    status = to->layout(&plain, NULL, &made, err);
+    ff_table_clear(&plain);
+    if (status != FF_OK) return status;
+    status = fill_layout(m, n_channels, shape, channel, &o, &made, err);
+    if (status == FF_OK)
+        *out = made;
+    else
+        ff_table_clear(&made);
+    return status;
+}

@@ -120,7 +120,7 @@ static void refused(void)
         char expression[64];
         snprintf(expression, sizeof expression, "ggx+%s", ff_term_at(FF_DIFFUSE, d)->name);
         if (ff_model_parse(expression, &m, &err)) continue;
-        const uint32_t couples = ff_diffuse_at((int)d)->couples & (FF_COUPLE_F0 | FF_COUPLE_ALBEDO | FF_COUPLE_LOSS);
+        const uint32_t couples = ff_diffuse_at((int)d)->couples & FF_COUPLES_CURVED;
         const ff_status status = ff_model_bound(&m, "f0", 0, 2, &err);
         FF_CHECK(status == (couples ? FF_ERR_RANGE : FF_OK), "%s: %d", expression, (int)status);
         n += couples != 0;

@@ -414,7 +414,7 @@ static void several_lobes(void)
         maskings += sums > 0;
     }
     FF_CHECK(distributions == n, "only %zu of %zu distributions were summed", distributions, n);
-    FF_CHECK(maskings + 2 >= n_masking, "only %zu of %zu maskings", maskings, n_masking);
+    FF_CHECK(maskings + 3 >= n_masking, "only %zu of %zu maskings", maskings, n_masking);
 }
 
 /* Lobes that share a Fresnel term, more than one base, free scales, and everything that is coupled at once. */

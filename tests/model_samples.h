@@ -213,7 +213,8 @@ static inline void model_random_parameters(const ff_model *m, size_t n_channels,
     }
     for (size_t i = 0; i < n_channels * m->n_channel; i++) {
         const ff_param *p = m->channel[i % m->n_channel].info;
-        channel[i] = p->flags & FF_PARAM_HELD ? 0.5 + 0.5 * fit_uniform(state) : model_random_value(p, reach, state);
+        channel[i] = strcmp(p->name, "ks") == 0 && (p->flags & FF_PARAM_HELD) ? 0.5 + 0.5 * fit_uniform(state)
+                                                                              : model_random_value(p, reach, state);
     }
 }
 

@@ -4,6 +4,7 @@
  * library keeps in the stack of a thread before anything runs there: the thread-local variables of every library in the process.
  * What threads of the pool need is seen likewise, since with one thread the caller does their work. */
 #include "arguments/internal_scene.h"
+#include "models/internal_model.h"
 #include <dirent.h>
 #include <pthread.h>
 
@@ -110,7 +111,8 @@ static ff_status evaluate(scene *s)
         status = evaluate_one(expression);
     }
     for (size_t k = 0; k < ff_term_count(FF_MASKING) && !status; k++) {
-        snprintf(expression, sizeof expression, "ggx/%s", ff_term_at(FF_MASKING, k)->name);
+        const char *only = ff_masking_at((int)k)->only;
+        snprintf(expression, sizeof expression, "%s/%s", only ? only : "ggx", ff_term_at(FF_MASKING, k)->name);
         status = evaluate_one(expression);
     }
     for (size_t k = 0; k < ff_term_count(FF_FRESNEL) && !status; k++) {

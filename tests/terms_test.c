@@ -122,6 +122,36 @@ static void fresnel_values(void)
     FF_CHECK_CLOSE(fresnel_at(fresnel("sgd"), published, 0.25, NULL), 6 - 1.25 - 5 * 243.0 / 1024, 1e-15, 0);
 }
 
+/* Between F0 and 1 along the curve of the dielectric; with its own F0 the dielectric itself. */
+static void cycles_draws_the_dielectric(void)
+{
+    static const double etas[] = {1.05, 1.5, 1.8, 2};
+    for (double c = 1; c > 1e-3; c *= 0.8)
+        for (size_t i = 0; i < sizeof etas / sizeof etas[0]; i++) {
+            const double eta = etas[i], R = (eta - 1) * (eta - 1) / ((eta + 1) * (eta + 1));
+            const double exact = (double)dielectric(c, eta), H = (exact - R) / (1 - R);
+            FF_CHECK_CLOSE(fresnel_at(fresnel("cycles"), (double[2]){R, eta}, c, NULL), exact, 1e-12, 1e-15);
+            FF_CHECK_CLOSE(fresnel_at(fresnel("cycles"), (double[2]){0.7, eta}, c, NULL), 0.7 * (1 - H) + H, 1e-12, 1e-15);
+        }
+}
+
+/* The distance of schlick-karis from schlick, as its note says. */
+static void karis_beside_schlick(void)
+{
+    const double f0 = 0.2;
+    double above = 0, below = 0;
+    for (int i = 0; i <= 4000; i++) {
+        const double c = i / 4000.0, karis = fresnel_at(fresnel("schlick-karis"), &f0, c, NULL);
+        FF_CHECK_CLOSE(karis, f0 + (1 - f0) * pow(2, (-5.55473 * c - 6.98316) * c), 1e-13, 0);
+        const double miss = (karis - fresnel_at(fresnel("schlick"), &f0, c, NULL)) / (1 - f0);
+        above = fmax(above, miss);
+        below = fmin(below, miss);
+    }
+    FF_CHECK_CLOSE(above, 0.0038, 0, 5e-5);
+    FF_CHECK_CLOSE(below, -0.0029, 0, 5e-5);
+    FF_CHECK_CLOSE(fresnel_at(fresnel("schlick-karis"), &f0, 1, NULL) - f0, 0.00017 * (1 - f0), 0, 2e-6);
+}
+
 /* The largest and the smallest F of schlick-f82 over its box, as its note says. */
 static void range_of_f82(void)
 {
@@ -316,6 +346,18 @@ static void approximations_of_ggx(void)
     FF_CHECK_CLOSE(worst[1], 0.223, 0, 1e-3);
 }
 
+/* Smith's G1 of ggx at alpha = 0.25 of both directions, whatever is asked for. */
+static void clear_coat_masks_at_a_quarter(void)
+{
+    pairs p;
+    double G[FF_BLOCK];
+    uint64_t state = ff_test_stream("clear coat");
+    pairs_random(&p, &state);
+    masking("disney-clearcoat")->eval(0.9, &p.g, p.n, NULL, NULL, G, NULL, NULL, NULL);
+    for (size_t i = 0; i < p.n; i++)
+        FF_CHECK_CLOSE(G[i], 1 / ((1 + ggx_lambda(p.dir[2][i], 0.25)) * (1 + ggx_lambda(p.dir[5][i], 0.25))), 1e-13, 0);
+}
+
 /* phi is 0 where one direction is the normal. */
 typedef struct angles {
     long double i, o, phi;
@@ -501,11 +543,18 @@ static void check_derivatives(const ff_diffuse *t, uint64_t *seed)
 {
     pairs p;
     static double planes[FF_DD_COUNT][FF_BLOCK];
-    double f[FF_BLOCK], plain[FF_BLOCK], ai[FF_BLOCK], ao[FF_BLOCK], *d[FF_DD_COUNT] = {NULL};
+    double f[FF_BLOCK], plain[FF_BLOCK], ai[FF_BLOCK], ao[FF_BLOCK], F[FF_BLOCK], lobe[FF_BLOCK], *d[FF_DD_COUNT] = {NULL};
     pairs_random(&p, seed);
-    for (size_t i = 0; i < p.n; i++) ai[i] = 0.9 * fit_uniform(seed), ao[i] = 0.9 * fit_uniform(seed);
-    diffuse_probe probe = {
-        .t = t, .p = &p, .in = {.alpha = 0.05 + 0.9 * fit_uniform(seed), .f0 = 0.9 * fit_uniform(seed), .ai = ai, .ao = ao}};
+    for (size_t i = 0; i < p.n; i++) ai[i] = 0.9 * fit_uniform(seed), ao[i] = 0.1 + 0.8 * fit_uniform(seed);
+    for (size_t i = 0; i < p.n; i++) F[i] = 0.9 * fit_uniform(seed), lobe[i] = 3 * fit_uniform(seed);
+    diffuse_probe probe = {.t = t,
+                           .p = &p,
+                           .in = {.alpha = 0.05 + 0.9 * fit_uniform(seed),
+                                  .f0 = 0.9 * fit_uniform(seed),
+                                  .ai = ai,
+                                  .ao = ao,
+                                  .fresnel = F,
+                                  .lobe = lobe}};
     probe.in.mean = 0.1 + 0.8 * fit_uniform(seed);
     probe.in.f_average = 0.1 + 0.8 * fit_uniform(seed);
     for (uint32_t k = 0; k < t->term.n_params; k++) {
@@ -523,9 +572,11 @@ static void check_derivatives(const ff_diffuse *t, uint64_t *seed)
         {FF_DD_ALPHA, (t->couples & FF_COUPLE_ALPHA) != 0, &probe.in.alpha, 0, 1},
         {FF_DD_F0, (t->couples & FF_COUPLE_F0) != 0, &probe.in.f0, 0, 1},
         {FF_DD_AI, albedo, ai, 0, 1},
-        {FF_DD_AO, albedo, ao, 0, 1},
-        {FF_DD_MEAN, albedo && strcmp(t->term.name, "mikkelsen-coupled") != 0, &probe.in.mean, 0, 1},
-        {FF_DD_F_AVERAGE, (t->couples & FF_COUPLE_LOSS) != 0, &probe.in.f_average, 0, 1}};
+        {FF_DD_AO, albedo, ao, 0.01, 1},
+        {FF_DD_MEAN, strcmp(t->term.name, "kelemen-matte") == 0 || strcmp(t->term.name, "kulla-conty") == 0, &probe.in.mean, 0, 1},
+        {FF_DD_F_AVERAGE, (t->couples & FF_COUPLE_LOSS) != 0, &probe.in.f_average, 0, 1},
+        {FF_DD_FRESNEL, (t->couples & FF_COUPLE_FRESNEL) != 0, F, 0, 1},
+        {FF_DD_LOBE, (t->couples & FF_COUPLE_LOBE) != 0, lobe, 0, 10}};
     for (size_t j = 0; j < sizeof input / sizeof input[0]; j++)
         if (input[j].wanted) d[input[j].k] = planes[input[j].k];
     eval_diffuse(t, &probe.in, &p, plain);
@@ -535,7 +586,7 @@ static void check_derivatives(const ff_diffuse *t, uint64_t *seed)
         for (size_t j = 0; j < sizeof input / sizeof input[0]; j++) {
             const int k = input[j].k;
             if (!input[j].wanted) continue;
-            probe.x = k == FF_DD_AI || k == FF_DD_AO ? input[j].x + probe.at : input[j].x;
+            probe.x = k == FF_DD_AI || k == FF_DD_AO || k == FF_DD_FRESNEL || k == FF_DD_LOBE ? input[j].x + probe.at : input[j].x;
             check_derivative(t->term.name, (slice){probe_diffuse, &probe, input[j].lo, input[j].hi}, *probe.x, planes[k][probe.at],
                              1);
         }
@@ -618,6 +669,7 @@ static void energy(void)
         FF_CHECK_CLOSE(albedo_of(diffuse("kelemen-matte"), lossless, oz, some_albedo), left, 1e-9, 0);
         FF_CHECK_CLOSE(albedo_of(diffuse("kulla-conty"), lossless, oz, some_albedo), left, 1e-9, 0);
         FF_CHECK_CLOSE(albedo_of(diffuse("mikkelsen-coupled"), lossless, oz, some_albedo), left * (1 - mean), 1e-9, 0);
+        FF_CHECK_CLOSE(albedo_of(diffuse("albedo-scaled"), lossless, oz, some_albedo), left, 1e-9, 0);
     }
     /* a lobe that reflects F each time: what it does not let out at once comes back later */
     double total = 0, inside = 1;
@@ -642,9 +694,16 @@ static void nothing_left_over(void)
     pairs_finish(&p);
     for (size_t t = 0; t < ff_term_count(FF_DIFFUSE); t++)
         for (size_t i = 0; i < 7 * 7 * 7 * 7; i++) {
-            const double a = edges[i % 7], b = edges[i / 7 % 7];
-            const ff_diffuse_input in = {
-                .params = {1}, .alpha = 1, .f0 = a, .ai = &a, .ao = &b, .mean = edges[i / 49 % 7], .f_average = edges[i / 343]};
+            const double a = edges[i % 7], b = edges[i / 7 % 7], lobe = (double)(i % 3);
+            const ff_diffuse_input in = {.params = {1},
+                                         .alpha = 1,
+                                         .f0 = a,
+                                         .ai = &a,
+                                         .ao = &b,
+                                         .mean = edges[i / 49 % 7],
+                                         .f_average = edges[i / 343],
+                                         .fresnel = &a,
+                                         .lobe = &lobe};
             for (int k = 0; k < FF_DD_COUNT; k++) d[k] = planes[k], planes[k][0] = 0;
             kernels()->diffuse[t]->eval(&in, &p.g, 1, f, d);
             FF_CHECK(isfinite(f[0]) && f[0] >= 0, "%s: %g", ff_term_at(FF_DIFFUSE, t)->name, f[0]);
@@ -657,6 +716,7 @@ static void nothing_left_over(void)
     FF_CHECK(f[0] == 0, "a mirror leaves %g", f[0]);
 }
 
-FF_TEST_MAIN(FF_TEST(fresnel_values), FF_TEST(range_of_f82), FF_TEST(fresnel_derivatives), FF_TEST(fresnel_starts),
+FF_TEST_MAIN(FF_TEST(fresnel_values), FF_TEST(cycles_draws_the_dielectric), FF_TEST(karis_beside_schlick),
+             FF_TEST(clear_coat_masks_at_a_quarter), FF_TEST(range_of_f82), FF_TEST(fresnel_derivatives), FF_TEST(fresnel_starts),
              FF_TEST(kelemen_below_v_cavity), FF_TEST(approximations_of_ggx), FF_TEST(ginneken), FF_TEST(diffuse_values),
              FF_TEST(diffuse_derivatives), FF_TEST(energy), FF_TEST(nothing_left_over))

@@ -230,7 +230,11 @@ ff_status ff_constraints_apply(const ff_constraints *c, ff_shape shape, ff_model
     *ties = (ff_ties){.n = 0};
     for (uint32_t k = 0; k < FF_MAX_SHAPE; k++) ties->shape[k] = k;
     for (uint32_t k = 0; k < FF_MAX_CHANNEL_PARAMS; k++) ties->channel[k] = k;
-    if (!c) return FF_OK;
+    for (uint32_t k = 0; k < m->n_channel; k++)
+        if (m->channel[k].flags & FF_PARAM_SHARED) ties->shared[k] = 1, ties->n++;
+    for (uint32_t k = 1; k < m->n_shape; k++) /* alpha_y, which stands behind alpha_x */
+        if (m->shape[k].flags & FF_PARAM_SHARED) ties->shape[k] = k - 1, ties->n++;
+    if (!c) return follow_all(m->shape, m->n_shape, ties->shape, err);
     status = check_priors(c, m, shape, err);
     if (!status && c->energy_conserving) status = check_energy(m, err);
     if (!status) status = apply_fixed(c, m, err);

@@ -65,7 +65,7 @@ static ff_status check_shape(const ff_model *m, ff_shape shape, int mean_slope, 
         if (masking->claims & FF_ISOTROPIC) which = masking->name;
         for (uint32_t b = 0; b < m->n_bases; b++) {
             const ff_diffuse *base = ff_diffuse_at(m->base[b].diffuse);
-            if (base->couples & ~(uint32_t)FF_COUPLE_F0) which = base->term.name;
+            if (base->couples & FF_COUPLES_ISOTROPIC) which = base->term.name;
         }
         if (shape != FF_SHAPE_ISOTROPIC && lobe->isotropic)
             return ff_error_set(err, FF_ERR_UNSUPPORTED, NULL, 0, -1, "%s is isotropic: it cannot be fitted with the shape '%s'",
@@ -92,8 +92,7 @@ static int is_linear(const ff_layout *l, uint32_t *scaled)
         const int is_scale = l->free.channel[k] + 1 == m->lobe[p->lobe].channel0 + m->lobe[p->lobe].n_channel;
         *(is_scale ? &scales : &others) |= 1u << p->lobe;
     }
-    for (uint32_t b = 0; b < m->n_bases; b++)
-        linear &= !(ff_diffuse_at(m->base[b].diffuse)->couples & (FF_COUPLE_F0 | FF_COUPLE_ALBEDO | FF_COUPLE_LOSS));
+    for (uint32_t b = 0; b < m->n_bases; b++) linear &= !(ff_diffuse_at(m->base[b].diffuse)->couples & FF_COUPLES_CURVED);
     *scaled = scales & others;
     return linear;
 }

@@ -103,7 +103,7 @@ typedef struct ff_prepared {
     ff_part part[FF_MAX_PARTS];
     double base_param[FF_MAX_BASES][FF_BASE_PARAMS]; /* the shared ones of each base, in their places    */
     double alpha;                                    /* roughness of the first lobe                      */
-    double *f0;              /* FF_COUPLE_F0: [n_channels][1 + FF_FRESNEL_PARAMS], F and derivatives at c = 1 */
+    double *f0;              /* FF_COUPLE_F0: [n_channels][n_lobes][1 + FF_FRESNEL_PARAMS], F and derivatives at c = 1        */
     double *f_average;       /* FF_COUPLE_LOSS: [n_channels][n_lobes][1 + FF_FRESNEL_PARAMS], 2 integral F(mu) mu dmu         */
     ff_albedo_curve *albedo; /* FF_COUPLE_ALBEDO: [n_channels], of all lobes, by all columns                                  */
     ff_albedo_curve *loss;   /* FF_COUPLE_LOSS: [n_lobes], of one lobe with F = 1, by the shape columns                       */
@@ -152,6 +152,7 @@ typedef struct __attribute__((aligned(64))) ff_block {
             double F[FF_MAX_LOBES][FF_BLOCK];    /* ks F                                      */
             double part[FF_MAX_PARTS][FF_BLOCK]; /* before the scale                          */
             double ai[FF_BLOCK], ao[FF_BLOCK];   /* albedos of wi and wo, of the part at hand */
+            double lobe_value[FF_BLOCK];         /* of the lobe that it belongs to            */
         };
     };
 } ff_block;

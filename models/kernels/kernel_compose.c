@@ -95,6 +95,12 @@ static void fresnel(const ff_prepared *p, const ff_geometry *g, size_t n, const 
     for (uint32_t k = 0; k < n_params && p->wanted.n_channel; k++) scale_by(n, ks, d[k]);
 }
 
+/* Where F at normal incidence stands of the lobe that a part belongs to, or of the first one. */
+static size_t f0_at(const ff_prepared *p, size_t c, const ff_part *part)
+{
+    return (c * p->m->n_lobes + (part->lobe < 0 ? 0 : (size_t)part->lobe)) * (1 + FF_FRESNEL_PARAMS);
+}
+
 /* The inputs of part `at` for channel c. */
 static void part_input(const ff_prepared *p, size_t n, size_t c, uint32_t at, ff_block *b, ff_diffuse_input *in)
 {
@@ -105,15 +111,19 @@ static void part_input(const ff_prepared *p, size_t n, size_t c, uint32_t at, ff
     for (uint32_t k = 0; k < term->term.n_params; k++)
         in->params[k] = term->term.params[k].flags & FF_PARAM_PER_CHANNEL ? *channel++ : p->base_param[part->base][k];
     in->alpha = p->alpha;
-    in->f0 = p->f0 ? p->f0[c * (1 + FF_FRESNEL_PARAMS)] : 0;
+    in->f0 = p->f0 ? p->f0[f0_at(p, c, part)] : 0;
     in->ai = b->ai;
     in->ao = b->ao;
+    in->fresnel = b->F[0];
     const ff_albedo_curve *curve = NULL;
     if (term->couples & FF_COUPLE_ALBEDO) curve = &p->albedo[c];
     if (term->couples & FF_COUPLE_LOSS) {
         const uint32_t group = ff_model_group(p->m, (uint32_t)part->lobe);
         curve = &p->loss[part->lobe];
         in->f_average = p->f_average[(c * p->m->n_lobes + group) * (1 + FF_FRESNEL_PARAMS)];
+        in->lobe = b->lobe_value;
+        if (term->couples & FF_COUPLE_LOBE)
+            for (size_t i = 0; i < n; i++) b->lobe_value[i] = b->S[part->lobe][i] * b->F[group][i];
     }
     if (!curve) return;
     ff_albedo_values(curve, 0, n, &b->place_i, b->ai);
@@ -121,9 +131,10 @@ static void part_input(const ff_prepared *p, size_t n, size_t c, uint32_t at, ff
     in->mean = curve->mean[0];
 }
 
-/* ks of the lobe that a part belongs to. */
+/* ks of the lobe that a part belongs to, unless the part has it from the value of the lobe. */
 static double part_ks(const ff_prepared *p, size_t c, const ff_part *part)
 {
+    if (p->kernels->diffuse[p->m->base[part->base].diffuse]->couples & FF_COUPLE_LOBE) return 1;
     const ff_lobe *lobe = &p->m->lobe[ff_model_group(p->m, (uint32_t)part->lobe)];
     return p->channel[c * p->m->n_channel + lobe->channel0 + lobe->n_channel - 1];
 }
@@ -136,7 +147,10 @@ static void add_part(const ff_prepared *p, const ff_geometry *g, size_t n, size_
     const int derivatives = p->wanted.n_shape + p->wanted.n_channel > 0;
     for (int k = 0; k < FF_DD_COUNT && derivatives; k++) d[k] = b->d->d_part[at][k];
     part_input(p, n, c, at, b, &in);
-    if (derivatives) memset(d[FF_DD_MEAN], 0, n * sizeof(double)); /* not every coupled term depends on it */
+    if (derivatives) { /* not every coupled term depends on them */
+        memset(d[FF_DD_MEAN], 0, n * sizeof(double));
+        memset(d[FF_DD_AI], 0, n * sizeof(double));
+    }
     term->eval(&in, g, n, b->part[at], derivatives ? d : NULL);
     b->scale[at] = p->part[at].lobe < 0 ? 1 : p->weight[p->part[at].lobe] * part_ks(p, c, &p->part[at]);
     add_scaled(n, b->scale[at], b->part[at], f);
@@ -171,6 +185,12 @@ static void add_product(size_t n, double factor, const double *restrict a, const
     for (size_t i = 0; i < n; i++) out[i] += factor * a[i] * j[i];
 }
 
+static void add_triple(size_t n, double factor, const double *restrict a, const double *restrict b, const double *restrict c,
+                       const double *restrict j, double *restrict out)
+{
+    for (size_t i = 0; i < n; i++) out[i] += factor * a[i] * b[i] * c[i] * j[i];
+}
+
 /* Adds what a part changes through the albedo curve when function `function` of it does. */
 static void add_through_albedo(size_t n, const ff_albedo_curve *curve, uint32_t function, uint32_t at, const double *restrict j,
                                const ff_block *b, double *restrict out)
@@ -198,6 +218,9 @@ static void add_base_shape(const ff_prepared *p, size_t n, size_t c, uint32_t k,
         if (couples & FF_COUPLE_ALBEDO) add_through_albedo(n, &p->albedo[c], 1 + k, at, j, b, out);
         if (!(couples & FF_COUPLE_LOSS)) continue;
         if (column->lobe == part->lobe) add_through_albedo(n, &p->loss[part->lobe], 1 + k, at, j, b, out);
+        if ((couples & FF_COUPLE_LOBE) && column->lobe == part->lobe && b->d->shape[k])
+            add_triple(n, 1, b->d->shape[k], b->F[ff_model_group(p->m, (uint32_t)part->lobe)], b->d->d_part[at][FF_DD_LOBE], j,
+                       out);
         if (column->moves_weights) add_product(n, part_ks(p, c, part) * column->weight[part->lobe], b->part[at], j, out);
     }
 }
@@ -212,10 +235,18 @@ static void add_base_channel(const ff_prepared *p, size_t n, size_t c, uint32_t 
         const uint32_t couples = p->kernels->diffuse[p->m->base[part->base].diffuse]->couples;
         if (column->base == (int)part->base) add_product(n, b->scale[at], b->d->d_part[at][column->param], j, out);
         if (column->group < 0) continue;
-        if ((couples & FF_COUPLE_F0) && column->group == 0 && !column->is_scale)
-            add_product(n, p->f0[c * (1 + FF_FRESNEL_PARAMS) + 1 + column->param], b->d->d_part[at][FF_DD_F0], j, out);
+        const uint32_t group = part->lobe < 0 ? 0 : ff_model_group(p->m, (uint32_t)part->lobe);
+        const double *plane = b->d->dF[p->wanted.channel[k]];
+        if ((couples & FF_COUPLE_F0) && (uint32_t)column->group == group && !column->is_scale)
+            add_product(n, b->scale[at] * p->f0[f0_at(p, c, part) + 1 + column->param], b->d->d_part[at][FF_DD_F0], j, out);
+        if ((couples & FF_COUPLE_FRESNEL) && column->group == 0)
+            for (size_t i = 0; i < n; i++) out[i] += plane[i] * b->d->d_part[at][FF_DD_FRESNEL][i] * j[i];
         if (couples & FF_COUPLE_ALBEDO) add_through_albedo(n, &p->albedo[c], 1 + p->wanted.n_shape + k, at, j, b, out);
-        if (!(couples & FF_COUPLE_LOSS) || ff_model_group(p->m, (uint32_t)part->lobe) != (uint32_t)column->group) continue;
+        if (!(couples & FF_COUPLE_LOSS) || group != (uint32_t)column->group) continue;
+        if (couples & FF_COUPLE_LOBE) {
+            add_triple(n, b->scale[at], b->S[part->lobe], plane, b->d->d_part[at][FF_DD_LOBE], j, out);
+            continue;
+        }
         if (column->is_scale) {
             add_product(n, p->weight[part->lobe], b->part[at], j, out);
             continue;

@@ -28,7 +28,9 @@ enum {
     FF_PARAM_LINEAR = 1u << 1,      /**< the model is affine in it: the fit solves for it                        */
     FF_PARAM_LOG = 1u << 2,         /**< a scale: searched and fitted as ln(p + offset)                          */
     FF_PARAM_ATANH = 1u << 3,       /**< in (-1, 1): fitted as its inverse hyperbolic tangent                    */
-    FF_PARAM_HELD = 1u << 4         /**< stays at its initial value unless the caller frees it (mean slopes)     */
+    FF_PARAM_HELD = 1u << 4,        /**< stays at its initial value unless the caller frees it (mean slopes)     */
+    FF_PARAM_SHARED = 1u << 5       /**< of a model, not of a term: a per-channel one that all channels have alike,
+                                         an alpha_y that is alpha_x                                             */
 };
 
 /** One parameter. The value of the model and its derivative are finite on the whole closed box [lo, hi]. */

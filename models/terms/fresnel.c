@@ -63,30 +63,13 @@ static void sgd(FF_ARGS)
 
 /* ---- the exact equations --------------------------------------------------------------------- */
 
-/* Keeps reciprocals finite where eta = 1 meets c = 0, and eta < 1 with k = 0 the angle of total reflection. */
-#define FF_TINY 1e-60
-
-static inline double floored(double x)
-{
-    return x > FF_TINY ? x : FF_TINY;
-}
-
-/* With N and w real; N - s^2 = (eta - 1)(eta + 1) + c^2. Derivatives: d w = eta / w, d (N c) = 2 eta c. */
 static void dielectric(FF_ARGS)
 {
-    const double eta = params[0], N = eta * eta, excess = (eta - 1) * (eta + 1), *restrict c = g->plane[FF_G_C];
-    for (size_t i = 0; i < n; i++) {
-        const double w2 = floored(excess + c[i] * c[i]), w = w2 * ff_rsqrt(w2), q = N * c[i];
-        const double rs = (c[i] - w) * ff_recip(c[i] + w), rp = (q - w) * ff_recip(q + w);
-        f[i] = 0.5 * (rs * rs + rp * rp);
-    }
+    const double eta = params[0], *restrict c = g->plane[FF_G_C];
+    for (size_t i = 0; i < n; i++) f[i] = ff_dielectric(eta, c[i]);
     if (!d) return;
     double *restrict deta = d[0];
-    for (size_t i = 0; i < n; i++) {
-        const double w2 = floored(excess + c[i] * c[i]), inv_w = ff_rsqrt(w2), w = w2 * inv_w, q = N * c[i];
-        const double is = ff_recip(c[i] + w), ip = ff_recip(q + w), rs = (c[i] - w) * is, rp = (q - w) * ip;
-        deta[i] = 2 * eta * c[i] * inv_w * (rp * (2 * w2 - N) * ip * ip - rs * is * is);
-    }
+    for (size_t i = 0; i < n; i++) deta[i] = ff_dielectric_slope(eta, c[i]);
 }
 
 typedef struct complex_number {
@@ -111,7 +94,7 @@ static inline double norm(complex_number a)
 /* Principal square root of x + i y, y >= 0: the larger part by a sum of equal signs, the other from the product of both, y / 2. */
 static inline complex_number root(double x, double y)
 {
-    const double length2 = floored(x * x + y * y), larger2 = 0.5 * (length2 * ff_rsqrt(length2) + fabs(x));
+    const double length2 = ff_floored(x * x + y * y), larger2 = 0.5 * (length2 * ff_rsqrt(length2) + fabs(x));
     const double inv = ff_rsqrt(larger2), larger = larger2 * inv, smaller = 0.5 * y * inv;
     return x < 0 ? (complex_number){smaller, larger} : (complex_number){larger, smaller};
 }
@@ -120,7 +103,7 @@ static inline complex_number root(double x, double y)
 static inline complex_number slope(complex_number q, complex_number w, complex_number numerator)
 {
     const complex_number difference = {q.re - w.re, q.im - w.im}, sum = {q.re + w.re, q.im + w.im};
-    const double inv = ff_recip(floored(norm(sum)));
+    const double inv = ff_recip(ff_floored(norm(sum)));
     const complex_number product = times(times(conjugate(difference), conjugate(sum)), numerator);
     return (complex_number){product.re * inv * inv, product.im * inv * inv};
 }
@@ -128,7 +111,7 @@ static inline complex_number slope(complex_number q, complex_number w, complex_n
 static inline double reflected(complex_number q, complex_number w)
 {
     const complex_number difference = {q.re - w.re, q.im - w.im}, sum = {q.re + w.re, q.im + w.im};
-    return norm(difference) * ff_recip(floored(norm(sum)));
+    return norm(difference) * ff_recip(ff_floored(norm(sum)));
 }
 
 /* F is the squared modulus of functions that are analytic in eta + i k: with r' their derivative by it, d|r|^2/d eta = 2 Re(conj(r)
@@ -147,7 +130,7 @@ static void conductor(FF_ARGS)
     for (size_t i = 0; i < n; i++) {
         const complex_number w = root(excess + c[i] * c[i], N.im), qs = {c[i], 0}, qp = {N.re * c[i], N.im * c[i]};
         const complex_number w2 = {excess + c[i] * c[i], N.im}, inner = {2 * w2.re - N.re, 2 * w2.im - N.im};
-        const double twice = 2 * c[i] * ff_recip(floored(norm(w)));
+        const double twice = 2 * c[i] * ff_recip(ff_floored(norm(w)));
         const complex_number ratio = times(index, conjugate(w)), step = {twice * ratio.re, twice * ratio.im}; /* 2 c index / w */
         const complex_number ds = slope(qs, w, step), dp = slope(qp, w, times(step, inner));
         deta[i] = dp.re - ds.re;

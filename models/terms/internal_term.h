@@ -127,10 +127,18 @@ typedef struct ff_fresnel {
 
 /* What a diffuse term may read of the lobes below it. */
 enum {
-    FF_COUPLE_ALPHA = 1u << 0,  /* roughness of the first lobe                                                   */
-    FF_COUPLE_F0 = 1u << 1,     /* F of the first lobe at normal incidence                                       */
-    FF_COUPLE_ALBEDO = 1u << 2, /* directional albedo of all lobes                                               */
-    FF_COUPLE_LOSS = 1u << 3    /* for each lobe by itself: its albedo with F = 1 and the average of its Fresnel  */
+    FF_COUPLE_ALPHA = 1u << 0,   /* roughness of the first lobe                                                   */
+    FF_COUPLE_F0 = 1u << 1,      /* F of the first lobe at normal incidence                                       */
+    FF_COUPLE_ALBEDO = 1u << 2,  /* directional albedo of all lobes                                               */
+    FF_COUPLE_LOSS = 1u << 3,    /* for each lobe by itself: its albedo with F = 1 and the average of its Fresnel  */
+    FF_COUPLE_FRESNEL = 1u << 4, /* ks F of the first lobe at the half vector                                     */
+    FF_COUPLE_LOBE = 1u << 5     /* with LOSS: the value of that lobe, and its F at normal incidence in place of the first one's */
+};
+
+/* Of these the lobes must be isotropic; with these the model is not affine in the channel parameters. */
+enum {
+    FF_COUPLES_ISOTROPIC = FF_COUPLE_ALPHA | FF_COUPLE_ALBEDO | FF_COUPLE_LOSS,
+    FF_COUPLES_CURVED = FF_COUPLE_F0 | FF_COUPLE_ALBEDO | FF_COUPLE_LOSS | FF_COUPLE_FRESNEL | FF_COUPLE_LOBE
 };
 
 /* Inputs of a diffuse term for one channel: its own parameters in their order, then one value for each coupling of the lobes. */
@@ -140,10 +148,12 @@ typedef struct ff_diffuse_input {
     const double *ai, *ao; /* [n] directional albedos of wi and wo: FF_COUPLE_ALBEDO, FF_COUPLE_LOSS          */
     double mean;           /* their cosine-weighted mean over the hemisphere                                 */
     double f_average;      /* FF_COUPLE_LOSS: 2 integral F(mu) mu dmu                                        */
+    const double *fresnel; /* [n] FF_COUPLE_FRESNEL: ks F of the first lobe                                  */
+    const double *lobe;    /* [n] FF_COUPLE_LOBE: ks F D G / (4 iz oz) of the lobe                           */
 } ff_diffuse_input;
 
 /* Derivatives of a diffuse term: by its own parameters, then these. */
-enum { FF_DD_ALPHA = 8, FF_DD_F0, FF_DD_AI, FF_DD_AO, FF_DD_MEAN, FF_DD_F_AVERAGE, FF_DD_COUNT };
+enum { FF_DD_ALPHA = 8, FF_DD_F0, FF_DD_AI, FF_DD_AO, FF_DD_MEAN, FF_DD_F_AVERAGE, FF_DD_FRESNEL, FF_DD_LOBE, FF_DD_COUNT };
 
 typedef struct ff_diffuse {
     ff_term term;

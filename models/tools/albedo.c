@@ -58,20 +58,67 @@ static ff_status out_of_memory(ff_error *err)
 
 /* ---- albedo ---------------------------------------------------------------------------------- */
 
-static ff_status add_lobe(quadrature *q, const ff_model *m, uint32_t lobe, const ff_kernels *kernels, size_t n, const double *shape,
+/* Number of the base that is a multiple of a lobe, by a function of the view alone; n_bases: there is none. */
+static uint32_t multiple_of_lobes(const ff_model *m)
+{
+    for (uint32_t b = 0; b < m->n_bases; b++)
+        if (ff_diffuse_at(m->base[b].diffuse)->couples & FF_COUPLE_LOBE) return b;
+    return m->n_bases;
+}
+
+/* m without that base. */
+static ff_model without_multiple(const ff_model *m)
+{
+    ff_model rest = *m;
+    const uint32_t at = multiple_of_lobes(m);
+    if (at == m->n_bases) return rest;
+    rest.n_bases--; /* it has no parameters, so that those of the others stay where they are */
+    if (at == 0) rest.base[0] = rest.base[1];
+    return rest;
+}
+
+/* What such a base makes of the lobe in q->part, by channel: their sum over the lobe, seen at a pair whose half vector is the
+ * normal.
+ */
+static ff_status raise_lobe(quadrature *q, const ff_model *m, ff_isa isa, const double wo[3], double factor[FF_INTEGRAL_GROUP])
+{
+    ff_albedo_part *p = &q->part;
+    double lobe[FF_INTEGRAL_GROUP], sum[FF_INTEGRAL_GROUP];
+    const double x = -wo[0], y = -wo[1];
+    const ff_dirs w = {&x, &y, &wo[2], &wo[0], &wo[1], &wo[2]};
+    const uint32_t at = multiple_of_lobes(m);
+    for (size_t c = 0; c < p->n_channels; c++) factor[c] = 1;
+    if (at == m->n_bases) return FF_OK;
+    ff_model with = p->model;
+    with.n_bases = 1;
+    with.base[0] = (ff_base){.diffuse = m->base[at].diffuse};
+    ff_status status = ff_model_finish(&with, NULL);
+    if (status == FF_OK) status = ff_model_eval(&p->model, isa, p->n_channels, p->shape, p->channel, &w, 1, lobe, NULL, 1);
+    if (status == FF_OK) status = ff_model_eval(&with, isa, p->n_channels, p->shape, p->channel, &w, 1, sum, NULL, 1);
+    for (size_t c = 0; c < p->n_channels && status == FF_OK; c++)
+        if (lobe[c] > 0) factor[c] = sum[c] / lobe[c];
+    return status;
+}
+
+static ff_status add_lobe(quadrature *q, const ff_model *m, uint32_t lobe, ff_isa isa, size_t n, const double *shape,
                           const double *channel, const double wo[3], ff_integral total[FF_INTEGRAL_GROUP])
 {
     ff_integral one[FF_INTEGRAL_GROUP];
-    double weight[FF_MAX_LOBES];
-    const ff_status status = part_make(m, lobe, kernels, n, shape, channel, &q->part);
+    double weight[FF_MAX_LOBES], factor[FF_INTEGRAL_GROUP];
+    ff_status status = part_make(m, lobe, ff_kernels_get(isa), n, shape, channel, &q->part);
     if (status != FF_OK) return status;
+    status = raise_lobe(q, m, isa, wo, factor);
+    if (status != FF_OK) {
+        ff_prepared_free(&q->part.prepared);
+        return status;
+    }
     ff_model_weights(m, shape, weight, NULL);
     ff_integrand_make(FF_INTEGRAL_LOBES, &q->part.prepared, wo, q->work, &q->k);
     ff_integrand_integrate(&q->k, one);
     ff_prepared_free(&q->part.prepared);
     for (size_t c = 0; c < n; c++) {
-        total[c].value += weight[lobe] * one[c].value;
-        total[c].error += weight[lobe] * one[c].error;
+        total[c].value += weight[lobe] * factor[c] * one[c].value;
+        total[c].error += weight[lobe] * factor[c] * one[c].error;
     }
     return FF_OK;
 }
@@ -99,15 +146,15 @@ ff_status ff_albedo_directional(const ff_model *m, ff_isa isa, size_t n_channels
     if (status == FF_OK) status = check_view(wo, isa, err);
     if (status != FF_OK) return status;
     const ff_kernels *kernels = ff_kernels_get(isa);
+    const ff_model bases = without_multiple(m);
     quadrature *q = quadrature_new();
     if (!q) status = FF_ERR_MEMORY;
     for (size_t first = 0; first < n_channels && status == FF_OK; first += FF_INTEGRAL_GROUP) {
         const size_t n = n_channels - first < FF_INTEGRAL_GROUP ? n_channels - first : FF_INTEGRAL_GROUP;
         const double *group = channel + first * m->n_channel;
         ff_integral total[FF_INTEGRAL_GROUP] = {{0, 0}};
-        for (uint32_t l = 0; l < m->n_lobes && status == FF_OK; l++)
-            status = add_lobe(q, m, l, kernels, n, shape, group, wo, total);
-        if (m->n_bases && status == FF_OK) status = add_bases(q, m, kernels, n, shape, group, wo, total);
+        for (uint32_t l = 0; l < m->n_lobes && status == FF_OK; l++) status = add_lobe(q, m, l, isa, n, shape, group, wo, total);
+        if (bases.n_bases && status == FF_OK) status = add_bases(q, &bases, kernels, n, shape, group, wo, total);
         if (status == FF_OK) memcpy(out + first, total, n * sizeof *out);
     }
     quadrature_free(q);

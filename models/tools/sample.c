@@ -200,8 +200,13 @@ static ff_status sampler_fill(ff_sampler *s, const ff_kernels *kernels, size_t n
     s->n = p->m->n_lobes + p->n_parts;
     for (uint32_t l = 0; l < p->m->n_lobes && !status; l++) status = lobe_make(p, l, &s->part[l]);
     for (uint32_t at = p->m->n_lobes; at < s->n && !status; at++) {
-        const uint32_t base = p->part[at - p->m->n_lobes].base;
-        const int left_over = (kernels->diffuse[p->m->base[base].diffuse]->couples & (FF_COUPLE_ALBEDO | FF_COUPLE_LOSS)) != 0;
+        const ff_part *part = &p->part[at - p->m->n_lobes];
+        const uint32_t couples = kernels->diffuse[p->m->base[part->base].diffuse]->couples;
+        const int left_over = (couples & (FF_COUPLE_ALBEDO | FF_COUPLE_LOSS)) != 0;
+        if (couples & FF_COUPLE_LOBE) { /* it goes where the lobe goes */
+            status = lobe_make(p, (uint32_t)part->lobe, &s->part[at]);
+            continue;
+        }
         s->part[at].kind = left_over ? FF_SAMPLE_MATTE_TABLE : FF_SAMPLE_COSINE;
         if (left_over) matte_make(s, at);
     }

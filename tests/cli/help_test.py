@@ -49,7 +49,8 @@ def check_form(command, text):
 
 def prepare(directory):
     subprocess.run(["sh", "-ec", "facetfit simulate ggx+lambert --set alpha=0.3,f0=0.05:0.06:0.04,kd=0.3:0.2:0.1 --noise 0.01 -o paint.csv\n"
-                    "printf 'theta_i,phi_i,theta_o,phi_o\\n30,0,30,180\\n45,0,20,90\\n' > directions.csv"],
+                    "printf 'theta_i,phi_i,theta_o,phi_o\\n30,0,30,180\\n45,0,20,90\\n' > directions.csv\n"
+                    "facetfit fit paint.csv --json fit.json"],
                    cwd=directory, env=environment, check=True)
 
 

@@ -116,12 +116,13 @@ def check_maskings(page):
     for name, cells in rows.items():
         if name == "none":
             continue
-        for pair, row in zip(PAIRS, evaluated(f"ggx/{name}/none", "alpha=0.4")):
+        coat = name == "disney-clearcoat"
+        for pair, row in zip(PAIRS, evaluated(f"{'gtr' if coat else 'ggx'}/{name}/none", "alpha=0.4" + (",gamma=1" if coat else ""))):
             g = geometry(pair)
             names = {**g, "Li": row["lambda_i"], "Lo": row["lambda_o"], "i": row["lambda_i"], "o": row["lambda_o"], "alpha": 0.4,
                      "k": 4.41 * g["phi"] / (4.41 * g["phi"] + 1)}
             formula = cells[0][0]
-            if name == "schlick-smith":
+            if name in ("schlick-smith", "disney-clearcoat"):
                 names["k"] = 0.2
                 inner = cells[0][1].split("=", 1)[1]
                 names["g"] = lambda c, k=0.2, inner=inner: value_of(inner, {"c": c, "k": k})
@@ -131,7 +132,8 @@ def check_maskings(page):
 
 def check_fresnel(page):
     rows = rows_of(page, "Fresnel")
-    for name, setting, own in (("schlick", "f0=0.3", {"F0": 0.3}), ("sgd", "f0=0.3,f1=0.1", {"F0": 0.3, "F1": 0.1})):
+    for name, setting, own in (("schlick", "f0=0.3", {"F0": 0.3}), ("sgd", "f0=0.3,f1=0.1", {"F0": 0.3, "F1": 0.1}),
+                               ("schlick-karis", "f0=0.3", {"F0": 0.3})):
         for pair, row in zip(PAIRS, evaluated(f"ggx/smith-separable/{name}", setting)):
             compare(f"F of {name}", row["fresnel"], value_of(rows[name][0][0], {**geometry(pair), **own}))
     for name, index in (("dielectric", (1.5, 0)), ("conductor", (0.769, 6.08))):

@@ -89,6 +89,16 @@ fit many.csv --bound kd=0.2:0.3
 fit many.csv --model ggx+oren-nayar --robust tukey
 fit merl.binary --threads 1 --loss cube-root
 fit grey.csv --model tabulated+lambert --ndf-table kept.tab
+fit paint.csv --for blender:metal
+fit grey.csv --for gltf --model beckmann/none
+fit paint.csv --for usd --channels mean
+fit grey.csv --for blender:dielectric --fix eta=1.5
+fit paint.csv --for mitsuba:plastic --model ggx/v-cavity/schlick-f82+oren-nayar
+compare grey.csv --for gltf,unreal
+export made.json --to blender -o out.py
+export made.json --to gltf -o out.gltf
+export made.json --to c -o out.h
+export made.json --to merl -o out.binary
 compare paint.csv --ndf beckmann,ggx --masking v-cavity,smith-height-correlated --cross-validate 3
 compare grey.csv --ndf ggx,gtr --masking v-cavity --channels each --robust huber
 compare grey.csv --ndf ggx --masking smith-separable,smith-height-correlated --reach 85
@@ -244,6 +254,8 @@ def prepare(directory):
         list(pool.map(make, FILES.items()))
     p = says("ndf", "grey.csv", "-o", "kept.tab", cwd=directory)
     check(p.returncode == 0, "ndf -o: %s" % p.stderr)
+    p = says("fit", "paint.csv", "--json", "made.json", cwd=directory)
+    check(p.returncode == 0, "fit --json: %s" % p.stderr)
 
 
 @functools.lru_cache(None)

@@ -3,7 +3,7 @@ import pathlib
 import re
 import sys
 
-ROOMS = ("base", "models", "data_formats", "simulate", "fit", "report", "cli", "tests", "bench")
+ROOMS = ("base", "models", "targets", "data_formats", "simulate", "fit", "report", "cli", "tests", "bench")
 RULES = (
     (re.compile(r"\bff_status (?:s|st|stat|ret|rc)\b"), "an ff_status that is not named `status`"),
     (re.compile(r"^\s*(?:\+\+|--)[\w(*][^=]*;"), "a statement that counts with ++i"),

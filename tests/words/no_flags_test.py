@@ -6,7 +6,7 @@ import pathlib
 import re
 import sys
 
-ROOMS = "base models data_formats simulate fit".split()
+ROOMS = "base models targets data_formats simulate fit".split()
 SOURCES = ".c .h .cpp .def"
 # A comment, a character or a string; what is not one of the first two and has a string is looked at.
 TOKEN = re.compile(r"""//[^\n]*|/\*.*?\*/|'(?:\\.|[^'\\\n])+'|"(?:\\.|[^"\\\n])*"(?:\s*"(?:\\.|[^"\\\n])*")*""", re.DOTALL)
