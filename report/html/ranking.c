@@ -40,8 +40,10 @@ static void put_row(ff_page *p, const ff_html_subject *s, size_t fit, size_t ran
     ff_page_text(p, f->model.n_lobes ? ff_term_at(FF_FRESNEL, (size_t)f->model.lobe[0].fresnel)->name : "");
     ff_page_format(p, "</td><td>");
     ff_page_text(p, base.text);
-    ff_page_format(p, "</td><td>");
-    if (s->r->n_problems > 1) ff_page_text(p, ff_problem_channel_name(s->r->problem[fit / s->models], 0));
+    if (s->r->n_problems > 1) {
+        ff_page_format(p, "</td><td>");
+        ff_page_text(p, ff_problem_channel_name(s->r->problem[fit / s->models], 0));
+    }
     ff_page_format(p, "</td><td>");
     ff_page_text(p, shape.text);
     ff_page_format(p, "</td>");
@@ -71,7 +73,8 @@ void ff_html_ranking(ff_page *p, const ff_html_subject *s)
                    "class=\"sortable\"><caption>%zu fits; * the simplest that is not told apart from the best, ~ not told apart "
                    "either</caption>\n<thead><tr>",
                    s->r->n_fits);
-    for (size_t k = 0; k < sizeof head / sizeof *head; k++) ff_page_format(p, "<th scope=\"col\">%s</th>", head[k]);
+    for (size_t k = 0; k < sizeof head / sizeof *head; k++)
+        if (strcmp(head[k], "channel") || s->r->n_problems > 1) ff_page_format(p, "<th scope=\"col\">%s</th>", head[k]);
     ff_page_format(p, "</tr></thead>\n<tbody>\n");
     for (size_t problem = 0; problem < s->r->n_problems; problem++) {
         const ff_fit_result *best = ff_report_best(s->r, problem);
@@ -107,10 +110,10 @@ static size_t best_of(const ff_html_subject *s, const size_t *rank, int ndf, int
     return s->r->n_fits;
 }
 
-/* Colour by ln(objective / best), from 0 at the best to 9 at twice it. */
+/* Colour by ln(objective / best), from 0 at the best to 9 at ten times it. */
 static int shade_of(double ratio)
 {
-    return isfinite(ratio) ? (int)fmin(fmax(floor(log(ratio) / log(2.0) * 9), 0), 9) : 9;
+    return isfinite(ratio) ? (int)fmin(fmax(floor(log10(ratio) * 9), 0), 9) : 9;
 }
 
 static void put_matrix_cell(ff_page *p, const ff_html_subject *s, size_t fit, const ff_fit_result *best)

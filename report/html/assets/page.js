@@ -105,7 +105,7 @@ const Page = (() => {
     function addAllSaves() {
         for (const figure of document.querySelectorAll("figure.plot")) {
             const numbers = read(`${figure.id}-numbers`);
-            if (numbers) addSaves(figure, () => numbers);
+            if (numbers && !figure.querySelector(".saves")) addSaves(figure, () => numbers);
         }
     }
 
