@@ -1,6 +1,7 @@
 /* The tables of commands and flags, and looking things up in them. */
 #include "internal_flags.h"
 #include "fit/ndf/ndf_struct.h"
+#include "ff_render.h"
 #include <math.h>
 #include <string.h>
 
@@ -59,8 +60,8 @@ const char *cli_command_usage(const cli_command *command, char *out, size_t size
 enum {
     C_FITTING = C(fit) | C(compare) | C(plot),
     C_MEASURED = C_FITTING | C(ndf),
-    C_READS = C_MEASURED | C(info) | C(resample),
-    C_SCENE = C(eval) | C(simulate) | C(furnace) | C(sample) | C(plot),
+    C_READS = C_MEASURED | C(info) | C(resample) | C(render),
+    C_SCENE = C(eval) | C(simulate) | C(furnace) | C(sample) | C(plot) | C(render),
     C_REPORTS = C(fit) | C(compare) | C(ndf) | C(info) | C(models) | C(formats),
     C_ALL = (1u << COMMAND_COUNT) - 1,
     C_JSON = C_ALL & ~(C(simulate) | C(plot) | C(man) | C(completion))

@@ -1,44 +1,10 @@
 /* What a figure is made of: files, results and models that the command line names, told apart and read. */
 #include "internal_plotting.h"
+#include "internal_rendering.h"
 #include <stdlib.h>
 #include <string.h>
-#include <sys/stat.h>
 
 enum { SHOWN_FITS = 7 };
-
-typedef enum source { SOURCE_TABLE, SOURCE_DOCUMENT, SOURCE_MODEL } source;
-
-/* ---- what a word is -------------------------------------------------------------------------- */
-
-static int looks_like_path(const char *word)
-{
-    return strchr(word, '/') || strchr(word, '.');
-}
-
-/* A folder is none. */
-static int is_file(const char *word)
-{
-    struct stat st;
-    return !strcmp(word, "-") || (stat(word, &st) == 0 && !S_ISDIR(st.st_mode));
-}
-
-/* A file that is there, or a model; exit status. */
-static int classify(const char *word, source *out)
-{
-    ff_model m;
-    ff_error err = {0};
-    *out = SOURCE_MODEL;
-    if (!is_file(word)) {
-        const ff_status status = ff_model_parse(word, &m, &err);
-        if (status == FF_OK) return EXIT_DONE;
-        if (!looks_like_path(word)) {
-            cli_message("'%s' is neither a file nor a model: %s", word, err.message);
-            return status == FF_ERR_MEMORY ? cli_exit_status(status) : EXIT_INPUT;
-        }
-    }
-    *out = ff_fit_document_probe(word) ? SOURCE_DOCUMENT : SOURCE_TABLE;
-    return EXIT_DONE;
-}
 
 /* "measured data, the result of a fit, or a model" */
 static const char *wanted(const ff_plot_kind *kind, char *out, size_t size)
@@ -238,27 +204,27 @@ static int add_file(const cli_args *args, const ff_plot_kind *kind, const char *
 static int add_sources(const cli_args *args, const ff_plot_kind *kind, const ff_plot_choice *c, cli_subject *s)
 {
     char what[256];
-    source first = SOURCE_MODEL;
+    cli_source first = CLI_SOURCE_MODEL;
     for (size_t k = 1; k < args->n_words; k++) {
-        source one;
-        const int status = classify(args->word[k], &one);
+        cli_source one;
+        const int status = cli_source_of(args->word[k], &one);
         if (status != EXIT_DONE) return status;
         if (k == 1) first = one;
-        if (k > 1 && (one != SOURCE_MODEL || first != SOURCE_MODEL))
+        if (k > 1 && (one != CLI_SOURCE_MODEL || first != CLI_SOURCE_MODEL))
             return cli_usage(args, "'%s' is drawn of one file, or of models: '%s' is too much", kind->name, args->word[k]);
     }
-    if (first != SOURCE_MODEL && (cli_given(args, FLAG_SET) || c->n_roughness))
+    if (first != CLI_SOURCE_MODEL && (cli_given(args, FLAG_SET) || c->n_roughness))
         return cli_usage(args, "--%s is of models, and %s is a file", c->n_roughness ? "roughness" : "set", args->word[1]);
     if (args->n_words > 2 && !(kind->uses & FF_PLOT_SEVERAL))
         return cli_usage(args, "'%s' shows one model: '%s' is too much", kind->name, args->word[2]);
     const int draws_models = (kind->takes & FF_PLOT_MODELS) != 0, draws_results = (kind->takes & FF_PLOT_RESULTS) != 0;
-    if (first == SOURCE_TABLE) return add_file(args, kind, args->word[1], s);
-    if (first == SOURCE_MODEL && draws_models) return add_expressions(args, c, s);
-    if (first == SOURCE_DOCUMENT && (draws_models || draws_results))
+    if (first == CLI_SOURCE_TABLE) return add_file(args, kind, args->word[1], s);
+    if (first == CLI_SOURCE_MODEL && draws_models) return add_expressions(args, c, s);
+    if (first == CLI_SOURCE_DOCUMENT && (draws_models || draws_results))
         return read_document(args, args->word[1],
                              draws_results || kind->takes & (FF_PLOT_COMPARES | FF_PLOT_TERMS) || !(kind->takes & FF_PLOT_DATA), s);
     return cli_usage(args, "'%s' is drawn of %s, not of %s %s", kind->name, wanted(kind, what, sizeof what),
-                     first == SOURCE_MODEL ? "the model" : "a result,", args->word[1]);
+                     first == CLI_SOURCE_MODEL ? "the model" : "a result,", args->word[1]);
 }
 
 int cli_subject_gather(const cli_args *args, const ff_plot_kind *kind, const ff_plot_choice *c, cli_subject *s)

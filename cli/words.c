@@ -1,5 +1,6 @@
 /* Closed lists of words, most of them from the registries of the library, and the nearest word of a list. */
 #include "internal_flags.h"
+#include "ff_render.h"
 #include "ff_convert.h"
 #include "models/model_struct.h"
 #include "fit/ndf/ndf_struct.h"
@@ -81,6 +82,22 @@ const char *cli_words_table(size_t i)
 const char *cli_words_color(size_t i)
 {
     static const char *const words[] = {"auto", "always", "never"};
+    return i < sizeof words / sizeof *words ? words[i] : NULL;
+}
+
+const char *cli_words_tone(size_t i)
+{
+    return ff_render_tone_name((int)i);
+}
+
+const char *cli_words_background(size_t i)
+{
+    return ff_render_background_name((int)i);
+}
+
+const char *cli_words_environment(size_t i)
+{
+    static const char *const words[] = {"uniform", "sky"};
     return i < sizeof words / sizeof *words ? words[i] : NULL;
 }
 

@@ -3,6 +3,7 @@
 #include "base/internal_options.h"
 #include "ff_interpolate.h"
 #include "fit/problem/internal_problem.h"
+#include "models/tools/internal_sphere.h"
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -31,15 +32,6 @@ void ff_picture_light(size_t k, double light[3])
     light[2] = cos(from_view);
 }
 
-/* v in the frame of a point of the sphere: tangent (0, 1, 0) x n / |.|, bitangent n x tangent, n. */
-static void to_surface(const double n[3], const double v[3], double out[3])
-{
-    const double s = sqrt(n[0] * n[0] + n[2] * n[2]);
-    out[0] = (n[2] * v[0] - n[0] * v[2]) / s;
-    out[1] = (-n[1] * n[0] * v[0] + s * s * v[1] - n[1] * n[2] * v[2]) / s;
-    out[2] = n[0] * v[0] + n[1] * v[1] + n[2] * v[2];
-}
-
 size_t ff_picture_directions(const double light[3], double max_theta, double *const w[6], size_t *pixel)
 {
     static const double view[3] = {0, 0, 1};
@@ -48,13 +40,10 @@ size_t ff_picture_directions(const double light[3], double max_theta, double *co
     size_t count = 0;
     for (size_t j = 0; j < FF_PICTURE_SIZE; j++)
         for (size_t i = 0; i < FF_PICTURE_SIZE; i++) {
-            const double x = (2 * (double)i + 1) / FF_PICTURE_SIZE - 1, y = 1 - (2 * (double)j + 1) / FF_PICTURE_SIZE;
-            const double z2 = 1 - x * x - y * y;
-            if (!(z2 > 0)) continue;
-            const double n[3] = {x, y, sqrt(z2)};
-            double wi[3], wo[3];
-            to_surface(n, light, wi);
-            to_surface(n, view, wo);
+            double n[3], wi[3], wo[3];
+            if (!ff_sphere_point(ff_sphere_x(FF_PICTURE_SIZE, i), ff_sphere_y(FF_PICTURE_SIZE, j), n)) continue;
+            ff_sphere_to_surface(n, light, wi);
+            ff_sphere_to_surface(n, view, wo);
             if (!(wi[2] >= cos_max && wo[2] >= cos_max)) continue;
             for (size_t k = 0; k < 3 && w; k++) w[k][count] = wi[k], w[k + 3][count] = wo[k];
             if (pixel) pixel[count] = j * FF_PICTURE_SIZE + i;

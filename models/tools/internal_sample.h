@@ -52,6 +52,12 @@ typedef struct ff_sample_pairs {
     ff_geometry g;
 } ff_sample_pairs;
 
+/* ---- sample.c -------------------------------------------------------------------------------- */
+
+/* The model itself for given pairs, f [n_channels][ld], 0 at and below the horizon, and the density as ff_sampler_pdf, either of
+ * which may be NULL: what was prepared serves any number of calls. Planes as ff_sampler_pdf. */
+void ff_sampler_values(const ff_sampler *s, size_t n, const double *wo, const double *wi, double *pdf, double *f, size_t ld);
+
 /* ---- sample_radial.c: normals of any distribution -------------------------------------------- */
 
 /* Makes the table of a lobe: from where 1e-14 of the mass lies inside to where that is left outside. FF_ERR_MEMORY; k->radial.node

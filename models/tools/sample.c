@@ -315,3 +315,34 @@ void ff_sampler_pdf(const ff_sampler *s, size_t n, const double *wo, const doubl
         mixture(s, &b, &share, pdf + first);
     }
 }
+
+/* Not a part of its caller, which has the pairs on its stack. */
+static __attribute__((noinline)) void values_of_block(const ff_sampler *s, const ff_sample_pairs *b, double *f, size_t ld)
+{
+    const ff_prepared *p = &s->prepared;
+    ff_block t;
+    t.d = NULL;
+    p->kernels->block_shape(p, &b->g, b->n, &t);
+    for (size_t c = 0; c < p->n_channels; c++) {
+        p->kernels->block_value(p, &b->g, b->n, c, &t, f + c * ld);
+        for (size_t i = 0; i < b->n; i++)
+            if (!(b->w[2][i] > FF_COS_MIN && b->w[5][i] > FF_COS_MIN)) f[c * ld + i] = 0;
+    }
+}
+
+void ff_sampler_values(const ff_sampler *s, size_t n, const double *wo, const double *wi, double *pdf, double *f, size_t ld)
+{
+    for (size_t first = 0; first < n; first += FF_BLOCK) {
+        ff_sample_pairs b;
+        b.n = n - first < FF_BLOCK ? n - first : FF_BLOCK;
+        load(&b, 3, wo, first, ld);
+        load(&b, 0, wi, first, ld);
+        pairs_geometry(s, &b);
+        if (pdf) {
+            shares share;
+            shares_of(s, &b, &share);
+            mixture(s, &b, &share, pdf + first);
+        }
+        if (f) values_of_block(s, &b, f + first, ld);
+    }
+}

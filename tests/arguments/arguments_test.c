@@ -180,6 +180,67 @@ static ff_status difference(const scene *s, const double *shape, const double *c
     return untouched(ff_picture_difference(s->picture, s->model, shape, channel, &out, &err), out);
 }
 
+enum { BALL = 3 }; /* pixels of a side */
+
+/* Three channels of the scene's two, or as many as are asked for of them. */
+static ff_status ball(const scene *s, const ff_table *t, const ff_render_options *o, size_t n_channels, const double *shape,
+                      const double *channel)
+{
+    float rgba[4 * BALL * BALL] = {-7};
+    double own[3 * N_CHANNEL_MOST];
+    ff_render_options small;
+    ff_render_options_init(&small);
+    small.pixels = BALL;
+    small.samples = 2;
+    small.threads = 1;
+    for (size_t c = 0; c < 3; c++) memcpy(own + c * s->n_channel, channel + (c > 0) * s->n_channel, s->n_channel * sizeof *own);
+    const ff_status status = t ? ff_render_table(t, s->model, n_channels, shape, own, o ? o : &small, rgba, NULL, &err)
+                               : ff_render_model(s->model, n_channels, shape, own, o ? o : &small, rgba, NULL, &err);
+    return status && rgba[0] != -7 ? TOUCHED : status;
+}
+
+static ff_status environment(size_t nx, size_t ny, double red, double turn)
+{
+    const float rgb[3 * 4] = {(float)red, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1};
+    NEW(ff_environment, ff_environment_free, ff_environment_new(nx, ny, rgb, turn, &out, &err))
+}
+
+static ff_status sky(double elevation, double turbidity, double ground, double turn)
+{
+    NEW(ff_environment, ff_environment_free, ff_environment_sky(elevation, turbidity, ground, turn, &out, &err))
+}
+
+/* A direction, or two numbers to draw one by, of a small environment: what comes of any of them is finite. */
+static ff_status in_environment(double x, int draws)
+{
+    const float rgb[3 * 4] = {1, 2, 3};
+    double v[3] = {x, 0.5, 0.5}, w[3], L[3] = {0}, pdf = 0;
+    ff_environment *e;
+    if (ff_environment_new(2, 2, rgb, 0, &e, &err)) return FF_ERR_INTERNAL;
+    if (draws)
+        ff_environment_draw(e, 1, v, w, L, &pdf, 1);
+    else
+        ff_environment_look(e, 1, v, L, &pdf, 1);
+    ff_environment_free(e);
+    return isfinite(pdf) && isfinite(L[0]) ? FF_OK : TOUCHED;
+}
+
+static ff_status exr_layers(size_t n)
+{
+    const float rgba[4] = {1, 1, 1, 1};
+    const ff_render_cell cell = {rgba, NULL, FF_CELL_PICTURE};
+    ff_render_sheet one;
+    ff_render_layer layer[64];
+    char name[64][8];
+    ff_render_sheet_init(&one);
+    one.pixels = one.n = 1;
+    for (size_t k = 0; k < 64; k++) {
+        snprintf(name[k], sizeof name[k], "l%zu", k);
+        layer[k] = (ff_render_layer){name[k], &cell};
+    }
+    return ff_render_exr("/dev/null", &one, n, layer, &err);
+}
+
 enum {
     WITH_CHECK,
     WITH_CLAIMS,
@@ -190,6 +251,8 @@ enum {
     WITH_SAMPLER,
     WITH_SIMULATE,
     WITH_START,
+    WITH_BALL,
+    WITH_BALL_OF_TABLE,
     WITH_PICTURE
 };
 
@@ -215,6 +278,10 @@ static ff_status with(const scene *s, int what, const double *shape, const doubl
         return simulate(s, N_CHANNELS, shape, channel);
     case WITH_START:
         return start(s, shape, channel);
+    case WITH_BALL:
+        return ball(s, NULL, NULL, 3, shape, channel);
+    case WITH_BALL_OF_TABLE:
+        return ball(s, s->grey, NULL, 3, shape, channel);
     default:
         return difference(s, shape, channel);
     }
@@ -362,6 +429,14 @@ static void init_resample(const scene *s, void *o)
     ff_resample_options_init(o);
 }
 
+static void init_render(const scene *s, void *o)
+{
+    (void)s;
+    ff_render_options_init(o);
+    ((ff_render_options *)o)->pixels = BALL;
+    ((ff_render_options *)o)->threads = 1;
+}
+
 static void init_read(const scene *s, void *o)
 {
     (void)s;
@@ -371,6 +446,7 @@ static void init_read(const scene *s, void *o)
 #define INIT_ff_ndf_options      init_ndf
 #define INIT_ff_simulate_options init_simulate
 #define INIT_ff_resample_options init_resample
+#define INIT_ff_render_options   init_render
 #define INIT_ff_read_options     init_read
 
 /* ---- the list -------------------------------------------------------------------------------- */

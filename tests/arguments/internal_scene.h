@@ -11,6 +11,7 @@
 #include "ff_ndf.h"
 #include "ff_picture.h"
 #include "ff_profile_file.h"
+#include "ff_render.h"
 #include "ff_resample.h"
 #include "ff_rgl.h"
 #include "ff_sample.h"
@@ -27,7 +28,7 @@ typedef struct scene {
     ff_model *model;                                                  /* ggx+lambert, whose parameters are these */
     double shape[N_SHAPE_MOST], channel[N_CHANNELS * N_CHANNEL_MOST]; /* [n_shape], [n_channels][n_channel] */
     size_t n_shape, n_channel;
-    ff_table *table;
+    ff_table *table, *grey; /* grey: the mean of its channels */
     size_t n;
     ff_fit_options options, robust; /* of one thread */
     ff_problem *problem, *robust_problem, *ndf_problem;
@@ -73,6 +74,7 @@ static int scene_make(scene *s)
     const ff_model *both[2] = {s->model, beckmann};
     if (!status) status = ff_noise_new(level, N_CHANNELS, 0, 0, &s->noise, &err);
     if (!status) status = ff_simulate(s->model, N_CHANNELS, s->shape, s->channel, &made, &s->table, &err);
+    if (!status) status = ff_table_reduce(s->table, "mean", &s->grey, &err);
     s->options.weighting = s->robust.weighting = FF_WEIGHT_SAMPLE;
     if (!status) status = ff_problem_new(s->table, both, 2, &s->options, &s->problem, &err);
     for (int k = 0; k < 2 && !status; k++) status = ff_problem_fit(s->problem, both[k], &s->options, &s->fit[k], &err);
@@ -105,6 +107,7 @@ static void scene_free(scene *s)
     ff_problem_free(s->robust_problem);
     ff_problem_free(s->problem);
     ff_table_free(s->table);
+    ff_table_free(s->grey);
     ff_noise_free(s->noise);
     ff_model_free(s->model);
 }

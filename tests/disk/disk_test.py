@@ -61,6 +61,8 @@ def main():
                   ("fit --residuals exr", ["fit", "in.csv", "--residuals", "out.exr"], "out.exr"),
                   ("simulate", ["simulate", "ggx", "--grid", "goniometer:30", "--format", "csv", "-o", "out"], "out"),
                   ("ndf", ["ndf", "in.csv", "-o", "out"], "out"),
+                  ("render png", ["render", "in.csv", "--size", "8", "-o", "out.png"], "out.png"),
+                  ("render exr", ["render", "in.csv", "--size", "8", "-o", "out.exr"], "out.exr"),
                   ("info --json", ["info", "in.csv", "--json", "out"], "out")]
         for name, words, target in lines:
             put(target, OLD)

@@ -67,7 +67,8 @@ def flags_of(program):
 PLAIN = {"fit": ["good.csv"], "compare": ["good.csv", "--ndf", "ggx", "--masking", "smith-separable"], "ndf": ["good.csv", "-o", "out"], "info": ["good.csv"],
          "eval": ["ggx"], "simulate": ["ggx", "-o", "out", "--format", "csv", "--grid", "goniometer:30"], "furnace": ["ggx"], "resample": ["good.csv", "out"],
          "convert": ["--from", "beckmann", "--to", "phong", "m=0.25"], "sample": ["ggx", "--theta", "30", "-n", "5"], "models": [], "formats": [], "man": [],
-         "completion": ["bash"], "plot": ["slice", "good.csv", "-o", "out.svg"]}
+         "completion": ["bash"], "plot": ["slice", "good.csv", "-o", "out.svg"],
+         "render": ["ggx", "--size", "8", "--samples", "4", "-o", "out.png"]}
 
 
 def lay_out(folder, program):

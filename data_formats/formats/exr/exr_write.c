@@ -1,13 +1,9 @@
 /* A table as an OpenEXR image, without compression; docs/exr.md. Numbers in 1/sr. */
-#define _GNU_SOURCE
-#include "base/internal_output.h"
 #include "internal_exr.h"
 #include "base/internal_bytes.h"
-#include "base/internal_errno.h"
 #include "base/internal_input.h"
 #include "base/internal_number.h"
 #include "data_formats/table/internal_table.h"
-#include <errno.h>
 #include <float.h>
 #include <math.h>
 #include <stdlib.h>
@@ -32,12 +28,7 @@ typedef struct writer {
     const char *path;
     ff_error *err;
     const ff_table *t;
-    ff_output out;
-    FILE *file; /* out.file, or a scratch file where that has no positions */
-    uint64_t position;
-    int broken; /* a write has failed */
-    ff_exr_io io;
-    exr_context_t context;
+    exr_context_t context; /* of the output */
     size_t width, height;
     source *sources;
     size_t n_sources;
@@ -274,75 +265,17 @@ static exr_result_t write_line(writer *w, size_t y)
     return exr_write_scanline_chunk(w->context, 0, (int)y, w->line, (uint64_t)(to - w->line));
 }
 
-static ff_status write_image(writer *w)
+/* An ff_exr_body of a writer. */
+static ff_status write_image(ff_exr_output *out, void *context)
 {
+    writer *w = context;
+    w->context = out->context;
     w->numbers = malloc(w->n_sources * w->width * sizeof *w->numbers);
     w->line = malloc(2 * w->n_sources * w->width * 4);
     if (!w->numbers || !w->line) return no_memory(w);
     exr_result_t r = write_header(w);
-    for (size_t y = 0; y < w->height && r == EXR_ERR_SUCCESS && !w->broken; y++) r = write_line(w, y);
-    if (w->broken) return FF_OK; /* ff_output_commit says why */
-    return r == EXR_ERR_SUCCESS ? FF_OK : ff_exr_failed(&w->io, r, w->path, "a table that it can hold", w->err);
-}
-
-/* ---- the file -------------------------------------------------------------------------------- */
-
-static int64_t write_at(exr_const_context_t context, void *user, const void *bytes, uint64_t n, uint64_t offset,
-                        exr_stream_error_func_ptr_t report)
-{
-    writer *w = ((ff_exr_io *)user)->out;
-    if (!w->broken && offset != w->position) w->broken = fseeko(w->file, (off_t)offset, SEEK_SET) != 0;
-    if (!w->broken) w->broken = fwrite(bytes, 1, n, w->file) != n;
-    w->position = offset + n;
-    if (!w->broken) return (int64_t)n;
-    report(context, EXR_ERR_WRITE_IO, "cannot be written");
-    return -1;
-}
-
-/* A pipe gets the file when it is finished: the list of chunks stands before them and is written last. */
-static ff_status copy_scratch(writer *w)
-{
-    unsigned char block[1 << 14];
-    size_t n;
-    int failed = fflush(w->file) != 0 || fseeko(w->file, 0, SEEK_SET) != 0;
-    while (!failed && (n = fread(block, 1, sizeof block, w->file)) > 0) fwrite(block, 1, n, w->out.file);
-    failed |= ferror(w->file) != 0;
-    if (!failed) return FF_OK;
-    return ff_error_set(w->err, FF_ERR_WRITE, w->path, 0, -1, "the scratch file cannot be used: %s",
-                        ff_errno_text(errno, (char[FF_ERRNO_TEXT]){""}));
-}
-
-static ff_status write_context(writer *w)
-{
-    exr_context_initializer_t init = ff_exr_initializer(&w->io);
-    init.write_fn = write_at;
-    exr_result_t r = exr_start_write(&w->context, w->path, EXR_WRITE_FILE_DIRECTLY, &init);
-    if (r != EXR_ERR_SUCCESS) {
-        ff_exr_finish(&w->context);
-        return ff_exr_failed(&w->io, r, w->path, "to start an image", w->err);
-    }
-    const ff_status status = write_image(w);
-    r = ff_exr_finish(&w->context);
-    if (status == FF_OK && r != EXR_ERR_SUCCESS && !w->broken)
-        return ff_exr_failed(&w->io, r, w->path, "to finish the image", w->err);
-    return status;
-}
-
-static ff_status write_output(writer *w)
-{
-    ff_status status = ff_output_open(w->path, &w->out, w->err);
-    if (status != FF_OK) return status;
-    const int scratch = !w->out.temporary;
-    w->file = scratch ? tmpfile() : w->out.file;
-    if (!w->file)
-        status = ff_error_set(w->err, FF_ERR_WRITE, w->path, 0, -1, "no scratch file can be made: %s",
-                              ff_errno_text(errno, (char[FF_ERRNO_TEXT]){""}));
-    if (status == FF_OK) status = write_context(w);
-    if (status == FF_OK && scratch) status = copy_scratch(w);
-    if (scratch && w->file) fclose(w->file);
-    if (status == FF_OK) return ff_output_commit(&w->out, w->err);
-    ff_output_abort(&w->out);
-    return status;
+    for (size_t y = 0; y < w->height && r == EXR_ERR_SUCCESS && !out->broken; y++) r = write_line(w, y);
+    return ff_exr_output_result(out, r, "a table that it can hold");
 }
 
 /* ---- what can be written --------------------------------------------------------------------- */
@@ -400,14 +333,13 @@ static void choose_size(writer *w)
 ff_status ff_exr_write(const char *path, const ff_table *t, ff_error *err)
 {
     writer w = {.path = path, .err = err, .t = t};
-    w.io.out = &w;
     ff_status status = check_writable(&w);
     if (status == FF_OK) {
         choose_size(&w);
         status = make_sources(&w);
     }
     if (status == FF_OK) status = check_floats(&w);
-    if (status == FF_OK) status = write_output(&w);
+    if (status == FF_OK) status = ff_exr_output_write(path, write_image, &w, err);
     free(w.sources);
     free(w.parts);
     free(w.numbers);

@@ -1,6 +1,7 @@
 /** @file internal_exr.h  Tables in OpenEXR images: what the files of this format share. The layout is in docs/exr.md. */
 #ifndef FF_INTERNAL_EXR_H
 #define FF_INTERNAL_EXR_H
+#include "base/internal_output.h"
 #include "data_formats/table/table_struct.h"
 #include <openexr.h>
 
@@ -111,4 +112,41 @@ exr_context_initializer_t ff_exr_initializer(ff_exr_io *io);
 exr_result_t ff_exr_finish(exr_context_t *context);
 /** The status of an OpenEXRCore result that is not EXR_ERR_SUCCESS, with its message. */
 ff_status ff_exr_failed(const ff_exr_io *io, exr_result_t result, const char *path, const char *expected, ff_error *err);
+/* ---- exr_output.c: an image on its way into a file ------------------------------------------- */
+
+/** What is between the opening of an output and its end. */
+typedef struct ff_exr_output {
+    const char *path; /**< the caller's */
+    ff_error *err;    /**< the caller's */
+    ff_output out;
+    FILE *file; /**< out.file, or a scratch file where that has no positions */
+    uint64_t position;
+    int broken; /**< a write has failed: nothing more is to be written */
+    ff_exr_io io;
+    exr_context_t context;
+} ff_exr_output;
+
+/** Writes header and pixels into out->context. */
+typedef ff_status ff_exr_body(ff_exr_output *out, void *context);
+/** Opens path, has the body write, commits; nothing is left behind when anything fails. FF_ERR_WRITE, or what the body says. */
+ff_status ff_exr_output_write(const char *path, ff_exr_body *body, void *context, ff_error *err);
+/** What a body returns: FF_OK also for an output that is broken, which the commit reports. */
+ff_status ff_exr_output_result(const ff_exr_output *out, exr_result_t result, const char *expected);
+
+/* ---- exr_picture.c --------------------------------------------------------------------------- */
+
+/** A channel of a picture: pixel (x, y) is at[(y width + x) stride]. */
+typedef struct ff_exr_samples {
+    const char *name; /**< each once, at most 255 bytes */
+    const float *at;
+    size_t stride;
+} ff_exr_samples;
+
+typedef struct ff_exr_picture {
+    size_t width, height, n;
+    const ff_exr_samples *samples; /**< [n] */
+} ff_exr_picture;
+
+/** FF_ERR_WRITE, FF_ERR_MEMORY. */
+ff_status ff_exr_picture_write(const char *path, const ff_exr_picture *p, ff_error *err);
 #endif
