@@ -37,6 +37,7 @@ static ff_status write_page(const void *context, FILE *out)
     ff_html_samples_json(&j, s, d->v);
     ff_status status = ff_html_models_json(&j, s, d->v);
     if (!status && s->models == 1) status = ff_html_start_json(&j, s);
+    if (!status && s->models == 1) status = ff_html_sphere_json(&j, s);
     ff_json_close(&j);
     return status;
 }
@@ -166,6 +167,7 @@ static void put_fit(ff_page *p, const page_data *d)
     const ff_html_subject *s = d->s;
     const ff_plot_subject of = ff_html_plot_subject(s, &s->model[s->shown], 1);
     ff_html_verdict(p, s);
+    ff_html_spheres(p, s);
     put_slices(p, s, &of);
     put_half_angles(p, s, &of);
     put_residuals(p, s, &of);

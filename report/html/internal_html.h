@@ -69,6 +69,10 @@ ff_status ff_html_start_json(ff_json *j, const ff_html_subject *s);
 ff_status ff_html_cut_offs(const ff_html_subject *s, ff_figure *fig, ff_error *err);
 ff_status ff_html_losses(const ff_html_subject *s, ff_figure *fig, ff_error *err);
 
+/* spheres.c: pictures of data, model and difference; "sphere" of the open object: the data over half and difference angle. */
+void ff_html_spheres(ff_page *p, const ff_html_subject *s);
+ff_status ff_html_sphere_json(ff_json *j, const ff_html_subject *s);
+
 /* differ.c: two models over incidence and view in the plane of incidence, in standard deviations of a sample, or relative. */
 ff_status ff_html_differ(const ff_html_subject *s, size_t a, size_t b, ff_figure *fig, ff_error *err);
 

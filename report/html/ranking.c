@@ -69,7 +69,7 @@ void ff_html_ranking(ff_page *p, const ff_html_subject *s)
         return;
     }
     ff_page_format(p,
-                   "<div class=\"scroll\" tabindex=\"0\" role=\"region\" aria-label=\"Ranking\"><table id=\"ranking-table\" "
+                   "<div class=\"scroll\" tabindex=\"0\" role=\"region\" aria-label=\"All fits\"><table id=\"ranking-table\" "
                    "class=\"sortable\"><caption>%zu fits; * the simplest that is not told apart from the best, ~ not told apart "
                    "either</caption>\n<thead><tr>",
                    s->r->n_fits);

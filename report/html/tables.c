@@ -168,12 +168,14 @@ static void put_parameter(ff_page *p, const char *name, const ff_model_param *pa
 
 void ff_html_parameters(ff_page *p, const ff_html_subject *s, size_t fit)
 {
-    static const char *const head[] = {"parameter", "value", "standard error", "95 % interval", "bounds", "start",
-                                       "unit",      "",      "meaning"};
+    static const char *const head[] = {"parameter", "value", "standard error", "95 % interval", "bounds",
+                                       "start",     "unit",  "remark",         "meaning"};
     const ff_fit_result *f = &s->r->fit[fit];
     char name[FF_REPORT_NAME];
-    ff_page_format(
-        p, "<div class=\"scroll\" tabindex=\"0\" role=\"region\" aria-label=\"Parameters\"><table class=\"parameters\"><caption>");
+    ff_page_format(p,
+                   "<div class=\"scroll\" tabindex=\"0\" role=\"region\" aria-label=\"Values of fit %zu\"><table "
+                   "class=\"parameters\"><caption>",
+                   fit + 1);
     ff_page_text(p, s->model[fit].label);
     ff_page_format(p, "</caption>\n");
     put_head(p, head, sizeof head / sizeof *head);

@@ -177,7 +177,8 @@ const Plots = (() => {
     function drawSlice() {
         const slice = page.slices[state.slice], k = state.channel, index = [...Array(slice.n).keys()].map(i => slice.first + i).filter(i => S.values[k][i] !== null);
         const fitted = index.filter(used), others = index.filter(i => !used(i) && geometry[i]), y = fitted.map(i => S.values[k][i]);
-        const log = state.log === null ? wantsLog(y) : state.log, first = state.views[0];
+        const log = state.log === null ? wantsLog(y) : state.log, box = Page.byId("logarithmic"), first = state.views[0];
+        if (box) box.checked = log;
         const sd = fitted.map(i => first ? sigmaAt(first.model, k, i) : NaN);
         const series = [
             {kind: "points", name: "data", x: fitted.map(i => view_angle[i]), y, low: y.map((v, i) => v - sd[i]), high: y.map((v, i) => v + sd[i]), colour: 6, lit: j => lit(fitted[j])}];
@@ -308,10 +309,6 @@ const Plots = (() => {
             say();
         }
         const log = Page.make("input", {type: "checkbox", id: "logarithmic", onchange: e => { state.log = e.target.checked; changed("slice"); }});
-        if (slices) {
-            const y = S.values[state.channel].slice(page.slices[0].first, page.slices[0].first + page.slices[0].n);
-            log.checked = wantsLog(y);
-        }
         controls.append(Page.make("label", {}, log, "logarithmic"));
         if (page.channels.length > 1) {
             const select = Page.make("select", {id: "channel", onchange: e => { state.channel = Number(e.target.value); changed("channel"); }}, ...page.channels.map((c, k) => Page.make("option", {value: k}, c.name)));
