@@ -54,18 +54,12 @@ const Page = (() => {
     const csvCell = x => { const text = x === null || x === undefined || Number.isNaN(x) ? "" : String(x); return /[",\n]/.test(text) ? `"${text.replaceAll('"', '""')}"` : text; };
     const csv = rows => rows.map(row => row.map(csvCell).join(",")).join("\n") + "\n";
 
-    /* Colours of the page, so that an SVG that is saved has them too. */
+    /* With the rules of the page for charts, and its colours in the place of their names: an SVG that is saved stands alone. */
     function svgText(svg) {
-        const copied = svg.cloneNode(true), from = [svg, ...svg.querySelectorAll("*")], to = [copied, ...copied.querySelectorAll("*")];
-        from.forEach((e, k) => {
-            const style = getComputedStyle(e);
-            for (const name of ["fill", "stroke", "stroke-width", "stroke-dasharray", "opacity", "font"]) {
-                const value = style.getPropertyValue(name);
-                if (value) to[k].style.setProperty(name, value);
-            }
-        });
-        copied.setAttribute("xmlns", "http://www.w3.org/2000/svg");
-        return new XMLSerializer().serializeToString(copied);
+        const root = getComputedStyle(document.documentElement), rules = [...document.styleSheets[0].cssRules].filter(r => r.selectorText && r.selectorText.includes(".chart")).map(r => r.cssText).join("\n");
+        const copied = svg.cloneNode(true), style = document.createElementNS("http://www.w3.org/2000/svg", "style");
+        if (svg.classList.contains("chart")) { style.textContent = rules; copied.prepend(style); }
+        return new XMLSerializer().serializeToString(copied).replace(/var\((--[\w-]+)\)/g, (_, name) => root.getPropertyValue(name).trim());
     }
 
     /* Several panels as one document. */
