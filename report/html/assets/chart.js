@@ -174,11 +174,13 @@ const Chart = (() => {
         const place = v => chart.log ? Math.log(v / lo) / Math.log(hi / lo) : (v - lo) / (hi - lo);
         const w = (box.right - box.left) / chart.nx, h = (box.bottom - box.top) / chart.ny;
         drawAxes(svg, chart, x, y, box);
+        const group = element("g", {"shape-rendering": "crispEdges"});
+        svg.append(group);
         chart.z.forEach((v, k) => {
             if (v === null || !Number.isFinite(v) || (chart.log && !(v > 0))) return;
             const rect = element("rect", {x: short(box.left + (k % chart.nx) * w), y: short(box.bottom - (Math.floor(k / chart.nx) + 1) * h), width: short(w + 0.3), height: short(h + 0.3), fill: (chart.clip ? diverging : sequential)(hi > lo ? place(v) : 0.5)});
             if (chart.onCell) { rect.dataset.cell = k; rect.style.cursor = "crosshair"; }
-            svg.append(rect);
+            group.append(rect);
         });
         if (chart.brushed >= 0) svg.append(element("rect", {class: "brush", x: short(box.left + (chart.brushed % chart.nx) * w), y: short(box.bottom - (Math.floor(chart.brushed / chart.nx) + 1) * h), width: short(w), height: short(h)}));
         for (let k = 0; k < 24; k++) svg.append(element("rect", {x: box.right + 10, y: short(box.bottom - (k + 1) * (box.bottom - box.top) / 24), width: 10, height: short((box.bottom - box.top) / 24 + 0.3), fill: (chart.clip ? diverging : sequential)((k + 0.5) / 24)}));

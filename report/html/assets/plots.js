@@ -215,9 +215,9 @@ const Plots = (() => {
             });
             const tx = [], ty = [];
             for (let d = 0; d < 90; d += 0.5) { tx.push(d); ty.push(F.D(Model.pair(d * RAD, 0, d * RAD, 0))); }
-            const most = Math.max(...ty);
+            const most = Math.max(...ty), others = state.views.slice(1).filter(v => v.live && v.function_(k).D).map(v => ({kind: "line", name: v.name, x: tx, y: tx.map(d => v.function_(k).D(Model.pair(d * RAD, 0, d * RAD, 0))), colour: v.colour, dash: 1}));
             charts.push({title: "D: of the model, and as the data have it", x: axis, y: {label: "D, 1/sr", log: true, lo: Math.max(1e-6 * most, Math.min(...ty.filter(v => v > 0))), hi: 2 * most},
-                series: [{kind: "points", name: "data", x, y: implied, colour: 6, radius: 1.6, lit: litAt}, {kind: "line", name: view.name, x: tx, y: ty, colour: view.colour}]});
+                series: [{kind: "points", name: "data", x, y: implied, colour: 6, radius: 1.6, lit: litAt}, {kind: "line", name: view.name, x: tx, y: ty, colour: view.colour}, ...others]});
             const factor = (title, label, of) => {
                 const fy = tx.map(of);
                 charts.push({title, x: {label, lo: 0, hi: 90, angle: true}, y: {label: title, lo: 0, hi: 1.04 * Math.max(1, ...fy)}, height: 240, series: [{kind: "line", name: view.name, x: tx, y: fy, colour: view.colour}]});
@@ -260,14 +260,16 @@ const Plots = (() => {
     }
 
     function drawImages() {
-        const k = state.channel, data = cellMeans(S.values[k]), charts = [], view = state.views[0], f = view ? view.atSamples(k) : null;
-        const model = f ? cellMeans(f) : null, both = [...data, ...(model || [])].filter(v => v > 0), range = [Math.min(...both), Math.max(...both)];
+        const k = state.channel, data = cellMeans(S.values[k]), charts = [], models = state.views.map(v => v.atSamples(k)).map(f => f ? cellMeans(f) : null);
+        const positive = [...data, ...models.flatMap(m => m || [])].filter(v => v > 0), range = [Math.min(...positive), Math.max(...positive)];
         const base = {x: {label: "θd, degrees", lo: 0, hi: 90}, y: {label: "θh, degrees", lo: 0, hi: 90}, nx: CELLS, ny: CELLS, brushed: state.cell, onCell: brush};
         charts.push({...base, title: `data${channelName(k)}, 1/sr`, z: data, log: true, range});
-        if (model) {
-            charts.push({...base, title: `${view.name}, 1/sr`, z: model, log: true, range});
-            charts.push({...base, title: "(model − data) / data", z: data.map((d, c) => d > 0 && model[c] !== null ? (model[c] - d) / d : null), clip: 0.5});
-        }
+        models.forEach((model, n) => {
+            const name = state.views[n].name;
+            if (!model) return;
+            if (models.length === 1) charts.push({...base, title: `${name}, 1/sr`, z: model, log: true, range});
+            charts.push({...base, title: `(${name} − data) / data`, z: data.map((d, c) => d > 0 && model[c] !== null ? (model[c] - d) / d : null), clip: 0.5});
+        });
         const nodes = charts.map((c, n) => {
             const svg = Chart.cells({...c, label: `${c.title}: half angle against difference angle. Arrow keys move the brush, Escape lifts it.`});
             svg.setAttribute("tabindex", "0");
