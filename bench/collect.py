@@ -178,6 +178,14 @@ def readers(build, items):
     return {f["format"]: f for f in files}
 
 
+def renders(build, items):
+    """Pictures of 512 x 512 pixels: under a light, and under a sky with 256 samples a pixel; by the program, from start to exit."""
+    out = os.path.join(build, "bench", "ball.exr")
+    line = [os.path.join(build, "bin", "facetfit"), "render", "ggx+lambert", "--set", "alpha=0.2,f0=0.05,kd=0.1:0.3:0.5", "-o", out]
+    for name, more in (("light", []), ("environment", ["--environment", "sky"])):
+        items[f"render.{name}.wall"] = item([measured_process(line + more)[0] for _ in range(ROUNDS)], "s")
+
+
 def ratio(value, target, unit, at_least):
     return {"value": value, "target": target, "sense": "at least" if at_least else "at most", "unit": unit,
             "met": value >= target if at_least else value <= target}
@@ -199,6 +207,7 @@ def main(argv):
     spectra = channels(bench, items)
     merl_info = merl(build, items)
     read = readers(build, items)
+    renders(build, items)
 
     def median(name):
         return items[name]["median"]
@@ -219,6 +228,8 @@ def main(argv):
         "pass_closed_form": ratio(slowest[False][1], 3, "ggx passes", False),
         "pass_integral": ratio(slowest[True][1], 8, "ggx passes", False),
         "channels_121_over_8": ratio(spectra, 1.2, "time per channel", False),
+        "render_light": ratio(median("render.light.wall"), 0.1, "s", False),
+        "render_environment": ratio(median("render.environment.wall"), 5, "s", False),
         "read_slowest_text": ratio(min(read[f]["mb_per_s"] for f in TEXT_FORMATS), 150, "MB/s", True),
     }
     for name in ("merl", "exr", "rgl"):

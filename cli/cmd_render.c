@@ -1,4 +1,4 @@
-/* facetfit render SUBJECT... -o FILE: pictures of a lit sphere. */
+/* facetfit render SOURCE... -o FILE: pictures of a lit sphere. */
 #include "internal_rendering.h"
 #include <math.h>
 #include <stdlib.h>

@@ -61,8 +61,8 @@ FF_API ff_status ff_environment_new(size_t nx, size_t ny, const float *rgb, doub
 FF_API ff_status ff_environment_read(const char *path, double turn, ff_environment **out, ff_error *err);
 
 /** Clear sky (Preetham, Shirley and Smits 1999, "A practical analytic model for daylight", appendix A.2) above a grey ground.
- *  @param elevation  of the sun above the horizon, radians in [0, pi/2]; it stands at the azimuth a = -3 pi / 4 before the turn: in
- *                    front of the sphere, to the left. The sun itself is not in it: a light has to be added
+ *  @param elevation  of the sun above the horizon, radians in [0, pi/2], a rounding more is taken; it stands at the azimuth a = -3
+ * pi / 4 before the turn: in front of the sphere, to the left. The sun itself is not in it: a light has to be added
  *  @param turbidity  haze, in [2, 10]; 2 is a very clear sky
  *  @param ground     reflectance of the ground in [0, 1], which is lit by the sky alone
  *  Scaled so that the sky lights a horizontal surface with the irradiance pi (weights of Rec. 709). FF_ERR_RANGE, FF_ERR_MEMORY. */

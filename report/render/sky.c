@@ -5,6 +5,7 @@
  *
  * t the angle from the zenith, g that from the sun, t_s the sun's angle from the zenith. */
 #include "internal_render.h"
+#include "base/internal_options.h"
 #include <math.h>
 #include <stdlib.h>
 
@@ -98,8 +99,8 @@ static void paint_sky(const sky *s, float *rgb, double irradiance[3])
 ff_status ff_environment_sky(double elevation, double turbidity, double ground, double turn, ff_environment **out, ff_error *err)
 {
     double irradiance[3] = {0};
-    if (!(elevation >= 0 && elevation <= 0.5 * pi + 1e-12) || !(turbidity >= 2 && turbidity <= 10) ||
-        !(ground >= 0 && ground <= 1) || !(fabs(turn) <= 1e9))
+    if (!(elevation >= 0 && elevation <= FF_HORIZON) || !(turbidity >= 2 && turbidity <= 10) || !(ground >= 0 && ground <= 1) ||
+        !(fabs(turn) <= 1e9))
         return ff_error_set(
             err, FF_ERR_RANGE, NULL, 0, -1,
             "a sky of elevation %g, turbidity %g, ground %g, turn %g: expected 0 to pi/2, 2 to 10, 0 to 1, -1e9 to 1e9", elevation,

@@ -5,6 +5,7 @@
  * The values of one probe are tried in a process that is split off, which has a processor time for each: what hangs or crashes is
  * one failure, and the rest goes on. */
 #include "internal_scene.h"
+#include <float.h>
 #include <limits.h>
 #include <signal.h>
 #include <stddef.h>
@@ -199,9 +200,16 @@ static ff_status ball(const scene *s, const ff_table *t, const ff_render_options
     return status && rgba[0] != -7 ? TOUCHED : status;
 }
 
+/* A float that is no nearer to the legal ones than x. */
+static float as_float(double x)
+{
+    if (fabs(x) > (double)FLT_MAX) return (float)copysign(INFINITY, x);
+    return x != 0 && (float)x == 0 ? copysignf(FLT_TRUE_MIN, (float)x) : (float)x;
+}
+
 static ff_status environment(size_t nx, size_t ny, double red, double turn)
 {
-    const float rgb[3 * 4] = {(float)red, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1};
+    const float rgb[3 * 4] = {as_float(red), 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1};
     NEW(ff_environment, ff_environment_free, ff_environment_new(nx, ny, rgb, turn, &out, &err))
 }
 

@@ -38,7 +38,7 @@ def refused(status, says, *args, output="new.png"):
 
 
 def words():
-    refused(USAGE, "SUBJECT", output=None)
+    refused(USAGE, "SOURCE", output=None)
     refused(USAGE, "-o is missing", "ggx", output=None)
     for name in ("a", "a.jpg", "png", ".png", "a.PNG", "-", "a.png.gz"):
         refused(USAGE, ".png or .exr", "ggx", output=name)

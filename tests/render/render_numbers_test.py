@@ -206,6 +206,26 @@ def against_quadrature(words, w, omega, L, what, floor):
     print(f"{what}: within {worst:.1e} of quadrature, error {error:.1e}")
 
 
+def in_a_mirror(words, radiance, what):
+    """A nearly smooth conductor that reflects all shows the sky itself: pixels are means of what is in the mirror direction."""
+    size = 64
+    rows, image = render("ggx", "--set", "alpha=0.01,f0=1", *words, "--size", str(size), "--samples", "1024", "-o", "a.exr")
+    sub = (np.arange(6) + 0.5) / 6
+    row, column = np.divmod(np.arange(0, size * size, 7), size)
+    x = 2 * (column[:, None, None] + sub[None, None, :] + 0 * sub[None, :, None]) / size - 1
+    y = 1 - 2 * (row[:, None, None] + sub[None, :, None] + 0 * sub[None, None, :]) / size
+    n, view, _ = sphere(x, y, 0)
+    towards = 2 * dot(n, view)[..., None] * n - view
+    looked_at = (x * x + y * y).max((1, 2)) < 0.9
+    looked_at &= np.abs(towards[..., 1]).min((1, 2)) > 0.1  # not across the horizon
+    want = radiance(towards).mean((1, 2))
+    got = np.stack([image[c].ravel()[np.arange(0, size * size, 7)] for c in "RGB"], -1)
+    off = np.abs(got - want)[looked_at]
+    median = np.median(off / want[looked_at])
+    print(f"{what} in a mirror: median deviation {median:.1e}, 95 % within {np.quantile(off / want[looked_at], 0.95):.1e}")
+    check(looked_at.sum() > 150 and median < 0.004 and (off < 0.02 * want[looked_at] + 6 * rows[0]["error"]).all(), f"{what} in a mirror: {median}")
+
+
 def the_sky_is_preethams():
     w, omega = directions(180, 360)
     for elevation, T, ground in ((35, 3, 0.2), (10, 6, 0.5)):
@@ -215,6 +235,7 @@ def the_sky_is_preethams():
         L = np.where(w[..., 1:2] > 0, L, ground / math.pi * E) * scale
         words = ["--environment", f"sky:{elevation}:{T}:{ground}"]
         against_quadrature(words if elevation != 35 else ["--environment", "sky"], w, omega, L, f"sky {elevation}, {T}", 0.02)
+        in_a_mirror(words, lambda d: np.where(d[..., 1:2] > 0, preetham(d, math.radians(elevation), T), ground / math.pi * E) * scale, f"sky {elevation}, {T}")
         turned = directions(180, 360)[0]
         angle = math.radians(70)  # the sky turned counter-clockwise: what was at w is at w turned
         back = np.stack([turned[..., 0] * math.cos(angle) - turned[..., 2] * math.sin(angle), turned[..., 1], turned[..., 0] * math.sin(angle) + turned[..., 2] * math.cos(angle)], -1)

@@ -116,6 +116,7 @@ eval lambert nothing.csv
 furnace lambert --mu 1,0.5 --set kd=0.5
 ?furnace ggx+beckmann/v-cavity --weak --mu 1,0.5
 sample ggx --set alpha=0.2,f0=0.1:0.2:0.3 --theta 45 -n 10
+render ggx --set alpha=0.2,f0=0.1:0.2:0.3 --environment sky --samples 4 --size 4 -o ball.png
 convert --from beckmann --to ggx m=0.5
 convert --from beckmann --to phong m=0.9
 convert --list
