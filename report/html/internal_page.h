@@ -24,6 +24,9 @@ void ff_page_text(ff_page *p, const char *text);
 void ff_page_format(ff_page *p, const char *format, ...) __attribute__((format(printf, 2, 3))); /* as it is */
 void ff_page_note(ff_page *p, const char *format, ...) __attribute__((format(printf, 2, 3)));   /* a paragraph of text */
 
+/* The command as a shell takes it, the version, and which file it was; sha256 may be NULL. */
+void ff_page_put_command(const ff_report_head *head, const char *sha256, FILE *out);
+
 /* A section with its heading, of which the table of contents knows by its id. */
 void ff_page_section(ff_page *p, const char *id, const char *heading);
 void ff_page_section_end(ff_page *p);

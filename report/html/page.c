@@ -51,6 +51,34 @@ void ff_page_note(ff_page *p, const char *format, ...)
     fputs("</p>\n", p->out);
 }
 
+/* A word as a shell takes it. */
+static void put_word(FILE *out, const char *word)
+{
+    static const char plain[] = "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_./-+=,:@%";
+    if (*word && strspn(word, plain) == strlen(word)) {
+        fputs(word, out);
+        return;
+    }
+    fputc('\'', out);
+    for (; *word; word++) {
+        if (*word == '\'')
+            fputs("'\\''", out);
+        else
+            fputc(*word, out);
+    }
+    fputc('\'', out);
+}
+
+void ff_page_put_command(const ff_report_head *head, const char *sha256, FILE *out)
+{
+    for (size_t i = 0; i < head->n_command; i++) {
+        if (i) fputc(' ', out);
+        put_word(out, head->command[i]);
+    }
+    fprintf(out, "\n# version %s\n", head->version);
+    if (sha256) fprintf(out, "# SHA-256 of the input %s\n", sha256);
+}
+
 /* ---- the frame ------------------------------------------------------------------------------- */
 
 void ff_page_begin(ff_page *p, ff_page_kind kind, const char *title, const char *subtitle)

@@ -26,9 +26,7 @@ static ff_status write_text(const void *context, FILE *out)
 static ff_status write_source(const void *context, FILE *out)
 {
     const table_data *d = context;
-    for (size_t i = 0; i < d->head->n_command; i++) fprintf(out, "%s%s", i ? " " : "", d->head->command[i]);
-    fprintf(out, "\n# version %s\n", d->head->version);
-    if (d->sha256) fprintf(out, "# SHA-256 of the input %s\n", d->sha256);
+    ff_page_put_command(d->head, d->sha256, out);
     return FF_OK;
 }
 

@@ -228,34 +228,10 @@ static ff_status write_references(const void *s, FILE *out)
     return ff_html_references(s, out);
 }
 
-/* A word as a shell takes it. */
-static void put_word(FILE *out, const char *word)
-{
-    static const char plain[] = "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_./-+=,:@%";
-    if (*word && strspn(word, plain) == strlen(word)) {
-        fputs(word, out);
-        return;
-    }
-    fputc('\'', out);
-    for (; *word; word++) {
-        if (*word == '\'')
-            fputs("'\\''", out);
-        else
-            fputc(*word, out);
-    }
-    fputc('\'', out);
-}
-
 static ff_status write_command(const void *context, FILE *out)
 {
     const ff_html_subject *s = context;
-    const ff_report_head *head = &s->r->head;
-    for (size_t i = 0; i < head->n_command; i++) {
-        if (i) fputc(' ', out);
-        put_word(out, head->command[i]);
-    }
-    fprintf(out, "\n# version %s\n", head->version);
-    if (s->sha256) fprintf(out, "# SHA-256 of the input %s\n", s->sha256);
+    ff_page_put_command(&s->r->head, s->sha256, out);
     return FF_OK;
 }
 
