@@ -152,6 +152,9 @@ static int compare(const cli_args *args, cli_fitting *f, const cli_combinations 
         status = look_closer(args, &report, fit, &trust, f);
         if (status == EXIT_DONE) {
             cli_trust_report(&trust, &report);
+            status = cli_page_fits(args, &report);
+        }
+        if (status == EXIT_DONE) {
             status = cli_report(args, &(cli_form){write_json, write_text, write_table, say_warnings}, &report);
         }
         const int outcome = say_outcomes(&report);

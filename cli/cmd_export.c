@@ -78,7 +78,8 @@ static int report(const job *j)
     if (strcmp(j->path, "-")) return cli_write_both(j->args, write_json, write_text, &j->report);
     for (size_t i = 0; i < j->report.n_lost; i++)
         cli_message("%s: lost: %s, %.2g %%", j->report.from, j->report.lost[i].what, 100 * j->report.lost[i].share);
-    return json ? cli_write(json, write_json, &j->report) : EXIT_DONE;
+    const int status = json ? cli_write(j->args, json, write_json, &j->report) : EXIT_DONE;
+    return status == EXIT_DONE ? cli_outputs_commit(j->args) : status;
 }
 
 static int export_refit(job *j, const ff_target *t, const ff_scene_file *file, ff_refit *r)
@@ -97,7 +98,7 @@ static int export_refit(job *j, const ff_target *t, const ff_scene_file *file, f
     j->report.left = r->left;
     j->report.n_lost = r->n_lost;
     j->report.lost = r->lost;
-    const int status = cli_write(j->path, write_scene, &(scene_job){&scene, file});
+    const int status = cli_write(j->args, j->path, write_scene, &(scene_job){&scene, file});
     return status == EXIT_DONE ? report(j) : status;
 }
 
@@ -165,7 +166,7 @@ static int export_code(job *j, int language)
     if (failed != FF_OK) return cli_failed(failed, &err);
     j->report.as = ff_snippet_name((size_t)language);
     j->report.title = "the model as code";
-    const int status = cli_write(j->path, write_code, &c);
+    const int status = cli_write(j->args, j->path, write_code, &c);
     return status == EXIT_DONE ? report(j) : status;
 }
 
@@ -189,7 +190,7 @@ static int export_table(job *j, const ff_format *to)
     const ff_surface *s = &j->surface;
     ff_status failed = ff_simulate_layout_into(s->model, s->n_channels, s->shape, s->channel, to, isa, &t, &err);
     if (failed != FF_OK) return no_table(j, failed, &err);
-    failed = ff_table_write(j->path, to->name, &t, &err);
+    failed = ff_table_write_with(j->path, to->name, &t, j->args->outputs, &err);
     if (failed == FF_OK) cli_notes(j->path, &t);
     snprintf(rounding.what, sizeof rounding.what,
              "between its %zu samples the file says nothing, and whoever reads it interpolates", t.n);

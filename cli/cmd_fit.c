@@ -17,7 +17,7 @@ static ff_status write_text(const void *report, FILE *out)
 static int looks_at_samples(const cli_args *args)
 {
     return cli_given(args, FLAG_BOOTSTRAP) || cli_given(args, FLAG_REACH) || cli_given(args, FLAG_RESIDUALS) ||
-           strcmp(cli_value(args, FLAG_ROBUST, "none"), "none") || cli_given(args, FLAG_JSON) ||
+           strcmp(cli_value(args, FLAG_ROBUST, "none"), "none") || cli_given(args, FLAG_JSON) || cli_given(args, FLAG_HTML) ||
            !strcmp(cli_value(args, FLAG_ERRORS, ""), "incidences") || !strcmp(cli_value(args, FLAG_WEIGHT, ""), "noise");
 }
 
@@ -61,7 +61,8 @@ static int finish(const cli_args *args, cli_fitting *f, ff_fit_result *fit, size
         cli_trust_report(&trust, &report);
         report.adaptive = adaptive;
         report.target = target;
-        status = cli_report(args, &(cli_form){write_json, write_text, write_table, say_warnings}, &report);
+        status = cli_page_fits(args, &report);
+        if (status == EXIT_DONE) status = cli_report(args, &(cli_form){write_json, write_text, write_table, say_warnings}, &report);
         for (size_t i = 0; i < n; i++) {
             const int outcome = cli_fitting_say_outcome(&fit[i]);
             if (status == EXIT_DONE) status = outcome;

@@ -30,7 +30,8 @@ int cmd_info(const cli_args *args)
     const file f = {args, args->word[0], &table};
     int status = cli_read(args, f.path, 0, &table);
     if (status != EXIT_DONE) return status;
-    status = cli_report(args, &(cli_form){write_json, write_text, write_table, NULL}, &f);
+    status = cli_page_table(args, f.path, &table);
+    if (status == EXIT_DONE) status = cli_report(args, &(cli_form){write_json, write_text, write_table, NULL}, &f);
     ff_table_clear(&table);
     return status;
 }

@@ -150,6 +150,10 @@ void cli_rows_end_row(cli_rows *rows);
 int cli_rows_commit(cli_rows *rows);
 void cli_rows_abort(cli_rows *rows);
 
+/* --html F: the page of fits, or of a table. Exit status, EXIT_DONE where the flag is not given. */
+int cli_page_fits(const cli_args *args, const ff_report_fits *report);
+int cli_page_table(const cli_args *args, const char *path, const ff_table *t);
+
 /* ---- signals -----------------------------------------------------------------------------------------------------------------*/
 
 /* From here on a signal that ends the program removes what is written and unfinished first. Ctrl-C is said, and is exit status

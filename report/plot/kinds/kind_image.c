@@ -43,24 +43,27 @@ static void as_residual(ff_figure *fig, ff_series *s)
     s->image.clip = CLIP;
 }
 
-static void fill(const ff_samples *v, size_t cells, double *data, double *model, double *residual)
+/* FF_ERR_MEMORY */
+static ff_status fill(const ff_samples *v, size_t cells, double *data, double *model, double *residual)
 {
     double *sum = calloc(3 * cells * cells + 1, sizeof *sum), *fit = sum ? sum + cells * cells : NULL,
            *n = sum ? fit + cells * cells : NULL;
-    for (size_t i = 0; i < v->n && sum; i++) {
+    if (!sum) return FF_ERR_MEMORY;
+    for (size_t i = 0; i < v->n; i++) {
         const size_t a = (size_t)fmin(v->theta_d[i] / (90 * FF_DEGREE) * (double)cells, (double)cells - 1),
                      b = (size_t)fmin(v->theta_h[i] / (90 * FF_DEGREE) * (double)cells, (double)cells - 1), k = b * cells + a;
         sum[k] += v->value[i];
         if (v->total) fit[k] += v->total[i];
         n[k]++;
     }
-    for (size_t k = 0; k < cells * cells && sum; k++) {
+    for (size_t k = 0; k < cells * cells; k++) {
         if (!(n[k] > 0)) continue;
         data[k] = sum[k] / n[k];
         if (model) model[k] = fit[k] / n[k];
         if (residual && sum[k] > 0) residual[k] = (fit[k] - sum[k]) / sum[k];
     }
     free(sum);
+    return FF_OK;
 }
 
 static ff_status of_data(const ff_plot_subject *s, const ff_plot_choice *c, const ff_plot_channel *channel, ff_figure *fig,
@@ -68,7 +71,7 @@ static ff_status of_data(const ff_plot_subject *s, const ff_plot_choice *c, cons
 {
     ff_samples v;
     const int log = c->log != 0;
-    const ff_status status = ff_samples_make(s, channel, c->isa, &v, err);
+    ff_status status = ff_samples_make(s, channel, c->isa, &v, err);
     if (status) return status;
     const size_t cells = cells_for(v.n);
     ff_series *data = new_image(fig, "data", cells, log), *model = NULL, *residual = NULL;
@@ -78,13 +81,13 @@ static ff_status of_data(const ff_plot_subject *s, const ff_plot_choice *c, cons
         as_residual(fig, residual);
     }
     if (data && (!s->n_models || (model && residual)))
-        fill(&v, cells, data->image.z, model ? model->image.z : NULL, residual ? residual->image.z : NULL);
+        status = fill(&v, cells, data->image.z, model ? model->image.z : NULL, residual ? residual->image.z : NULL);
     ff_figure_note(fig, "means of the samples in cells of %.2g°, over all φ_{d}, up to %.3g° of light and view",
                    90.0 / (double)cells, s->max_theta / FF_DEGREE);
     if (s->n_models) ff_figure_note(fig, "colours of the residual end at ±%g", CLIP);
     if (v.step > 1) ff_figure_note(fig, "one of %zu samples is looked at", v.step);
     ff_samples_free(&v);
-    return FF_OK;
+    return status;
 }
 
 /* phi_d = 90 degrees, as is usual; light and view at the horizon are left out. */

@@ -1,0 +1,11 @@
+# cmake -DOUT=FILE -DFILES=FILE;... -P embed_files.cmake: C text with the bytes of every file as ASSET_<NAME>_<EXTENSION>.
+set(text "")
+foreach(file ${FILES})
+  get_filename_component(id ${file} NAME)
+  string(MAKE_C_IDENTIFIER ${id} id)
+  string(TOUPPER ${id} id)
+  file(READ ${file} bytes HEX)
+  string(REGEX REPLACE "([0-9a-f][0-9a-f])" "0x\\1," bytes ${bytes})
+  string(APPEND text "static const unsigned char ASSET_${id}[] = {${bytes}};\n")
+endforeach()
+file(WRITE ${OUT} "${text}")

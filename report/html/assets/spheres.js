@@ -1,0 +1,183 @@
+/* A lit sphere, as the program draws it: from far away, one distant light of irradiance pi, L = pi f cos(theta_i), pixels as means of
+ * points on a lattice; and the three of the page, whose light is dragged. */
+"use strict";
+const Sphere = (() => {
+    /* f(geometry, out [channels]); light a unit vector, x to the right, y up, the viewer at +z. [size size (channels + 1)]: radiance
+     * times coverage, then coverage; points x points of a lattice in every pixel. */
+    function render(f, channels, size, light, points) {
+        const out = new Float64Array(size * size * (channels + 1)), one = new Float64Array(channels), step = 2 / (size * points), share = 1 / (points * points);
+        for (let j = 0; j < size; j++)
+            for (let i = 0; i < size; i++) {
+                const at = (j * size + i) * (channels + 1);
+                for (let q = 0; q < points * points; q++) {
+                    const x = -1 + (i * points + q % points + 0.5) * step, y = 1 - (j * points + Math.floor(q / points) + 0.5) * step, z2 = 1 - x * x - y * y;
+                    if (!(z2 > 0)) continue;
+                    out[at + channels] += share;
+                    const z = Math.sqrt(z2), s = Math.sqrt(x * x + z2), [lx, ly, lz] = light, wiz = x * lx + y * ly + z * lz;
+                    if (!(wiz > 1e-8) || !(z > 1e-8)) continue;
+                    /* tangent along the parallel, bitangent along the meridian */
+                    const wix = (z * lx - x * lz) / s, wiy = (-y * x * lx + s * s * ly - y * z * lz) / s, wox = -x / s, woy = -y * z / s;
+                    f(Model.geometry(wix, wiy, wiz, wox, woy, z), one);
+                    for (let c = 0; c < channels; c++) out[at + c] += share * Math.PI * one[c] * wiz;
+                }
+            }
+        return out;
+    }
+
+    const srgb = e => { const v = Math.min(Math.max(e, 0), 1); return v <= 0.0031308 ? 12.92 * v : 1.055 * v ** (1 / 2.4) - 0.055; };
+
+    /* 8 bits [size size 4]: red, green, blue of the sphere itself, coverage as alpha. */
+    function shown(picture, channels, exposure) {
+        const pixels = picture.length / (channels + 1), out = new Uint8ClampedArray(4 * pixels), gain = 2 ** exposure;
+        for (let k = 0; k < pixels; k++) {
+            const coverage = picture[k * (channels + 1) + channels];
+            if (!(coverage > 0)) continue;
+            for (let c = 0; c < 3; c++) out[4 * k + c] = Math.round(255 * srgb(gain * picture[k * (channels + 1) + (channels === 3 ? c : 0)] / coverage));
+            out[4 * k + 3] = Math.round(255 * coverage);
+        }
+        return out;
+    }
+
+    /* Of the mean over channels, by the diverging map: blue where b is below a. */
+    function difference(a, b, channels, exposure, clip) {
+        const pixels = a.length / (channels + 1), out = new Uint8ClampedArray(4 * pixels), gain = 2 ** exposure;
+        for (let k = 0; k < pixels; k++) {
+            const at = k * (channels + 1), coverage = a[at + channels];
+            if (!(coverage > 0)) continue;
+            let sum = 0;
+            for (let c = 0; c < channels; c++) sum += (b[at + c] - a[at + c]) / channels / coverage;
+            const colour = Chart.diverging(0.5 + 0.5 * gain * sum / clip).match(/\d+/g);
+            for (let c = 0; c < 3; c++) out[4 * k + c] = Number(colour[c]);
+            out[4 * k + 3] = Math.round(255 * coverage);
+        }
+        return out;
+    }
+
+    /* Values over theta_h, theta_d, phi_d (page data, "sphere"), linear between the nodes that there are. */
+    function interpolate(grid, g, out) {
+        out.fill(0);
+        if (!g) return;
+        const h = Math.acos(Math.min((g.iz + g.oz) / (2 * g.c), 1)), d = Math.acos(Math.min(g.c, 1));
+        /* phi_d: of wi about h, from the plane of h and the normal */
+        const hx = -g.sx, hy = -g.sy, across = Math.hypot(hx, hy), ux = across > 1e-12 ? hx / across : 1, uy = across > 1e-12 ? hy / across : 0;
+        const wx = g.tix * g.iz, wy = g.tiy * g.iz, along = wx * ux + wy * uy, px = along * Math.cos(h) - g.iz * Math.sin(h), py = wy * ux - wx * uy;
+        let p = Math.atan2(py, px) / Math.PI;
+        p -= Math.floor(p); /* half a turn */
+        const at = [Math.min(Math.sqrt(h / (Math.PI / 2)) * grid.theta_h, grid.theta_h - 1), Math.min(d / (Math.PI / 2) * grid.theta_d, grid.theta_d - 1), p * grid.phi_d];
+        const base = at.map(Math.floor), rest = at.map((x, k) => x - base[k]);
+        let total = 0;
+        for (let corner = 0; corner < 8; corner++) {
+            const k = [0, 1, 2].map(a => base[a] + (corner >> a & 1)), weight = [0, 1, 2].reduce((w, a) => w * (corner >> a & 1 ? rest[a] : 1 - rest[a]), 1);
+            if (!(weight > 0) || k[0] >= grid.theta_h || k[1] >= grid.theta_d) continue;
+            const node = (k[0] * grid.theta_d + k[1]) * grid.phi_d + k[2] % grid.phi_d;
+            if (grid.values[0][node] === null) continue;
+            total += weight;
+            for (let c = 0; c < grid.values.length; c++) out[c] += weight * grid.values[c][node];
+        }
+        for (let c = 0; c < grid.values.length && total > 0; c++) out[c] /= total;
+    }
+
+    return {render, shown, difference, interpolate};
+})();
+
+const Spheres = (() => {
+    const SIZE = 96, CLIP = 0.25;
+    let light = [-0.5, 0.5, Math.SQRT1_2], exposure = 0, flipped = false, views = [], canvases = {}, pending = 0;
+
+    /* Channels of the page that are red, green and blue, or the chosen one. */
+    function channels() {
+        const of = Plots.page.sphere.channels;
+        return of.length === 3 ? of : [Plots.state.channel];
+    }
+
+    function modelPicture(points) {
+        const view = views[0], k = channels();
+        const f = (g, out) => { for (let c = 0; c < k.length; c++) out[c] = view.at(g, k[c]); };
+        /* all at once where one fit has them all */
+        const fit = Plots.fitOf(view.model, k[0]), together = k.every(n => Plots.fitOf(view.model, n) === fit), compiled = view.function_(k[0]), buffer = new Float64Array(Plots.result.fits[fit].channels.length);
+        const all = (g, out) => { compiled.all(g, buffer); for (let c = 0; c < k.length; c++) out[c] = buffer[Plots.page.channels[k[c]].c]; };
+        return Sphere.render(together ? all : f, k.length, SIZE, light, points);
+    }
+    function dataPicture(points) {
+        const grid = Plots.page.sphere;
+        if (!grid.values || (grid.channels.length === 1 && grid.channels[0] !== Plots.state.channel)) return null;
+        return Sphere.render((g, out) => Sphere.interpolate(grid, g, out), grid.values.length, SIZE, light, points);
+    }
+
+    function put(name, pixels) {
+        const canvas = canvases[name];
+        canvas.getContext("2d", {willReadFrequently: true}).putImageData(new ImageData(pixels, SIZE, SIZE), 0, 0);
+    }
+    function draw(points) {
+        const n = channels().length, model = views[0].live ? modelPicture(points) : null, data = dataPicture(points);
+        const first = flipped ? model : data;
+        canvases.data.parentElement.querySelector("figcaption").textContent = flipped ? "model (flipped)" : data ? "data" : "data: only under the light above";
+        const empty = new Uint8ClampedArray(4 * SIZE * SIZE);
+        put("data", first ? Sphere.shown(first, n, exposure) : empty);
+        put("model", model ? Sphere.shown(model, n, exposure) : empty);
+        put("difference", model && data ? Sphere.difference(data, model, n, exposure, CLIP) : empty);
+    }
+    /* Coarse while something moves, fine when it rests. */
+    function redraw() {
+        draw(1);
+        clearTimeout(pending);
+        pending = setTimeout(() => { draw(4); Page.byId("spheres").dataset.drawn = String(Number(Page.byId("spheres").dataset.drawn || 0) + 1); }, 120);
+    }
+
+    /* The light's highlight follows the pointer: on a mirror the normal there would be half way between light and view. */
+    function aim(x, y) {
+        const r = Math.min(Math.hypot(x, y), 0.995), s = Math.hypot(x, y) > 0 ? r / Math.hypot(x, y) : 0, n = [x * s, y * s, Math.sqrt(1 - r * r)];
+        light = [2 * n[2] * n[0], 2 * n[2] * n[1], 2 * n[2] * n[2] - 1];
+        redraw();
+        sayLight();
+    }
+    function turn(dx, dy) {
+        const half = [light[0], light[1], light[2] + 1], length = Math.hypot(...half);
+        aim(half[0] / length + dx, half[1] / length + dy);
+    }
+    const lightSaid = Page.make("output", {id: "light"});
+    function sayLight() {
+        const theta = Math.acos(Math.min(Math.max(light[2], -1), 1)) * 180 / Math.PI, phi = Math.atan2(light[1], light[0]) * 180 / Math.PI;
+        lightSaid.textContent = `light ${Page.number(theta, 3)}° from the view, ${Page.number(phi, 3)}° from the right`;
+    }
+    function flip() {
+        flipped = !flipped;
+        Page.byId("flip").setAttribute("aria-pressed", String(flipped));
+        draw(4);
+        Page.say(flipped ? "the model stands in the place of the data" : "the data stand in their place");
+    }
+
+    function canvasOf(name) {
+        const canvas = Page.make("canvas", {width: SIZE, height: SIZE, tabindex: "0", role: "img", "aria-label": `${name}: a lit sphere. Drag, or use the arrow keys, to move the light; F flips data and model.`, id: `sphere-${name}`});
+        const at = e => { const box = canvas.getBoundingClientRect(); aim(2 * (e.clientX - box.left) / box.width - 1, 1 - 2 * (e.clientY - box.top) / box.height); };
+        canvas.addEventListener("pointerdown", e => { canvas.setPointerCapture(e.pointerId); at(e); });
+        canvas.addEventListener("pointermove", e => { if (e.buttons & 1) at(e); });
+        canvas.addEventListener("keydown", e => {
+            const step = {ArrowLeft: [-0.05, 0], ArrowRight: [0.05, 0], ArrowUp: [0, 0.05], ArrowDown: [0, -0.05]}[e.key];
+            if (step) { e.preventDefault(); turn(...step); }
+        });
+        canvases[name] = canvas;
+        return Page.make("figure", {}, canvas, Page.make("figcaption", {}, name));
+    }
+
+    function begin(of) {
+        const section = Page.byId("spheres");
+        views = of;
+        if (!section || !Plots.page.sphere || !(views[0].live || Plots.page.sphere.values)) return;
+        const range = Page.make("input", {type: "range", id: "exposure", min: -8, max: 8, step: 0.5, value: 0, oninput: e => { exposure = Number(e.target.value); shownExposure.textContent = `${exposure} EV`; draw(1); redraw(); }}), shownExposure = Page.make("output", {for: "exposure"}, "0 EV");
+        const button = Page.make("button", {type: "button", id: "flip", "aria-pressed": "false", onclick: flip}, "flip data and model (F)");
+        section.append(Page.make("div", {class: "spheres"}, canvasOf("data"), canvasOf("model"), canvasOf("difference")),
+            Page.make("div", {class: "controls"}, button, Page.make("label", {}, "exposure ", range, shownExposure), lightSaid),
+            Page.make("p", {class: "note"}, "Light of irradiance π; values beyond 1 are cut off. " + (Plots.page.sphere.values ? `The data are interpolated between ${Plots.page.sphere.theta_h} half angles, ${Plots.page.sphere.theta_d} difference angles and ${Plots.page.sphere.phi_d} azimuths. ` : "Data that know a direction of the surface are shown under the light above alone. ") + "Blue: the model is too dark."));
+        document.addEventListener("keydown", e => {
+            if ((e.key === "f" || e.key === "F") && !e.ctrlKey && !e.metaKey && !e.altKey && !/^(INPUT|SELECT|TEXTAREA)$/.test(e.target.tagName)) flip();
+        });
+        Plots.onChange(what => { if (what === "parameters" || what === "channel") redraw(); });
+        if (Plots.page.sphere.values && views[0].live) Page.byId("sphere-pictures").hidden = true;
+        sayLight();
+        redraw();
+    }
+
+    return {begin, channels, picture: points => modelPicture(points), aim, light: () => light};
+})();
+if (typeof module !== "undefined") module.exports = Sphere;
