@@ -24,7 +24,7 @@ static ff_status write_page(const void *context, FILE *out)
                    : ff_html_table_write(&p->args->head, p->path, p->table, sha256, out, &err);
 }
 
-static int write(const page *p)
+static int write_where_asked(const page *p)
 {
     const char *path = cli_value(p->args, FLAG_HTML, NULL);
     return path ? cli_write(p->args, path, write_page, p) : EXIT_DONE;
@@ -32,10 +32,10 @@ static int write(const page *p)
 
 int cli_page_fits(const cli_args *args, const ff_report_fits *report)
 {
-    return write(&(page){args, report, report->path, NULL});
+    return write_where_asked(&(page){args, report, report->path, NULL});
 }
 
 int cli_page_table(const cli_args *args, const char *path, const ff_table *t)
 {
-    return write(&(page){args, NULL, path, t});
+    return write_where_asked(&(page){args, NULL, path, t});
 }

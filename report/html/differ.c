@@ -16,7 +16,8 @@ static ff_status evaluate(const ff_html_subject *s, size_t fit, size_t c, const 
 static void set_directions(ff_directions *d)
 {
     for (size_t k = 0; k < d->n; k++) {
-        const double ti = (3 * (double)(k / VIEWS) + 1.5) * FF_DEGREE, to = (3 * (double)(k % VIEWS) - 88.5) * FF_DEGREE;
+        const size_t row = k / VIEWS, column = k % VIEWS;
+        const double ti = (3 * (double)row + 1.5) * FF_DEGREE, to = (3 * (double)column - 88.5) * FF_DEGREE;
         ff_directions_set(d, k, ti, 0, to, 180 * FF_DEGREE);
     }
 }

@@ -45,7 +45,7 @@ static ff_status choose(const ff_html_subject *s, ff_html_samples *v)
     wanted = wanted < MOST ? wanted : MOST;
     v->step = step_for(t->n, wanted);
     v->n_even = (t->n + v->step - 1) / v->step;
-    v->index = malloc((v->n_even + FF_HTML_SLICES * each) * sizeof *v->index);
+    v->index = calloc(v->n_even + FF_HTML_SLICES * each, sizeof *v->index);
     if (!v->index) return FF_ERR_MEMORY;
     for (size_t i = 0; i < v->n_even; i++) v->index[v->n++] = (uint32_t)(i * v->step);
     const ff_status status = ff_planes_find(t, &planes, NULL);

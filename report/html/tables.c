@@ -105,7 +105,7 @@ void ff_html_verdict(ff_page *p, const ff_html_subject *s)
     ff_page_section(p, "verdict", "Verdict");
     ff_page_format(p, "<ul class=\"alerts\">\n");
     for (size_t k = 0; k < s->r->n_problems; k++) put_verdicts(p, s, k);
-    if (s->models == 1)
+    if (s->models <= 1)
         for (size_t k = 0; k < s->r->n_fits; k++) put_warnings(p, s, k);
     else
         put_warnings(p, s, s->shown);

@@ -205,11 +205,15 @@ async function spheres(page) {
     const box = await page.locator("#sphere-model").boundingBox();
     await page.mouse.move(box.x + 60, box.y + 60);
     await page.mouse.down();
+    await rest(n);
+    const pressed = await pixels(page, "sphere-model");
+    check(pressed !== before, "a light that was pressed elsewhere: the same picture");
+    n = await drawn();
     await page.mouse.move(box.x + 130, box.y + 110, {steps: 4});
     await page.mouse.up();
     await rest(n);
     const dragged = await pixels(page, "sphere-model");
-    check(dragged !== before, "a light that was dragged: the same picture");
+    check(dragged !== pressed, "a light that was dragged: the same picture");
     n = await drawn();
     await page.locator("#sphere-model").focus();
     await page.keyboard.press("ArrowUp");
