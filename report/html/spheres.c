@@ -4,6 +4,7 @@
  * since light and view may be exchanged; theta_h in steps that grow with it, as peaks want it. */
 #include "ff_interpolate.h"
 #include "ff_render.h"
+#include "ff_spectral.h"
 #include "internal_html.h"
 #include <math.h>
 #include <stdlib.h>
@@ -11,20 +12,12 @@
 
 enum { HALF = 32, DIFFERENCE = 16, AZIMUTHS = 12, NODES = HALF * DIFFERENCE * AZIMUTHS, PIXELS = 128, PIXELS_OF_REGRESSION = 48 };
 
-/* Which channels of the page are red, green and blue, or the one that is grey. */
+/* Which channels of the page make the colour, all three of them, or the one that is grey. */
 static size_t choose_channels(const ff_html_subject *s, size_t out[3])
 {
-    static const char *const rgb[] = {"r", "g", "b"};
-    if (s->n_channels != 3 || s->skipped) {
-        out[0] = s->n_channels / 2;
-        return 1;
-    }
-    for (size_t c = 0; c < 3; c++) out[c] = c;
-    for (size_t c = 0; c < 3; c++)
-        for (size_t k = 0; k < 3; k++)
-            if (!strcmp(s->channel[k].name, rgb[c])) out[c] = k;
-    if (out[0] == out[1] || out[1] == out[2] || out[0] == out[2]) out[0] = 0, out[1] = 1, out[2] = 2;
-    return 3;
+    const int all = s->n_channels == 3 && !s->skipped && s->r->table->n_channels == 3;
+    for (size_t c = 0; c < 3; c++) out[c] = all ? c : s->n_channels / 2;
+    return all ? 3 : 1;
 }
 
 /* ---- the data as a table over half and difference angle --------------------------------------------------------------------- */
@@ -91,8 +84,14 @@ ff_status ff_html_sphere_json(ff_json *j, const ff_html_subject *s)
     ff_json_array(j, "channels", FF_JSON_LINE);
     for (size_t c = 0; c < n; c++) ff_json_integer(j, NULL, (int64_t)channel[c]);
     ff_json_close(j);
-    ff_status status = FF_OK;
-    if (s->r->table->isotropic) {
+    double colours[9];
+    ff_status status = n == 3 ? ff_spectral_colours(n, s->r->table->channels, colours, NULL) : FF_OK;
+    if (n == 3 && !status) { /* rows: red, green and blue of the three */
+        ff_json_array(j, "colours", FF_JSON_LINE);
+        for (size_t k = 0; k < 9; k++) ff_json_number(j, NULL, colours[k]);
+        ff_json_close(j);
+    }
+    if (s->r->table->isotropic && !status) {
         double *value = malloc(3 * (size_t)NODES * sizeof *value);
         status = value ? interpolate(s, n, channel, value) : FF_ERR_MEMORY;
         if (!status) {
@@ -132,7 +131,13 @@ static ff_status render(const ff_html_subject *s, pictures *p, ff_error *err)
     o.light = light;
     o.threads = s->r->options->threads;
     o.isa = s->isa;
-    ff_status status = ff_render_model(m->model, m->n_channels, m->shape, m->channel, &o, p->rgba[1], NULL, err);
+    double colours[9];
+    ff_status status = FF_OK;
+    if (m->n_channels == 3) {
+        status = ff_spectral_colours(3, s->r->table->channels, colours, err);
+        o.colours = colours;
+    }
+    if (!status) status = ff_render_model(m->model, m->n_channels, m->shape, m->channel, &o, p->rgba[1], NULL, err);
     if (!status) status = ff_render_table(s->r->table, m->model, m->n_channels, m->shape, m->channel, &o, p->rgba[0], NULL, err);
     if (status) return status;
     for (size_t k = 0; k < values; k++) p->rgba[2][k] = k % 4 == 3 ? p->rgba[0][k] : p->rgba[1][k] - p->rgba[0][k];

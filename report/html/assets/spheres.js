@@ -26,13 +26,16 @@ const Sphere = (() => {
 
     const srgb = e => { const v = Math.min(Math.max(e, 0), 1); return v <= 0.0031308 ? 12.92 * v : 1.055 * v ** (1 / 2.4) - 0.055; };
 
-    /* 8 bits [size size 4]: red, green, blue of the sphere itself, coverage as alpha. */
-    function shown(picture, channels, exposure) {
+    /* 8 bits [size size 4]: red, green, blue of the sphere itself, coverage as alpha. colours [9]: rows of red, green, blue of the three
+     * channels; left out, they are these themselves. */
+    function shown(picture, channels, exposure, colours) {
+        const colour = (at, c) => channels !== 3 ? picture[at] : !colours ? picture[at + c] :
+            colours[3 * c] * picture[at] + colours[3 * c + 1] * picture[at + 1] + colours[3 * c + 2] * picture[at + 2];
         const pixels = picture.length / (channels + 1), out = new Uint8ClampedArray(4 * pixels), gain = 2 ** exposure;
         for (let k = 0; k < pixels; k++) {
             const coverage = picture[k * (channels + 1) + channels];
             if (!(coverage > 0)) continue;
-            for (let c = 0; c < 3; c++) out[4 * k + c] = Math.round(255 * srgb(gain * picture[k * (channels + 1) + (channels === 3 ? c : 0)] / coverage));
+            for (let c = 0; c < 3; c++) out[4 * k + c] = Math.round(255 * srgb(Math.max(gain * colour(k * (channels + 1), c) / coverage, 0)));
             out[4 * k + 3] = Math.round(255 * coverage);
         }
         return out;
@@ -84,7 +87,7 @@ const Spheres = (() => {
     const SIZE = 96, CLIP = 0.25;
     let light = [-0.5, 0.5, Math.SQRT1_2], exposure = 0, flipped = false, views = [], canvases = {}, pending = 0;
 
-    /* Channels of the page that are red, green and blue, or the chosen one. */
+    /* Channels of the page that make the colour, or the chosen one. */
     function channels() {
         const of = Plots.page.sphere.channels;
         return of.length === 3 ? of : [Plots.state.channel];
@@ -113,8 +116,8 @@ const Spheres = (() => {
         const first = flipped ? model : data;
         canvases.data.parentElement.querySelector("figcaption").textContent = flipped ? "model (flipped)" : data ? "data" : "data: only under the light above";
         const empty = new Uint8ClampedArray(4 * SIZE * SIZE);
-        put("data", first ? Sphere.shown(first, n, exposure) : empty);
-        put("model", model ? Sphere.shown(model, n, exposure) : empty);
+        put("data", first ? Sphere.shown(first, n, exposure, Plots.page.sphere.colours) : empty);
+        put("model", model ? Sphere.shown(model, n, exposure, Plots.page.sphere.colours) : empty);
         put("difference", model && data ? Sphere.difference(data, model, n, exposure, CLIP) : empty);
     }
     /* Coarse while something moves, fine when it rests. */
