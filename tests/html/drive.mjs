@@ -68,6 +68,9 @@ async function tab(page) {
         await page.keyboard.press("Tab");
         seen.add(await page.evaluate(() => { const e = document.activeElement; e.dataset.tabbed = "1"; return [...document.querySelectorAll("*")].indexOf(e); }));
     }
+    const must = {fit: ["sphere-model", "flip", "exposure", "back", "incidence", "logarithmic"], comparison: ["yardstick", "picks-b", "swap", "filter", "incidence"]}[kind] || [];
+    for (const id of must) check(await page.evaluate(i => document.getElementById(i).dataset.tabbed === "1", id), `Tab does not come to ${id}`);
+    if (must.length) check(await page.locator("#image .panels svg[data-tabbed]").count() > 0, "Tab does not come to the image slices");
     check(seen.size >= wanted - 1, `by Tab ${seen.size} of ${wanted} places are come to`);
 }
 

@@ -96,7 +96,7 @@ def make_data():
     run("simulate", "ggx/v-cavity+lambert", "--set", "alpha=0.45,f0=0.9:0.6:0.3,kd=0.1:0.05:0.02", "--grid", "goniometer", "--noise", "0.02", "-o", "demo.csv")
     run("simulate", "ggx+lambert", *rgb, "--grid", "goniometer:15", "--noise", "0.02", "-o", "small.csv")
     many = ":".join(f"{0.3 + 0.01 * k:.2f}" for k in range(31))
-    run("simulate", "ggx+lambert", "--set", f"alpha=0.2,f0={many},kd=0.1", "--grid", "goniometer:10", "--noise", "0.01", "-o", "many.csv")
+    run("simulate", "ggx+lambert", "--set", f"alpha=0.2,f0={many},kd=0.1", "--grid", "goniometer:5", "--noise", "0.01", "-o", "many.csv")
     with open(os.path.join(scratch, "small.csv"), encoding="utf-8") as f:
         lines = f.read().splitlines()
     head = next(k for k, line in enumerate(lines) if "theta_i" in line)
@@ -128,6 +128,10 @@ def contents():
     for wanted in (digest, "fit small.csv --html fit.html", "@article{heitz2014", "alpha_x", "95 % interval", "Samples, and why some were left out"):
         check(wanted in text, f"a fit: '{wanted}' is not in its text")
     check({"result", "page"} <= set(parts), f"a fit: {sorted(parts)}")
+    run("fit", "small.csv", "--max-theta", "50", "--html", "cut.html")
+    _, parts = read(os.path.join(scratch, "cut.html"), FIT_MOST, "up to 50 degrees")
+    check(parts["result"]["data"]["rejected"]["grazing"] > 20, "up to 50 degrees: hardly a sample is left out")
+    same_samples(parts, "up to 50 degrees")
     run("compare", "small.csv", "--ndf", "ggx,beckmann", "--html", "compare.html")
     text, parts = read(os.path.join(scratch, "compare.html"), COMPARISON_MOST, "a comparison")
     check("not told apart from the best" in text and len(parts["result"]["fits"]) > 10, "a comparison")
