@@ -210,6 +210,18 @@ static void check_estimates(const char *what, const ff_material *m, const ff_fit
         }
 }
 
+/* What is one number there came out as one. */
+static void check_shared(const char *what, const ff_model *model, const ff_fit_result *fit)
+{
+    for (uint32_t k = 0; k < model->n_channel; k++)
+        for (size_t c = 1; c < CHANNELS && (model->channel[k].flags & FF_PARAM_SHARED); c++)
+            FF_CHECK(fit->channel_value[c * model->n_channel + k].value == fit->channel_value[k].value, "%s: %s of channel %zu",
+                     what, model->channel[k].name, c);
+    for (uint32_t k = 1; k < model->n_shape; k++)
+        if (model->shape[k].flags & FF_PARAM_SHARED)
+            FF_CHECK(fit->shape_value[k].value == fit->shape_value[k - 1].value, "%s: %s", what, model->shape[k].name);
+}
+
 static void recover(const ff_target *t, const ff_material *m, const ff_model *model)
 {
     char what[128];
@@ -228,6 +240,7 @@ static void recover(const ff_target *t, const ff_material *m, const ff_model *mo
     if (FF_CHECK(fit_table(&table, &s.model, &o, &fit, NULL, &err) == FF_OK, "%s: %s", what, err.message)) {
         FF_CHECK(fit.outcome == FF_CONVERGED, "%s: %s", what, ff_outcome_name((int)fit.outcome));
         check_estimates(what, m, &fit, control);
+        check_shared(what, model, &fit);
         ff_fit_result_clear(&fit);
     }
     ff_table_clear(&table);
@@ -242,43 +255,48 @@ static void recovery(void)
 
 /* ---- errors ---------------------------------------------------------------------------------- */
 
-/* The error of a control is the scatter of the control. */
-static void errors_are_the_scatter(void)
+/* The stated error of controls first .. first + 2 of a material against their scatter over measurements. */
+static void check_scatter(const char *target, const char *material, size_t first, ff_shape shape)
 {
-    enum { REPEATS = 120 };
-    const ff_target *t = ff_target_find("blender");
-    const ff_material *m = ff_material_find(t, "metal", 5);
-    double control[FF_TARGET_CONTROLS * CHANNELS], sum[3] = {0}, squares[3] = {0}, stated[3] = {0};
+    enum { REPEATS = 120, SHOWN = 3 };
+    const ff_material *m = ff_material_find(ff_target_find(target), material, strlen(material));
+    double control[FF_TARGET_CONTROLS * CHANNELS], sum[SHOWN] = {0}, squares[SHOWN] = {0}, stated[SHOWN] = {0};
     ff_model model;
     fit_surface s;
     if (!FF_CHECK(ff_material_model(m, &model, NULL) == FF_OK, "the material has no model")) return;
-    uint64_t state = ff_test_stream("scatter of controls");
+    uint64_t state = ff_test_stream("scatter of controls of %s", target);
     draw(m, &model, &state, control, &s);
     for (int i = 0; i < REPEATS; i++) {
-        ff_table table;
         ff_fit_result fit;
         ff_error err = {0};
         ff_fit_options o = fit_options();
         o.loss = FF_LOSS_LOG;
-        o.shape = FF_SHAPE_CORRELATED;
-        table =
+        o.shape = shape;
+        ff_table table =
             fit_measure(&s, &(fit_sampling){.n = 1200, .max_theta = 80, .glossy = 0.5, .noise = 0.02, .seed = fit_random(&state)});
         if (FF_CHECK(fit_table(&table, &s.model, &o, &fit, NULL, &err) == FF_OK, "%s", err.message)) {
-            for (size_t k = 0; k < 3; k++) { /* Roughness, Anisotropic, Anisotropic Rotation: functions of three parameters each */
-                const ff_control_estimate e = ff_control_estimate_of(&m->control[1 + k], &fit, 0);
-                const double off = e.value - control[(1 + k) * CHANNELS];
+            for (size_t k = 0; k < SHOWN; k++) {
+                const ff_control_estimate e = ff_control_estimate_of(&m->control[first + k], &fit, 0);
+                const double off = e.value - control[(first + k) * CHANNELS];
                 sum[k] += off, squares[k] += off * off, stated[k] += e.std_error;
             }
             ff_fit_result_clear(&fit);
         }
         ff_table_clear(&table);
     }
-    for (size_t k = 0; k < 3; k++) {
+    for (size_t k = 0; k < SHOWN; k++) {
         const double sd = sqrt((squares[k] - sum[k] * sum[k] / REPEATS) / (REPEATS - 1)), ratio = stated[k] / REPEATS / sd;
-        printf("  %s: scatter %.2g, stated %.2f times that\n", m->control[1 + k].made.name, sd, ratio);
+        printf("  %s: scatter %.2g, stated %.2f times that\n", m->control[first + k].made.name, sd, ratio);
         /* the standard deviation of 120 is known to 6.5 %: five of these */
-        FF_CHECK(ratio > 1 / 1.33 && ratio < 1.33, "%s: stated %.3f times the scatter", m->control[1 + k].made.name, ratio);
+        FF_CHECK(ratio > 1 / 1.33 && ratio < 1.33, "%s: stated %.3f times the scatter", m->control[first + k].made.name, ratio);
     }
+}
+
+/* Roughness, Anisotropic, Anisotropic Rotation are functions of three parameters each, Specular Tint is one of F0 and F82. */
+static void errors_are_the_scatter(void)
+{
+    check_scatter("blender", "metal", 1, FF_SHAPE_CORRELATED);
+    check_scatter("blender-4", "metal", 1, FF_SHAPE_CORRELATED);
 }
 
 /* What follows another parameter counts once: of an isotropic surface both roughnesses are one number. */

@@ -14,12 +14,12 @@ import sys
 import tempfile
 
 program = os.path.abspath(sys.argv[1])
-FILE_WORDS = {"FILE", "FILE|-", "[FILE|-]", "IN", "OUT", "TABLE", "DIR", "SOURCE"}
+FILE_WORDS = {"FILE", "FILE|-", "[FILE|-]", "IN", "OUT", "TABLE", "DIR", "SOURCE", "FIT"}
 INPUTS = {("fit", "FILE"), ("compare", "FILE"), ("ndf", "FILE"), ("info", "FILE"), ("eval", "FILE"), ("resample", "IN"),
           ("fit", "--ndf-table"), ("compare", "--ndf-table"), ("eval", "--ndf-table"), ("simulate", "--ndf-table"),
           ("furnace", "--ndf-table"), ("sample", "--ndf-table"), ("plot", "SOURCE"), ("plot", "--ndf-table"), ("plot", "--from"),
           ("eval", "--from"), ("simulate", "--from"), ("furnace", "--from"), ("sample", "--from"), ("render", "SOURCE"), ("render", "--ndf-table"),
-          ("render", "--from")}
+          ("render", "--from"), ("export", "FIT"), ("export", "--ndf-table")}
 OTHERS = {"EXPR": "lambert", "KIND": "slice"}
 failures = pairs = 0
 forced = [0, 0]  # refused or failed, replaced
