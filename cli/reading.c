@@ -8,6 +8,9 @@ static void read_options(const cli_args *args, ff_read_options *o)
     ff_read_options_init(o);
     o->format = cli_value(args, FLAG_FORMAT, NULL);
     o->columns = cli_value(args, FLAG_COLUMNS, NULL);
+    o->dialect = cli_value(args, FLAG_DIALECT, NULL);
+    o->azimuth = cli_word(args, FLAG_AZIMUTH, -1) + 1;
+    o->phi = cli_word(args, FLAG_PHI, -1) + 1;
     o->part = cli_value(args, FLAG_PART, NULL);
     o->ask = cli_files_ask;
     o->ask_context = args;

@@ -142,6 +142,17 @@ FF_API void ff_table_weights(const ff_table *t, size_t first, size_t count, doub
 
 /* ---- files ----------------------------------------------------------------------------------- */
 
+/** Where the azimuth of the detector, counted from that of the light, is 0: on the side of the light, or of the mirror direction. Of a
+ * scan in the plane of incidence without azimuths it says on which side the positive angles are. */
+typedef enum ff_azimuth { FF_AZIMUTH_AS_FORMAT = 0, FF_AZIMUTH_MIRROR = 1, FF_AZIMUTH_LIGHT = 2 } ff_azimuth;
+
+/** Azimuths that grow clockwise, seen from above: both, or that of the light, or of the detector alone. */
+typedef enum ff_phi_sense { FF_PHI_AS_FORMAT = 0, FF_PHI_CLOCKWISE = 1, FF_PHI_CLOCKWISE_IN = 2, FF_PHI_CLOCKWISE_OUT = 3 } ff_phi_sense;
+
+/** "mirror", "light"; "clockwise", "clockwise-in", "clockwise-out"; "" for 0, NULL for a number that is none. */
+FF_API const char *ff_azimuth_name(int azimuth);
+FF_API const char *ff_phi_sense_name(int phi);
+
 /** What a person knows about a file and the file does not say. Fill with ff_read_options_init, then change. */
 typedef struct ff_read_options {
     size_t size;         /**< sizeof(ff_read_options)                                                                   */
@@ -155,6 +166,9 @@ typedef struct ff_read_options {
      *  and the message of err. NULL: all may be read. */
     ff_status (*ask)(const void *context, const char *path, ff_error *err);
     const void *ask_context;
+    const char *dialect; /**< "separator=semicolon,decimal=comma": how a CSV is written; NULL: as its rows look           */
+    int azimuth;         /**< ff_azimuth: what azimuth 0 of the detector means; 0: what the format says                  */
+    int phi;             /**< ff_phi_sense: which azimuths are counted clockwise; 0: none                                 */
 } ff_read_options;
 
 /** Writes the defaults into options of `size` bytes, the caller's sizeof, and nothing beyond. */
@@ -165,7 +179,7 @@ static inline void ff_read_options_init(ff_read_options *o)
 }
 
 /** Options that a format understands beyond `format` and `scale`; giving another is an error. */
-enum { FF_READS_COLUMNS = 1 << 0, FF_READS_GRID = 1 << 1, FF_READS_PART = 1 << 2, FF_READS_QUANTITY = 1 << 3 };
+enum { FF_READS_COLUMNS = 1 << 0, FF_READS_GRID = 1 << 1, FF_READS_PART = 1 << 2, FF_READS_QUANTITY = 1 << 3, FF_READS_DIALECT = 1 << 4 };
 
 /** What a file of a format can hold beside values. What it cannot is dropped by ff_resample, which says so; a plain write refuses.
  */

@@ -19,12 +19,23 @@ const char *ff_words_hint(ff_hint hint)
     }
 }
 
+/* "...; say columns 'x'" of the library is "...; say --columns 'x'" of the program. */
+static void say_flags(char *text, size_t size)
+{
+    for (char *at = text; (at = strstr(at, "say ")); at += 4)
+        if (strlen(text) + 3 < size) {
+            memmove(at + 6, at + 4, strlen(at + 4) + 1);
+            memcpy(at + 4, "--", 2);
+        }
+}
+
 void ff_words_error(const ff_error *err, char *out, size_t size)
 {
     if (size == 0) return;
     ff_error_format(err, out, size);
     const size_t used = strlen(out);
     snprintf(out + used, size - used, "%s", ff_words_hint(err->hint));
+    if (err->hint == FF_HINT_SAY) say_flags(out, size);
 }
 
 const char *ff_words_note(const ff_table *t, size_t k, char out[FF_WORDS_SENTENCE])
@@ -33,6 +44,7 @@ const char *ff_words_note(const ff_table *t, size_t k, char out[FF_WORDS_SENTENC
     if (!ff_table_assumption(t, k, out, FF_WORDS_SENTENCE, &hint)) return NULL;
     const size_t used = strlen(out);
     snprintf(out + used, FF_WORDS_SENTENCE - used, "%s", ff_words_hint(hint));
+    if (hint == FF_HINT_SAY) say_flags(out, FF_WORDS_SENTENCE);
     return out;
 }
 

@@ -1,0 +1,42 @@
+/** @file internal_csv_plan.h  What csv_plan.c finds in a table and csv_assign.c decides about. */
+#ifndef FF_INTERNAL_CSV_PLAN_H
+#define FF_INTERNAL_CSV_PLAN_H
+#include "internal_csv_look.h"
+#include "internal_csv_meaning.h"
+#include <stdio.h>
+
+enum { FF_PLAN_NAME = 96, FF_PLAN_COLUMNS = 4096 };
+
+typedef struct ff_plan_column {
+    char name[FF_PLAN_NAME]; /**< in UTF-8                                  */
+    ff_named named;
+    double lo, hi; /**< of its numbers in the first rows; infinite: none  */
+    int used;
+} ff_plan_column;
+
+/** A line of its own with a number: "Angle of incidence: 20 deg". */
+typedef struct ff_plan_setting {
+    char name[FF_PLAN_NAME];
+    ff_csv_unit unit;
+    double value; /**< the first           */
+    size_t count;
+    int changes; /**< others differ        */
+} ff_plan_setting;
+
+typedef struct ff_planner {
+    const ff_csv_look *look;
+    const char *path;
+    ff_error *err;
+    double small;
+    size_t header_line, n;
+    ff_plan_column *column;                            /**< [n]                                       */
+    ff_plan_setting setting[FF_MEANS_NUMBER + 1];      /**< by meaning                                */
+    FILE *text; /**< the option as it grows: plan.columns  */
+    size_t text_size;
+    ff_csv_plan plan;
+} ff_planner;
+
+/** Writes the option into p->text and says what it assumes. FF_ERR_FORMAT. */
+ff_status ff_plan_assign(ff_planner *p);
+
+#endif

@@ -1,0 +1,76 @@
+/* How the azimuths of a file are counted: from which side, in which sense. */
+#include "internal_table.h"
+#include <stdlib.h>
+#include <string.h>
+
+static const double pi = 3.14159265358979323846;
+
+static const char *const azimuth_names[3] = {"", "mirror", "light"};
+static const char *const phi_names[4] = {"", "clockwise", "clockwise-in", "clockwise-out"};
+
+const char *ff_azimuth_name(int azimuth)
+{
+    return azimuth >= 0 && azimuth < 3 ? azimuth_names[azimuth] : NULL;
+}
+
+const char *ff_phi_sense_name(int phi)
+{
+    return phi >= 0 && phi < 4 ? phi_names[phi] : NULL;
+}
+
+/* Angle planes in place of a grid, whose directions are those of its parametrisation. */
+static ff_status make_angles(ff_table *t, ff_error *err)
+{
+    for (int k = 0; k < 4; k++) {
+        t->angle[k] = malloc(t->n * sizeof *t->angle[k]);
+        if (!t->angle[k]) return ff_error_set(err, FF_ERR_MEMORY, NULL, 0, -1, "no memory for the angles of %zu samples", t->n);
+    }
+    ff_table_angles(t, 1, 0, t->n, t->angle);
+    t->radians_per_unit = 1;
+    t->grid = NULL;
+    return FF_OK;
+}
+
+/* What belongs to the directions as they were: axes, cells, and what writes the same file again. */
+static void forget_structure(ff_table *t)
+{
+    for (int k = 0; k < 4; k++) {
+        free(t->axes.node[k]);
+        t->axes.node[k] = NULL;
+        t->axes.n[k] = 0;
+    }
+    t->axes.kind = FF_AXES_NONE;
+    if (t->kept && t->kept_free) t->kept_free(t->kept);
+    t->kept = NULL;
+    t->kept_free = NULL;
+    t->kept_share = NULL;
+    t->kept_incidence = NULL;
+    t->kept_around = NULL;
+    if (t->cells) t->cells->release(t->cells);
+    t->cells = NULL;
+}
+
+static void negate(double *angle, size_t n)
+{
+    for (size_t i = 0; i < n; i++) angle[i] = angle[i] == 0 ? 0 : -angle[i];
+}
+
+ff_status ff_table_orient(ff_table *t, int azimuth, int phi, ff_error *err)
+{
+    const int from_mirror = azimuth == FF_AZIMUTH_AS_FORMAT ? t->azimuth_from_mirror : azimuth == FF_AZIMUTH_MIRROR;
+    const int turns = from_mirror != t->azimuth_from_mirror;
+    if (!turns && phi == FF_PHI_AS_FORMAT) return FF_OK;
+    if (t->grid) {
+        const ff_status status = make_angles(t, err);
+        if (status != FF_OK) return status;
+    }
+    forget_structure(t);
+    if (phi == FF_PHI_CLOCKWISE || phi == FF_PHI_CLOCKWISE_IN) negate(t->angle[1], t->n);
+    if (phi == FF_PHI_CLOCKWISE || phi == FF_PHI_CLOCKWISE_OUT) negate(t->angle[3], t->n);
+    const double half = pi / t->radians_per_unit;
+    for (size_t i = 0; i < t->n && turns; i++) t->angle[3][i] += t->radians_per_unit == 1 ? half : 180;
+    t->azimuth_from_mirror = from_mirror;
+    if (turns) ff_table_note(t, "azimuth 0 is the side of the %s, as asked", from_mirror ? "mirror direction" : "light");
+    if (phi) ff_table_note(t, "azimuths%s are counted clockwise, as asked", phi == FF_PHI_CLOCKWISE ? "" : phi == FF_PHI_CLOCKWISE_IN ? " of the light" : " of the detector");
+    return FF_OK;
+}
