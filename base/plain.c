@@ -121,9 +121,10 @@ static int utf16_order(const unsigned char *head, size_t n)
 {
     if (n < 4) return -1;
     const int marked = (head[0] == 0xFF && head[1] == 0xFE) || (head[0] == 0xFE && head[1] == 0xFF);
-    const int big = marked ? head[0] == 0xFE : head[0] == 0;
-    size_t ascii = 0, units = 0;
-    if (!marked && (head[0] == 0) == (head[1] == 0)) return -1;
+    size_t ascii = 0, units = 0, zero[2] = {0, 0};
+    for (size_t k = 0; k + 1 < n; k++) zero[k & 1] += head[k] == 0;
+    const int big = marked ? head[0] == 0xFE : zero[0] > zero[1];
+    if (!marked && zero[big ? 0 : 1] * 5 < n) return -1; /* the upper halves of ASCII */
     for (size_t k = marked ? 2 : 0; k + 1 < n; k += 2, units++) {
         const uint32_t u = unit_at(head + k, big);
         if (u < 0x20 && u != '\t' && u != '\n' && u != '\r') return -1;

@@ -169,9 +169,9 @@ static ff_status check_options(const char *path, const ff_format *f, const ff_re
     if (o->quantity != -1 && !ff_quantity_name(o->quantity))
         return ff_error_set(err, FF_ERR_RANGE, path, 0, -1, "found a quantity of number %d, expected -1 to %d", o->quantity,
                             (int)FF_REFLECTANCE_FACTOR);
-    if (!ff_azimuth_name(o->azimuth) || !ff_phi_sense_name(o->phi))
-        return ff_error_set(err, FF_ERR_RANGE, path, 0, -1, "found the options azimuth %d and phi %d, expected 0 to %d and 0 to %d",
-                            o->azimuth, o->phi, (int)FF_AZIMUTH_LIGHT, (int)FF_PHI_CLOCKWISE_OUT);
+    if (!ff_azimuth_name(o->azimuth) || !ff_phi_sense_name(o->phi) || !ff_angles_name(o->angles))
+        return ff_error_set(err, FF_ERR_RANGE, path, 0, -1, "found the options azimuth %d, phi %d and angles %d, expected 0 to %d, %d and %d",
+                            o->azimuth, o->phi, o->angles, (int)FF_AZIMUTH_LIGHT, (int)FF_PHI_CLOCKWISE_OUT, (int)FF_ANGLES_ELEVATION_OUT);
     if (!isnan(o->scale) && !(o->scale > 0 && isfinite(o->scale)))
         return ff_error_set(err, FF_ERR_RANGE, path, 0, -1, "found a scale of %g, expected a finite number > 0", o->scale);
     return FF_OK;
@@ -193,7 +193,7 @@ static ff_status take_quantity(const char *path, const ff_format *f, ff_quantity
 /* What is asked of a table of any format, when it is read. */
 static ff_status take_options(const char *path, const ff_format *f, const ff_read_options *o, ff_table *t, ff_error *err)
 {
-    ff_status status = ff_table_orient(t, o->azimuth, o->phi, err);
+    ff_status status = ff_table_orient(t, o, err);
     if (status == FF_OK && o->quantity >= 0) status = take_quantity(path, f, (ff_quantity)o->quantity, t, err);
     if (status != FF_OK || isnan(o->scale)) return status;
     for (size_t c = 0; c < t->n_channels; c++) t->channels[c].scale *= o->scale;

@@ -462,7 +462,7 @@ static ff_status read_all(csv *f, const ff_read_options *o, ff_table *out)
 static ff_status read_csv(const char *path, const ff_read_options *o, ff_table *out, ff_error *err)
 {
     if (o->columns) return ff_csv_read_columns(path, o, NULL, out, err);
-    csv f = {.err = err, .path = path, .head = {.radians_per_unit = degree, .isotropic = -1}};
+    csv f = {.err = err, .path = path, .head = {.radians_per_unit = o->angles == FF_ANGLES_RADIANS ? 1 : degree, .isotropic = -1}};
     ff_csv_look look;
     ff_csv_dialect given;
     ff_status status = ff_csv_dialect_read(o->dialect, path, &given, err);

@@ -149,6 +149,19 @@ typedef enum ff_azimuth { FF_AZIMUTH_AS_FORMAT = 0, FF_AZIMUTH_MIRROR = 1, FF_AZ
 /** Azimuths that grow clockwise, seen from above: both, or that of the light, or of the detector alone. */
 typedef enum ff_phi_sense { FF_PHI_AS_FORMAT = 0, FF_PHI_CLOCKWISE = 1, FF_PHI_CLOCKWISE_IN = 2, FF_PHI_CLOCKWISE_OUT = 3 } ff_phi_sense;
 
+/** What polar angles are (or all, of degrees and radians), where the file is taken for something else. */
+typedef enum ff_angles {
+    FF_ANGLES_AS_FORMAT = 0,
+    FF_ANGLES_DEGREES = 1,
+    FF_ANGLES_RADIANS = 2,
+    FF_ANGLES_ELEVATION = 3,    /**< both above the surface, not from its normal */
+    FF_ANGLES_ELEVATION_IN = 4, /**< that of the light                           */
+    FF_ANGLES_ELEVATION_OUT = 5 /**< that of the detector                        */
+} ff_angles;
+
+/** "degrees", "radians", "elevation", "elevation-in", "elevation-out"; "" for 0, NULL for a number that is none. */
+FF_API const char *ff_angles_name(int angles);
+
 /** "mirror", "light"; "clockwise", "clockwise-in", "clockwise-out"; "" for 0, NULL for a number that is none. */
 FF_API const char *ff_azimuth_name(int azimuth);
 FF_API const char *ff_phi_sense_name(int phi);
@@ -169,6 +182,7 @@ typedef struct ff_read_options {
     const char *dialect; /**< "separator=semicolon,decimal=comma": how a CSV is written; NULL: as its rows look           */
     int azimuth;         /**< ff_azimuth: what azimuth 0 of the detector means; 0: what the format says                  */
     int phi;             /**< ff_phi_sense: which azimuths are counted clockwise; 0: none                                 */
+    int angles;          /**< ff_angles: what the angles are; 0: what the format says                                     */
 } ff_read_options;
 
 /** Writes the defaults into options of `size` bytes, the caller's sizeof, and nothing beyond. */
@@ -223,6 +237,11 @@ FF_API ff_status ff_table_read(const char *path, const char *format, ff_table **
 
 /** The same with all options (NULL: none). FF_ERR_UNSUPPORTED also for an option that the format does not understand. */
 FF_API ff_status ff_table_read_with(const char *path, const ff_read_options *o, ff_table **out, ff_error *err);
+
+/** Reads n files (>= 1) and joins their samples to one measurement, as where each file has one incidence; a folder stands for the files
+ *  in it that some format recognises, by their names. Channels are the same in all; standard deviations stay where all have them.
+ *  Errors as ff_table_read_with, of the first file that has one; FF_ERR_DATA for channels that differ; FF_ERR_RANGE for n = 0. */
+FF_API ff_status ff_table_read_all(const char *const *paths, size_t n, const ff_read_options *o, ff_table **out, ff_error *err);
 
 /** Writes with the named format, or by extension when format is NULL ("-" is standard output). The file appears whole or not at
  * all. FF_ERR_UNSUPPORTED for a format that cannot be written or cannot hold such data, FF_ERR_DATA for samples that no file can

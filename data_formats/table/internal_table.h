@@ -100,9 +100,9 @@ void ff_table_product_weights(ff_table *t, const double *const factor[4]);
  * (and the sample invalid where that is at most FF_COS_MIN), pi f gets its scale. Values, sigmas; call once. */
 void ff_table_set_quantity(ff_table *t, ff_quantity quantity);
 
-/** Counts azimuths as the person says (ff_azimuth, ff_phi_sense): turns or mirrors those of the table. What belonged to directions as
- *  they were (axes, cells) is gone then. FF_ERR_MEMORY; the table is then to be cleared. */
-ff_status ff_table_orient(ff_table *t, int azimuth, int phi, ff_error *err);
+/** Takes angles as the person says (ff_azimuth, ff_phi_sense, ff_angles). What belonged to directions as they were (axes, cells) is gone
+ *  then. FF_ERR_MEMORY; the table is then to be cleared. */
+ff_status ff_table_orient(ff_table *t, const ff_read_options *o, ff_error *err);
 
 /** What the values of t were before the reader converted them: undoes ff_table_set_quantity. */
 void ff_table_unset_quantity(ff_table *t);

@@ -18,6 +18,12 @@ const char *ff_phi_sense_name(int phi)
     return phi >= 0 && phi < 4 ? phi_names[phi] : NULL;
 }
 
+const char *ff_angles_name(int angles)
+{
+    static const char *const names[6] = {"", "degrees", "radians", "elevation", "elevation-in", "elevation-out"};
+    return angles >= 0 && angles < 6 ? names[angles] : NULL;
+}
+
 /* Angle planes in place of a grid, whose directions are those of its parametrisation. */
 static ff_status make_angles(ff_table *t, ff_error *err)
 {
@@ -55,16 +61,41 @@ static void negate(double *angle, size_t n)
     for (size_t i = 0; i < n; i++) angle[i] = angle[i] == 0 ? 0 : -angle[i];
 }
 
-ff_status ff_table_orient(ff_table *t, int azimuth, int phi, ff_error *err)
+/* What was measured from the surface, from its normal. */
+static void take_elevations(ff_table *t, int angles)
 {
+    const double right = t->radians_per_unit == 1 ? pi / 2 : pi / 2 / t->radians_per_unit;
+    for (size_t i = 0; i < t->n && angles != FF_ANGLES_ELEVATION_OUT; i++) t->angle[0][i] = right - t->angle[0][i];
+    for (size_t i = 0; i < t->n && angles != FF_ANGLES_ELEVATION_IN; i++) t->angle[2][i] = right - t->angle[2][i];
+    ff_table_note(t, "polar angles%s are elevations above the surface, as asked",
+                  angles == FF_ANGLES_ELEVATION      ? ""
+                  : angles == FF_ANGLES_ELEVATION_IN ? " of the light"
+                                                     : " of the detector");
+}
+
+/* A table of the other unit; what reads a CSV has taken the option already. */
+static int is_other_unit(const ff_table *t, int angles)
+{
+    return (angles == FF_ANGLES_DEGREES && t->radians_per_unit == 1) || (angles == FF_ANGLES_RADIANS && t->radians_per_unit != 1);
+}
+
+ff_status ff_table_orient(ff_table *t, const ff_read_options *o, ff_error *err)
+{
+    const int azimuth = o->azimuth, phi = o->phi, elevations = o->angles >= FF_ANGLES_ELEVATION;
     const int from_mirror = azimuth == FF_AZIMUTH_AS_FORMAT ? t->azimuth_from_mirror : azimuth == FF_AZIMUTH_MIRROR;
     const int turns = from_mirror != t->azimuth_from_mirror;
-    if (!turns && phi == FF_PHI_AS_FORMAT) return FF_OK;
+    const int other_unit = !t->grid && is_other_unit(t, o->angles);
+    if (!turns && phi == FF_PHI_AS_FORMAT && !elevations && !other_unit) return FF_OK;
     if (t->grid) {
         const ff_status status = make_angles(t, err);
         if (status != FF_OK) return status;
     }
     forget_structure(t);
+    if (other_unit) {
+        t->radians_per_unit = o->angles == FF_ANGLES_RADIANS ? 1 : pi / 180;
+        ff_table_note(t, "angles are in %s, as asked", ff_angles_name(o->angles));
+    }
+    if (elevations) take_elevations(t, o->angles);
     if (phi == FF_PHI_CLOCKWISE || phi == FF_PHI_CLOCKWISE_IN) negate(t->angle[1], t->n);
     if (phi == FF_PHI_CLOCKWISE || phi == FF_PHI_CLOCKWISE_OUT) negate(t->angle[3], t->n);
     const double half = pi / t->radians_per_unit;

@@ -195,7 +195,7 @@ static ff_status read_odd_cell(const char *start, const char *stop, size_t colum
 {
     while (start < stop && is_space(*start)) start++;
     while (start < stop && is_space(stop[-1])) stop--;
-    const char *name = columns->names[column];
+    const char *name = columns->names[column], *all = start, *all_stop = stop;
     if (stop - start >= 2 && *start == '"' && stop[-1] == '"') {
         for (start++, stop--; start < stop && is_space(*start);) start++;
         while (start < stop && is_space(stop[-1])) stop--;
@@ -213,7 +213,7 @@ static ff_status read_odd_cell(const char *start, const char *stop, size_t colum
         return FF_OK;
     }
     char found[FF_QUOTE];
-    const char *what = start == stop ? "an empty cell" : ff_quote(start, (size_t)(stop - start), found);
+    const char *what = start == stop ? "an empty cell" : ff_quote(all, (size_t)(all_stop - all), found);
     const char *hint = columns->may_be_empty[column] ? "; leave the cell empty where nothing was measured" : "";
     if (memchr(start, ';', (size_t)(stop - start))) hint = ", columns separated by ',' and not by ';'";
     return ff_error_set(err, FF_ERR_DATA, path, line, -1, "column '%s': found %s, expected a finite number%s", name, what, hint);

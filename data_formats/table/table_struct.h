@@ -85,6 +85,9 @@ size_t ff_table_there(const ff_table *t, size_t first, size_t count);
 ff_status ff_table_read_into(const char *path, const char *format, ff_table *out, ff_error *err);
 ff_status ff_table_read_with_into(const char *path, const ff_read_options *o, ff_table *out, ff_error *err);
 
+/** ff_table_read_all into a table of the caller's. */
+ff_status ff_table_read_all_into(const char *const *paths, size_t n, const ff_read_options *o, ff_table *out, ff_error *err);
+
 /** Moves a table of the caller's to the heap: *t is zeroed, also on failure, when what it owns is released. FF_ERR_MEMORY. */
 ff_status ff_table_move(ff_table *t, ff_table **out, ff_error *err);
 

@@ -83,7 +83,7 @@ class Dialect:
             if self.names == "quoted" or self.names == "units below":
                 self.names = "line"
             self.title = [t for t in self.title if ";" not in t]
-        if self.layout in ("wide", "pivot", "blocks", "spectrum", "vectors") and self.names in ("none", "units below"):
+        if self.layout in ("wide", "pivot", "blocks", "spectrum", "vectors", "half", "elevation") and self.names in ("none", "units below"):
             self.names = "line"
         if self.layout in ("wide", "pivot", "blocks") and self.names == "comment":
             self.names = "line"

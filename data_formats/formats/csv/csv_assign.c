@@ -100,8 +100,7 @@ static const char *list_names(const ff_planner *p, char out[FF_NAMES_LIST])
 
 static ff_status refuse(ff_planner *p, const char *why, const char *say)
 {
-    char names[FF_NAMES_LIST], quoted[FF_QUOTE * 2];
-    (void)quoted;
+    char names[FF_NAMES_LIST];
     return ff_error_hint(p->err,
                          ff_error_set(p->err, FF_ERR_FORMAT, p->path, (long)(p->header_line ? p->header_line : p->look->first_row), -1,
                                       "found the columns %s; %s; say columns '%s'", list_names(p, names), why, say),
@@ -182,7 +181,8 @@ static int is_named(const ff_planner *p, ff_meaning meaning)
 static void settle_sides(ff_planner *p, int wide_over_theta_i)
 {
     const long open = find(p, FF_MEANS_THETA);
-    const int i = is_named(p, FF_MEANS_THETA_I) || is_named(p, FF_MEANS_ELEVATION_I) || wide_over_theta_i;
+    double degrees;
+    const int i = ff_name_incidence(p->path, &degrees) || is_named(p, FF_MEANS_THETA_I) || is_named(p, FF_MEANS_ELEVATION_I) || wide_over_theta_i;
     const int o = is_named(p, FF_MEANS_THETA_O) || is_named(p, FF_MEANS_ELEVATION_O);
     if (open != NONE && !o)
         p->column[open].named.meaning = FF_MEANS_THETA_O;
@@ -348,7 +348,56 @@ static int put_polar(ff_planner *p, const char *key, ff_meaning theta, ff_meanin
     return 1;
 }
 
-static void put_azimuths(ff_planner *p, const wide *w, ff_meaning over)
+/* Columns that nothing is known of and that hold numbers, from the k-th on; NONE. */
+static long next_unknown(const ff_planner *p, long k)
+{
+    for (k++; k < (long)p->n; k++)
+        if (!p->column[k].used && p->column[k].named.meaning == FF_MEANS_NOTHING && isfinite(p->column[k].lo)) return k;
+    return NONE;
+}
+
+static long last_unknown(const ff_planner *p)
+{
+    long last = NONE;
+    for (long k = next_unknown(p, NONE); k != NONE; k = next_unknown(p, k)) last = k;
+    return last;
+}
+
+static long first_value(const ff_planner *p)
+{
+    for (size_t k = 0; k < p->n; k++)
+        if (is_value(&p->column[k])) return (long)k;
+    return NONE;
+}
+
+/* What is missing of the polar angles: the first column that nothing is known of may be it, the last one the values. */
+static ff_status refuse_polar(ff_planner *p, const char *key)
+{
+    char why[128], say[640];
+    const int is_i = strcmp(key, "theta_i") == 0;
+    const long o = find(p, FF_MEANS_THETA_O), phi_known = find(p, FF_MEANS_PHI_O) != NONE ? find(p, FF_MEANS_PHI_O) : find(p, FF_MEANS_PHI);
+    long value = first_value(p), free = next_unknown(p, NONE), phi = phi_known;
+    if (value == NONE) value = last_unknown(p);
+    if (free == value) free = NONE;
+    if (phi == NONE && free != NONE) phi = next_unknown(p, free);
+    if (phi == value) phi = NONE;
+    if ((is_i && o == NONE) || value == NONE) {
+        guess(p, say, sizeof say);
+    } else {
+        const char *made = so_far(p);
+        size_t used = (size_t)snprintf(say, sizeof say, "%.200s%s", made, *made ? "," : "");
+        used += (size_t)(free != NONE ? snprintf(say + used, sizeof say - used, "%s=#%ld", key, free + 1)
+                                      : snprintf(say + used, sizeof say - used, "%s=20", key));
+        if (is_i) used += (size_t)snprintf(say + used, sizeof say - used, ",theta_o=#%ld%s", o + 1, unit_text(p->column[o].named.unit));
+        used += (size_t)(phi == NONE ? snprintf(say + used, sizeof say - used, ",phi_i=0,phi_o=180")
+                                     : snprintf(say + used, sizeof say - used, ",phi_i=0,phi_o=#%ld%s", phi + 1, unit_text(p->column[phi].named.unit)));
+        snprintf(say + used, sizeof say - used, ",f=#%ld%s", value + 1, unit_text(p->column[value].named.unit));
+    }
+    snprintf(why, sizeof why, "none of them is %s%s", key, free == NONE ? ", here as if it were 20 degrees everywhere" : "");
+    return refuse(p, why, say);
+}
+
+static ff_status put_azimuths(ff_planner *p, const wide *w, ff_meaning over)
 {
     const long i = find(p, FF_MEANS_PHI_I);
     long o = find(p, FF_MEANS_PHI_O);
@@ -364,44 +413,21 @@ static void put_azimuths(ff_planner *p, const wide *w, ff_meaning over)
         put_angle(p, "phi_o", (size_t)o, 0);
         if (i == NONE) assume(p, "the only azimuth is taken as counted from that of the light: phi_i is 0");
     } else if (across) {
-        return;
+        return FF_OK;
     } else if (p->setting[FF_MEANS_PHI_O].count || p->setting[FF_MEANS_PHI].count) {
         put_setting(p, "phi_o", p->setting[FF_MEANS_PHI_O].count ? FF_MEANS_PHI_O : FF_MEANS_PHI);
+    } else if (i != NONE) {
+        const long value = first_value(p) != NONE ? first_value(p) : last_unknown(p);
+        char say[512];
+        snprintf(say, sizeof say, "%.300s,phi_o=180,f=#%ld", so_far(p), value + 1);
+        return refuse(p, "none of them is phi_o, here as if it were 180 degrees everywhere", say);
     } else {
         put_constant(p, "phi_o", 180);
+        fputs(":deg", p->text);
         p->plan.scan = 1;
         assume(p, "there is no azimuth: a scan in the plane of incidence, positive angles on the side of the mirror direction");
     }
-}
-
-/* What is missing of the polar angles. */
-static ff_status refuse_polar(ff_planner *p, const char *key)
-{
-    char why[FF_PLAN_NAME], say[512] = "", *at = say;
-    const size_t room = sizeof say;
-    snprintf(why, sizeof why, "none of them is %s", key);
-    const char *made = so_far(p);
-    if (strlen(made) + 160 < room) at = stpcpy(at, made);
-    if (at > say) *at++ = ',';
-    long free = NONE, value = NONE;
-    for (size_t k = 0; k < p->n; k++) {
-        if (!p->column[k].used && p->column[k].named.meaning == FF_MEANS_NOTHING && isfinite(p->column[k].lo) && free == NONE) free = (long)k;
-        if (is_value(&p->column[k]) && value == NONE) value = (long)k;
-    }
-    if (free != NONE && value == NONE && (size_t)free + 1 == p->n) value = free, free = NONE;
-    if (free != NONE)
-        at += snprintf(at, room - (size_t)(at - say), "%s=#%ld", key, free + 1);
-    else
-        at += snprintf(at, room - (size_t)(at - say), "%s=20", key);
-    if (strcmp(key, "theta_i") == 0) {
-        const long o = find(p, FF_MEANS_THETA_O);
-        if (o != NONE) at += snprintf(at, room - (size_t)(at - say), ",theta_o=#%ld", o + 1);
-    }
-    const long phi = find(p, FF_MEANS_PHI_O) != NONE ? find(p, FF_MEANS_PHI_O) : find(p, FF_MEANS_PHI);
-    at += snprintf(at, room - (size_t)(at - say), phi == NONE ? ",phi_i=0,phi_o=180" : ",phi_i=0,phi_o=#%ld", phi + 1);
-    if (value != NONE) snprintf(at, room - (size_t)(at - say), ",f=#%ld", value + 1);
-    if (free == NONE) snprintf(why, sizeof why, "none of them is %s (here as if it were 20 degrees everywhere)", key);
-    return refuse(p, why, say);
+    return FF_OK;
 }
 
 /* ---- values into the option ------------------------------------------------------------------------------ */
@@ -543,24 +569,18 @@ static ff_status check_units(ff_planner *p)
         if (m == FF_MEANS_PHI_I || m == FF_MEANS_PHI_O || m == FF_MEANS_PHI || m == FF_MEANS_PHI_H || m == FF_MEANS_PHI_D) continue;
         polar = fmax(polar, fmax(fabs(c->lo), fabs(c->hi)));
     }
-    if (without == 0) return FF_OK;
+    if (without == 0 || p->angles == FF_ANGLES_DEGREES || p->angles == FF_ANGLES_RADIANS) return FF_OK;
     if (polar > p->small || polar == 0) {
         assume(p, "angles without a unit are taken to be degrees");
         return FF_OK;
     }
-    char say[640], *at = say;
-    for (const char *q = so_far(p); *q && at + 8 < say + sizeof say; q++) {
-        const char *item = q;
-        while (item > so_far(p) && item[-1] != ',') item--;
-        *at++ = *q;
-        const size_t column = *q == '#' ? (size_t)strtol(q + 1, NULL, 10) : 0;
-        if (!column || column > p->n || !p->column[column - 1].used) continue;
-        const ff_meaning m = p->column[column - 1].named.meaning;
-        while (q[1] >= '0' && q[1] <= '9') *at++ = *++q;
-        if (m != FF_MEANS_NOTHING && m < FF_MEANS_WI_X && q[1] != ':') at = stpcpy(at, ":rad");
-    }
-    *at = '\0';
-    return refuse(p, "their polar angles are all below 1.571: radians, as here, or degrees, :deg", say);
+    char names[FF_NAMES_LIST];
+    return ff_error_hint(p->err,
+                         ff_error_set(p->err, FF_ERR_FORMAT, p->path, (long)p->header_line, -1,
+                                      "found the columns %s; their polar angles have no unit and are all below 1.571: if they are not in degrees "
+                                      "(which angles degrees insists on), say angles radians",
+                                      list_names(p, names)),
+                         FF_HINT_SAY);
 }
 
 static void name_strangers(ff_planner *p)
@@ -613,14 +633,27 @@ static ff_meaning missing_angle(const ff_planner *p)
     return FF_MEANS_PHI_O;
 }
 
+/* One file an incidence: its name says which. */
+static int put_name_of_file(ff_planner *p)
+{
+    double degrees;
+    if (!ff_name_incidence(p->path, &degrees)) return 0;
+    put_separator(p);
+    fputs("theta_i=", p->text);
+    put_number(p->text, degrees);
+    fputs(":deg", p->text);
+    assume(p, "theta_i is %g degrees by the name of the file", degrees);
+    return 1;
+}
+
 static ff_status put_directions(ff_planner *p, const wide *w, ff_meaning over)
 {
     if (find(p, FF_MEANS_THETA_H) != NONE && find(p, FF_MEANS_THETA_D) != NONE) return put_half_difference(p);
     if (find(p, FF_MEANS_WI_X) != NONE && find(p, FF_MEANS_WO_X) != NONE) return put_vectors(p);
-    if (!(w->n && over == FF_MEANS_THETA_I) && !put_polar(p, "theta_i", FF_MEANS_THETA_I, FF_MEANS_ELEVATION_I)) return refuse_polar(p, "theta_i");
+    if (!(w->n && over == FF_MEANS_THETA_I) && !put_polar(p, "theta_i", FF_MEANS_THETA_I, FF_MEANS_ELEVATION_I) && !put_name_of_file(p))
+        return refuse_polar(p, "theta_i");
     if (!(w->n && over == FF_MEANS_THETA_O) && !put_polar(p, "theta_o", FF_MEANS_THETA_O, FF_MEANS_ELEVATION_O)) return refuse_polar(p, "theta_o");
-    put_azimuths(p, w, over);
-    return FF_OK;
+    return put_azimuths(p, w, over);
 }
 
 ff_status ff_plan_assign(ff_planner *p)

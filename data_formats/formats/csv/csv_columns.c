@@ -436,6 +436,7 @@ ff_status ff_csv_read_columns(const char *path, const ff_read_options *o, const 
     reader r = {.err = err, .path = path, .layout = layout, .head = {.radians_per_unit = degree, .isotropic = -1}};
     ff_csv_dialect given;
     if (layout) return read_with(&r, layout->columns, o, out);
+    if (o->angles == FF_ANGLES_RADIANS) r.head.radians_per_unit = 1;
     ff_status status = ff_csv_dialect_read(o->dialect, path, &given, err);
     if (status == FF_OK) status = ff_csv_look_at(path, &given, &r.look, err);
     if (status != FF_OK) return status;
@@ -447,9 +448,10 @@ ff_status ff_csv_read_columns(const char *path, const ff_read_options *o, const 
 ff_status ff_csv_read_table(const char *path, const ff_read_options *o, ff_csv_look *look, ff_table *out, ff_error *err)
 {
     ff_csv_plan plan;
-    ff_status status = ff_csv_plan_make(look, path, &plan, err);
+    ff_status status = ff_csv_plan_make(look, path, o->angles, &plan, err);
     if (status != FF_OK) return status;
     reader r = {.err = err, .path = path, .plan = &plan, .look = *look, .head = {.radians_per_unit = degree, .isotropic = -1}};
+    if (o->angles == FF_ANGLES_RADIANS) r.head.radians_per_unit = 1;
     status = read_with(&r, plan.columns, o, out);
     ff_csv_plan_clear(&plan);
     return status;

@@ -6,6 +6,7 @@
 #include "base/internal_plain.h"
 #include <ctype.h>
 #include <math.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -367,4 +368,27 @@ void ff_name_meaning(const char *name, ff_named *out)
         else if (out->meaning != FF_MEANS_NUMBER)
             out->meaning = FF_MEANS_NOTHING;
     }
+}
+
+int ff_name_incidence(const char *path, double *degrees)
+{
+    char name[FOLDED], folded[FOLDED];
+    tokens t;
+    size_t found = 0;
+    const char *slash = strrchr(path, '/');
+    snprintf(name, sizeof name, "%s", slash ? slash + 1 : path);
+    char *dot = strrchr(name, '.');
+    if (dot && strcmp(dot, ".gz") == 0) *dot = '\0', dot = strrchr(name, '.');
+    if (dot && !isdigit((unsigned char)dot[1])) *dot = '\0';
+    fold(name, folded);
+    cut(folded, &t);
+    for (size_t k = 0; k < t.n; k++) {
+        if (isnan(t.at[k].number)) continue;
+        const int before = k > 0 ? t.at[k - 1].says : 0;
+        const int unit = k + 1 < t.n && isnan(t.at[k + 1].number) ? unit_of_word(t.at[k + 1].word) : -1;
+        const int of_other = before & (SIDE_O | AZIMUTH | WAVELENGTH);
+        if (of_other || !(unit == FF_CSV_DEGREES || before & (SIDE_I | POLAR))) continue;
+        if (found++ == 0) *degrees = t.at[k].number;
+    }
+    return found == 1 && *degrees >= 0 && *degrees <= 90;
 }

@@ -64,7 +64,7 @@ static int score_of(const names *c, size_t wanted)
         copy_cell(c->text, c->length, c->separator, k, name);
         ff_name_meaning(name, &named);
         if (*name) full = k + 1;
-        score += named.meaning != FF_MEANS_NOTHING && named.meaning != FF_MEANS_NUMBER ? 4 : *name ? 0 : -1;
+        score += named.meaning == FF_MEANS_NUMBER ? 1 : named.meaning != FF_MEANS_NOTHING ? 4 : *name ? 0 : -1;
     }
     return full == wanted ? score + 2 : full > wanted || c->cells < wanted ? -1 : score;
 }
@@ -80,7 +80,7 @@ static names split_names(const ff_csv_look *look, size_t k, size_t wanted)
     names best = {.score = -1};
     for (const char *s = all; *s; s++) {
         names one = {l, text, (size_t)(stop - text), 0, *s, 0};
-        if (one.length == 0) continue;
+        if (one.length == 0 || (*s == ' ' && look->dialect.separator != ' ')) continue; /* names may have blanks in them */
         one.cells = ff_csv_count_cells(text, one.length, *s);
         one.score = one.cells < 2 ? -1 : score_of(&one, wanted);
         if (one.score > best.score) best = one;
@@ -231,9 +231,9 @@ static ff_status make(ff_planner *p)
     return ff_plan_assign(p);
 }
 
-ff_status ff_csv_plan_make(const ff_csv_look *look, const char *path, ff_csv_plan *out, ff_error *err)
+ff_status ff_csv_plan_make(const ff_csv_look *look, const char *path, int angles, ff_csv_plan *out, ff_error *err)
 {
-    ff_planner p = {.look = look, .path = path, .err = err, .small = small};
+    ff_planner p = {.look = look, .path = path, .err = err, .small = small, .angles = angles};
     if (!look->first_row)
         return ff_error_set(err, FF_ERR_FORMAT, path, look->n_lines ? 1 : 0, -1,
                             "found no line with two numbers or more among the first %zu, expected a table of angles and values",

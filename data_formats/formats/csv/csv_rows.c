@@ -29,7 +29,7 @@ static ff_status bad_cell(const reader *r, const want *w, const char *start, con
     const ff_status status =
         ff_error_set(r->err, FF_ERR_DATA, r->path, r->lines.line, -1, "column %zu (%s): found %s, expected a finite number%s", w->column + 1,
                      ff_quote(w->item->text, strlen(w->item->text), key),
-                     start == stop ? "an empty cell" : ff_quote(start, (size_t)(stop - start), found), hint);
+                     start == stop ? "an empty cell, or a word for one," : ff_quote(start, (size_t)(stop - start), found), hint);
     return ff_error_hint(r->err, status, comma ? FF_HINT_SAY : FF_HINT_NONE);
 }
 
@@ -224,9 +224,7 @@ static ff_status check_there(const reader *r, const double *row)
         const want *one = &r->wants[w];
         if (may_be_missing(one)) continue;
         const double v = one->place < FF_CSV_FAR ? row[one->place] : r->far[one->place - FF_CSV_FAR];
-        if (isnan(v))
-            return ff_error_set(r->err, FF_ERR_DATA, r->path, r->lines.line, -1, "column %zu (%s): found no number, expected one: this row has a value",
-                                one->column + 1, one->item->text);
+        if (isnan(v)) return bad_cell(r, one, "", "");
     }
     return FF_OK;
 }

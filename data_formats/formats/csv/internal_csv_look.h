@@ -51,8 +51,8 @@ typedef struct ff_csv_plan {
     int scan; /**< no azimuth: a scan in the plane of incidence, positive on the side of the mirror direction */
 } ff_csv_plan;
 
-/** FF_ERR_FORMAT: what the columns mean cannot be told; the message has the option that would. FF_ERR_MEMORY. */
-ff_status ff_csv_plan_make(const ff_csv_look *look, const char *path, ff_csv_plan *out, ff_error *err);
+/** angles: an ff_angles. FF_ERR_FORMAT: what the columns mean cannot be told; the message has the option that would. FF_ERR_MEMORY. */
+ff_status ff_csv_plan_make(const ff_csv_look *look, const char *path, int angles, ff_csv_plan *out, ff_error *err);
 void ff_csv_plan_clear(ff_csv_plan *plan);
 
 #endif

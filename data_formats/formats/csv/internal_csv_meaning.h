@@ -80,6 +80,10 @@ void ff_name_meaning(const char *name, ff_named *out);
  */
 int ff_name_unit(const char *text);
 
+/** The angle of incidence that the name of a file says, in degrees: "A3_20deg.csv", "aoi 12.5.txt", "theta_i=20". 0 when it says none, or
+ *  several. */
+int ff_name_incidence(const char *path, double *degrees);
+
 /** Makes UTF-8 of a name in ISO-8859-1; one that is UTF-8 stays. Cut to fit. Returns out. */
 const char *ff_name_utf8(const char *name, char *out, size_t size);
 

@@ -1,0 +1,282 @@
+/* Whether angles and values are what they were taken for. Each way of taking the angles is tried: that share of the differences of ln f
+ * within an incidence which theta_h explains says how well it does. */
+#include "ff_geometry.h"
+#include "ff_brightest.h"
+#include "data_formats/table/table_struct.h"
+#include "models/model_struct.h"
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+static const double pi = 3.14159265358979323846;
+
+enum { BANDS = 18, HALVES = 45, GROUPS = BANDS * HALVES, LOOKED_AT = 20000, FEWEST = 40 };
+#define EXPLAINS 0.8  /* of the differences, when it is right */
+#define LEAVES   0.35 /* of what is left as it is, at the most */
+
+/* One sample: angles in radians. */
+typedef struct sample {
+    double theta_i, phi_i, theta_o, phi_o, y;
+} sample;
+
+typedef struct looker {
+    size_t n;
+    sample *at;
+} looker;
+
+typedef struct share {
+    size_t n, bands;
+    double explained; /* adjusted for the number of groups; -infinity where too few samples share one */
+    double slope;     /* of y along theta_h: negative for a lobe */
+} share;
+
+/* ---- samples ---------------------------------------------------------------------------------- */
+
+static double mean_value(const ff_table *t, size_t i)
+{
+    double mean = 0;
+    for (size_t c = 0; c < t->n_channels; c++) mean += t->channels[c].scale * t->value[c * t->n + i] / (double)t->n_channels;
+    return mean;
+}
+
+static int take(const ff_table *t, looker *l)
+{
+    const size_t step = t->n / LOOKED_AT + 1;
+    l->at = malloc((t->n / step + 1) * sizeof *l->at);
+    if (!l->at) return 0;
+    for (size_t i = 0; i < t->n; i += step) {
+        const double u = t->radians_per_unit, v = mean_value(t, i);
+        if (!t->valid[i] || !(v > 0)) continue;
+        const double a[4] = {u * t->angle[0][i], u * t->angle[1][i], u * t->angle[2][i], u * t->angle[3][i]};
+        l->at[l->n++] = (sample){a[0], a[1], a[2], a[3], log(v)};
+    }
+    return 1;
+}
+
+/* ---- taking the angles otherwise ---------------------------------------------------------------- */
+
+static sample taken_as(sample s, int kind)
+{
+    const double right = pi / 2;
+    switch (kind) {
+    case FF_GEOMETRY_TURNED:
+        s.phi_o += pi;
+        break;
+    case FF_GEOMETRY_ELEVATION:
+        s.theta_i = right - s.theta_i;
+        s.theta_o = right - s.theta_o;
+        break;
+    case FF_GEOMETRY_ELEVATION_IN:
+        s.theta_i = right - s.theta_i;
+        break;
+    case FF_GEOMETRY_ELEVATION_OUT:
+        s.theta_o = right - s.theta_o;
+        break;
+    case FF_GEOMETRY_CLOCKWISE:
+        s.phi_o = -s.phi_o;
+        break;
+    default:
+        break;
+    }
+    return s;
+}
+
+static double theta_h_of(const sample *s)
+{
+    const double apart = s->phi_o - s->phi_i;
+    const double x = sin(s->theta_i) + sin(s->theta_o) * cos(apart), y = sin(s->theta_o) * sin(apart), z = cos(s->theta_i) + cos(s->theta_o);
+    return atan2(hypot(x, y), z);
+}
+
+static int band_of(double x, double width, int n)
+{
+    const int k = (int)(x / width + 1e-9);
+    return k < 0 ? 0 : k < n ? k : n - 1;
+}
+
+/* Sums of a group of samples. */
+typedef struct group {
+    double n, y, yy;
+} group;
+
+static void add(group *g, double y)
+{
+    g->n++;
+    g->y += y;
+    g->yy += y * y;
+}
+
+static double within(const group *g)
+{
+    return g->n > 0 ? fmax(0, g->yy - g->y * g->y / g->n) : 0;
+}
+
+static int usable(const sample *s, double max_theta)
+{
+    return cos(s->theta_i) > FF_COS_MIN && cos(s->theta_o) > FF_COS_MIN && fabs(s->theta_i) <= max_theta && fabs(s->theta_o) <= max_theta;
+}
+
+static share explain(const looker *l, int kind, double max_theta, group *groups)
+{
+    group of_band[BANDS] = {{0}};
+    double between = 0, left = 0, n = 0, free = 0, xy = 0, x_sum = 0;
+    size_t used = 0, bands = 0;
+    memset(groups, 0, GROUPS * sizeof *groups);
+    for (size_t i = 0; i < l->n; i++) {
+        const sample s = taken_as(l->at[i], kind);
+        if (!usable(&s, max_theta)) continue;
+        const double half = theta_h_of(&s);
+        const int band = band_of(fabs(s.theta_i), pi / 36, BANDS);
+        add(&of_band[band], s.y);
+        add(&groups[band * HALVES + band_of(half, pi / 90, HALVES)], s.y);
+        x_sum += half;
+        xy += half * s.y;
+        n++;
+    }
+    double y_sum = 0;
+    for (int b = 0; b < BANDS; b++) {
+        if (of_band[b].n == 0) continue;
+        between += within(&of_band[b]);
+        y_sum += of_band[b].y;
+        free += 1;
+        bands++;
+    }
+    for (int k = 0; k < GROUPS; k++) {
+        left += within(&groups[k]);
+        used += groups[k].n > 0;
+    }
+    share s = {(size_t)n, bands, -INFINITY, n > 0 ? xy - x_sum * y_sum / n : 0};
+    if (n - (double)used >= FEWEST / 2.0 && n - free > 0 && between > 0) s.explained = 1 - left / (n - (double)used) / (between / (n - free));
+    return s;
+}
+
+/* ---- findings ------------------------------------------------------------------------------------- */
+
+static void put(ff_geometry *g, ff_geometry_kind kind, int sure, double a, double b)
+{
+    if (g->n < FF_GEOMETRY_FINDINGS) g->finding[g->n++] = (ff_finding){kind, sure, {a, b}};
+}
+
+static int has_two_azimuths(const ff_table *t)
+{
+    for (size_t i = 1; i < t->n; i++)
+        if (t->angle[1][i] != t->angle[1][0]) return 1;
+    return 0;
+}
+
+/* Azimuths that are multiples of a right angle in radians, among none that are beyond a turn. */
+static int has_radian_azimuths(const ff_table *t)
+{
+    int any = 0;
+    for (size_t i = 0; i < t->n; i++)
+        for (int k = 1; k < 4; k += 2) {
+            const double phi = fabs(t->angle[k][i]), of_right = phi / (pi / 2);
+            if (phi > 2 * pi + 1e-3) return 0;
+            any |= of_right > 0.5 && fabs(of_right - rint(of_right)) < 1e-3;
+        }
+    return any;
+}
+
+static void look_at_unit(const ff_table *t, ff_geometry *g)
+{
+    double largest = 0;
+    if (t->radians_per_unit == 1 || t->n < 3) return;
+    for (size_t i = 0; i < t->n; i++) largest = fmax(largest, fmax(fabs(t->angle[0][i]), fabs(t->angle[2][i])));
+    if (largest > 0 && largest <= pi / 2 + 1e-4) put(g, FF_GEOMETRY_RADIANS, has_radian_azimuths(t), largest, 0);
+}
+
+/* The way of taking the angles that explains clearly more. A lobe falls along theta_h. */
+static ff_status look_at_angles(const ff_table *t, double max_theta, ff_geometry *g)
+{
+    looker l = {0};
+    group *groups = malloc(GROUPS * sizeof *groups);
+    if (!groups || !take(t, &l)) {
+        free(groups);
+        return FF_ERR_MEMORY;
+    }
+    const share as_is = explain(&l, -1, max_theta, groups);
+    share best = as_is;
+    int kind = -1;
+    for (int k = FF_GEOMETRY_TURNED; k <= FF_GEOMETRY_CLOCKWISE; k++) {
+        if (k == FF_GEOMETRY_UNTURNED || (k == FF_GEOMETRY_CLOCKWISE && !has_two_azimuths(t))) continue;
+        const share s = explain(&l, k, max_theta, groups);
+        if (s.n < FEWEST || s.bands < 2 || s.slope >= 0 || !(s.explained > best.explained + 1e-3)) continue;
+        best = s;
+        kind = k;
+    }
+    if (kind >= 0 && best.explained > EXPLAINS && as_is.n >= FEWEST && 1 - best.explained < LEAVES * (1 - as_is.explained))
+        put(g, kind == FF_GEOMETRY_TURNED && t->azimuth_from_mirror ? FF_GEOMETRY_UNTURNED : (ff_geometry_kind)kind, 1, as_is.explained,
+            best.explained);
+    free(groups);
+    free(l.at);
+    return FF_OK;
+}
+
+static void look_at_side(const ff_table *t, const ff_brightest *b, ff_geometry *g)
+{
+    if (ff_brightest_odd(b) != FF_SIDE_LIGHT) return;
+    for (size_t k = 0; k < g->n; k++)
+        if (g->finding[k].kind <= FF_GEOMETRY_CLOCKWISE) return;
+    put(g, t->azimuth_from_mirror ? FF_GEOMETRY_UNTURNED : FF_GEOMETRY_TURNED, 1, NAN, NAN);
+}
+
+static void look_at_values(const ff_brightest *b, ff_geometry *g)
+{
+    if (b->reflects > 1.1 * pi)
+        put(g, FF_GEOMETRY_PERCENT, 0, b->reflects, 0);
+    else if (b->reflects > 1.1)
+        put(g, FF_GEOMETRY_FACTOR, 0, b->reflects, 0);
+}
+
+/* The least largest angle that a sample has; infinite where none is above the horizon. */
+static double least_angle(const ff_table *t)
+{
+    double w[6], *const planes[6] = {w, w + 1, w + 2, w + 3, w + 4, w + 5}, least = INFINITY;
+    for (size_t i = 0; i < t->n; i++) {
+        if (!t->valid[i]) continue;
+        ff_table_directions(t, i, 1, planes);
+        if (w[2] > FF_COS_MIN && w[5] > FF_COS_MIN) least = fmin(least, acos(fmin(fmin(w[2], w[5]), 1)));
+        if (least <= 0.1) break;
+    }
+    return least;
+}
+
+ff_status ff_geometry_find(const ff_table *t, double max_theta, ff_geometry *out)
+{
+    ff_brightest b;
+    ff_geometry g = {.open = t->angles_are_open};
+    ff_status status = ff_brightest_find(t, max_theta, &b);
+    if (status != FF_OK) return status;
+    if (!t->grid) {
+        look_at_unit(t, &g);
+        if (g.n == 0) status = look_at_angles(t, max_theta, &g);
+        if (status != FF_OK) return status;
+    }
+    if (g.n == 0) look_at_side(t, &b, &g);
+    const double least = least_angle(t);
+    if (isfinite(least) && least > max_theta * (1 + 1e-12)) put(&g, FF_GEOMETRY_BEYOND, 1, least * 180 / pi, 0);
+    look_at_values(&b, &g);
+    *out = g;
+    return FF_OK;
+}
+
+const char *ff_geometry_option(const ff_finding *f, char value[32])
+{
+    static const struct {
+        const char *option, *value;
+    } of[FF_GEOMETRY_KINDS] = {[FF_GEOMETRY_TURNED] = {"azimuth", "mirror"},
+                               [FF_GEOMETRY_UNTURNED] = {"azimuth", "light"},
+                               [FF_GEOMETRY_ELEVATION] = {"angles", "elevation"},
+                               [FF_GEOMETRY_ELEVATION_IN] = {"angles", "elevation-in"},
+                               [FF_GEOMETRY_ELEVATION_OUT] = {"angles", "elevation-out"},
+                               [FF_GEOMETRY_CLOCKWISE] = {"phi", "clockwise-out"},
+                               [FF_GEOMETRY_RADIANS] = {"angles", "radians"},
+                               [FF_GEOMETRY_PERCENT] = {"scale", "0.01"},
+                               [FF_GEOMETRY_FACTOR] = {"quantity", "reflectance-factor"},
+                               [FF_GEOMETRY_BEYOND] = {"max-theta", ""}};
+    if ((unsigned)f->kind >= FF_GEOMETRY_KINDS) return NULL;
+    strcpy(value, of[f->kind].value);
+    if (f->kind == FF_GEOMETRY_BEYOND) snprintf(value, 32, "%g", fmin(90, ceil(f->value[0]) + 5));
+    return of[f->kind].option;
+}
