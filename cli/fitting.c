@@ -108,15 +108,18 @@ static void release_samples(ff_table *t)
  * angles are, nothing is, unless the person insists. Exit status. */
 static int diagnose(const cli_args *args, const char *path, const ff_table *t, double max_theta)
 {
-    ff_geometry g;
+    ff_diagnosis g;
     char text[FF_WORDS_SENTENCE];
     int stops = 0;
     if (cli_switch(args, FLAG_AS_IS, 0)) return EXIT_DONE;
-    const ff_status failed = ff_geometry_find(t, max_theta, &g);
+    const ff_status failed = ff_diagnosis_find(t, max_theta, &g);
     if (failed != FF_OK) return cli_failed(failed, NULL);
     for (size_t k = 0; k < g.n; k++) {
-        const int sure = g.open && g.finding[k].sure && g.finding[k].kind != FF_GEOMETRY_BEYOND;
-        if (sure) cli_message("%s: %s, or --as-is to fit it as it stands", path, ff_words_finding(&g.finding[k], text));
+        const int sure = g.open && g.finding[k].sure && g.finding[k].kind != FF_DIAGNOSIS_BEYOND;
+        if (sure)
+            cli_message("%s: %s, or --as-is to fit it as it stands", path, ff_words_finding(&g.finding[k], text));
+        else if (g.open && !g.finding[k].sure)
+            cli_message("%s: %s", path, ff_words_finding(&g.finding[k], text));
         stops |= sure;
     }
     return stops ? EXIT_ANSWER_IS_NO : EXIT_DONE;

@@ -135,9 +135,9 @@ static ff_status put_brightest(const ff_table *t, FILE *out)
 /* What the data say of their angles and values, with the flag that mends it. */
 static ff_status put_geometry(const ff_table *t, FILE *out)
 {
-    ff_geometry g;
+    ff_diagnosis g;
     char text[FF_WORDS_SENTENCE];
-    const ff_status status = ff_geometry_find(t, looked_at, &g);
+    const ff_status status = ff_diagnosis_find(t, looked_at, &g);
     for (size_t k = 0; status == FF_OK && k < g.n; k++) fprintf(out, "warning: %s\n", ff_words_finding(&g.finding[k], text));
     return status;
 }
@@ -519,14 +519,14 @@ static void brightest_json(ff_json *j, const ff_brightest *b)
     ff_json_close(j);
 }
 
-static void geometry_json(ff_json *j, const ff_geometry *g)
+static void geometry_json(ff_json *j, const ff_diagnosis *g)
 {
     char text[FF_WORDS_SENTENCE], value[32];
     ff_json_object(j, "geometry", FF_JSON_BLOCK);
     ff_json_bool(j, "open", g->open);
     ff_json_array(j, "findings", FF_JSON_BLOCK);
     for (size_t k = 0; k < g->n; k++) {
-        const char *option = ff_geometry_option(&g->finding[k], value);
+        const char *option = ff_diagnosis_option(&g->finding[k], value);
         ff_json_object(j, NULL, FF_JSON_BLOCK);
         ff_json_string(j, "kind", ff_words_finding_kind((int)g->finding[k].kind));
         ff_json_bool(j, "sure", g->finding[k].sure);
@@ -552,11 +552,11 @@ ff_status ff_report_table_json(const ff_report_head *head, const char *path, con
     table_summary s;
     ff_json j;
     ff_brightest brightest;
-    ff_geometry geometry;
+    ff_diagnosis geometry;
     ff_status status = summarise(t, &s);
     if (status != FF_OK) return status;
     status = ff_brightest_find(t, looked_at, &brightest);
-    if (status == FF_OK) status = ff_geometry_find(t, looked_at, &geometry);
+    if (status == FF_OK) status = ff_diagnosis_find(t, looked_at, &geometry);
     if (status != FF_OK) {
         summary_free(&s);
         return status;

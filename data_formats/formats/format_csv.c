@@ -409,7 +409,7 @@ static void describe(const csv *f, ff_table *t)
     if (f->head.radians_per_unit != 1 && t->n >= 20 && f->theta_largest > 0 && f->theta_largest <= 1.5708) {
         char largest[FF_NUMBER_TEXT + 1];
         largest[ff_number_write(round(f->theta_largest * 1e4) / 1e4, largest)] = '\0';
-        ff_table_note(t, "the largest theta is %s degrees: are these radians? then say '# angles: radians'", largest);
+        ff_table_note_hint(t, FF_HINT_SAY, "the largest theta is %s degrees: are these radians? say angles radians", largest);
     }
     if (f->lines.unterminated) ff_table_note(t, "the last line has no end-of-line: if the file was cut, so was its last number");
 }
@@ -456,6 +456,14 @@ static ff_status read_all(csv *f, const ff_read_options *o, ff_table *out)
     status = ff_rows_to_table(&f->rows, f->n_channels, f->with_sigma, f->with_weight, &t, f->err);
     if (status != FF_OK) return status;
     describe(f, &t);
+    if (o->angles == FF_ANGLES_AS_FORMAT && !f->head.is_ours && ff_table_has_radian_azimuths(&t)) {
+        ff_table_clear(&t);
+        return ff_error_hint(f->err,
+                             ff_error_set(f->err, FF_ERR_DATA, f->path, 0, -1,
+                                          "found polar angles that are all below 1.571 and azimuths that are multiples of pi / 2: if they are "
+                                          "not in degrees (which angles degrees insists on), say angles radians"),
+                             FF_HINT_SAY);
+    }
     return ff_table_hand_out(&t, f->path, out, f->err);
 }
 

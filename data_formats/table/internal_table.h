@@ -128,6 +128,10 @@ int ff_table_is_missing_word(const char *cell, size_t length);
 /** 1 for a value that ff_table_leave_out_codes takes for a code. */
 int ff_table_is_code(double v);
 
+/** 1 for a table in degrees whose angles can only be radians: polar angles up to a right angle of these, and among azimuths within a turn
+ *  some that are multiples of a right angle. */
+int ff_table_has_radian_azimuths(const ff_table *t);
+
 /** Counts invalid and negative samples. FF_ERR_DATA when no sample is valid. */
 ff_status ff_table_count(ff_table *t, const char *path, ff_error *err);
 

@@ -1,5 +1,6 @@
 /* How the azimuths of a file are counted: from which side, in which sense. */
 #include "internal_table.h"
+#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -22,6 +23,23 @@ const char *ff_angles_name(int angles)
 {
     static const char *const names[6] = {"", "degrees", "radians", "elevation", "elevation-in", "elevation-out"};
     return angles >= 0 && angles < 6 ? names[angles] : NULL;
+}
+
+int ff_table_has_radian_azimuths(const ff_table *t)
+{
+    double polar = 0;
+    int any = 0;
+    if (t->grid || t->radians_per_unit == 1 || t->n < 3) return 0;
+    for (size_t i = 0; i < t->n; i++) {
+        polar = fmax(polar, fmax(fabs(t->angle[0][i]), fabs(t->angle[2][i])));
+        if (polar > pi / 2 + 1e-4) return 0;
+        for (int k = 1; k < 4; k += 2) {
+            const double phi = fabs(t->angle[k][i]), rights = phi / (pi / 2);
+            if (phi > 2 * pi + 1e-3) return 0;
+            any |= rights > 0.5 && fabs(rights - rint(rights)) < 1e-3;
+        }
+    }
+    return any && polar > 0;
 }
 
 /* Angle planes in place of a grid, whose directions are those of its parametrisation. */

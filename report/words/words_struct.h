@@ -1,7 +1,7 @@
 /* Sentences by a subject that is a fit or a retrieval. */
 #ifndef FF_WORDS_STRUCT_H
 #define FF_WORDS_STRUCT_H
-#include "ff_geometry.h"
+#include "ff_diagnosis.h"
 #include "ff_words.h"
 #include "fit/ndf/ndf_struct.h"
 #ifdef __cplusplus

@@ -1,8 +1,8 @@
 /* Whether angles and values are what they were taken for. Each way of taking the angles is tried: that share of the differences of ln f
  * within an incidence which theta_h explains says how well it does. */
-#include "ff_geometry.h"
+#include "ff_diagnosis.h"
 #include "ff_brightest.h"
-#include "data_formats/table/table_struct.h"
+#include "data_formats/table/internal_table.h"
 #include "models/model_struct.h"
 #include <math.h>
 #include <stdio.h>
@@ -60,20 +60,20 @@ static sample taken_as(sample s, int kind)
 {
     const double right = pi / 2;
     switch (kind) {
-    case FF_GEOMETRY_TURNED:
+    case FF_DIAGNOSIS_TURNED:
         s.phi_o += pi;
         break;
-    case FF_GEOMETRY_ELEVATION:
+    case FF_DIAGNOSIS_ELEVATION:
         s.theta_i = right - s.theta_i;
         s.theta_o = right - s.theta_o;
         break;
-    case FF_GEOMETRY_ELEVATION_IN:
+    case FF_DIAGNOSIS_ELEVATION_IN:
         s.theta_i = right - s.theta_i;
         break;
-    case FF_GEOMETRY_ELEVATION_OUT:
+    case FF_DIAGNOSIS_ELEVATION_OUT:
         s.theta_o = right - s.theta_o;
         break;
-    case FF_GEOMETRY_CLOCKWISE:
+    case FF_DIAGNOSIS_CLOCKWISE:
         s.phi_o = -s.phi_o;
         break;
     default:
@@ -153,9 +153,9 @@ static share explain(const looker *l, int kind, double max_theta, group *groups)
 
 /* ---- findings ------------------------------------------------------------------------------------- */
 
-static void put(ff_geometry *g, ff_geometry_kind kind, int sure, double a, double b)
+static void put(ff_diagnosis *g, ff_diagnosis_kind kind, int sure, double a, double b)
 {
-    if (g->n < FF_GEOMETRY_FINDINGS) g->finding[g->n++] = (ff_finding){kind, sure, {a, b}};
+    if (g->n < FF_DIAGNOSIS_FINDINGS) g->finding[g->n++] = (ff_finding){kind, sure, {a, b}};
 }
 
 static int has_two_azimuths(const ff_table *t)
@@ -165,29 +165,16 @@ static int has_two_azimuths(const ff_table *t)
     return 0;
 }
 
-/* Azimuths that are multiples of a right angle in radians, among none that are beyond a turn. */
-static int has_radian_azimuths(const ff_table *t)
-{
-    int any = 0;
-    for (size_t i = 0; i < t->n; i++)
-        for (int k = 1; k < 4; k += 2) {
-            const double phi = fabs(t->angle[k][i]), of_right = phi / (pi / 2);
-            if (phi > 2 * pi + 1e-3) return 0;
-            any |= of_right > 0.5 && fabs(of_right - rint(of_right)) < 1e-3;
-        }
-    return any;
-}
-
-static void look_at_unit(const ff_table *t, ff_geometry *g)
+static void look_at_unit(const ff_table *t, ff_diagnosis *g)
 {
     double largest = 0;
     if (t->radians_per_unit == 1 || t->n < 3) return;
     for (size_t i = 0; i < t->n; i++) largest = fmax(largest, fmax(fabs(t->angle[0][i]), fabs(t->angle[2][i])));
-    if (largest > 0 && largest <= pi / 2 + 1e-4) put(g, FF_GEOMETRY_RADIANS, has_radian_azimuths(t), largest, 0);
+    if (largest > 0 && largest <= pi / 2 + 1e-4) put(g, FF_DIAGNOSIS_RADIANS, ff_table_has_radian_azimuths(t), largest, 0);
 }
 
 /* The way of taking the angles that explains clearly more. A lobe falls along theta_h. */
-static ff_status look_at_angles(const ff_table *t, double max_theta, ff_geometry *g)
+static ff_status look_at_angles(const ff_table *t, double max_theta, ff_diagnosis *g)
 {
     looker l = {0};
     group *groups = malloc(GROUPS * sizeof *groups);
@@ -198,35 +185,36 @@ static ff_status look_at_angles(const ff_table *t, double max_theta, ff_geometry
     const share as_is = explain(&l, -1, max_theta, groups);
     share best = as_is;
     int kind = -1;
-    for (int k = FF_GEOMETRY_TURNED; k <= FF_GEOMETRY_CLOCKWISE; k++) {
-        if (k == FF_GEOMETRY_UNTURNED || (k == FF_GEOMETRY_CLOCKWISE && !has_two_azimuths(t))) continue;
+    for (int k = FF_DIAGNOSIS_TURNED; k <= FF_DIAGNOSIS_CLOCKWISE; k++) {
+        if (k == FF_DIAGNOSIS_UNTURNED || (k == FF_DIAGNOSIS_CLOCKWISE && !has_two_azimuths(t))) continue;
         const share s = explain(&l, k, max_theta, groups);
         if (s.n < FEWEST || s.bands < 2 || s.slope >= 0 || !(s.explained > best.explained + 1e-3)) continue;
         best = s;
         kind = k;
     }
     if (kind >= 0 && best.explained > EXPLAINS && as_is.n >= FEWEST && 1 - best.explained < LEAVES * (1 - as_is.explained))
-        put(g, kind == FF_GEOMETRY_TURNED && t->azimuth_from_mirror ? FF_GEOMETRY_UNTURNED : (ff_geometry_kind)kind, 1, as_is.explained,
+        put(g, kind == FF_DIAGNOSIS_TURNED && t->azimuth_from_mirror ? FF_DIAGNOSIS_UNTURNED : (ff_diagnosis_kind)kind, 1, as_is.explained,
             best.explained);
     free(groups);
     free(l.at);
     return FF_OK;
 }
 
-static void look_at_side(const ff_table *t, const ff_brightest *b, ff_geometry *g)
+static void look_at_side(const ff_table *t, const ff_brightest *b, ff_diagnosis *g)
 {
     if (ff_brightest_odd(b) != FF_SIDE_LIGHT) return;
     for (size_t k = 0; k < g->n; k++)
-        if (g->finding[k].kind <= FF_GEOMETRY_CLOCKWISE) return;
-    put(g, t->azimuth_from_mirror ? FF_GEOMETRY_UNTURNED : FF_GEOMETRY_TURNED, 1, NAN, NAN);
+        if (g->finding[k].kind <= FF_DIAGNOSIS_CLOCKWISE) return;
+    put(g, t->azimuth_from_mirror ? FF_DIAGNOSIS_UNTURNED : FF_DIAGNOSIS_TURNED, 1, NAN, NAN);
 }
 
-static void look_at_values(const ff_brightest *b, ff_geometry *g)
+static void look_at_values(const ff_brightest *b, ff_diagnosis *g)
 {
+    if (b->reflects > 110) return; /* counts, or another unit */
     if (b->reflects > 1.1 * pi)
-        put(g, FF_GEOMETRY_PERCENT, 0, b->reflects, 0);
+        put(g, FF_DIAGNOSIS_PERCENT, 0, b->reflects, 0);
     else if (b->reflects > 1.1)
-        put(g, FF_GEOMETRY_FACTOR, 0, b->reflects, 0);
+        put(g, FF_DIAGNOSIS_FACTOR, 0, b->reflects, 0);
 }
 
 /* The least largest angle that a sample has; infinite where none is above the horizon. */
@@ -242,10 +230,10 @@ static double least_angle(const ff_table *t)
     return least;
 }
 
-ff_status ff_geometry_find(const ff_table *t, double max_theta, ff_geometry *out)
+ff_status ff_diagnosis_find(const ff_table *t, double max_theta, ff_diagnosis *out)
 {
     ff_brightest b;
-    ff_geometry g = {.open = t->angles_are_open};
+    ff_diagnosis g = {.open = t->angles_are_open};
     ff_status status = ff_brightest_find(t, max_theta, &b);
     if (status != FF_OK) return status;
     if (!t->grid) {
@@ -255,28 +243,28 @@ ff_status ff_geometry_find(const ff_table *t, double max_theta, ff_geometry *out
     }
     if (g.n == 0) look_at_side(t, &b, &g);
     const double least = least_angle(t);
-    if (isfinite(least) && least > max_theta * (1 + 1e-12)) put(&g, FF_GEOMETRY_BEYOND, 1, least * 180 / pi, 0);
+    if (isfinite(least) && least > max_theta * (1 + 1e-12)) put(&g, FF_DIAGNOSIS_BEYOND, 1, least * 180 / pi, 0);
     look_at_values(&b, &g);
     *out = g;
     return FF_OK;
 }
 
-const char *ff_geometry_option(const ff_finding *f, char value[32])
+const char *ff_diagnosis_option(const ff_finding *f, char value[32])
 {
     static const struct {
         const char *option, *value;
-    } of[FF_GEOMETRY_KINDS] = {[FF_GEOMETRY_TURNED] = {"azimuth", "mirror"},
-                               [FF_GEOMETRY_UNTURNED] = {"azimuth", "light"},
-                               [FF_GEOMETRY_ELEVATION] = {"angles", "elevation"},
-                               [FF_GEOMETRY_ELEVATION_IN] = {"angles", "elevation-in"},
-                               [FF_GEOMETRY_ELEVATION_OUT] = {"angles", "elevation-out"},
-                               [FF_GEOMETRY_CLOCKWISE] = {"phi", "clockwise-out"},
-                               [FF_GEOMETRY_RADIANS] = {"angles", "radians"},
-                               [FF_GEOMETRY_PERCENT] = {"scale", "0.01"},
-                               [FF_GEOMETRY_FACTOR] = {"quantity", "reflectance-factor"},
-                               [FF_GEOMETRY_BEYOND] = {"max-theta", ""}};
-    if ((unsigned)f->kind >= FF_GEOMETRY_KINDS) return NULL;
+    } of[FF_DIAGNOSIS_KINDS] = {[FF_DIAGNOSIS_TURNED] = {"azimuth", "mirror"},
+                               [FF_DIAGNOSIS_UNTURNED] = {"azimuth", "light"},
+                               [FF_DIAGNOSIS_ELEVATION] = {"angles", "elevation"},
+                               [FF_DIAGNOSIS_ELEVATION_IN] = {"angles", "elevation-in"},
+                               [FF_DIAGNOSIS_ELEVATION_OUT] = {"angles", "elevation-out"},
+                               [FF_DIAGNOSIS_CLOCKWISE] = {"phi", "clockwise-out"},
+                               [FF_DIAGNOSIS_RADIANS] = {"angles", "radians"},
+                               [FF_DIAGNOSIS_PERCENT] = {"scale", "0.01"},
+                               [FF_DIAGNOSIS_FACTOR] = {"quantity", "reflectance-factor"},
+                               [FF_DIAGNOSIS_BEYOND] = {"max-theta", ""}};
+    if ((unsigned)f->kind >= FF_DIAGNOSIS_KINDS) return NULL;
     strcpy(value, of[f->kind].value);
-    if (f->kind == FF_GEOMETRY_BEYOND) snprintf(value, 32, "%g", fmin(90, ceil(f->value[0]) + 5));
+    if (f->kind == FF_DIAGNOSIS_BEYOND) snprintf(value, 32, "%g", fmin(90, ceil(f->value[0]) + 5));
     return of[f->kind].option;
 }
