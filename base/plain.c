@@ -125,6 +125,7 @@ static int utf16_order(const unsigned char *head, size_t n)
     for (size_t k = 0; k + 1 < n; k++) zero[k & 1] += head[k] == 0;
     const int big = marked ? head[0] == 0xFE : zero[0] > zero[1];
     if (!marked && zero[big ? 0 : 1] * 5 < n) return -1; /* the upper halves of ASCII */
+    if (unit_at(head + (marked ? 2 : 0), big) == '<') return -1; /* what reads XML knows it */
     for (size_t k = marked ? 2 : 0; k + 1 < n; k += 2, units++) {
         const uint32_t u = unit_at(head + k, big);
         if (u < 0x20 && u != '\t' && u != '\n' && u != '\r') return -1;

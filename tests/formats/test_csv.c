@@ -216,7 +216,7 @@ static void radian_note(void)
     for (int k = 0; k < 20; k++) snprintf(text + strlen(text), 40, "%d.5,0,1.5708,3,1\n", k % 2);
     ff_table t;
     if (!reads("suspicious", text, &t)) return;
-    FF_CHECK(strstr(t.note, "1.5708") && strstr(t.note, "# angles: radians"), "note '%s'", t.note);
+    FF_CHECK(strstr(t.note, "1.5708") && strstr(t.note, "say angles radians"), "note '%s'", t.note);
     ff_table_clear(&t);
     strcat(text, "2,0,0,0,1\n");
     if (!reads("not suspicious", text, &t)) return;
