@@ -43,8 +43,8 @@ size_t ff_byte_order_mark(const void *head, size_t n);
 ff_status ff_lines_open(const char *path, ff_lines *lines, ff_error *err);
 void ff_lines_close(ff_lines *lines);
 
-/** Hands out the next line, without "\n", "\r\n", "\r\r\n" or (where all have it) "\r", with a '\0' at text[*length]; valid until the next call. *text is NULL at the
- *  end. FF_ERR_FORMAT for a NUL byte or an overlong line, FF_ERR_READ, FF_ERR_MEMORY. */
+/** Hands out the next line, without "\n", "\r\n", "\r\r\n" or (where all have it) "\r", with a '\0' at text[*length]; valid until
+ * the next call. *text is NULL at the end. FF_ERR_FORMAT for a NUL byte or an overlong line, FF_ERR_READ, FF_ERR_MEMORY. */
 ff_status ff_lines_next(ff_lines *lines, char **text, size_t *length, ff_error *err);
 
 enum { FF_QUOTE = 96 };

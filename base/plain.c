@@ -124,7 +124,7 @@ static int utf16_order(const unsigned char *head, size_t n)
     size_t ascii = 0, units = 0, zero[2] = {0, 0};
     for (size_t k = 0; k + 1 < n; k++) zero[k & 1] += head[k] == 0;
     const int big = marked ? head[0] == 0xFE : zero[0] > zero[1];
-    if (!marked && zero[big ? 0 : 1] * 5 < n) return -1; /* the upper halves of ASCII */
+    if (!marked && zero[big ? 0 : 1] * 5 < n) return -1;         /* the upper halves of ASCII */
     if (unit_at(head + (marked ? 2 : 0), big) == '<') return -1; /* what reads XML knows it */
     for (size_t k = marked ? 2 : 0; k + 1 < n; k += 2, units++) {
         const uint32_t u = unit_at(head + k, big);
@@ -188,9 +188,10 @@ ff_status ff_plain_open(const char *path, int *fd, int64_t *size, ff_error *err)
 
 size_t ff_plain_latin(unsigned char c, char *out)
 {
-    static const unsigned short windows[32] = {0x20AC, 0xFFFD, 0x201A, 0x0192, 0x201E, 0x2026, 0x2020, 0x2021, 0x02C6, 0x2030, 0x0160,
-                                               0x2039, 0x0152, 0xFFFD, 0x017D, 0xFFFD, 0xFFFD, 0x2018, 0x2019, 0x201C, 0x201D, 0x2022,
-                                               0x2013, 0x2014, 0x02DC, 0x2122, 0x0161, 0x203A, 0x0153, 0xFFFD, 0x017E, 0x0178};
+    static const unsigned short windows[32] = {0x20AC, 0xFFFD, 0x201A, 0x0192, 0x201E, 0x2026, 0x2020, 0x2021,
+                                               0x02C6, 0x2030, 0x0160, 0x2039, 0x0152, 0xFFFD, 0x017D, 0xFFFD,
+                                               0xFFFD, 0x2018, 0x2019, 0x201C, 0x201D, 0x2022, 0x2013, 0x2014,
+                                               0x02DC, 0x2122, 0x0161, 0x203A, 0x0153, 0xFFFD, 0x017E, 0x0178};
     return put_utf8(c >= 0x80 && c < 0xA0 ? windows[c - 0x80] : c, out);
 }
 

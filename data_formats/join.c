@@ -33,7 +33,8 @@ static ff_status no_memory(const char *path, ff_error *err)
 static ff_status list_add(list *l, const char *folder, const char *name, ff_error *err)
 {
     if (l->n == FILES_MAX)
-        return ff_error_set(err, FF_ERR_UNSUPPORTED, folder, 0, -1, "found more than %d files, expected those of one measurement", FILES_MAX);
+        return ff_error_set(err, FF_ERR_UNSUPPORTED, folder, 0, -1, "found more than %d files, expected those of one measurement",
+                            FILES_MAX);
     char **larger = realloc(l->path, (l->n + 1) * sizeof *larger);
     if (!larger) return no_memory(folder, err);
     l->path = larger;
@@ -79,7 +80,8 @@ static ff_status add_folder(list *l, const char *folder, const char *format, ff_
         if (e->d_name[0] != '.') status = add_if_known(l, folder, e->d_name, format, err);
     closedir(d);
     if (status == FF_OK && l->n == first)
-        return ff_error_set(err, FF_ERR_OPEN, folder, 0, -1, "found a directory without a file of measurements, expected one at least");
+        return ff_error_set(err, FF_ERR_OPEN, folder, 0, -1,
+                            "found a directory without a file of measurements, expected one at least");
     if (status == FF_OK) qsort(l->path + first, l->n - first, sizeof *l->path, by_name);
     return status;
 }
@@ -97,9 +99,10 @@ static ff_status check_alike(const ff_table *first, const ff_table *other, const
     int alike = first->n_channels == other->n_channels;
     for (size_t c = 0; c < first->n_channels && alike; c++) alike = strcmp(first->channels[c].name, other->channels[c].name) == 0;
     if (alike) return FF_OK;
-    return ff_error_set(err, FF_ERR_DATA, path, 0, -1,
-                        "found %zu channels, the first '%s', expected those of %.200s, %zu, the first '%s': they are no parts of one measurement",
-                        other->n_channels, other->channels[0].name, first_path, first->n_channels, first->channels[0].name);
+    return ff_error_set(
+        err, FF_ERR_DATA, path, 0, -1,
+        "found %zu channels, the first '%s', expected those of %.200s, %zu, the first '%s': they are no parts of one measurement",
+        other->n_channels, other->channels[0].name, first_path, first->n_channels, first->channels[0].name);
 }
 
 static void copy_in(const ff_table *from, size_t at, ff_table *to)
@@ -117,8 +120,9 @@ static void copy_in(const ff_table *from, size_t at, ff_table *to)
 static void join_notes(const ff_table *part, size_t n, const list *l, ff_table *out)
 {
     ff_table_note(out, "%zu files are joined to one measurement, from %.100s to %.100s", n, l->path[0], l->path[n - 1]);
-    if (l->skipped) ff_table_note(out, "%zu other file%s of the folder %s no measurement: %s", l->skipped, l->skipped == 1 ? "" : "s",
-                                  l->skipped == 1 ? "is" : "are", l->first_skipped);
+    if (l->skipped)
+        ff_table_note(out, "%zu other file%s of the folder %s no measurement: %s", l->skipped, l->skipped == 1 ? "" : "s",
+                      l->skipped == 1 ? "is" : "are", l->first_skipped);
     char sentence[sizeof out->note];
     ff_hint hint;
     for (size_t k = 0; ff_table_assumption(&part[0], k, sentence, sizeof sentence, &hint); k++) {
@@ -163,7 +167,8 @@ static ff_status join(const ff_table *part, size_t n, const list *l, ff_table *o
         t.channels[c].wavelength_nm = part[0].channels[c].wavelength_nm;
     }
     join_notes(part, n, l, &t);
-    if (with_sigma && with_sigma < n) ff_table_note(&t, "%zu of %zu files have standard deviations: they are not used", with_sigma, n);
+    if (with_sigma && with_sigma < n)
+        ff_table_note(&t, "%zu of %zu files have standard deviations: they are not used", with_sigma, n);
     *out = t;
     return FF_OK;
 }
@@ -192,8 +197,10 @@ ff_status ff_table_read_all_into(const char *const *paths, size_t n, const ff_re
     ff_status status = FF_OK;
     for (size_t k = 0; k < n && status == FF_OK; k++)
         status = is_folder(paths[k]) ? add_folder(&l, paths[k], o ? o->format : NULL, err) : list_add(&l, NULL, paths[k], err);
-    if (status == FF_OK && l.n == 1) status = ff_table_read_with_into(l.path[0], o, out, err);
-    else if (status == FF_OK) status = read_all(&l, o, out, err);
+    if (status == FF_OK && l.n == 1)
+        status = ff_table_read_with_into(l.path[0], o, out, err);
+    else if (status == FF_OK)
+        status = read_all(&l, o, out, err);
     list_free(&l);
     return status;
 }

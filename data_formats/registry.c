@@ -170,8 +170,9 @@ static ff_status check_options(const char *path, const ff_format *f, const ff_re
         return ff_error_set(err, FF_ERR_RANGE, path, 0, -1, "found a quantity of number %d, expected -1 to %d", o->quantity,
                             (int)FF_REFLECTANCE_FACTOR);
     if (!ff_azimuth_name(o->azimuth) || !ff_phi_sense_name(o->phi) || !ff_angles_name(o->angles))
-        return ff_error_set(err, FF_ERR_RANGE, path, 0, -1, "found the options azimuth %d, phi %d and angles %d, expected 0 to %d, %d and %d",
-                            o->azimuth, o->phi, o->angles, (int)FF_AZIMUTH_LIGHT, (int)FF_PHI_CLOCKWISE_OUT, (int)FF_ANGLES_ELEVATION_OUT);
+        return ff_error_set(err, FF_ERR_RANGE, path, 0, -1,
+                            "found the options azimuth %d, phi %d and angles %d, expected 0 to %d, %d and %d", o->azimuth, o->phi,
+                            o->angles, (int)FF_AZIMUTH_LIGHT, (int)FF_PHI_CLOCKWISE_OUT, (int)FF_ANGLES_ELEVATION_OUT);
     if (!isnan(o->scale) && !(o->scale > 0 && isfinite(o->scale)))
         return ff_error_set(err, FF_ERR_RANGE, path, 0, -1, "found a scale of %g, expected a finite number > 0", o->scale);
     return FF_OK;

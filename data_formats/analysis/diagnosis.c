@@ -1,5 +1,5 @@
-/* Whether angles and values are what they were taken for. Each way of taking the angles is tried: that share of the differences of ln f
- * within an incidence which theta_h explains says how well it does. */
+/* Whether angles and values are what they were taken for. Each way of taking the angles is tried: that share of the differences of
+ * ln f within an incidence which theta_h explains says how well it does. */
 #include "ff_diagnosis.h"
 #include "ff_brightest.h"
 #include "data_formats/table/internal_table.h"
@@ -85,7 +85,8 @@ static sample taken_as(sample s, int kind)
 static double theta_h_of(const sample *s)
 {
     const double apart = s->phi_o - s->phi_i;
-    const double x = sin(s->theta_i) + sin(s->theta_o) * cos(apart), y = sin(s->theta_o) * sin(apart), z = cos(s->theta_i) + cos(s->theta_o);
+    const double x = sin(s->theta_i) + sin(s->theta_o) * cos(apart), y = sin(s->theta_o) * sin(apart),
+                 z = cos(s->theta_i) + cos(s->theta_o);
     return atan2(hypot(x, y), z);
 }
 
@@ -114,7 +115,8 @@ static double within(const group *g)
 
 static int usable(const sample *s, double max_theta)
 {
-    return cos(s->theta_i) > FF_COS_MIN && cos(s->theta_o) > FF_COS_MIN && fabs(s->theta_i) <= max_theta && fabs(s->theta_o) <= max_theta;
+    return cos(s->theta_i) > FF_COS_MIN && cos(s->theta_o) > FF_COS_MIN && fabs(s->theta_i) <= max_theta &&
+           fabs(s->theta_o) <= max_theta;
 }
 
 static share explain(const looker *l, int kind, double max_theta, group *groups)
@@ -147,7 +149,8 @@ static share explain(const looker *l, int kind, double max_theta, group *groups)
         used += groups[k].n > 0;
     }
     share s = {(size_t)n, bands, -INFINITY, n > 0 ? xy - x_sum * y_sum / n : 0};
-    if (n - (double)used >= FEWEST / 2.0 && n - free > 0 && between > 0) s.explained = 1 - left / (n - (double)used) / (between / (n - free));
+    if (n - (double)used >= FEWEST / 2.0 && n - free > 0 && between > 0)
+        s.explained = 1 - left / (n - (double)used) / (between / (n - free));
     return s;
 }
 
@@ -193,8 +196,8 @@ static ff_status look_at_angles(const ff_table *t, double max_theta, ff_diagnosi
         kind = k;
     }
     if (kind >= 0 && best.explained > EXPLAINS && as_is.n >= FEWEST && 1 - best.explained < LEAVES * (1 - as_is.explained))
-        put(g, kind == FF_DIAGNOSIS_TURNED && t->azimuth_from_mirror ? FF_DIAGNOSIS_UNTURNED : (ff_diagnosis_kind)kind, 1, as_is.explained,
-            best.explained);
+        put(g, kind == FF_DIAGNOSIS_TURNED && t->azimuth_from_mirror ? FF_DIAGNOSIS_UNTURNED : (ff_diagnosis_kind)kind, 1,
+            as_is.explained, best.explained);
     free(groups);
     free(l.at);
     return FF_OK;
@@ -254,15 +257,15 @@ const char *ff_diagnosis_option(const ff_finding *f, char value[32])
     static const struct {
         const char *option, *value;
     } of[FF_DIAGNOSIS_KINDS] = {[FF_DIAGNOSIS_TURNED] = {"azimuth", "mirror"},
-                               [FF_DIAGNOSIS_UNTURNED] = {"azimuth", "light"},
-                               [FF_DIAGNOSIS_ELEVATION] = {"angles", "elevation"},
-                               [FF_DIAGNOSIS_ELEVATION_IN] = {"angles", "elevation-in"},
-                               [FF_DIAGNOSIS_ELEVATION_OUT] = {"angles", "elevation-out"},
-                               [FF_DIAGNOSIS_CLOCKWISE] = {"phi", "clockwise-out"},
-                               [FF_DIAGNOSIS_RADIANS] = {"angles", "radians"},
-                               [FF_DIAGNOSIS_PERCENT] = {"scale", "0.01"},
-                               [FF_DIAGNOSIS_FACTOR] = {"quantity", "reflectance-factor"},
-                               [FF_DIAGNOSIS_BEYOND] = {"max-theta", ""}};
+                                [FF_DIAGNOSIS_UNTURNED] = {"azimuth", "light"},
+                                [FF_DIAGNOSIS_ELEVATION] = {"angles", "elevation"},
+                                [FF_DIAGNOSIS_ELEVATION_IN] = {"angles", "elevation-in"},
+                                [FF_DIAGNOSIS_ELEVATION_OUT] = {"angles", "elevation-out"},
+                                [FF_DIAGNOSIS_CLOCKWISE] = {"phi", "clockwise-out"},
+                                [FF_DIAGNOSIS_RADIANS] = {"angles", "radians"},
+                                [FF_DIAGNOSIS_PERCENT] = {"scale", "0.01"},
+                                [FF_DIAGNOSIS_FACTOR] = {"quantity", "reflectance-factor"},
+                                [FF_DIAGNOSIS_BEYOND] = {"max-theta", ""}};
     if ((unsigned)f->kind >= FF_DIAGNOSIS_KINDS) return NULL;
     strcpy(value, of[f->kind].value);
     if (f->kind == FF_DIAGNOSIS_BEYOND) snprintf(value, 32, "%g", fmin(90, ceil(f->value[0]) + 5));

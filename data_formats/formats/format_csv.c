@@ -458,11 +458,12 @@ static ff_status read_all(csv *f, const ff_read_options *o, ff_table *out)
     describe(f, &t);
     if (o->angles == FF_ANGLES_AS_FORMAT && !f->head.is_ours && ff_table_has_radian_azimuths(&t)) {
         ff_table_clear(&t);
-        return ff_error_hint(f->err,
-                             ff_error_set(f->err, FF_ERR_DATA, f->path, 0, -1,
-                                          "found polar angles that are all below 1.571 and azimuths that are multiples of pi / 2: if they are "
-                                          "not in degrees (which angles degrees insists on), say angles radians"),
-                             FF_HINT_SAY);
+        return ff_error_hint(
+            f->err,
+            ff_error_set(f->err, FF_ERR_DATA, f->path, 0, -1,
+                         "found polar angles that are all below 1.571 and azimuths that are multiples of pi / 2: if they are "
+                         "not in degrees (which angles degrees insists on), say angles radians"),
+            FF_HINT_SAY);
     }
     return ff_table_hand_out(&t, f->path, out, f->err);
 }

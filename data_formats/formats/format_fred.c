@@ -7,7 +7,8 @@
  *     ...                                       any number of both
  *
  * angles=deg is polar angle and azimuth in degrees, theta < 0 being the opposite azimuth (data in the plane of incidence);
- * angles=sin is sin(phi) sin(theta) and cos(phi) sin(theta), in this order, as the manual has them. bsdf=log is the decimal logarithm. scale multiplies the BSDF; 1 when left out.
+ * angles=sin is sin(phi) sin(theta) and cos(phi) sin(theta), in this order, as the manual has them. bsdf=log is the decimal
+ * logarithm. scale multiplies the BSDF; 1 when left out.
  *
  * The two numbers are the specular direction and not the light's: FRED's manual says so (AddTabulatedScatterData: "elevation angle
  * for the specular direction"), and so do the files of ua-loft/bsdf-tools at theta_spec = 10, 30, 50, 70 and phi_spec = 0: the

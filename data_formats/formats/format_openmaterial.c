@@ -2,11 +2,12 @@
  *
  *     {"metadata": {...},
  *      "brdf": {"wavelengths": [9.05e-07],                                         m
- *               "lookupTable": [[9.05e-07, 0.5, 0.2, 3.14159, 0.013], ...]}}       m, rad, rad, rad, 1/sr; ascending, the first slowest
+ *               "lookupTable": [[9.05e-07, 0.5, 0.2, 3.14159, 0.013], ...]}}       m, rad, rad, rad, 1/sr; ascending, the first
+ * slowest
  *
- * A row has wavelength, incident and exit angle from the normal, exit azimuth relative to the incident one (which is 0), and the BRDF.
- * That azimuth is taken for one between directions that both point away from the surface: mirror reflection is at pi, as elsewhere here;
- * the schema does not say. A null was not measured; as a wavelength, it is not known. */
+ * A row has wavelength, incident and exit angle from the normal, exit azimuth relative to the incident one (which is 0), and the
+ * BRDF. That azimuth is taken for one between directions that both point away from the surface: mirror reflection is at pi, as
+ * elsewhere here; the schema does not say. A null was not measured; as a wavelength, it is not known. */
 #define _GNU_SOURCE
 #include "base/internal_json.h"
 #include "base/internal_number.h"
@@ -17,7 +18,8 @@
 #include <string.h>
 
 static const double pi = 3.14159265358979323846;
-static const char schema[] = "https://raw.githubusercontent.com/asam-ev/OpenMATERIAL-3D/refs/tags/v1.0.0/schemas/material_brdf_schema.json";
+static const char schema[] =
+    "https://raw.githubusercontent.com/asam-ev/OpenMATERIAL-3D/refs/tags/v1.0.0/schemas/material_brdf_schema.json";
 #define THETA_MOST 1.570796 /* as the schema rounds pi / 2 and 2 pi */
 #define PHI_MOST   6.283185
 
@@ -29,7 +31,7 @@ static int probe(const unsigned char *head, size_t n, int64_t file_size)
     if (k == n || head[k] != '{') return 0;
     const int table = memmem(head, n, "\"lookupTable\"", 13) != NULL, of_asam = memmem(head, n, "OpenMATERIAL", 12) != NULL;
     const int version = memmem(head, n, "\"openMaterial3dVersion\"", 23) != NULL;
-    return table && (of_asam || version) ? 97 : of_asam || version ? 60 : 0;
+    return table && (of_asam || version) ? 97 : version ? 60 : 0;
 }
 
 /* ---- reading --------------------------------------------------------------------------------------------- */
@@ -43,7 +45,8 @@ typedef struct xompt {
 
 static ff_status bad_row(const xompt *x, size_t row, const char *what, double found, const char *expected)
 {
-    return ff_error_set(x->err, FF_ERR_DATA, x->path, 0, -1, "lookupTable: row %zu: found the %s %g, expected %s", row + 1, what, found, expected);
+    return ff_error_set(x->err, FF_ERR_DATA, x->path, 0, -1, "lookupTable: row %zu: found the %s %g, expected %s", row + 1, what,
+                        found, expected);
 }
 
 static ff_status read_row(xompt *x, const ff_json_node *node, size_t k)
@@ -51,7 +54,8 @@ static ff_status read_row(xompt *x, const ff_json_node *node, size_t k)
     double v[5];
     const ff_json_node *cell = ff_json_first(node);
     if (ff_json_kind_of(node) != FF_JSON_ARRAY || ff_json_count(node) != 5)
-        return ff_error_set(x->err, FF_ERR_FORMAT, x->path, 0, -1, "lookupTable: row %zu: found %zu numbers, expected 5", k + 1, ff_json_count(node));
+        return ff_error_set(x->err, FF_ERR_FORMAT, x->path, 0, -1, "lookupTable: row %zu: found %zu numbers, expected 5", k + 1,
+                            ff_json_count(node));
     for (int j = 0; j < 5; j++, cell = ff_json_next(cell)) v[j] = ff_json_real(cell);
     for (int j = 1; j < 4; j++)
         if (!isfinite(v[j])) return bad_row(x, k, "angle", v[j], "radians");
@@ -75,10 +79,12 @@ static ff_status read_rows(xompt *x, const ff_json_node *table)
     ff_status status = FF_OK;
     if (ff_json_kind_of(table) != FF_JSON_ARRAY || ff_json_count(table) == 0)
         return ff_error_set(x->err, FF_ERR_FORMAT, x->path, 0, -1, "found no rows in brdf.lookupTable, expected one at least");
-    for (const ff_json_node *row = ff_json_first(table); row && status == FF_OK; row = ff_json_next(row)) status = read_row(x, row, k++);
+    for (const ff_json_node *row = ff_json_first(table); row && status == FF_OK; row = ff_json_next(row))
+        status = read_row(x, row, k++);
     if (status == FF_OK && x->n_known && x->n_known < x->rows.n)
-        return ff_error_set(x->err, FF_ERR_DATA, x->path, 0, -1, "lookupTable: found %zu rows of %zu without a wavelength, expected none or all",
-                            x->rows.n - x->n_known, x->rows.n);
+        return ff_error_set(x->err, FF_ERR_DATA, x->path, 0, -1,
+                            "lookupTable: found %zu rows of %zu without a wavelength, expected none or all", x->rows.n - x->n_known,
+                            x->rows.n);
     return status;
 }
 
@@ -150,12 +156,14 @@ static ff_status check_writable(const char *path, const ff_table *t, ff_error *e
     if (status != FF_OK) return status;
     if (!t->isotropic && !t->grid && !ff_table_one_incidence_azimuth(t))
         return ff_error_set(err, FF_ERR_UNSUPPORTED, path, 0, -1,
-                            "a file of this format knows no azimuth of incidence, and these data have several; write csv, speos-anisotropic or zemax");
+                            "a file of this format knows no azimuth of incidence, and these data have several; write csv, "
+                            "anisotropicbsdf or zemax");
     for (size_t c = 0; c < t->n_channels; c++)
         if (t->n_channels > 1 && !isfinite(t->channels[c].wavelength_nm))
-            return ff_error_set(err, FF_ERR_UNSUPPORTED, path, 0, -1,
-                                "channel '%s' is no wavelength, and a file of this format tells channels by these; take one, or their mean",
-                                t->channels[c].name);
+            return ff_error_set(
+                err, FF_ERR_UNSUPPORTED, path, 0, -1,
+                "channel '%s' is no wavelength, and a file of this format tells channels by these; take one, or their mean",
+                t->channels[c].name);
     if (t->sigma)
         return ff_error_set(err, FF_ERR_UNSUPPORTED, path, 0, -1,
                             "a file of this format has no room for the standard deviations of this table; write csv");
@@ -197,15 +205,17 @@ static void put_uuid(const ff_table *t, FILE *file)
         memcpy(&u, &t->value[i], sizeof u);
         for (int k = 0; k < 2; k++) h[k] = (h[k] ^ u) * 0x100000001B3u + (uint64_t)k, h[k] ^= h[k] >> 29;
     }
-    fprintf(file, "%08x-%04x-8%03x-a%03x-%012llx", (unsigned)(h[0] >> 32), (unsigned)(h[0] >> 16) & 0xFFFFu, (unsigned)h[0] & 0xFFFu,
-            (unsigned)(h[1] >> 48) & 0xFFFu, (unsigned long long)h[1] & 0xFFFFFFFFFFFFull);
+    fprintf(file, "%08x-%04x-8%03x-a%03x-%012llx", (unsigned)(h[0] >> 32), (unsigned)(h[0] >> 16) & 0xFFFFu,
+            (unsigned)h[0] & 0xFFFu, (unsigned)(h[1] >> 48) & 0xFFFu, (unsigned long long)h[1] & 0xFFFFFFFFFFFFull);
 }
 
 static void write_head(const ff_table *t, FILE *file)
 {
-    fprintf(file, "{\n  \"$schema\": \"%s\",\n  \"metadata\": {\n    \"name\": \"Measured reflectance\",\n    \"uuid\": \"", schema);
+    fprintf(file, "{\n  \"$schema\": \"%s\",\n  \"metadata\": {\n    \"name\": \"Measured reflectance\",\n    \"uuid\": \"",
+            schema);
     put_uuid(t, file);
-    fputs("\",\n    \"materialVersion\": \"1.0.0\",\n    \"openMaterial3dVersion\": \"1.0.0\",\n    \"copyrights\": [\"not stated\"],\n"
+    fputs("\",\n    \"materialVersion\": \"1.0.0\",\n    \"openMaterial3dVersion\": \"1.0.0\",\n    \"copyrights\": [\"not "
+          "stated\"],\n"
           "    \"license\": \"not stated\",\n    \"authors\": [\"not stated\"],\n    \"sources\": \"measurement\"\n  },\n"
           "  \"brdf\": {\n    \"wavelengths\": [",
           file);
@@ -251,7 +261,8 @@ static ff_status write_openmaterial(const char *path, const ff_table *t, ff_erro
     if (status != FF_OK) return status;
     row *rows = sorted_rows(t, &n);
     const ff_channel **order = malloc(t->n_channels * sizeof *order);
-    status = rows && order ? ff_output_open(path, &out, err) : ff_error_set(err, FF_ERR_MEMORY, path, 0, -1, "no memory to sort %zu rows", t->n);
+    status = rows && order ? ff_output_open(path, &out, err)
+                           : ff_error_set(err, FF_ERR_MEMORY, path, 0, -1, "no memory to sort %zu rows", t->n);
     if (status == FF_OK) {
         for (size_t c = 0; c < t->n_channels; c++) order[c] = &t->channels[c];
         qsort(order, t->n_channels, sizeof *order, by_wavelength);

@@ -16,10 +16,11 @@
  *     0   0.0018 ...                       a polar angle and its values
  *     ...                                  then the same of transmission, and "End of file"
  *
- * The values of a block say how f goes, its reflectance how much it is: f = v R / integral(v cos). The integral is by trapezoids, as the
- * file's grid has it. Polar angles are from the normal. Azimuth 0 is the side of the mirror direction and grows counter-clockwise: of the
- * maker's own pair of a file of this format and one of Zemax's, read by format_zemax.c, half of 122,043 values agree to 3e-4 and 95 of 100
- * to 1e-3 with this orientation, and to 1.3 % and 5 % with the other sense. The frame is the one that Zemax's files are read in. */
+ * The values of a block say how f goes, its reflectance how much it is: f = v R / integral(v cos). The integral is by trapezoids,
+ * as the file's grid has it. Polar angles are from the normal. Azimuth 0 is the side of the mirror direction and grows
+ * counter-clockwise: of the maker's own pair of a file of this format and one of Zemax's, read by format_zemax.c, half of 122,043
+ * values agree to 3e-4 and 95 of 100 to 1e-3 with this orientation, and to 1.3 % and 5 % with the other sense. The frame is the one
+ * that Zemax's files are read in. */
 #define _GNU_SOURCE
 #include "base/internal_output.h"
 #include "data_formats/formats/speos/internal_speos.h"
@@ -83,10 +84,12 @@ static ff_status scale_of(const ff_speos *s, const ff_speos_block *b, double per
 {
     const double integral = ff_speos_block_integral(b);
     if (!(percent >= 0))
-        return ff_error_set(s->err, FF_ERR_DATA, s->path, s->t.lines.line, -1, "found a reflectance of %g per cent, expected 0 or more", percent);
+        return ff_error_set(s->err, FF_ERR_DATA, s->path, s->t.lines.line, -1,
+                            "found a reflectance of %g per cent, expected 0 or more", percent);
     if (percent > 0 && !(integral > 0))
         return ff_error_set(s->err, FF_ERR_DATA, s->path, s->t.lines.line, -1,
-                            "found a block of values whose integral is %g, expected one above 0: its reflectance is %g per cent", integral, percent);
+                            "found a block of values whose integral is %g, expected one above 0: its reflectance is %g per cent",
+                            integral, percent);
     *out = percent > 0 ? percent / 100 / integral : 0;
     return FF_OK;
 }
@@ -115,7 +118,8 @@ static ff_status read_incidences(speos *f)
     for (size_t j = 0; j < f->n_incidences && status == FF_OK; j++) {
         status = read_wavelengths(f);
         if (status == FF_OK)
-            status = ff_speos_rows_add(&f->s, 0, f->incidence[j], f->band[j], &f->block[0], f->n_wavelengths, f->value, f->scale, &f->rows);
+            status = ff_speos_rows_add(&f->s, 0, f->incidence[j], f->band[j], &f->block[0], f->n_wavelengths, f->value, f->scale,
+                                       &f->rows);
         for (size_t k = 0; k < f->n_wavelengths; k++) ff_speos_block_clear(&f->block[k]);
     }
     return status;
@@ -182,9 +186,10 @@ static ff_status check_writable(const char *path, const ff_table *t, ff_error *e
                             "a file of this format has no room for the standard deviations of this table; write csv");
     for (size_t c = 1; c < t->n_channels; c++)
         if (!(wavelength_of(t, c) > wavelength_of(t, c - 1)))
-            return ff_error_set(err, FF_ERR_UNSUPPORTED, path, 0, -1,
-                                "found channels that do not ascend by wavelength ('%s' after '%s'), expected it: take some, or their mean",
-                                t->channels[c].name, t->channels[c - 1].name);
+            return ff_error_set(
+                err, FF_ERR_UNSUPPORTED, path, 0, -1,
+                "found channels that do not ascend by wavelength ('%s' after '%s'), expected it: take some, or their mean",
+                t->channels[c].name, t->channels[c - 1].name);
     return FF_OK;
 }
 
@@ -209,8 +214,8 @@ static ff_status write_speos(const char *path, const ff_table *t, ff_error *err)
     if (status == FF_OK) status = ff_speos_grid_of(t, path, &g, err);
     if (status != FF_OK) return status;
     if (g.n_rotations > 1)
-        status = ff_error_set(err, FF_ERR_UNSUPPORTED, path, 0, -1, "found %zu rotations, but a file of this format has one; write speos-anisotropic",
-                              g.n_rotations);
+        status = ff_error_set(err, FF_ERR_UNSUPPORTED, path, 0, -1,
+                              "found %zu rotations, but a file of this format has one; write anisotropicbsdf", g.n_rotations);
     if (status == FF_OK) status = ff_output_open(path, &out, err);
     if (status == FF_OK) {
         fprintf(out.file, "OPTIS - %s v8.0\n0\nBRDF, 1/sr\n1\n-\n1\t0\n1\n%zu\t%zu\n", title, g.n_incidences, t->n_channels);

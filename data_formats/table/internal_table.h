@@ -100,8 +100,8 @@ void ff_table_product_weights(ff_table *t, const double *const factor[4]);
  * (and the sample invalid where that is at most FF_COS_MIN), pi f gets its scale. Values, sigmas; call once. */
 void ff_table_set_quantity(ff_table *t, ff_quantity quantity);
 
-/** Takes angles as the person says (ff_azimuth, ff_phi_sense, ff_angles). What belonged to directions as they were (axes, cells) is gone
- *  then. FF_ERR_MEMORY; the table is then to be cleared. */
+/** Takes angles as the person says (ff_azimuth, ff_phi_sense, ff_angles). What belonged to directions as they were (axes, cells) is
+ * gone then. FF_ERR_MEMORY; the table is then to be cleared. */
 ff_status ff_table_orient(ff_table *t, const ff_read_options *o, ff_error *err);
 
 /** What the values of t were before the reader converted them: undoes ff_table_set_quantity. */
@@ -128,8 +128,8 @@ int ff_table_is_missing_word(const char *cell, size_t length);
 /** 1 for a value that ff_table_leave_out_codes takes for a code. */
 int ff_table_is_code(double v);
 
-/** 1 for a table in degrees whose angles can only be radians: polar angles up to a right angle of these, and among azimuths within a turn
- *  some that are multiples of a right angle. */
+/** 1 for a table in degrees whose angles can only be radians: polar angles up to a right angle of these, and among azimuths within
+ * a turn some that are multiples of a right angle. */
 int ff_table_has_radian_azimuths(const ff_table *t);
 
 /** Counts invalid and negative samples. FF_ERR_DATA when no sample is valid. */

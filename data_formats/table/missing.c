@@ -24,7 +24,9 @@ int ff_table_is_code(double v)
 
 int ff_table_is_missing_word(const char *cell, size_t length)
 {
-    static const char *const words[] = {"nan", "na", "n/a", "n.a.", "#n/a", "-", "--", "---", "*", "?", "null", "none", "nil", "missing", "k.a.", "nd", "n.d.", "n/d", "inval", "invalid", "-nan", "+nan", "nan(ind)", "-nan(ind)", "1.#qnan", "-1.#ind", "."};
+    static const char *const words[] = {"nan",   "na",      "n/a",  "n.a.", "#n/a",     "-",         "--",      "---",     "*",
+                                        "?",     "null",    "none", "nil",  "missing",  "k.a.",      "nd",      "n.d.",    "n/d",
+                                        "inval", "invalid", "-nan", "+nan", "nan(ind)", "-nan(ind)", "1.#qnan", "-1.#ind", "."};
     if (length && *cell == '#') return 1; /* #DIV/0!, #WERT! */
     for (size_t k = 0; k < sizeof words / sizeof words[0]; k++)
         if (strlen(words[k]) == length && strncasecmp(cell, words[k], length) == 0) return 1;

@@ -120,6 +120,10 @@ ff_status ff_table_orient(ff_table *t, const ff_read_options *o, ff_error *err)
     for (size_t i = 0; i < t->n && turns; i++) t->angle[3][i] += t->radians_per_unit == 1 ? half : 180;
     t->azimuth_from_mirror = from_mirror;
     if (turns) ff_table_note(t, "azimuth 0 is the side of the %s, as asked", from_mirror ? "mirror direction" : "light");
-    if (phi) ff_table_note(t, "azimuths%s are counted clockwise, as asked", phi == FF_PHI_CLOCKWISE ? "" : phi == FF_PHI_CLOCKWISE_IN ? " of the light" : " of the detector");
+    if (phi)
+        ff_table_note(t, "azimuths%s are counted clockwise, as asked",
+                      phi == FF_PHI_CLOCKWISE      ? ""
+                      : phi == FF_PHI_CLOCKWISE_IN ? " of the light"
+                                                   : " of the detector");
     return FF_OK;
 }

@@ -70,8 +70,8 @@ const char *ff_words_side_hint(ff_side side)
 
 const char *ff_words_finding_kind(int kind)
 {
-    static const char *const name[FF_DIAGNOSIS_KINDS] = {"turned",   "unturned", "elevation", "elevation-in", "elevation-out",
-                                                        "clockwise", "radians",  "percent",   "factor",       "beyond"};
+    static const char *const name[FF_DIAGNOSIS_KINDS] = {"turned",    "unturned", "elevation", "elevation-in", "elevation-out",
+                                                         "clockwise", "radians",  "percent",   "factor",       "beyond"};
     return kind >= 0 && kind < FF_DIAGNOSIS_KINDS ? name[kind] : NULL;
 }
 
@@ -80,38 +80,45 @@ static void put_finding(const ff_finding *f, char *out, size_t size)
 {
     switch (f->kind) {
     case FF_DIAGNOSIS_TURNED:
-        snprintf(out, size, "the brightest samples lie on the side of the light, as of a retro-reflector, or where azimuth 0 is the mirror "
-                            "direction");
+        snprintf(out, size,
+                 "the brightest samples lie on the side of the light, as of a retro-reflector; where azimuth 0 is the mirror "
+                 "direction instead");
         break;
     case FF_DIAGNOSIS_UNTURNED:
-        snprintf(out, size, "the brightest samples lie on the side that was taken for that of the light; if azimuth 0, or the positive angles "
-                            "of a scan, are on the side of the light");
+        snprintf(out, size,
+                 "the brightest samples lie on the side that was taken for that of the light; where azimuth 0, or the positive "
+                 "angles of a scan, are on the side of the light");
         break;
     case FF_DIAGNOSIS_ELEVATION:
     case FF_DIAGNOSIS_ELEVATION_IN:
     case FF_DIAGNOSIS_ELEVATION_OUT:
-        snprintf(out, size, "taken as elevations above the surface, the polar angles%s explain %.0f %% of the differences, taken from the normal "
-                            "%.0f %%",
-                 f->kind == FF_DIAGNOSIS_ELEVATION      ? ""
-                 : f->kind == FF_DIAGNOSIS_ELEVATION_IN ? " of the light"
-                                                       : " of the detector",
-                 100 * f->value[1], 100 * fmax(0, f->value[0]));
+        snprintf(
+            out, size,
+            "taken as elevations above the surface, the polar angles%s explain %.0f %% of the differences, taken from the normal "
+            "%.0f %%; if so they are",
+            f->kind == FF_DIAGNOSIS_ELEVATION      ? ""
+            : f->kind == FF_DIAGNOSIS_ELEVATION_IN ? " of the light"
+                                                   : " of the detector",
+            100 * f->value[1], 100 * fmax(0, f->value[0]));
         break;
     case FF_DIAGNOSIS_CLOCKWISE:
-        snprintf(out, size, "with the azimuth of the detector the other way round the angles explain %.0f %% of the differences, as it is %.0f %%",
+        snprintf(out, size,
+                 "with the azimuth of the detector the other way round the angles explain %.0f %% of the differences, as it is "
+                 "%.0f %%; if so "
+                 "it is",
                  100 * f->value[1], 100 * fmax(0, f->value[0]));
         break;
     case FF_DIAGNOSIS_RADIANS:
-        snprintf(out, size, "the largest polar angle is %.4g: if the angles are in radians", f->value[0]);
+        snprintf(out, size, "the largest polar angle is %.4g; if the angles are in radians", f->value[0]);
         break;
     case FF_DIAGNOSIS_PERCENT:
-        snprintf(out, size, "at least %.3g of the light would be reflected: if the values are in per cent", f->value[0]);
+        snprintf(out, size, "at least %.3g of the light would be reflected; if the values are in per cent", f->value[0]);
         break;
     case FF_DIAGNOSIS_FACTOR:
-        snprintf(out, size, "at least %.3g of the light would be reflected: if the values are pi times the BRDF", f->value[0]);
+        snprintf(out, size, "at least %.3g of the light would be reflected; if the values are pi times the BRDF", f->value[0]);
         break;
     default:
-        snprintf(out, size, "every sample has an angle of %.4g degrees or more", f->value[0]);
+        snprintf(out, size, "every sample has an angle of %.4g degrees or more; to fit them", f->value[0]);
         break;
     }
 }
@@ -122,6 +129,6 @@ const char *ff_words_finding(const ff_finding *finding, char out[FF_WORDS_SENTEN
     put_finding(finding, out, FF_WORDS_SENTENCE);
     const size_t used = strlen(out);
     const char *option = ff_diagnosis_option(finding, value);
-    if (option) snprintf(out + used, FF_WORDS_SENTENCE - used, "; say --%s %s", option, value);
+    if (option) snprintf(out + used, FF_WORDS_SENTENCE - used, ", say --%s %s", option, value);
     return out;
 }

@@ -471,7 +471,8 @@ static void format_given(void)
     ff_error err = {0};
     FF_CHECK(ff_table_read_with_into(path, &o, &t, &err) == FF_ERR_UNSUPPORTED && strstr(err.message, "'columns'"), "%s",
              err.message);
-    check_fails("without a mapping", path, "csv", FF_ERR_FORMAT, 1, WORDS("theta_o", "say columns 'theta_i=#1,theta_o=#2,phi_i=0,phi_o=#3,f=#4'", "i, o, a, v"));
+    check_fails("without a mapping", path, "csv", FF_ERR_FORMAT, 1,
+                WORDS("theta_o", "say columns 'theta_i=#1,theta_o=#2,phi_i=0,phi_o=#3,f=#4'", "i, o, a, v"));
 }
 
 FF_TEST_MAIN(FF_TEST(layouts), FF_TEST(units_and_channels), FF_TEST(quantities), FF_TEST(test_phase), FF_TEST(test_complete),

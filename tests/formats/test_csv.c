@@ -242,7 +242,8 @@ static void bad_headers(void)
     refuses("", FF_ERR_READ, 0, WORDS("end of the file", "header"));
     refuses("# only a remark\n\n", FF_ERR_READ, 2, WORDS("header"));
     refuses(H, FF_ERR_DATA, 1, WORDS("no rows", "expected at least one"));
-    refuses("theta_i,phi_i,theta_o,f\n1,2,3,4\n", FF_ERR_FORMAT, 1, WORDS("phi_o", "180", "theta_i, phi_i, theta_o, f", "say columns"));
+    refuses("theta_i,phi_i,theta_o,f\n1,2,3,4\n", FF_ERR_FORMAT, 1,
+            WORDS("phi_o", "180", "theta_i, phi_i, theta_o, f", "say columns"));
     refuses("a,b\n1,2\n", FF_ERR_FORMAT, 1, WORDS("a, b", "theta_i", "say columns", "f=#2"));
     refuses("theta_i,phi_i,theta_o,phi_o\n", FF_ERR_FORMAT, 1, WORDS("'f'", "missing"));
     refuses("theta_i,phi_i,theta_o,phi_o,f,f\n", FF_ERR_FORMAT, 1, WORDS("'f'", "twice", "5", "6"));
@@ -252,7 +253,8 @@ static void bad_headers(void)
     refuses("theta_i,phi_i,theta_o,phi_o,f_r,f_g,sigma_r\n", FF_ERR_FORMAT, 1, WORDS("found 1 sigma", "2 channels"));
     refuses("theta_i,phi_i,theta_o,phi_o,f_r,sigma_g\n", FF_ERR_FORMAT, 1, WORDS("'sigma_g'", "missing"));
     refuses("theta_i,phi_i,theta_o,phi_o,f,sigma,sigma_f\n", FF_ERR_FORMAT, 1, WORDS("'sigma_f'", "second"));
-    refuses("theta_i;phi_i;theta_o;phi_o;f\n1;2;3;4;5,5\n1;2;3;4;5.5\n", FF_ERR_DATA, 2, WORDS("comma", "say dialect decimal=comma"));
+    refuses("theta_i;phi_i;theta_o;phi_o;f\n1;2;3;4;5,5\n1;2;3;4;5.5\n", FF_ERR_DATA, 2,
+            WORDS("comma", "say dialect decimal=comma"));
     refuses("theta_i\tphi_i\ttheta_o\tphi_o\tf\n", FF_ERR_FORMAT, 1, WORDS("tabs", "expected ','"));
     refuses("# facetfit-csv: 2\n" H "1,2,3,4,5\n", FF_ERR_FORMAT, 1, WORDS("facetfit-csv", "'2'", "version 1"));
     refuses("# x\n# quantity: radiance\n" H "1,2,3,4,5\n", FF_ERR_FORMAT, 2, WORDS("quantity", "'radiance'", "brdf-cos"));
@@ -265,7 +267,7 @@ static void bad_rows(void)
 {
     static const struct {
         const char *cell, *found;
-    } cells[] = {{"no", "'no'"},     {"1.5.2", "'1.5.2'"},     {"inf", "'inf'"},     {"-Infinity", "'-Infinity'"},
+    } cells[] = {{"no", "'no'"},       {"1.5.2", "'1.5.2'"}, {"inf", "'inf'"},     {"-Infinity", "'-Infinity'"},
                  {"1e999", "'1e999'"}, {"abc", "'abc'"},     {"1.2.3", "'1.2.3'"}, {"0x10", "'0x10'"},
                  {"1 2", "'1 2'"},     {"--1", "'--1'"},     {"1e", "'1e'"},       {"\"x\"", "'\"x\"'"},
                  {"\"1", "'\"1'"},     {"1\r2", "'1\\x0d2'"}};

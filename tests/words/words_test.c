@@ -275,7 +275,8 @@ static void hints_of_errors(void)
     char text[FF_ERROR_PATH + FF_ERROR_MESSAGE], plain[sizeof text];
     for (int hint = 0; hint < FF_HINT_COUNT; hint++) {
         const char *words = ff_words_hint((ff_hint)hint);
-        FF_CHECK(!words[0] == (hint == FF_HINT_NONE || hint == FF_HINT_SAY) && (!words[0] || strstr(words, " --")), "hint %d: '%s'", hint, words);
+        FF_CHECK(!words[0] == (hint == FF_HINT_NONE || hint == FF_HINT_SAY) && (!words[0] || strstr(words, " --")), "hint %d: '%s'",
+                 hint, words);
         const ff_status status = ff_error_hint(&err, ff_error_set(&err, FF_ERR_DATA, "a", 3, -1, "found x"), (ff_hint)hint);
         ff_error_format(&err, plain, sizeof plain);
         ff_words_error(&err, text, sizeof text);

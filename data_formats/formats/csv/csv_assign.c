@@ -102,8 +102,8 @@ static ff_status refuse(ff_planner *p, const char *why, const char *say)
 {
     char names[FF_NAMES_LIST];
     return ff_error_hint(p->err,
-                         ff_error_set(p->err, FF_ERR_FORMAT, p->path, (long)(p->header_line ? p->header_line : p->look->first_row), -1,
-                                      "found the columns %s; %s; say columns '%s'", list_names(p, names), why, say),
+                         ff_error_set(p->err, FF_ERR_FORMAT, p->path, (long)(p->header_line ? p->header_line : p->look->first_row),
+                                      -1, "found the columns %s; %s; say columns '%s'", list_names(p, names), why, say),
                          FF_HINT_SAY);
 }
 
@@ -116,11 +116,18 @@ static int is_wide(const ff_plan_column *c)
 /* The first columns in the order that most tables have, for those whose names say nothing. */
 static void guess(const ff_planner *p, char *out, size_t size)
 {
-    static const char *const usual[6] = {"", "", "theta_i=20,phi_i=0,theta_o=#1,phi_o=180,f=#2", "theta_i=#1,phi_i=0,theta_o=#2,phi_o=180,f=#3",
-                                         "theta_i=#1,phi_i=0,theta_o=#2,phi_o=#3,f=#4", "theta_i=#1,phi_i=#2,theta_o=#3,phi_o=#4,f=#5"};
-    static const char *const usual_radians[6] = {
-        "", "", "theta_i=20,phi_i=0,theta_o=#1:rad,phi_o=180,f=#2", "theta_i=#1:rad,phi_i=0,theta_o=#2:rad,phi_o=180,f=#3",
-        "theta_i=#1:rad,phi_i=0,theta_o=#2:rad,phi_o=#3:rad,f=#4", "theta_i=#1:rad,phi_i=#2:rad,theta_o=#3:rad,phi_o=#4:rad,f=#5"};
+    static const char *const usual[6] = {"",
+                                         "",
+                                         "theta_i=20,phi_i=0,theta_o=#1,phi_o=180,f=#2",
+                                         "theta_i=#1,phi_i=0,theta_o=#2,phi_o=180,f=#3",
+                                         "theta_i=#1,phi_i=0,theta_o=#2,phi_o=#3,f=#4",
+                                         "theta_i=#1,phi_i=#2,theta_o=#3,phi_o=#4,f=#5"};
+    static const char *const usual_radians[6] = {"",
+                                                 "",
+                                                 "theta_i=20,phi_i=0,theta_o=#1:rad,phi_o=180,f=#2",
+                                                 "theta_i=#1:rad,phi_i=0,theta_o=#2:rad,phi_o=180,f=#3",
+                                                 "theta_i=#1:rad,phi_i=0,theta_o=#2:rad,phi_o=#3:rad,f=#4",
+                                                 "theta_i=#1:rad,phi_i=#2:rad,theta_o=#3:rad,phi_o=#4:rad,f=#5"};
     size_t n = p->n;
     double largest = 0;
     for (size_t k = 0; k + 1 < n; k++) largest = fmax(largest, fmax(fabs(p->column[k].lo), fabs(p->column[k].hi)));
@@ -137,12 +144,13 @@ static ff_status refuse_unnamed(ff_planner *p)
 {
     char say[256];
     guess(p, say, sizeof say);
-    return ff_error_hint(p->err,
-                         ff_error_set(p->err, FF_ERR_FORMAT, p->path, (long)p->look->first_row, -1,
-                                      "found %zu columns and no line of names above them that says which angle is which, expected one as "
-                                      "theta_i,phi_i,theta_o,phi_o,f; if they are in this order, say columns '%s'",
-                                      p->n, say),
-                         FF_HINT_SAY);
+    return ff_error_hint(
+        p->err,
+        ff_error_set(p->err, FF_ERR_FORMAT, p->path, (long)p->look->first_row, -1,
+                     "found %zu columns and no line of names above them that says which angle is which, expected one as "
+                     "theta_i,phi_i,theta_o,phi_o,f; if they are in this order, say columns '%s'",
+                     p->n, say),
+        FF_HINT_SAY);
 }
 
 /* ---- looking for columns ----------------------------------------------------------------------------- */
@@ -182,7 +190,8 @@ static void settle_sides(ff_planner *p, int wide_over_theta_i)
 {
     const long open = find(p, FF_MEANS_THETA);
     double degrees;
-    const int i = ff_name_incidence(p->path, &degrees) || is_named(p, FF_MEANS_THETA_I) || is_named(p, FF_MEANS_ELEVATION_I) || wide_over_theta_i;
+    const int i = ff_name_incidence(p->path, &degrees) || is_named(p, FF_MEANS_THETA_I) || is_named(p, FF_MEANS_ELEVATION_I) ||
+                  wide_over_theta_i;
     const int o = is_named(p, FF_MEANS_THETA_O) || is_named(p, FF_MEANS_ELEVATION_O);
     if (open != NONE && !o)
         p->column[open].named.meaning = FF_MEANS_THETA_O;
@@ -228,7 +237,8 @@ static void choose_values(ff_planner *p)
 
 static int is_angle_number(const ff_named *one)
 {
-    return !isnan(one->number) && (one->number_unit == FF_CSV_PLAIN || one->number_unit == FF_CSV_DEGREES || one->number_unit == FF_CSV_RADIANS);
+    return !isnan(one->number) &&
+           (one->number_unit == FF_CSV_PLAIN || one->number_unit == FF_CSV_DEGREES || one->number_unit == FF_CSV_RADIANS);
 }
 
 static int is_wavelength_number(const ff_named *one)
@@ -288,7 +298,9 @@ static int split_corner(ff_planner *p, ff_meaning *across)
         *slash = '\0';
         ff_name_meaning(down, &a);
         ff_name_meaning(slash + 1, &b);
-        if (a.meaning == FF_MEANS_NOTHING || a.meaning >= FF_MEANS_VALUE || b.meaning == FF_MEANS_NOTHING || b.meaning >= FF_MEANS_VALUE) continue;
+        if (a.meaning == FF_MEANS_NOTHING || a.meaning >= FF_MEANS_VALUE || b.meaning == FF_MEANS_NOTHING ||
+            b.meaning >= FF_MEANS_VALUE)
+            continue;
         p->column[k].named = a;
         *across = b.meaning;
         return 1;
@@ -375,7 +387,8 @@ static ff_status refuse_polar(ff_planner *p, const char *key)
 {
     char why[128], say[640];
     const int is_i = strcmp(key, "theta_i") == 0;
-    const long o = find(p, FF_MEANS_THETA_O), phi_known = find(p, FF_MEANS_PHI_O) != NONE ? find(p, FF_MEANS_PHI_O) : find(p, FF_MEANS_PHI);
+    const long o = find(p, FF_MEANS_THETA_O),
+               phi_known = find(p, FF_MEANS_PHI_O) != NONE ? find(p, FF_MEANS_PHI_O) : find(p, FF_MEANS_PHI);
     long value = first_value(p), free = next_unknown(p, NONE), phi = phi_known;
     if (value == NONE) value = last_unknown(p);
     if (free == value) free = NONE;
@@ -388,9 +401,11 @@ static ff_status refuse_polar(ff_planner *p, const char *key)
         size_t used = (size_t)snprintf(say, sizeof say, "%.200s%s", made, *made ? "," : "");
         used += (size_t)(free != NONE ? snprintf(say + used, sizeof say - used, "%s=#%ld", key, free + 1)
                                       : snprintf(say + used, sizeof say - used, "%s=20", key));
-        if (is_i) used += (size_t)snprintf(say + used, sizeof say - used, ",theta_o=#%ld%s", o + 1, unit_text(p->column[o].named.unit));
+        if (is_i)
+            used += (size_t)snprintf(say + used, sizeof say - used, ",theta_o=#%ld%s", o + 1, unit_text(p->column[o].named.unit));
         used += (size_t)(phi == NONE ? snprintf(say + used, sizeof say - used, ",phi_i=0,phi_o=180")
-                                     : snprintf(say + used, sizeof say - used, ",phi_i=0,phi_o=#%ld%s", phi + 1, unit_text(p->column[phi].named.unit)));
+                                     : snprintf(say + used, sizeof say - used, ",phi_i=0,phi_o=#%ld%s", phi + 1,
+                                                unit_text(p->column[phi].named.unit)));
         snprintf(say + used, sizeof say - used, ",f=#%ld%s", value + 1, unit_text(p->column[value].named.unit));
     }
     snprintf(why, sizeof why, "none of them is %s%s", key, free == NONE ? ", here as if it were 20 degrees everywhere" : "");
@@ -537,10 +552,14 @@ static ff_status put_values(ff_planner *p)
         fprintf(p->text, "=#%zu%s", k + 1, unit_text(one->unit));
         p->column[k].used = 1;
         if (one->rank == FF_RANK_REFLECTANCE && one->unit != FF_CSV_PERCENT)
-            assume(p, "'%s' is taken for the BRDF in 1/sr: say quantity reflectance-factor if it is pi times that", p->column[k].name);
+            assume(p, "'%s' is taken for the BRDF in 1/sr: say quantity reflectance-factor if it is pi times that",
+                   p->column[k].name);
         if (one->rank == FF_RANK_COUNTS)
-            assume(p, "'%s' is what a detector gave, proportional to the BRDF at best: say quantity brdf-cos if its power was not divided by "
-                      "the cosine", p->column[k].name);
+            assume(p,
+                   "'%s' is what a detector gave, proportional to the BRDF at best: say quantity brdf-cos if its power was not "
+                   "divided by "
+                   "the cosine",
+                   p->column[k].name);
         if (sigmas) put_sigma_of(p, channel, n_values);
     }
     return FF_OK;
@@ -575,12 +594,13 @@ static ff_status check_units(ff_planner *p)
         return FF_OK;
     }
     char names[FF_NAMES_LIST];
-    return ff_error_hint(p->err,
-                         ff_error_set(p->err, FF_ERR_FORMAT, p->path, (long)p->header_line, -1,
-                                      "found the columns %s; their polar angles have no unit and are all below 1.571: if they are not in degrees "
-                                      "(which angles degrees insists on), say angles radians",
-                                      list_names(p, names)),
-                         FF_HINT_SAY);
+    return ff_error_hint(
+        p->err,
+        ff_error_set(p->err, FF_ERR_FORMAT, p->path, (long)p->header_line, -1,
+                     "found the columns %s; their polar angles have no unit and are all below 1.571: if they are not in degrees "
+                     "(which angles degrees insists on), say angles radians",
+                     list_names(p, names)),
+        FF_HINT_SAY);
 }
 
 static void name_strangers(ff_planner *p)
@@ -594,7 +614,9 @@ static void name_strangers(ff_planner *p)
         if (used + length + 12 > sizeof names) continue;
         used = (size_t)(stpcpy(stpcpy(stpcpy(stpcpy(names + used, used ? ", " : ""), "'"), p->column[k].name), "'") - names);
     }
-    if (n) assume(p, "not read %s %s: the option 'columns' takes a channel as f_NAME=#NUMBER", n == 1 ? "is the column" : "are the columns", names);
+    if (n)
+        assume(p, "not read %s %s: the option 'columns' takes a channel as f_NAME=#NUMBER",
+               n == 1 ? "is the column" : "are the columns", names);
 }
 
 static ff_status put_half_difference(ff_planner *p)
@@ -606,9 +628,13 @@ static ff_status put_half_difference(ff_planner *p)
     for (size_t k = 0; k < 4; k++) {
         long c = find(p, all[k].meaning);
         if (c == NONE && all[k].meaning == FF_MEANS_PHI_D) c = find(p, FF_MEANS_PHI);
-        if (c != NONE) put_angle(p, all[k].key, (size_t)c, 0);
-        else if (all[k].meaning == FF_MEANS_PHI_H) put_constant(p, "phi_h", 0);
-        else return refuse(p, "half and difference angles are theta_h, theta_d and phi_d", "theta_h=#1,phi_h=0,theta_d=#2,phi_d=#3,f=#4");
+        if (c != NONE)
+            put_angle(p, all[k].key, (size_t)c, 0);
+        else if (all[k].meaning == FF_MEANS_PHI_H)
+            put_constant(p, "phi_h", 0);
+        else
+            return refuse(p, "half and difference angles are theta_h, theta_d and phi_d",
+                          "theta_h=#1,phi_h=0,theta_d=#2,phi_d=#3,f=#4");
     }
     return FF_OK;
 }
@@ -619,7 +645,8 @@ static ff_status put_vectors(ff_planner *p)
     for (int k = 0; k < 6; k++) {
         const long c = find(p, (ff_meaning)(FF_MEANS_WI_X + k));
         if (c == NONE)
-            return refuse(p, "of the directions as vectors one component is missing", "wi_x=#1,wi_y=#2,wi_z=#3,wo_x=#4,wo_y=#5,wo_z=#6,f=#7");
+            return refuse(p, "of the directions as vectors one component is missing",
+                          "wi_x=#1,wi_y=#2,wi_z=#3,wo_x=#4,wo_y=#5,wo_z=#6,f=#7");
         put_column(p, key[k], (size_t)c, "");
     }
     return FF_OK;
@@ -650,9 +677,11 @@ static ff_status put_directions(ff_planner *p, const wide *w, ff_meaning over)
 {
     if (find(p, FF_MEANS_THETA_H) != NONE && find(p, FF_MEANS_THETA_D) != NONE) return put_half_difference(p);
     if (find(p, FF_MEANS_WI_X) != NONE && find(p, FF_MEANS_WO_X) != NONE) return put_vectors(p);
-    if (!(w->n && over == FF_MEANS_THETA_I) && !put_polar(p, "theta_i", FF_MEANS_THETA_I, FF_MEANS_ELEVATION_I) && !put_name_of_file(p))
+    if (!(w->n && over == FF_MEANS_THETA_I) && !put_polar(p, "theta_i", FF_MEANS_THETA_I, FF_MEANS_ELEVATION_I) &&
+        !put_name_of_file(p))
         return refuse_polar(p, "theta_i");
-    if (!(w->n && over == FF_MEANS_THETA_O) && !put_polar(p, "theta_o", FF_MEANS_THETA_O, FF_MEANS_ELEVATION_O)) return refuse_polar(p, "theta_o");
+    if (!(w->n && over == FF_MEANS_THETA_O) && !put_polar(p, "theta_o", FF_MEANS_THETA_O, FF_MEANS_ELEVATION_O))
+        return refuse_polar(p, "theta_o");
     return put_azimuths(p, w, over);
 }
 
@@ -670,7 +699,8 @@ ff_status ff_plan_assign(ff_planner *p)
     settle_sides(p, w.n > 0 && (over == FF_MEANS_THETA_I || (over == FF_MEANS_NOTHING && !is_named(p, FF_MEANS_THETA_I))));
     if (w.n && over == FF_MEANS_NOTHING) over = missing_angle(p);
     if ((w.n && !w.fine) || (corner && !w.n))
-        return refuse(p, "values at angles do not stand side by side in one unit", "theta_o=#1,f@theta_i=20:40:60,phi_i=0,phi_o=180");
+        return refuse(p, "values at angles do not stand side by side in one unit",
+                      "theta_o=#1,f@theta_i=20:40:60,phi_i=0,phi_o=180");
     status = put_directions(p, &w, over);
     if (status != FF_OK) return status;
     const long phase = find(p, FF_MEANS_PHASE), weight = find(p, FF_MEANS_WEIGHT), lambda = find(p, FF_MEANS_WAVELENGTH);

@@ -46,7 +46,8 @@ int ff_csv_number(const char *cell, size_t length, const ff_csv_dialect *d, doub
     size_t n = 0;
     const char decimal = d->decimal ? d->decimal : '.';
     if (length == 0 || length + 1 > sizeof copy) return 0;
-    if (memchr(cell, decimal == ',' ? '.' : ',', length) && (!d->thousands || !are_thousands(cell, length, d->thousands, decimal))) return 0;
+    if (memchr(cell, decimal == ',' ? '.' : ',', length) && (!d->thousands || !are_thousands(cell, length, d->thousands, decimal)))
+        return 0;
     size_t k = 0;
     for (; k < length; k++) {
         const char c = cell[k];
@@ -89,10 +90,12 @@ int ff_csv_setting(const char *text, size_t length, const char *name, const ff_c
     const size_t n = strlen(name);
     const char *stop = text + length;
     for (const char *at = text; at + n < stop; at++) {
-        if (strncasecmp(at, name, n) != 0 || isalnum((unsigned char)at[n]) || (at > text && isalnum((unsigned char)at[-1]))) continue;
+        if (strncasecmp(at, name, n) != 0 || isalnum((unsigned char)at[n]) || (at > text && isalnum((unsigned char)at[-1])))
+            continue;
         const char *p = skip_to_number(at + n, stop), *end = p;
         if (!p) continue;
-        while (end < stop && (isalnum((unsigned char)*end) || strchr("+-.", *end) || (*end == ',' && dialect->decimal == ','))) end++;
+        while (end < stop && (isalnum((unsigned char)*end) || strchr("+-.", *end) || (*end == ',' && dialect->decimal == ',')))
+            end++;
         while (end > p && isalpha((unsigned char)end[-1])) end--; /* "20deg" */
         while (end > p && (end[-1] == ',' || end[-1] == '.')) end--;
         if (ff_csv_number(p, (size_t)(end - p), dialect, value)) return 1;
@@ -129,9 +132,10 @@ ff_status ff_csv_dialect_read(const char *text, const char *path, ff_csv_dialect
         at += strspn(at, " \t");
         const size_t all = strcspn(at, ","), n = strcspn(at, "=");
         if (n >= all || !take_word(at, n, at + n + 1, all - n - 1, out))
-            return ff_error_set(err, FF_ERR_SYNTAX, path, 0, -1,
-                                "dialect: found %s, expected separator=comma, semicolon, tab, bar or blank, and decimal=point or comma",
-                                ff_quote(at, all, found));
+            return ff_error_set(
+                err, FF_ERR_SYNTAX, path, 0, -1,
+                "dialect: found %s, expected separator=comma, semicolon, tab, bar or blank, and decimal=point or comma",
+                ff_quote(at, all, found));
         at += all + (at[all] == ',');
     }
     if (out->decimal && out->separator == out->decimal)

@@ -58,8 +58,10 @@ static ff_status check_directions(const reader *r)
         n[1] += key >= FF_CSV_THETA_H && key <= FF_CSV_PHI_D;
         n[2] += key >= FF_CSV_WI_X;
     }
-    if (n[1] && (n[1] != 4 || n[0] || n[2] || r->at)) return bad_mapping(r, "some half and difference angles", "theta_h, phi_h, theta_d, phi_d alone");
-    if (n[2] && (n[2] != 6 || n[0] || r->at)) return bad_mapping(r, "some components of directions", "wi_x, wi_y, wi_z, wo_x, wo_y, wo_z alone");
+    if (n[1] && (n[1] != 4 || n[0] || n[2] || r->at))
+        return bad_mapping(r, "some half and difference angles", "theta_h, phi_h, theta_d, phi_d alone");
+    if (n[2] && (n[2] != 6 || n[0] || r->at))
+        return bad_mapping(r, "some components of directions", "wi_x, wi_y, wi_z, wo_x, wo_y, wo_z alone");
     return FF_OK;
 }
 
@@ -169,7 +171,8 @@ static ff_status place_columns_at(reader *r, const ff_csv_item *item, double rad
     if (!r->side) return ff_csv_no_memory(r);
     for (size_t c = 0; c < columns; c++) {
         int named = item->number >= 0 && (c < (size_t)item->number || n == wanted), twice;
-        for (size_t k = 0; k < r->map.n && !named; k++) named = item->number < 0 && !r->map.item[k].n_at && ff_csv_item_find(&r->map.item[k], &r->header.names, &twice) == c;
+        for (size_t k = 0; k < r->map.n && !named; k++)
+            named = item->number < 0 && !r->map.item[k].n_at && ff_csv_item_find(&r->map.item[k], &r->header.names, &twice) == c;
         if (named) continue;
         if (n < wanted) r->wants[r->n_wants++] = (want){item, c, FF_CSV_FAR + FF_FAR + n, 1, 0};
         n++;
@@ -195,7 +198,8 @@ static ff_status place_item(reader *r, const ff_csv_item *item, double radians_p
     if (!isnan(item->constant)) {
         if (w.place == FF_CSV_FAR + FF_FAR_PHASE) return bad_mapping(r, "a constant phase", "a column");
         if (item->unit == FF_CSV_PERCENT) return bad_mapping(r, "a constant in %", "a column, or a number in the unit of f");
-        *(w.place >= FF_CSV_FAR ? &r->far_initial[w.place - FF_CSV_FAR] : &r->initial[w.place]) = w.factor * item->constant + w.offset;
+        *(w.place >= FF_CSV_FAR ? &r->far_initial[w.place - FF_CSV_FAR] : &r->initial[w.place]) =
+            w.factor * item->constant + w.offset;
         return FF_OK;
     }
     w.column = ff_csv_item_find(item, &r->header.names, &twice);
@@ -305,8 +309,8 @@ static void tell_plan(const reader *r, ff_table *t)
     const char *separated = "";
     for (size_t k = 0; k < sizeof of / sizeof of[0]; k++)
         if (of[k].c == d->separator) separated = of[k].word;
-    ff_table_note_hint(t, FF_HINT_SAY, "its columns are taken by their names; to take them otherwise, say columns '%.*s%s'", 700, r->plan->columns,
-                       strlen(r->plan->columns) > 700 ? "..." : "");
+    ff_table_note_hint(t, FF_HINT_SAY, "its columns are taken by their names; to take them otherwise, say columns '%.*s%s'", 700,
+                       r->plan->columns, strlen(r->plan->columns) > 700 ? "..." : "");
     if (d->separator != ',' || d->decimal == ',' || d->thousands || d->latin)
         ff_table_note(t, "cells are separated by %s%s%s%s", separated, d->decimal == ',' ? ", the decimal mark is a comma" : "",
                       d->thousands ? ", thousands are separated too" : "", d->latin ? ", signs are those of ISO-8859-1" : "");
@@ -321,8 +325,8 @@ static void tell_plan(const reader *r, ff_table *t)
 static void tell_rows(const reader *r, ff_table *t)
 {
     if (r->n_missing)
-        ff_table_note(t, "%zu %s no number but '%s'%s: not measured", r->n_missing, r->n_missing == 1 ? "cell has" : "cells have", r->missing,
-                      r->n_missing == 1 ? "" : " or the like");
+        ff_table_note(t, "%zu %s no number but '%s'%s: not measured", r->n_missing, r->n_missing == 1 ? "cell has" : "cells have",
+                      r->missing, r->n_missing == 1 ? "" : " or the like");
     if (r->n_blank) ff_table_note(t, "%zu empty row%s passed over", r->n_blank, r->n_blank == 1 ? " is" : "s are");
     if (r->header.passed_over)
         ff_table_note(t, "%ld line%s before the header line %ld %s passed over", r->header.passed_over,
@@ -349,7 +353,9 @@ static void describe(const reader *r, const ff_read_options *o, ff_table *t)
     if (t->sigma && has_relative_sigma(r)) raise_zero_sigmas(t);
     tell_rows(r, t);
     ff_table_leave_out_codes(t);
-    ff_table_set_quantity(t, ff_read_quantity(o, r->layout ? r->layout->quantity : r->plan && r->plan->quantity ? r->plan->quantity : r->head.quantity));
+    ff_table_set_quantity(t, ff_read_quantity(o, r->layout                      ? r->layout->quantity
+                                                 : r->plan && r->plan->quantity ? r->plan->quantity
+                                                                                : r->head.quantity));
 }
 
 static ff_status make_table(reader *r, const ff_read_options *o, ff_table *out)

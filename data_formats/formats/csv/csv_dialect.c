@@ -1,5 +1,5 @@
-/* How a table is written: what separates its cells, which mark is the decimal one. Found from the first lines: the separator by which
- * most lines fall into cells that are numbers, as many in each. */
+/* How a table is written: what separates its cells, which mark is the decimal one. Found from the first lines: the separator by
+ * which most lines fall into cells that are numbers, as many in each. */
 #define _GNU_SOURCE
 #include "internal_csv_look.h"
 #include "internal_csv_meaning.h"
@@ -122,9 +122,11 @@ static int kind_of(const char *p, size_t n)
         while (k < n && isdigit((unsigned char)p[k])) k++;
         if (k == start) return NO_NUMBER;
     }
-    while (k < n && (p[k] == ' ' || p[k] == '%' || (unsigned char)p[k] == 0xB0 || (unsigned char)p[k] == 0xC2)) k++; /* "20 %", "20°" */
+    while (k < n && (p[k] == ' ' || p[k] == '%' || (unsigned char)p[k] == 0xB0 || (unsigned char)p[k] == 0xC2))
+        k++; /* "20 %", "20°" */
     if (k < n) return NO_NUMBER;
-    if (points && commas) return last_comma > last_point && commas == 1 ? POINTS_IN_COMMAS : points == 1 ? COMMAS_IN_POINTS : NO_NUMBER;
+    if (points && commas)
+        return last_comma > last_point && commas == 1 ? POINTS_IN_COMMAS : points == 1 ? COMMAS_IN_POINTS : NO_NUMBER;
     return points > 1 || commas > 1 ? NO_NUMBER : points ? POINTS : commas ? COMMAS : WHOLE;
 }
 
@@ -182,7 +184,8 @@ static trial try_separator(const ff_csv_look *look, char separator)
         }
     }
     for (size_t j = 0; j < n_counts; j++)
-        if (rows[j] > best.rows || (rows[j] == best.rows && columns[j] > best.columns)) best = (trial){rows[j], cells_of[j], columns[j]};
+        if (rows[j] > best.rows || (rows[j] == best.rows && columns[j] > best.columns))
+            best = (trial){rows[j], cells_of[j], columns[j]};
     return best;
 }
 

@@ -165,7 +165,7 @@ typedef struct search {
     ff_error *err;
     ff_csv_header h;
     char rows_separator; /* of the rows, 0: not known */
-    size_t nearest; /* score of the line whose names are in h */
+    size_t nearest;      /* score of the line whose names are in h */
     int done;
 } search;
 
@@ -212,7 +212,12 @@ static ff_status not_found(const search *s)
 
 ff_status ff_csv_header_find(ff_lines *lines, const ff_csv_mapping *map, ff_csv_head *head, ff_csv_header *out, ff_error *err)
 {
-    search s = {.lines = lines, .map = map, .head = head, .err = err, .rows_separator = out->dialect.separator, .h = {.dialect = out->dialect}};
+    search s = {.lines = lines,
+                .map = map,
+                .head = head,
+                .err = err,
+                .rows_separator = out->dialect.separator,
+                .h = {.dialect = out->dialect}};
     ff_status status = FF_OK;
     while (status == FF_OK && !s.done && lines->line < HEADER_WITHIN) {
         char *text;
@@ -234,7 +239,8 @@ int ff_csv_mapping_by_number(const ff_csv_mapping *map)
     return count_named(map) == 0;
 }
 
-ff_status ff_csv_header_skip(ff_lines *lines, size_t first_row, size_t n_columns, ff_csv_head *head, ff_csv_header *out, ff_error *err)
+ff_status ff_csv_header_skip(ff_lines *lines, size_t first_row, size_t n_columns, ff_csv_head *head, ff_csv_header *out,
+                             ff_error *err)
 {
     ff_names names = {calloc(1, 1), malloc((n_columns + 1) * sizeof *names.name), n_columns};
     ff_status status = FF_OK;

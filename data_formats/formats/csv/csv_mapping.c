@@ -19,19 +19,24 @@
 #include <string.h>
 
 static const char *const key_name[] = {
-    [FF_CSV_THETA_I] = "theta_i", [FF_CSV_PHI_I] = "phi_i", [FF_CSV_THETA_O] = "theta_o", [FF_CSV_PHI_O] = "phi_o",
-    [FF_CSV_VALUE] = "f",         [FF_CSV_SIGMA] = "sigma", [FF_CSV_WEIGHT] = "weight",   [FF_CSV_WAVELENGTH] = "wavelength",
-    [FF_CSV_PHASE] = "phase",     [FF_CSV_THETA_H] = "theta_h", [FF_CSV_PHI_H] = "phi_h", [FF_CSV_THETA_D] = "theta_d",
-    [FF_CSV_PHI_D] = "phi_d",     [FF_CSV_WI_X] = "wi_x", [FF_CSV_WI_Y] = "wi_y", [FF_CSV_WI_Z] = "wi_z", [FF_CSV_WO_X] = "wo_x",
-    [FF_CSV_WO_Y] = "wo_y",       [FF_CSV_WO_Z] = "wo_z",
+    [FF_CSV_THETA_I] = "theta_i", [FF_CSV_PHI_I] = "phi_i",     [FF_CSV_THETA_O] = "theta_o", [FF_CSV_PHI_O] = "phi_o",
+    [FF_CSV_VALUE] = "f",         [FF_CSV_SIGMA] = "sigma",     [FF_CSV_WEIGHT] = "weight",   [FF_CSV_WAVELENGTH] = "wavelength",
+    [FF_CSV_PHASE] = "phase",     [FF_CSV_THETA_H] = "theta_h", [FF_CSV_PHI_H] = "phi_h",     [FF_CSV_THETA_D] = "theta_d",
+    [FF_CSV_PHI_D] = "phi_d",     [FF_CSV_WI_X] = "wi_x",       [FF_CSV_WI_Y] = "wi_y",       [FF_CSV_WI_Z] = "wi_z",
+    [FF_CSV_WO_X] = "wo_x",       [FF_CSV_WO_Y] = "wo_y",       [FF_CSV_WO_Z] = "wo_z",
 };
 
 static const struct {
     const char *name;
     ff_csv_unit unit;
-} units[] = {{"deg", FF_CSV_DEGREES}, {"rad", FF_CSV_RADIANS}, {"nm", FF_CSV_NM},
-             {"um", FF_CSV_UM},       {"m", FF_CSV_M},         {"%", FF_CSV_PERCENT},
-             {"elevation", FF_CSV_ELEVATION}, {"elevation-rad", FF_CSV_ELEVATION_RADIANS}};
+} units[] = {{"deg", FF_CSV_DEGREES},
+             {"rad", FF_CSV_RADIANS},
+             {"nm", FF_CSV_NM},
+             {"um", FF_CSV_UM},
+             {"m", FF_CSV_M},
+             {"%", FF_CSV_PERCENT},
+             {"elevation", FF_CSV_ELEVATION},
+             {"elevation-rad", FF_CSV_ELEVATION_RADIANS}};
 
 typedef struct parser {
     const char *path;
@@ -90,10 +95,11 @@ static ff_status read_key(const parser *p, char *key, ff_csv_item *item)
         if (strlen(item->channel) >= FF_CHANNEL_NAME) return syntax(p, key, "a channel's name of at most 63 bytes");
         return FF_OK;
     }
-    return ff_error_set(p->err, FF_ERR_UNKNOWN, p->path, 0, -1,
-                        "columns: found the key %s, expected theta_i, phi_i, theta_o, phi_o, f, f_NAME, f@ANGLE, sigma, sigma_NAME, "
-                        "weight, wavelength, phase, theta_h, phi_h, theta_d, phi_d or wi_x to wo_z",
-                        ff_quote(key, strlen(key), found));
+    return ff_error_set(
+        p->err, FF_ERR_UNKNOWN, p->path, 0, -1,
+        "columns: found the key %s, expected theta_i, phi_i, theta_o, phi_o, f, f_NAME, f@ANGLE, sigma, sigma_NAME, "
+        "weight, wavelength, phase, theta_h, phi_h, theta_d, phi_d or wi_x to wo_z",
+        ff_quote(key, strlen(key), found));
 }
 
 /* Cuts ":unit" off, where what follows the last ':' is one. */
@@ -117,7 +123,8 @@ static int is_constant_key(ff_csv_key key)
 /* "5:20:40@#2:rad" of f@theta_i. */
 static ff_status read_columns_at(parser *p, char *text, ff_csv_item *item)
 {
-    static const char expected[] = "f@theta_i=5:20:40 (or theta_o, phi_i, phi_o), or f@theta_i=5:20:40@#2 from the second column on";
+    static const char expected[] =
+        "f@theta_i=5:20:40 (or theta_o, phi_i, phi_o), or f@theta_i=5:20:40@#2 from the second column on";
     char *from = strchr(text, '@');
     uint64_t first;
     item->at = p->m.at + p->n_at;
@@ -128,7 +135,8 @@ static ff_status read_columns_at(parser *p, char *text, ff_csv_item *item)
         if (*from != '#' || !ff_whole_number(from + 1, FF_NAMES_MAX, &first) || first == 0) return syntax(p, item->text, expected);
         item->number = (long)first - 1;
     }
-    if (item->unit != FF_CSV_PLAIN && item->unit != FF_CSV_DEGREES && item->unit != FF_CSV_RADIANS) return syntax(p, item->text, expected);
+    if (item->unit != FF_CSV_PLAIN && item->unit != FF_CSV_DEGREES && item->unit != FF_CSV_RADIANS)
+        return syntax(p, item->text, expected);
     for (const char *at = text; at; item->n_at++) {
         at += strspn(at, " \t");
         const char *end = ff_number_read(at, &item->at[item->n_at]);
@@ -197,7 +205,8 @@ static void add_angles(ff_csv_mapping *m)
         if (m->item[k].key >= FF_CSV_THETA_H) return;
     for (int a = 0; a < 4; a++) {
         int there = 0;
-        for (size_t k = 0; k < m->n; k++) there |= m->item[k].key == (ff_csv_key)a || (m->item[k].n_at && m->item[k].at_key == (ff_csv_key)a);
+        for (size_t k = 0; k < m->n; k++)
+            there |= m->item[k].key == (ff_csv_key)a || (m->item[k].n_at && m->item[k].at_key == (ff_csv_key)a);
         if (there) continue;
         m->item[m->n++] = (ff_csv_item){.key = (ff_csv_key)a,
                                         .text = key_name[a],

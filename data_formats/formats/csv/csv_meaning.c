@@ -1,5 +1,5 @@
-/* What the names of columns mean. A name is folded (case, accents, Greek letters), cut into words, numbers and units; each word says
- * something (csv_words.def), and the sum decides. */
+/* What the names of columns mean. A name is folded (case, accents, Greek letters), cut into words, numbers and units; each word
+ * says something (csv_words.def), and the sum decides. */
 #define _GNU_SOURCE
 #include "internal_csv_meaning.h"
 #include "base/internal_number.h"
@@ -10,14 +10,34 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { SIDE_I = FF_SAYS_SIDE_I, SIDE_O = FF_SAYS_SIDE_O, POLAR = FF_SAYS_POLAR, AZIMUTH = FF_SAYS_AZIMUTH,
-       ELEVATION = FF_SAYS_ELEVATION, ANGLE = FF_SAYS_ANGLE, HALF = FF_SAYS_HALF, DIFFERENCE = FF_SAYS_DIFFERENCE,
-       PHASE = FF_SAYS_PHASE, AXIS_X = FF_SAYS_AXIS_X, AXIS_Y = FF_SAYS_AXIS_Y, AXIS_Z = FF_SAYS_AXIS_Z,
-       VECTOR = FF_SAYS_VECTOR, BRDF = FF_SAYS_BRDF, COSINE = FF_SAYS_COSINE, REFLECTANCE = FF_SAYS_REFLECTANCE,
-       FACTOR = FF_SAYS_FACTOR, COUNTS = FF_SAYS_COUNTS, PLAIN_VALUE = FF_SAYS_PLAIN_VALUE, COLOR = FF_SAYS_COLOR,
-       SIGMA = FF_SAYS_SIGMA, WEIGHT = FF_SAYS_WEIGHT, WAVELENGTH = FF_SAYS_WAVELENGTH, FILLER = FF_SAYS_FILLER,
-       ANY_VALUE = BRDF | COSINE | REFLECTANCE | FACTOR | COUNTS | PLAIN_VALUE,
-       ANY_ANGLE = POLAR | AZIMUTH | ELEVATION | ANGLE | HALF | DIFFERENCE };
+enum {
+    SIDE_I = FF_SAYS_SIDE_I,
+    SIDE_O = FF_SAYS_SIDE_O,
+    POLAR = FF_SAYS_POLAR,
+    AZIMUTH = FF_SAYS_AZIMUTH,
+    ELEVATION = FF_SAYS_ELEVATION,
+    ANGLE = FF_SAYS_ANGLE,
+    HALF = FF_SAYS_HALF,
+    DIFFERENCE = FF_SAYS_DIFFERENCE,
+    PHASE = FF_SAYS_PHASE,
+    AXIS_X = FF_SAYS_AXIS_X,
+    AXIS_Y = FF_SAYS_AXIS_Y,
+    AXIS_Z = FF_SAYS_AXIS_Z,
+    VECTOR = FF_SAYS_VECTOR,
+    BRDF = FF_SAYS_BRDF,
+    COSINE = FF_SAYS_COSINE,
+    REFLECTANCE = FF_SAYS_REFLECTANCE,
+    FACTOR = FF_SAYS_FACTOR,
+    COUNTS = FF_SAYS_COUNTS,
+    PLAIN_VALUE = FF_SAYS_PLAIN_VALUE,
+    COLOR = FF_SAYS_COLOR,
+    SIGMA = FF_SAYS_SIGMA,
+    WEIGHT = FF_SAYS_WEIGHT,
+    WAVELENGTH = FF_SAYS_WAVELENGTH,
+    FILLER = FF_SAYS_FILLER,
+    ANY_VALUE = BRDF | COSINE | REFLECTANCE | FACTOR | COUNTS | PLAIN_VALUE,
+    ANY_ANGLE = POLAR | AZIMUTH | ELEVATION | ANGLE | HALF | DIFFERENCE
+};
 
 static const struct {
     const char *word;
@@ -43,11 +63,12 @@ static const char *letter_of(unsigned c)
     static const struct {
         unsigned c;
         const char *as;
-    } greek[] = {{0x3B1, "alpha"}, {0x3B8, "theta"}, {0x3D1, "theta"}, {0x398, "theta"}, {0x3C6, "phi"}, {0x3D5, "phi"},
-                 {0x3A6, "phi"}, {0x3C3, "sigma"}, {0x3BB, "lambda"}, {0x3C9, "omega"}, {0x394, "delta "}, {0x3B4, "delta "},
-                 {0x3BC, "u"}, {0xB5, "u"}, {0xB0, " deg "}, {0x2070, " deg "}, {0xBA, " deg "}, {0x2080, " 0"}, {0xDF, "ss"},
-                 {0xC6, "ae"}, {0xE6, "ae"}, {0xD8, "o"}, {0xF8, "o"}, {0x2215, "/"}, {0x2044, "/"}, {0x2212, "-"}, {0x207B, "-"},
-                 {0xB9, "1"}, {0xB7, "*"}, {0xD7, "*"}, {0x22C5, "*"}, {0x1D62, " i"}, {0x2092, " o"}, {0x1D63, " r"}};
+    } greek[] = {{0x3B1, "alpha"}, {0x3B8, "theta"}, {0x3D1, "theta"},  {0x398, "theta"},  {0x3C6, "phi"},    {0x3D5, "phi"},
+                 {0x3A6, "phi"},   {0x3C3, "sigma"}, {0x3BB, "lambda"}, {0x3C9, "omega"},  {0x394, "delta "}, {0x3B4, "delta "},
+                 {0x3BC, "u"},     {0xB5, "u"},      {0xB0, " deg "},   {0x2070, " deg "}, {0xBA, " deg "},   {0x2080, " 0"},
+                 {0xDF, "ss"},     {0xC6, "ae"},     {0xE6, "ae"},      {0xD8, "o"},       {0xF8, "o"},       {0x2215, "/"},
+                 {0x2044, "/"},    {0x2212, "-"},    {0x207B, "-"},     {0xB9, "1"},       {0xB7, "*"},       {0xD7, "*"},
+                 {0x22C5, "*"},    {0x1D62, " i"},   {0x2092, " o"},    {0x1D63, " r"}};
     static const char *const latin[64] = {"a", "a", "a", "a", "a", "a", "ae", "c", "e", "e", "e", "e", "i", "i", "i", "i",
                                           "d", "n", "o", "o", "o", "o", "o",  "*", "o", "u", "u", "u", "u", "y", "t", "ss",
                                           "a", "a", "a", "a", "a", "a", "ae", "c", "e", "e", "e", "e", "i", "i", "i", "i",
@@ -176,13 +197,15 @@ static int unit_of_word(const char *word)
     static const struct {
         const char *word;
         int unit;
-    } units[] = {{"deg", FF_CSV_DEGREES}, {"degree", FF_CSV_DEGREES}, {"degrees", FF_CSV_DEGREES}, {"grad", FF_CSV_DEGREES},
-                 {"grd", FF_CSV_DEGREES}, {"degre", FF_CSV_DEGREES}, {"degres", FF_CSV_DEGREES}, {"gradi", FF_CSV_DEGREES},
-                 {"grados", FF_CSV_DEGREES}, {"rad", FF_CSV_RADIANS}, {"radian", FF_CSV_RADIANS}, {"radians", FF_CSV_RADIANS},
-                 {"nm", FF_CSV_NM}, {"nanometer", FF_CSV_NM}, {"nanometers", FF_CSV_NM}, {"um", FF_CSV_UM}, {"micron", FF_CSV_UM},
-                 {"microns", FF_CSV_UM}, {"micrometer", FF_CSV_UM}, {"micrometers", FF_CSV_UM}, {"m", FF_CSV_M}, {"%", FF_CSV_PERCENT},
-                 {"percent", FF_CSV_PERCENT}, {"prozent", FF_CSV_PERCENT}, {"sr", FF_CSV_PLAIN}, {"steradian", FF_CSV_PLAIN},
-                 {"au", FF_CSV_PLAIN}};
+    } units[] = {{"deg", FF_CSV_DEGREES},    {"degree", FF_CSV_DEGREES},  {"degrees", FF_CSV_DEGREES},
+                 {"grad", FF_CSV_DEGREES},   {"grd", FF_CSV_DEGREES},     {"degre", FF_CSV_DEGREES},
+                 {"degres", FF_CSV_DEGREES}, {"gradi", FF_CSV_DEGREES},   {"grados", FF_CSV_DEGREES},
+                 {"rad", FF_CSV_RADIANS},    {"radian", FF_CSV_RADIANS},  {"radians", FF_CSV_RADIANS},
+                 {"nm", FF_CSV_NM},          {"nanometer", FF_CSV_NM},    {"nanometers", FF_CSV_NM},
+                 {"um", FF_CSV_UM},          {"micron", FF_CSV_UM},       {"microns", FF_CSV_UM},
+                 {"micrometer", FF_CSV_UM},  {"micrometers", FF_CSV_UM},  {"m", FF_CSV_M},
+                 {"%", FF_CSV_PERCENT},      {"percent", FF_CSV_PERCENT}, {"prozent", FF_CSV_PERCENT},
+                 {"sr", FF_CSV_PLAIN},       {"steradian", FF_CSV_PLAIN}, {"au", FF_CSV_PLAIN}};
     for (size_t k = 0; k < sizeof units / sizeof units[0]; k++)
         if (strcmp(units[k].word, word) == 0) return units[k].unit;
     return -1;
@@ -234,11 +257,11 @@ static ff_meaning angle_meaning(int says)
 static void value_meaning(int says, ff_named *out)
 {
     out->meaning = FF_MEANS_VALUE;
-    out->rank = says & BRDF               ? FF_RANK_BRDF
+    out->rank = says & BRDF                       ? FF_RANK_BRDF
                 : has(says, REFLECTANCE | FACTOR) ? FF_RANK_FACTOR
-                : says & REFLECTANCE      ? FF_RANK_REFLECTANCE
-                : says & COUNTS           ? FF_RANK_COUNTS
-                                          : FF_RANK_PLAIN;
+                : says & REFLECTANCE              ? FF_RANK_REFLECTANCE
+                : says & COUNTS                   ? FF_RANK_COUNTS
+                                                  : FF_RANK_PLAIN;
     out->quantity = says & COSINE ? FF_BRDF_COS : out->rank == FF_RANK_FACTOR ? FF_REFLECTANCE_FACTOR : FF_BRDF;
 }
 
@@ -355,7 +378,8 @@ void ff_name_meaning(const char *name, ff_named *out)
         ff_name_utf8(name, out->channel, sizeof out->channel);
     } else if (says & (AXIS_X | AXIS_Y | AXIS_Z) && says & (SIDE_I | SIDE_O) && !(says & ANY_ANGLE))
         out->meaning = vector_meaning(says);
-    else if (says & (ANY_ANGLE | SIDE_I | SIDE_O | PHASE) && !(says & (AXIS_X | AXIS_Y | AXIS_Z | VECTOR | COLOR | WEIGHT | WAVELENGTH)))
+    else if (says & (ANY_ANGLE | SIDE_I | SIDE_O | PHASE) &&
+             !(says & (AXIS_X | AXIS_Y | AXIS_Z | VECTOR | COLOR | WEIGHT | WAVELENGTH)))
         out->meaning = angle_meaning(says);
     if (s.numbers == 1 && out->meaning != FF_MEANS_VALUE && out->meaning != FF_MEANS_NUMBER && out->meaning != FF_MEANS_SIGMA) {
         if (out->meaning != FF_MEANS_THETA_I && out->meaning != FF_MEANS_WAVELENGTH && out->meaning != FF_MEANS_PHI &&

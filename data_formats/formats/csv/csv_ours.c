@@ -1,4 +1,5 @@
-/* Whether a table is in our own words: the four angles by their names, commas between them, and no column whose meaning must be found. */
+/* Whether a table is in our own words: the four angles by their names, commas between them, and no column whose meaning must be
+ * found. */
 #define _GNU_SOURCE
 #include "internal_csv_look.h"
 #include "internal_csv_meaning.h"
@@ -37,9 +38,12 @@ static int are_our_names(const char *text, size_t length)
             known++;
         } else if (*name) {
             ff_name_meaning(name, &named);
-            const int beside = named.meaning == FF_MEANS_SIGMA || named.meaning == FF_MEANS_WEIGHT || named.meaning == FF_MEANS_WAVELENGTH;
-            if (named.meaning == FF_MEANS_VALUE && named.rank > FF_RANK_COUNTS) known++;
-            else if (!beside) strangers++;
+            const int beside =
+                named.meaning == FF_MEANS_SIGMA || named.meaning == FF_MEANS_WEIGHT || named.meaning == FF_MEANS_WAVELENGTH;
+            if (named.meaning == FF_MEANS_VALUE && named.rank > FF_RANK_COUNTS)
+                known++;
+            else if (!beside)
+                strangers++;
         }
     }
     return angles == 4 && !(known && strangers);
@@ -47,7 +51,8 @@ static int are_our_names(const char *text, size_t length)
 
 static int is_names_behind_comment(const char *text, size_t length)
 {
-    return memmem(text, length, "theta_i", 7) && memmem(text, length, "theta_o", 7) && memchr(text, ',', length) && !memchr(text, ':', length);
+    return memmem(text, length, "theta_i", 7) && memmem(text, length, "theta_o", 7) && memchr(text, ',', length) &&
+           !memchr(text, ':', length);
 }
 
 /* A row that the reader of our own files would misread: a decimal comma in quotes, units below the names. */

@@ -75,7 +75,9 @@ static names split_names(const ff_csv_look *look, size_t k, size_t wanted)
     const ff_csv_line *l = &look->line[k];
     const char all[] = {look->dialect.separator, ',', ';', '\t', '|', ' ', '\0'};
     const char *text = l->text, *stop = l->text + l->length;
-    while (text < stop && (ff_csv_is_blank(*text) || *text == '#' || (l->is_comment && *text == '"')) && *text != look->dialect.separator) text++;
+    while (text < stop && (ff_csv_is_blank(*text) || *text == '#' || (l->is_comment && *text == '"')) &&
+           *text != look->dialect.separator)
+        text++;
     while (l->is_comment && text < stop && (ff_csv_is_blank(*text) || *text == '#')) text++;
     names best = {.score = -1};
     for (const char *s = all; *s; s++) {
@@ -156,7 +158,8 @@ static size_t name_before_number(const char *text, size_t length)
 {
     size_t n = 0;
     while (n < length && !strchr("=:,;\t([{\"|#", text[n])) {
-        const int number = isdigit((unsigned char)text[n]) || (strchr("+-.", text[n]) && n + 1 < length && isdigit((unsigned char)text[n + 1]));
+        const int number =
+            isdigit((unsigned char)text[n]) || (strchr("+-.", text[n]) && n + 1 < length && isdigit((unsigned char)text[n + 1]));
         if (number && n > 0 && ff_csv_is_blank(text[n - 1])) break;
         n++;
     }
@@ -204,7 +207,8 @@ static void look_for_settings(ff_planner *p)
         take_setting(p, l->text, length);
         for (const char *piece = l->text; piece < stop;) {
             const char *end = piece;
-            while (end < stop && *end != ';' && *end != p->look->dialect.separator && !(*end == ',' && end + 1 < stop && end[1] == ' '))
+            while (end < stop && *end != ';' && *end != p->look->dialect.separator &&
+                   !(*end == ',' && end + 1 < stop && end[1] == ' '))
                 end++;
             if (end - piece < stop - l->text) take_setting(p, piece, (size_t)(end - piece));
             piece = end + 1;
@@ -224,8 +228,8 @@ static ff_status make(ff_planner *p)
 {
     ff_status status = name_columns(p);
     if (status == FF_ERR_FORMAT)
-        return ff_error_set(p->err, FF_ERR_FORMAT, p->path, (long)p->look->first_row, -1, "found %zu columns, expected at most %d", p->n,
-                            FF_PLAN_COLUMNS);
+        return ff_error_set(p->err, FF_ERR_FORMAT, p->path, (long)p->look->first_row, -1, "found %zu columns, expected at most %d",
+                            p->n, FF_PLAN_COLUMNS);
     if (status != FF_OK) return ff_error_set(p->err, status, p->path, 0, -1, "no memory for %zu columns", p->n);
     if (p->header_line) look_for_settings(p);
     return ff_plan_assign(p);
@@ -239,11 +243,12 @@ ff_status ff_csv_plan_make(const ff_csv_look *look, const char *path, int angles
                             "found no line with two numbers or more among the first %zu, expected a table of angles and values",
                             look->n_lines);
     if (look->mixed)
-        return ff_error_hint(err,
-                             ff_error_set(err, FF_ERR_DATA, path, look->mixed, -1,
-                                          "found numbers with decimal points and here one with a comma: which is the decimal mark? The other "
-                                          "then separates thousands; say dialect decimal=comma (or point)"),
-                             FF_HINT_SAY);
+        return ff_error_hint(
+            err,
+            ff_error_set(err, FF_ERR_DATA, path, look->mixed, -1,
+                         "found numbers with decimal points and here one with a comma: which is the decimal mark? The other "
+                         "then separates thousands; say dialect decimal=comma (or point)"),
+            FF_HINT_SAY);
     p.text = open_memstream(&p.plan.columns, &p.text_size);
     ff_status status = p.text ? make(&p) : ff_error_set(err, FF_ERR_MEMORY, path, 0, -1, "no memory for the names of columns");
     if (p.text && fclose(p.text) != 0 && status == FF_OK)

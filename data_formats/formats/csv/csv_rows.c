@@ -27,8 +27,8 @@ static ff_status bad_cell(const reader *r, const want *w, const char *start, con
                        : may_be_empty ? "; leave the cell empty where nothing was measured"
                                       : "";
     const ff_status status =
-        ff_error_set(r->err, FF_ERR_DATA, r->path, r->lines.line, -1, "column %zu (%s): found %s, expected a finite number%s", w->column + 1,
-                     ff_quote(w->item->text, strlen(w->item->text), key),
+        ff_error_set(r->err, FF_ERR_DATA, r->path, r->lines.line, -1, "column %zu (%s): found %s, expected a finite number%s",
+                     w->column + 1, ff_quote(w->item->text, strlen(w->item->text), key),
                      start == stop ? "an empty cell, or a word for one," : ff_quote(start, (size_t)(stop - start), found), hint);
     return ff_error_hint(r->err, status, comma ? FF_HINT_SAY : FF_HINT_NONE);
 }
@@ -162,8 +162,9 @@ static ff_status check_row(reader *r, double *row)
             return bad_value(r, k, row[k], radians ? "radians from -pi to pi" : "degrees from -180 to 180");
     double *value = row + 4, *sigma = value + ff_csv_row_channels(r);
     for (size_t c = 0; c < r->n_channels && r->with_sigma; c++) {
-        int fine =
-            isnan(sigma[c]) ? isnan(value[c]) : sigma[c] > 0 || ff_table_is_code(value[c]) || (sigma[c] == 0 && r->layout && r->layout->zero_sigma_is_small);
+        int fine = isnan(sigma[c]) ? isnan(value[c])
+                                   : sigma[c] > 0 || ff_table_is_code(value[c]) ||
+                                         (sigma[c] == 0 && r->layout && r->layout->zero_sigma_is_small);
         if (!fine) return bad_value(r, 4 + ff_csv_row_channels(r) + c, sigma[c], "a standard deviation > 0");
     }
     for (size_t w = 0; w < r->n_wants; w++)
@@ -190,8 +191,8 @@ static ff_status take_vectors(const reader *r, double *row)
     for (int k = 0; k < 2; k++) {
         const double *w = r->far + FF_FAR_ANGLES + 3 * k, length = sqrt(w[0] * w[0] + w[1] * w[1] + w[2] * w[2]);
         if (!(length > 0.5 && length < 2))
-            return ff_error_set(r->err, FF_ERR_DATA, r->path, r->lines.line, -1, "w%c: found a vector of length %.3g, expected one of length 1",
-                                k ? 'o' : 'i', length);
+            return ff_error_set(r->err, FF_ERR_DATA, r->path, r->lines.line, -1,
+                                "w%c: found a vector of length %.3g, expected one of length 1", k ? 'o' : 'i', length);
         angles_of(w, row + 2 * k, row + 2 * k + 1);
     }
     return FF_OK;
@@ -212,7 +213,9 @@ static int is_padding(const reader *r, const double *row)
 {
     for (size_t w = 0; w < r->n_wants; w++) {
         const size_t place = r->wants[w].place;
-        const double v = place < FF_CSV_FAR ? row[place] : place < FF_CSV_FAR + FF_FAR ? r->far[place - FF_CSV_FAR] : r->side[place - FF_CSV_FAR - FF_FAR];
+        const double v = place < FF_CSV_FAR            ? row[place]
+                         : place < FF_CSV_FAR + FF_FAR ? r->far[place - FF_CSV_FAR]
+                                                       : r->side[place - FF_CSV_FAR - FF_FAR];
         if (!isnan(v)) return 0;
     }
     return 1;
@@ -254,8 +257,8 @@ static ff_status check_settings(const reader *r)
     for (size_t k = 0; k < r->n_settings; k++)
         if (isnan(r->set[k].place < FF_CSV_FAR ? r->initial[r->set[k].place] : r->far_initial[r->set[k].place - FF_CSV_FAR]))
             return ff_error_set(r->err, FF_ERR_FORMAT, r->path, r->lines.line, -1,
-                                "found a row of numbers, expected a line before it with '%s' and the number of %s", r->set[k].item->setting,
-                                r->set[k].item->text);
+                                "found a row of numbers, expected a line before it with '%s' and the number of %s",
+                                r->set[k].item->setting, r->set[k].item->text);
     return FF_OK;
 }
 
@@ -321,8 +324,7 @@ static ff_status read_line(reader *r, char *text, size_t length)
     const char *start = text + strspn(text, " \t");
     const int comment = *start == '#' || (*start == '"' && start[1] == '#');
     if (r->n_settings && read_setting(r, text, length)) return FF_OK;
-    if (comment)
-        return ff_csv_foreign_comment(&r->head, &r->header.ours, text + (start - text), 1, &r->lines, r->err);
+    if (comment) return ff_csv_foreign_comment(&r->head, &r->header.ours, text + (start - text), 1, &r->lines, r->err);
     if (is_empty(text, r->header.dialect.separator)) return FF_OK;
     if (!r->layout && is_header_again(r, text, length)) {
         r->n_repeats++;
@@ -343,6 +345,7 @@ ff_status ff_csv_rows_read(ff_csv_reader *r)
         status = read_line(r, text, length);
     }
     if (status == FF_OK && r->rows.n == 0)
-        return ff_error_set(r->err, FF_ERR_DATA, r->path, r->lines.line, -1, "found no rows after the header, expected at least one");
+        return ff_error_set(r->err, FF_ERR_DATA, r->path, r->lines.line, -1,
+                            "found no rows after the header, expected at least one");
     return status;
 }

@@ -37,7 +37,7 @@ typedef enum ff_csv_unit {
     FF_CSV_NM,
     FF_CSV_UM,
     FF_CSV_M,
-    FF_CSV_PERCENT, /**< of f: hundredths; of sigma: hundredths of the value of f                 */
+    FF_CSV_PERCENT,   /**< of f: hundredths; of sigma: hundredths of the value of f                 */
     FF_CSV_ELEVATION, /**< of a polar angle: degrees above the surface                        */
     FF_CSV_ELEVATION_RADIANS
 } ff_csv_unit;
@@ -122,9 +122,10 @@ typedef struct ff_csv_header {
  *  line that comes nearest. */
 ff_status ff_csv_header_find(ff_lines *lines, const ff_csv_mapping *map, ff_csv_head *head, ff_csv_header *out, ff_error *err);
 
-/** Passes over the lines before line first_row, where all columns go by number; out->line, the line of the names, is the caller's. The
- *  names are n_columns empty ones. */
-ff_status ff_csv_header_skip(ff_lines *lines, size_t first_row, size_t n_columns, ff_csv_head *head, ff_csv_header *out, ff_error *err);
+/** Passes over the lines before line first_row, where all columns go by number; out->line, the line of the names, is the caller's.
+ * The names are n_columns empty ones. */
+ff_status ff_csv_header_skip(ff_lines *lines, size_t first_row, size_t n_columns, ff_csv_head *head, ff_csv_header *out,
+                             ff_error *err);
 
 /** 1 when no column of the mapping goes by name. */
 int ff_csv_mapping_by_number(const ff_csv_mapping *map);
@@ -170,8 +171,8 @@ ff_status ff_csv_read_columns(const char *path, const ff_read_options *o, const 
 
 struct ff_csv_look;
 
-/** Reads a table whose columns are what their names say; `look` is of the same file. FF_ERR_FORMAT also where the names say too little: the
- *  message has the option that would read it. */
+/** Reads a table whose columns are what their names say; `look` is of the same file. FF_ERR_FORMAT also where the names say too
+ * little: the message has the option that would read it. */
 ff_status ff_csv_read_table(const char *path, const ff_read_options *o, struct ff_csv_look *look, ff_table *out, ff_error *err);
 
 /* ---- csv_pivot.c: one row per wavelength becomes one channel per wavelength ------------------------ */

@@ -27,7 +27,8 @@ typedef struct ff_csv_look {
     size_t first_row; /**< number of the first line with numbers; 0: none      */
 } ff_csv_look;
 
-/** Looks at path and finds the dialect, unless `given` says it (its members that are not 0). FF_ERR_OPEN, FF_ERR_READ, FF_ERR_MEMORY. A pipe other than standard input has nothing to look at: no lines. */
+/** Looks at path and finds the dialect, unless `given` says it (its members that are not 0). FF_ERR_OPEN, FF_ERR_READ,
+ * FF_ERR_MEMORY. A pipe other than standard input has nothing to look at: no lines. */
 ff_status ff_csv_look_at(const char *path, const ff_csv_dialect *given, ff_csv_look *out, ff_error *err);
 void ff_csv_look_clear(ff_csv_look *look);
 
@@ -47,11 +48,12 @@ typedef struct ff_csv_plan {
     size_t header_line; /**< 0: none                                            */
     size_t first_row;
     ff_quantity quantity;
-    char notes[1024];  /**< sentences, a line each                               */
-    int scan; /**< no azimuth: a scan in the plane of incidence, positive on the side of the mirror direction */
+    char notes[1024]; /**< sentences, a line each                               */
+    int scan;         /**< no azimuth: a scan in the plane of incidence, positive on the side of the mirror direction */
 } ff_csv_plan;
 
-/** angles: an ff_angles. FF_ERR_FORMAT: what the columns mean cannot be told; the message has the option that would. FF_ERR_MEMORY. */
+/** angles: an ff_angles. FF_ERR_FORMAT: what the columns mean cannot be told; the message has the option that would. FF_ERR_MEMORY.
+ */
 ff_status ff_csv_plan_make(const ff_csv_look *look, const char *path, int angles, ff_csv_plan *out, ff_error *err);
 void ff_csv_plan_clear(ff_csv_plan *plan);
 

@@ -76,12 +76,13 @@ typedef struct ff_named {
 /** The meaning of a name. Never fails. */
 void ff_name_meaning(const char *name, ff_named *out);
 
-/** The unit that a text is, "deg", "[1/sr]", as in a row of units below the names; -1: none. FF_CSV_PLAIN: a unit that changes nothing.
+/** The unit that a text is, "deg", "[1/sr]", as in a row of units below the names; -1: none. FF_CSV_PLAIN: a unit that changes
+ * nothing.
  */
 int ff_name_unit(const char *text);
 
-/** The angle of incidence that the name of a file says, in degrees: "A3_20deg.csv", "aoi 12.5.txt", "theta_i=20". 0 when it says none, or
- *  several. */
+/** The angle of incidence that the name of a file says, in degrees: "A3_20deg.csv", "aoi 12.5.txt", "theta_i=20". 0 when it says
+ * none, or several. */
 int ff_name_incidence(const char *path, double *degrees);
 
 /** Makes UTF-8 of a name in ISO-8859-1; one that is UTF-8 stays. Cut to fit. Returns out. */

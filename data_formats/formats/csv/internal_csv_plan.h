@@ -30,9 +30,9 @@ typedef struct ff_planner {
     double small;
     int angles; /**< ff_angles: what the person says of them */
     size_t header_line, n;
-    ff_plan_column *column;                            /**< [n]                                       */
-    ff_plan_setting setting[FF_MEANS_NUMBER + 1];      /**< by meaning                                */
-    FILE *text; /**< the option as it grows: plan.columns  */
+    ff_plan_column *column;                       /**< [n]                                       */
+    ff_plan_setting setting[FF_MEANS_NUMBER + 1]; /**< by meaning                                */
+    FILE *text;                                   /**< the option as it grows: plan.columns  */
     size_t text_size;
     ff_csv_plan plan;
 } ff_planner;

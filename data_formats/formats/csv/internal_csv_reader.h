@@ -1,4 +1,5 @@
-/** @file internal_csv_reader.h  Reading a table with a mapping: what its columns are (csv_columns.c), what its rows hold (csv_rows.c). */
+/** @file internal_csv_reader.h  Reading a table with a mapping: what its columns are (csv_columns.c), what its rows hold
+ * (csv_rows.c). */
 #ifndef FF_INTERNAL_CSV_READER_H
 #define FF_INTERNAL_CSV_READER_H
 #include "internal_csv_look.h"

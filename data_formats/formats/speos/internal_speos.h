@@ -1,5 +1,5 @@
-/** @file internal_speos.h  What the two formats of Ansys Speos share: blocks of values over polar angle and azimuth, each proportional to
- *  the BSDF or to the intensity, of which the reflectance is known. */
+/** @file internal_speos.h  What the two formats of Ansys Speos share: blocks of values over polar angle and azimuth, each
+ * proportional to the BSDF or to the intensity, of which the reflectance is known. */
 #ifndef FF_INTERNAL_SPEOS_H
 #define FF_INTERNAL_SPEOS_H
 #include "base/internal_tokens.h"
@@ -22,7 +22,8 @@ typedef struct ff_speos_block {
 /** 1 when head begins with the title of a format: "brdf surface file" or "Anisotropic BSDF surface file". */
 int ff_speos_probe(const unsigned char *head, size_t n, const char *title);
 
-/** Reads title, mode, comment and description: what both formats begin with. FF_ERR_FORMAT, FF_ERR_UNSUPPORTED (binary), FF_ERR_READ. */
+/** Reads title, mode, comment and description: what both formats begin with. FF_ERR_FORMAT, FF_ERR_UNSUPPORTED (binary),
+ * FF_ERR_READ. */
 ff_status ff_speos_begin(ff_speos *s, const char *title);
 /** Reads whether it reflects and transmits, and what its values are. FF_ERR_UNSUPPORTED where it only transmits. */
 ff_status ff_speos_kinds(ff_speos *s);
@@ -41,9 +42,9 @@ void ff_speos_block_to_bsdf(const ff_speos *s, ff_speos_block *b);
 /** Integral of v cos(theta), by the trapezoidal rule of the file's maker, the turn closed. */
 double ff_speos_block_integral(const ff_speos_block *b);
 
-/** Adds a row for each node of a block whose values, of n channels, are value[c] * scale[c]. Angles: the specular direction is at the
- *  azimuth 90 - rotation, from which those of the block are counted, counter-clockwise (see format_speos.c). band: the solid angle of
- *  light that the incidence stands for. Samples at and below the horizon were not measured. */
+/** Adds a row for each node of a block whose values, of n channels, are value[c] * scale[c]. Angles: the specular direction is at
+ * the azimuth 90 - rotation, from which those of the block are counted, counter-clockwise (see format_speos.c). band: the solid
+ * angle of light that the incidence stands for. Samples at and below the horizon were not measured. */
 ff_status ff_speos_rows_add(ff_speos *s, double rotation, double incidence, double band, const ff_speos_block *b, size_t n,
                             double *const *value, const double *scale, ff_rows *rows);
 
@@ -54,8 +55,8 @@ typedef struct ff_speos_grid {
     double *rotation, *incidence, *theta, *phi; /**< degrees; into one allocation, which is rotation's */
 } ff_speos_grid;
 
-/** Finds the blocks of a table whose samples run over rotation, incidence, polar angle and azimuth, the last fastest. FF_ERR_UNSUPPORTED
- *  for a table that is none such, FF_ERR_MEMORY. */
+/** Finds the blocks of a table whose samples run over rotation, incidence, polar angle and azimuth, the last fastest.
+ * FF_ERR_UNSUPPORTED for a table that is none such, FF_ERR_MEMORY. */
 ff_status ff_speos_grid_of(const ff_table *t, const char *path, ff_speos_grid *out, ff_error *err);
 
 /** The layout of a file to be written for data like t: their incidences and (anisotropic) rotations where they are few. */

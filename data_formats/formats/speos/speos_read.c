@@ -54,9 +54,10 @@ ff_status ff_speos_begin(ff_speos *s, const char *title)
     status = next_line(s, "0, the mode of a file that is text", &text);
     if (status != FF_OK) return status;
     if (strcmp(text + strspn(text, " \t"), "0") != 0 && text[strspn(text, " \t")] != '0')
-        return ff_error_set(s->err, FF_ERR_UNSUPPORTED, s->path, s->t.lines.line, -1,
-                            "found the mode %s, expected 0, text: save it from the BSDF viewer as a file that is not binary or encrypted",
-                            ff_quote(text, strlen(text), found));
+        return ff_error_set(
+            s->err, FF_ERR_UNSUPPORTED, s->path, s->t.lines.line, -1,
+            "found the mode %s, expected 0, text: save it from the BSDF viewer as a file that is not binary or encrypted",
+            ff_quote(text, strlen(text), found));
     status = next_line(s, "a comment", &text);
     if (status == FF_OK) status = next_line(s, "the number of characters of the description", &text);
     if (status != FF_OK) return status;
@@ -75,8 +76,9 @@ ff_status ff_speos_kinds(ff_speos *s)
     if (status != FF_OK) return status;
     for (int k = 0; k < 3; k++)
         if (v[k] != 0 && v[k] != 1)
-            return ff_error_set(s->err, FF_ERR_DATA, s->path, s->t.lines.line, -1,
-                                "found %g, expected 0 or 1: whether it reflects, whether it transmits, and 1 for BSDF or 0 for intensity", v[k]);
+            return ff_error_set(
+                s->err, FF_ERR_DATA, s->path, s->t.lines.line, -1,
+                "found %g, expected 0 or 1: whether it reflects, whether it transmits, and 1 for BSDF or 0 for intensity", v[k]);
     s->reflects = v[0] == 1;
     s->transmits = v[1] == 1;
     s->is_bsdf = v[2] == 1;
@@ -92,7 +94,8 @@ ff_status ff_speos_count(ff_speos *s, const char *what, size_t most, size_t *out
     const ff_status status = ff_tokens_numbers(&s->t, &v, 1, what);
     if (status != FF_OK) return status;
     if (!(v >= 1 && v <= (double)most && v == floor(v)))
-        return ff_error_set(s->err, FF_ERR_DATA, s->path, s->t.lines.line, -1, "%s: found %g, expected a whole number from 1 to %zu", what, v, most);
+        return ff_error_set(s->err, FF_ERR_DATA, s->path, s->t.lines.line, -1,
+                            "%s: found %g, expected a whole number from 1 to %zu", what, v, most);
     *out = (size_t)v;
     return FF_OK;
 }
@@ -101,8 +104,8 @@ static ff_status check_ascending(const ff_speos *s, const char *what, size_t n, 
 {
     for (size_t k = 0; k < n; k++)
         if (!(v[k] >= lo && v[k] <= hi) || (k && v[k] <= v[k - 1]))
-            return ff_error_set(s->err, FF_ERR_DATA, s->path, s->t.lines.line, -1, "%s: found %g, expected ascending numbers from %g to %g", what,
-                                v[k], lo, hi);
+            return ff_error_set(s->err, FF_ERR_DATA, s->path, s->t.lines.line, -1,
+                                "%s: found %g, expected ascending numbers from %g to %g", what, v[k], lo, hi);
     return FF_OK;
 }
 
@@ -144,10 +147,11 @@ ff_status ff_speos_block_read(ff_speos *s, ff_speos_block *out)
     if (status != FF_OK) return status;
     const size_t in_file = b.n_phi;
     if (b.n_theta * in_file > MOST_VALUES)
-        return ff_error_set(s->err, FF_ERR_DATA, s->path, s->t.lines.line, -1, "found a block of %zu x %zu values, expected at most %d", b.n_theta,
-                            in_file, MOST_VALUES);
+        return ff_error_set(s->err, FF_ERR_DATA, s->path, s->t.lines.line, -1,
+                            "found a block of %zu x %zu values, expected at most %d", b.n_theta, in_file, MOST_VALUES);
     b.theta = malloc((b.n_theta + in_file + b.n_theta * in_file) * sizeof *b.theta);
-    if (!b.theta) return ff_error_set(s->err, FF_ERR_MEMORY, s->path, s->t.lines.line, -1, "no memory for %zu values", b.n_theta * in_file);
+    if (!b.theta)
+        return ff_error_set(s->err, FF_ERR_MEMORY, s->path, s->t.lines.line, -1, "no memory for %zu values", b.n_theta * in_file);
     b.phi = b.theta + b.n_theta;
     b.value = b.phi + in_file;
     status = read_values(s, &b, in_file);

@@ -69,7 +69,9 @@ static int is_regular(const ff_table *t, const ff_speos_grid *g)
                 for (size_t b = 0; b < g->n_phi; b++, i++) {
                     double w[4];
                     words_of(t, i, w);
-                    if (!near(w[0], g->rotation[r]) || !near(w[1], g->incidence[j]) || !near(w[2], g->theta[a]) || !near(w[3], g->phi[b])) return 0;
+                    if (!near(w[0], g->rotation[r]) || !near(w[1], g->incidence[j]) || !near(w[2], g->theta[a]) ||
+                        !near(w[3], g->phi[b]))
+                        return 0;
                 }
     return 1;
 }
@@ -83,9 +85,10 @@ static int is_ascending(const double *v, size_t n)
 
 static ff_status no_grid(const char *path, ff_error *err)
 {
-    return ff_error_set(err, FF_ERR_UNSUPPORTED, path, 0, -1,
-                        "a file of this format has the same polar angles and azimuths at each incidence, and these directions have not; resample "
-                        "to it, or write csv");
+    return ff_error_set(
+        err, FF_ERR_UNSUPPORTED, path, 0, -1,
+        "a file of this format has the same polar angles and azimuths at each incidence, and these directions have not; resample "
+        "to it, or write csv");
 }
 
 /* Samples to a row of azimuths, a block, a rotation; 0 for none. */
@@ -155,7 +158,8 @@ static ff_status parse_step(const char *grid, double *step, ff_error *err)
     char found[FF_QUOTE];
     const char *end = ff_number_read(grid, step);
     if (end && !*end && *step >= 0.5 && *step <= 30) return FF_OK;
-    return ff_error_set(err, FF_ERR_SYNTAX, NULL, 0, -1, "grid: found %s, expected a step of polar angles and azimuths from 0.5 to 30 degrees",
+    return ff_error_set(err, FF_ERR_SYNTAX, NULL, 0, -1,
+                        "grid: found %s, expected a step of polar angles and azimuths from 0.5 to 30 degrees",
                         ff_quote(grid, strlen(grid), found));
 }
 

@@ -1,4 +1,5 @@
-/* Ansys Speos, anisotropic BSDF (.anisotropicbsdf): as format_speos.c, with a rotation of the sample and without wavelengths of its own.
+/* Ansys Speos, anisotropic BSDF (.anisotropicbsdf): as format_speos.c, with a rotation of the sample and without wavelengths of its
+ * own.
  *
  *     OPTIS - Anisotropic BSDF surface file v8.0
  *     0, comment, characters of the description, description: as there
@@ -16,10 +17,11 @@
  *     850 13.45
  *     19 37                                a block for each rotation and incidence, as in format_speos.c
  *
- * All blocks are proportional to f by the same factor: that which gives the block of the spectrum's incidence its reflectance. (The maker's
- * pair of such a file and one of Zemax's says so: the TIS of 13 incidences are the blocks' integrals to 1 %, the factor being that of the
- * first; the values agree to 0.3 % in the middle and 2 % nine times of ten, but for what TIS and the values of Zemax's file differ by.) A spectrum that is the same everywhere is one channel. Rotations are those of Zemax's files, from which the
- * maker's converter copies them. */
+ * All blocks are proportional to f by the same factor: that which gives the block of the spectrum's incidence its reflectance. (The
+ * maker's pair of such a file and one of Zemax's says so: the TIS of 13 incidences are the blocks' integrals to 1 %, the factor
+ * being that of the first; the values agree to 0.3 % in the middle and 2 % nine times of ten, but for what TIS and the values of
+ * Zemax's file differ by.) A spectrum that is the same everywhere is one channel. Rotations are those of Zemax's files, from which
+ * the maker's converter copies them. */
 #define _GNU_SOURCE
 #include "base/internal_output.h"
 #include "data_formats/formats/speos/internal_speos.h"
@@ -47,10 +49,10 @@ typedef struct anisotropic {
     ff_speos s;
     size_t n_rotations, n_spectrum, n_channels;
     double *rotation;
-    turned *at;             /* [n_rotations] */
-    double measured[2];     /* where the spectrum was */
-    double *spectrum;       /* [n_spectrum] wavelength, per cent */
-    double off, integral;   /* of the block nearest to that: how far, and its integral */
+    turned *at;           /* [n_rotations] */
+    double measured[2];   /* where the spectrum was */
+    double *spectrum;     /* [n_spectrum] wavelength, per cent */
+    double off, integral; /* of the block nearest to that: how far, and its integral */
     ff_rows rows;
 } anisotropic;
 
@@ -86,14 +88,15 @@ static ff_status read_spectrum(anisotropic *f)
     if (status == FF_OK) status = skip_line(f);
     if (status == FF_OK) status = ff_speos_count(&f->s, "wavelengths of the spectrum", WAVELENGTHS, &f->n_spectrum);
     if (status == FF_OK && !(f->spectrum = malloc(2 * f->n_spectrum * sizeof *f->spectrum))) return no_memory(f);
-    if (status == FF_OK) status = ff_tokens_numbers(&f->s.t, f->spectrum, 2 * f->n_spectrum, "wavelengths and reflectances in per cent");
+    if (status == FF_OK)
+        status = ff_tokens_numbers(&f->s.t, f->spectrum, 2 * f->n_spectrum, "wavelengths and reflectances in per cent");
     if (status != FF_OK) return status;
     f->n_channels = 1;
     for (size_t k = 0; k < f->n_spectrum; k++) {
         if (!(f->spectrum[2 * k + 1] >= 0) || (k && f->spectrum[2 * k] <= f->spectrum[2 * k - 2]) || !(f->spectrum[2 * k] > 0))
             return ff_error_set(f->s.err, FF_ERR_DATA, f->s.path, f->s.t.lines.line, -1,
-                                "spectrum: found %g nm and %g per cent, expected ascending wavelengths and 0 per cent or more", f->spectrum[2 * k],
-                                f->spectrum[2 * k + 1]);
+                                "spectrum: found %g nm and %g per cent, expected ascending wavelengths and 0 per cent or more",
+                                f->spectrum[2 * k], f->spectrum[2 * k + 1]);
         if (f->spectrum[2 * k + 1] != f->spectrum[1]) f->n_channels = f->n_spectrum;
     }
     return FF_OK;
@@ -106,8 +109,9 @@ static ff_status read_header(anisotropic *f)
     if (status == FF_OK) status = ff_tokens_numbers(&f->s.t, vector, 3, "the anisotropy vector");
     if (status == FF_OK) status = ff_speos_kinds(&f->s);
     if (status == FF_OK && f->s.transmits)
-        status = ff_error_set(f->s.err, FF_ERR_UNSUPPORTED, f->s.path, f->s.t.lines.line, -1,
-                              "found reflection and transmission in one anisotropic file, expected reflection alone: save that from the BSDF viewer");
+        status = ff_error_set(
+            f->s.err, FF_ERR_UNSUPPORTED, f->s.path, f->s.t.lines.line, -1,
+            "found reflection and transmission in one anisotropic file, expected reflection alone: save that from the BSDF viewer");
     if (status == FF_OK) status = read_angles(f);
     return status == FF_OK ? read_spectrum(f) : status;
 }
@@ -135,8 +139,9 @@ static ff_status read_blocks(anisotropic *f)
             if (status != FF_OK) return status;
             ff_speos_block_to_bsdf(&f->s, &b);
             if (distance(f, r, j) < f->off) f->off = distance(f, r, j), f->integral = ff_speos_block_integral(&b);
-            status = ff_speos_rows_add(&f->s, f->rotation[r], f->at[r].incidence[j],
-                                       (fits ? band[j] : 1) * 360 * degree / (double)f->n_rotations, &b, 1, &b.value, &one, &f->rows);
+            status =
+                ff_speos_rows_add(&f->s, f->rotation[r], f->at[r].incidence[j],
+                                  (fits ? band[j] : 1) * 360 * degree / (double)f->n_rotations, &b, 1, &b.value, &one, &f->rows);
             ff_speos_block_clear(&b);
             if (status != FF_OK) return status;
         }
@@ -162,13 +167,14 @@ static ff_status make_table(const anisotropic *f, const ff_table *shape, ff_tabl
         if (t.n_channels > 1) snprintf(t.channels[c].name, sizeof t.channels[c].name, "%gnm", f->spectrum[2 * c]);
         if (t.n_channels > 1) t.channels[c].wavelength_nm = f->spectrum[2 * c];
     }
-    strcpy(t.format, "speos-anisotropic");
+    strcpy(t.format, "anisotropicbsdf");
     t.radians_per_unit = degree;
     t.isotropic = f->n_rotations == 1;
     ff_table_note(&t, "the values are proportional to the %s, and are such that the reflectance at %g degrees comes out",
                   f->s.is_bsdf ? "BRDF" : "intensity, the BRDF times the cosine", f->measured[0]);
     if (f->off >= 1e-3)
-        ff_table_note(&t, "the spectrum was measured at %g degrees, where there is no block: the nearest one stands for it", f->measured[0]);
+        ff_table_note(&t, "the spectrum was measured at %g degrees, where there is no block: the nearest one stands for it",
+                      f->measured[0]);
     *out = t;
     return FF_OK;
 }
@@ -202,8 +208,10 @@ static ff_status read_anisotropic(const char *path, const ff_read_options *o, ff
 static ff_status layout(const ff_table *t, const char *grid, ff_table *out, ff_error *err)
 {
     if (t->n_channels > 1)
-        return ff_error_set(err, FF_ERR_UNSUPPORTED, NULL, 0, -1,
-                            "found %zu channels, but a file of this format has one shape for all wavelengths; take one, or their mean", t->n_channels);
+        return ff_error_set(
+            err, FF_ERR_UNSUPPORTED, NULL, 0, -1,
+            "found %zu channels, but a file of this format has one shape for all wavelengths; take one, or their mean",
+            t->n_channels);
     return ff_speos_layout(t, 1, grid, out, err);
 }
 
@@ -229,19 +237,21 @@ static ff_status write_anisotropic(const char *path, const ff_table *t, ff_error
     ff_output out;
     ff_status status = ff_table_check(t, path, err);
     if (status == FF_OK && (t->sigma || t->n_channels > 1))
-        status = ff_error_set(err, FF_ERR_UNSUPPORTED, path, 0, -1,
-                              "a file of this format has one channel and no standard deviations; take one, or the mean, or write csv");
+        status =
+            ff_error_set(err, FF_ERR_UNSUPPORTED, path, 0, -1,
+                         "a file of this format has one channel and no standard deviations; take one, or the mean, or write csv");
     if (status == FF_OK) status = ff_speos_grid_of(t, path, &g, err);
     if (status != FF_OK) return status;
     const double percent = ff_speos_block_percent(t, &g, 0, 0, err);
     if (isnan(percent)) status = FF_ERR_MEMORY;
     if (status == FF_OK && !(percent > 0))
-        status = ff_error_set(err, FF_ERR_UNSUPPORTED, path, 0, -1, "found nothing reflected at %g degrees, by which the values would be scaled",
-                              g.incidence[0]);
+        status = ff_error_set(err, FF_ERR_UNSUPPORTED, path, 0, -1,
+                              "found nothing reflected at %g degrees, by which the values would be scaled", g.incidence[0]);
     if (status == FF_OK) status = ff_output_open(path, &out, err);
     if (status == FF_OK) {
         write_header(&g, percent, out.file);
-        for (size_t b = 0; b < g.n_rotations * g.n_incidences; b++) ff_speos_block_write(t, &g, 0, b * g.n_theta * g.n_phi, out.file);
+        for (size_t b = 0; b < g.n_rotations * g.n_incidences; b++)
+            ff_speos_block_write(t, &g, 0, b * g.n_theta * g.n_phi, out.file);
         fputs("End of file\n", out.file);
         status = ff_output_commit(&out, err);
     }
@@ -249,8 +259,8 @@ static ff_status write_anisotropic(const char *path, const ff_table *t, ff_error
     return status;
 }
 
-const ff_format ff_format_speos_anisotropic = {
-    .name = "speos-anisotropic",
+const ff_format ff_format_anisotropicbsdf = {
+    .name = "anisotropicbsdf",
     .title = "Ansys Speos anisotropic BSDF: rotations, incidences, polar angles and azimuths",
     .extensions = ".anisotropicbsdf",
     .source = "Ansys Speos User's Guide, anisotropic BSDF file format; the maker's conversions in ansys/optical-automation",
