@@ -22,7 +22,7 @@ NO_DATA = {"README.md", "README.txt", "rgl_reference_values.txt", "LICENSE", "LI
            "nbrdf_weights.npz", "valid_mask.bits", "material_brdf_schema.json"}
 NO_FOLDERS = {"tables", "svbrdf"}
 # Of formats without a reader: refused, with the formats that there are.
-NO_READER = {"asphalt_lidar_brdf.xompt", "one_wavelength.brdf", "plane_symmetric.anisotropicbsdf"}
+NO_READER = set()
 # Refused without these flags; words of the explanation.
 NEEDS = {"golden_paper_partial.txt": (["--scale", "1e-3"], ["uA", "--scale"])}
 # Words that the notes or warnings of info must have.

@@ -9,160 +9,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { NONE = -1 };
-
-static void assume(ff_planner *p, const char *fmt, ...) __attribute__((format(printf, 2, 3)));
-static void assume(ff_planner *p, const char *fmt, ...)
-{
-    va_list args;
-    const size_t used = strlen(p->plan.notes), room = sizeof p->plan.notes - used;
-    va_start(args, fmt);
-    const int n = vsnprintf(p->plan.notes + used, room, fmt, args);
-    va_end(args);
-    if (n < 0 || (size_t)n + 2 > room)
-        p->plan.notes[used] = '\0';
-    else
-        strcpy(p->plan.notes + used + n, "\n");
-}
-
-static const char *unit_text(ff_csv_unit unit)
-{
-    switch (unit) {
-    case FF_CSV_RADIANS:
-        return ":rad";
-    case FF_CSV_NM:
-        return ":nm";
-    case FF_CSV_UM:
-        return ":um";
-    case FF_CSV_M:
-        return ":m";
-    case FF_CSV_PERCENT:
-        return ":%";
-    default:
-        return "";
-    }
-}
-
-static void put_number(FILE *out, double v)
-{
-    char text[FF_NUMBER_TEXT];
-    fwrite(text, 1, ff_number_write(v, text), out);
-}
-
-static void put_separator(ff_planner *p)
-{
-    if (ftell(p->text) > 0) fputc(',', p->text);
-}
-
-static void put_column(ff_planner *p, const char *key, size_t k, const char *unit)
-{
-    put_separator(p);
-    fprintf(p->text, "%s=#%zu%s", key, k + 1, unit);
-    p->column[k].used = 1;
-}
-
-static void put_constant(ff_planner *p, const char *key, double v)
-{
-    put_separator(p);
-    fprintf(p->text, "%s=", key);
-    put_number(p->text, v);
-}
-
-static void put_setting(ff_planner *p, const char *key, ff_meaning meaning)
-{
-    const ff_plan_setting *s = &p->setting[meaning];
-    put_separator(p);
-    fprintf(p->text, "%s=@%s%s", key, s->name, unit_text(s->unit));
-}
-
-/* The option so far, ending what is written: for messages. */
-static const char *so_far(ff_planner *p)
-{
-    return fflush(p->text) == 0 && p->plan.columns ? p->plan.columns : "";
-}
-
-/* ---- refusing ------------------------------------------------------------------------------------ */
-
-static const char *list_names(const ff_planner *p, char out[FF_NAMES_LIST])
-{
-    size_t used = 0;
-    out[0] = '\0';
-    for (size_t k = 0; k < p->n; k++) {
-        const size_t n = strlen(p->column[k].name);
-        if (used + n + 8 > FF_NAMES_LIST) {
-            strcpy(out + used, ", ...");
-            break;
-        }
-        used = (size_t)(stpcpy(stpcpy(out + used, used ? ", " : ""), p->column[k].name) - out);
-    }
-    return out;
-}
-
-static ff_status refuse(ff_planner *p, const char *why, const char *say)
-{
-    char names[FF_NAMES_LIST];
-    return ff_error_hint(p->err,
-                         ff_error_set(p->err, FF_ERR_FORMAT, p->path, (long)(p->header_line ? p->header_line : p->look->first_row),
-                                      -1, "found the columns %s; %s; say columns '%s'", list_names(p, names), why, say),
-                         FF_HINT_SAY);
-}
-
-/* Azimuths are what goes beyond a right angle. */
-static int is_wide(const ff_plan_column *c)
-{
-    return c->hi > 90.01 || c->lo < -90.01;
-}
-
-/* The first columns in the order that most tables have, for those whose names say nothing. */
-static void guess(const ff_planner *p, char *out, size_t size)
-{
-    static const char *const usual[6] = {"",
-                                         "",
-                                         "theta_i=20,phi_i=0,theta_o=#1,phi_o=180,f=#2",
-                                         "theta_i=#1,phi_i=0,theta_o=#2,phi_o=180,f=#3",
-                                         "theta_i=#1,phi_i=0,theta_o=#2,phi_o=#3,f=#4",
-                                         "theta_i=#1,phi_i=#2,theta_o=#3,phi_o=#4,f=#5"};
-    static const char *const usual_radians[6] = {"",
-                                                 "",
-                                                 "theta_i=20,phi_i=0,theta_o=#1:rad,phi_o=180,f=#2",
-                                                 "theta_i=#1:rad,phi_i=0,theta_o=#2:rad,phi_o=180,f=#3",
-                                                 "theta_i=#1:rad,phi_i=0,theta_o=#2:rad,phi_o=#3:rad,f=#4",
-                                                 "theta_i=#1:rad,phi_i=#2:rad,theta_o=#3:rad,phi_o=#4:rad,f=#5"};
-    size_t n = p->n;
-    double largest = 0;
-    for (size_t k = 0; k + 1 < n; k++) largest = fmax(largest, fmax(fabs(p->column[k].lo), fabs(p->column[k].hi)));
-    const int radians = largest <= 6.2832;
-    if (n > 5) n = 5;
-    if (n == 5 && is_wide(&p->column[2]) && !is_wide(&p->column[1])) {
-        snprintf(out, size, "theta_i=#1,theta_o=#2,phi_i=#3,phi_o=#4,f=#5");
-        return;
-    }
-    snprintf(out, size, "%s", radians ? usual_radians[n] : usual[n]);
-}
-
-static ff_status refuse_unnamed(ff_planner *p)
-{
-    char say[256];
-    guess(p, say, sizeof say);
-    return ff_error_hint(
-        p->err,
-        ff_error_set(p->err, FF_ERR_FORMAT, p->path, (long)p->look->first_row, -1,
-                     "found %zu columns and no line of names above them that says which angle is which, expected one as "
-                     "theta_i,phi_i,theta_o,phi_o,f; if they are in this order, say columns '%s'",
-                     p->n, say),
-        FF_HINT_SAY);
-}
-
-/* ---- looking for columns ----------------------------------------------------------------------------- */
-
-/* The column of a meaning, without a number in its name; NONE. */
-static long find(const ff_planner *p, ff_meaning meaning)
-{
-    for (size_t k = 0; k < p->n; k++)
-        if (p->column[k].named.meaning == meaning && isnan(p->column[k].named.number) && isfinite(p->column[k].lo)) return (long)k;
-    return NONE;
-}
-
 static ff_status check_once(ff_planner *p)
 {
     char why[160 + FF_PLAN_NAME];
@@ -172,9 +18,9 @@ static ff_status check_once(ff_planner *p)
         for (size_t j = 0; j < k; j++) {
             if (p->column[j].named.meaning != one->meaning || !isnan(p->column[j].named.number)) continue;
             char say[256];
-            guess(p, say, sizeof say);
+            ff_plan_guess(p, say, sizeof say);
             snprintf(why, sizeof why, "columns %zu and %zu mean the same", j + 1, k + 1);
-            return refuse(p, why, say);
+            return ff_plan_refuse(p, why, say);
         }
     }
     return FF_OK;
@@ -182,23 +28,24 @@ static ff_status check_once(ff_planner *p)
 
 static int is_named(const ff_planner *p, ff_meaning meaning)
 {
-    return find(p, meaning) != NONE || p->setting[meaning].count > 0;
+    return ff_plan_find(p, meaning) != FF_PLAN_NONE || p->setting[meaning].count > 0;
 }
 
 /* A polar angle of no side is that of the side that nothing else names. */
 static void settle_sides(ff_planner *p, int wide_over_theta_i)
 {
-    const long open = find(p, FF_MEANS_THETA);
+    const long open = ff_plan_find(p, FF_MEANS_THETA);
     double degrees;
     const int i = ff_name_incidence(p->path, &degrees) || is_named(p, FF_MEANS_THETA_I) || is_named(p, FF_MEANS_ELEVATION_I) ||
                   wide_over_theta_i;
     const int o = is_named(p, FF_MEANS_THETA_O) || is_named(p, FF_MEANS_ELEVATION_O);
-    if (open != NONE && !o)
+    if (open != FF_PLAN_NONE && !o)
         p->column[open].named.meaning = FF_MEANS_THETA_O;
-    else if (open != NONE && !i)
+    else if (open != FF_PLAN_NONE && !i)
         p->column[open].named.meaning = FF_MEANS_THETA_I;
-    const long between = find(p, FF_MEANS_PHI_D);
-    if (between != NONE && find(p, FF_MEANS_THETA_H) == NONE) p->column[between].named.meaning = FF_MEANS_PHI;
+    const long between = ff_plan_find(p, FF_MEANS_PHI_D);
+    if (between != FF_PLAN_NONE && ff_plan_find(p, FF_MEANS_THETA_H) == FF_PLAN_NONE)
+        p->column[between].named.meaning = FF_MEANS_PHI;
 }
 
 /* ---- values ------------------------------------------------------------------------------------------- */
@@ -260,7 +107,7 @@ static void settle_numbers(ff_planner *p)
     if (n == 0 || !(least >= 181)) return;
     for (size_t k = 0; k < p->n; k++)
         if (!isnan(p->column[k].named.number)) p->column[k].named.number_unit = FF_CSV_NM;
-    assume(p, "columns that are named by numbers are taken for wavelengths in nm");
+    ff_plan_assume(p, "columns that are named by numbers are taken for wavelengths in nm");
 }
 
 /* Columns of values at angles: how many, the first, and 1 when they stand side by side in one unit. */
@@ -325,15 +172,15 @@ static const char *key_of(ff_meaning m)
 
 static void put_wide(ff_planner *p, const wide *w, ff_meaning over)
 {
-    put_separator(p);
+    ff_plan_put_separator(p);
     fprintf(p->text, "f@%s=", key_of(over));
     for (size_t k = 0; k < w->n; k++) {
         if (k) fputc(':', p->text);
-        put_number(p->text, p->column[w->first + k].named.number);
+        ff_plan_put_number(p->text, p->column[w->first + k].named.number);
         p->column[w->first + k].used = 1;
     }
-    fprintf(p->text, "@#%zu%s", w->first + 1, unit_text(w->unit));
-    assume(p, "%zu columns are one a value of %s", w->n, key_of(over));
+    fprintf(p->text, "@#%zu%s", w->first + 1, ff_plan_unit_text(w->unit));
+    ff_plan_assume(p, "%zu columns are one a value of %s", w->n, key_of(over));
 }
 
 /* ---- angles ------------------------------------------------------------------------------------------- */
@@ -341,37 +188,37 @@ static void put_wide(ff_planner *p, const wide *w, ff_meaning over)
 static void put_angle(ff_planner *p, const char *key, size_t k, int elevation)
 {
     const ff_csv_unit unit = p->column[k].named.unit;
-    put_column(p, key, k, elevation ? unit == FF_CSV_RADIANS ? ":elevation-rad" : ":elevation" : unit_text(unit));
+    ff_plan_put_column(p, key, k, elevation ? unit == FF_CSV_RADIANS ? ":elevation-rad" : ":elevation" : ff_plan_unit_text(unit));
 }
 
 /* 1 when something gives the angle, and then it is written. */
 static int put_polar(ff_planner *p, const char *key, ff_meaning theta, ff_meaning elevation)
 {
-    const long k = find(p, theta), e = find(p, elevation);
-    if (k != NONE)
+    const long k = ff_plan_find(p, theta), e = ff_plan_find(p, elevation);
+    if (k != FF_PLAN_NONE)
         put_angle(p, key, (size_t)k, 0);
-    else if (e != NONE)
+    else if (e != FF_PLAN_NONE)
         put_angle(p, key, (size_t)e, 1);
     else if (p->setting[theta].count)
-        put_setting(p, key, theta);
+        ff_plan_put_setting(p, key, theta);
     else
         return 0;
-    if (k == NONE && e != NONE) assume(p, "%s is an elevation above the surface", key);
+    if (k == FF_PLAN_NONE && e != FF_PLAN_NONE) ff_plan_assume(p, "%s is an elevation above the surface", key);
     return 1;
 }
 
-/* Columns that nothing is known of and that hold numbers, from the k-th on; NONE. */
+/* Columns that nothing is known of and that hold numbers, from the k-th on; FF_PLAN_NONE. */
 static long next_unknown(const ff_planner *p, long k)
 {
     for (k++; k < (long)p->n; k++)
         if (!p->column[k].used && p->column[k].named.meaning == FF_MEANS_NOTHING && isfinite(p->column[k].lo)) return k;
-    return NONE;
+    return FF_PLAN_NONE;
 }
 
 static long last_unknown(const ff_planner *p)
 {
-    long last = NONE;
-    for (long k = next_unknown(p, NONE); k != NONE; k = next_unknown(p, k)) last = k;
+    long last = FF_PLAN_NONE;
+    for (long k = next_unknown(p, FF_PLAN_NONE); k != FF_PLAN_NONE; k = next_unknown(p, k)) last = k;
     return last;
 }
 
@@ -379,7 +226,7 @@ static long first_value(const ff_planner *p)
 {
     for (size_t k = 0; k < p->n; k++)
         if (is_value(&p->column[k])) return (long)k;
-    return NONE;
+    return FF_PLAN_NONE;
 }
 
 /* What is missing of the polar angles: the first column that nothing is known of may be it, the last one the values. */
@@ -387,60 +234,64 @@ static ff_status refuse_polar(ff_planner *p, const char *key)
 {
     char why[128], say[640];
     const int is_i = strcmp(key, "theta_i") == 0;
-    const long o = find(p, FF_MEANS_THETA_O),
-               phi_known = find(p, FF_MEANS_PHI_O) != NONE ? find(p, FF_MEANS_PHI_O) : find(p, FF_MEANS_PHI);
-    long value = first_value(p), free = next_unknown(p, NONE), phi = phi_known;
-    if (value == NONE) value = last_unknown(p);
-    if (free == value) free = NONE;
-    if (phi == NONE && free != NONE) phi = next_unknown(p, free);
-    if (phi == value) phi = NONE;
-    if ((is_i && o == NONE) || value == NONE) {
-        guess(p, say, sizeof say);
+    const long o = ff_plan_find(p, FF_MEANS_THETA_O), phi_known = ff_plan_find(p, FF_MEANS_PHI_O) != FF_PLAN_NONE
+                                                                      ? ff_plan_find(p, FF_MEANS_PHI_O)
+                                                                      : ff_plan_find(p, FF_MEANS_PHI);
+    long value = first_value(p), free = next_unknown(p, FF_PLAN_NONE), phi = phi_known;
+    if (value == FF_PLAN_NONE) value = last_unknown(p);
+    if (free == value) free = FF_PLAN_NONE;
+    if (phi == FF_PLAN_NONE && free != FF_PLAN_NONE) phi = next_unknown(p, free);
+    if (phi == value) phi = FF_PLAN_NONE;
+    if ((is_i && o == FF_PLAN_NONE) || value == FF_PLAN_NONE) {
+        ff_plan_guess(p, say, sizeof say);
     } else {
-        const char *made = so_far(p);
+        const char *made = ff_plan_so_far(p);
         size_t used = (size_t)snprintf(say, sizeof say, "%.200s%s", made, *made ? "," : "");
-        used += (size_t)(free != NONE ? snprintf(say + used, sizeof say - used, "%s=#%ld", key, free + 1)
-                                      : snprintf(say + used, sizeof say - used, "%s=20", key));
+        used += (size_t)(free != FF_PLAN_NONE ? snprintf(say + used, sizeof say - used, "%s=#%ld", key, free + 1)
+                                              : snprintf(say + used, sizeof say - used, "%s=20", key));
         if (is_i)
-            used += (size_t)snprintf(say + used, sizeof say - used, ",theta_o=#%ld%s", o + 1, unit_text(p->column[o].named.unit));
-        used += (size_t)(phi == NONE ? snprintf(say + used, sizeof say - used, ",phi_i=0,phi_o=180")
-                                     : snprintf(say + used, sizeof say - used, ",phi_i=0,phi_o=#%ld%s", phi + 1,
-                                                unit_text(p->column[phi].named.unit)));
-        snprintf(say + used, sizeof say - used, ",f=#%ld%s", value + 1, unit_text(p->column[value].named.unit));
+            used += (size_t)snprintf(say + used, sizeof say - used, ",theta_o=#%ld%s", o + 1,
+                                     ff_plan_unit_text(p->column[o].named.unit));
+        used += (size_t)(phi == FF_PLAN_NONE ? snprintf(say + used, sizeof say - used, ",phi_i=0,phi_o=180")
+                                             : snprintf(say + used, sizeof say - used, ",phi_i=0,phi_o=#%ld%s", phi + 1,
+                                                        ff_plan_unit_text(p->column[phi].named.unit)));
+        snprintf(say + used, sizeof say - used, ",f=#%ld%s", value + 1, ff_plan_unit_text(p->column[value].named.unit));
     }
-    snprintf(why, sizeof why, "none of them is %s%s", key, free == NONE ? ", here as if it were 20 degrees everywhere" : "");
-    return refuse(p, why, say);
+    snprintf(why, sizeof why, "none of them is %s%s", key,
+             free == FF_PLAN_NONE ? ", here as if it were 20 degrees everywhere" : "");
+    return ff_plan_refuse(p, why, say);
 }
 
 static ff_status put_azimuths(ff_planner *p, const wide *w, ff_meaning over)
 {
-    const long i = find(p, FF_MEANS_PHI_I);
-    long o = find(p, FF_MEANS_PHI_O);
+    const long i = ff_plan_find(p, FF_MEANS_PHI_I);
+    long o = ff_plan_find(p, FF_MEANS_PHI_O);
     const int across = w->n && (over == FF_MEANS_PHI_O || over == FF_MEANS_PHI);
-    if (o == NONE) o = find(p, FF_MEANS_PHI);
-    if (i != NONE)
+    if (o == FF_PLAN_NONE) o = ff_plan_find(p, FF_MEANS_PHI);
+    if (i != FF_PLAN_NONE)
         put_angle(p, "phi_i", (size_t)i, 0);
     else if (p->setting[FF_MEANS_PHI_I].count)
-        put_setting(p, "phi_i", FF_MEANS_PHI_I);
+        ff_plan_put_setting(p, "phi_i", FF_MEANS_PHI_I);
     else if (over != FF_MEANS_PHI_I)
-        put_constant(p, "phi_i", 0);
-    if (o != NONE) {
+        ff_plan_put_constant(p, "phi_i", 0);
+    if (o != FF_PLAN_NONE) {
         put_angle(p, "phi_o", (size_t)o, 0);
-        if (i == NONE) assume(p, "the only azimuth is taken as counted from that of the light: phi_i is 0");
+        if (i == FF_PLAN_NONE) ff_plan_assume(p, "the only azimuth is taken as counted from that of the light: phi_i is 0");
     } else if (across) {
         return FF_OK;
     } else if (p->setting[FF_MEANS_PHI_O].count || p->setting[FF_MEANS_PHI].count) {
-        put_setting(p, "phi_o", p->setting[FF_MEANS_PHI_O].count ? FF_MEANS_PHI_O : FF_MEANS_PHI);
-    } else if (i != NONE) {
-        const long value = first_value(p) != NONE ? first_value(p) : last_unknown(p);
+        ff_plan_put_setting(p, "phi_o", p->setting[FF_MEANS_PHI_O].count ? FF_MEANS_PHI_O : FF_MEANS_PHI);
+    } else if (i != FF_PLAN_NONE) {
+        const long value = first_value(p) != FF_PLAN_NONE ? first_value(p) : last_unknown(p);
         char say[512];
-        snprintf(say, sizeof say, "%.300s,phi_o=180,f=#%ld", so_far(p), value + 1);
-        return refuse(p, "none of them is phi_o, here as if it were 180 degrees everywhere", say);
+        snprintf(say, sizeof say, "%.300s,phi_o=180,f=#%ld", ff_plan_so_far(p), value + 1);
+        return ff_plan_refuse(p, "none of them is phi_o, here as if it were 180 degrees everywhere", say);
     } else {
-        put_constant(p, "phi_o", 180);
+        ff_plan_put_constant(p, "phi_o", 180);
         fputs(":deg", p->text);
         p->plan.scan = 1;
-        assume(p, "there is no azimuth: a scan in the plane of incidence, positive angles on the side of the mirror direction");
+        ff_plan_assume(
+            p, "there is no azimuth: a scan in the plane of incidence, positive angles on the side of the mirror direction");
     }
     return FF_OK;
 }
@@ -458,10 +309,10 @@ static void put_sigma_of(ff_planner *p, const char *channel, size_t n_values)
         const ff_plan_column *c = &p->column[k];
         if (c->named.meaning != FF_MEANS_SIGMA || c->used || !isfinite(c->lo)) continue;
         if (strcmp(c->named.channel, channel) != 0 && !(n_values == 1 && !*c->named.channel)) continue;
-        put_separator(p);
+        ff_plan_put_separator(p);
         fputs(*channel ? "sigma_" : "sigma", p->text);
         put_name(p->text, channel);
-        fprintf(p->text, "=#%zu%s", k + 1, unit_text(c->named.unit));
+        fprintf(p->text, "=#%zu%s", k + 1, ff_plan_unit_text(c->named.unit));
         p->column[k].used = 1;
         return;
     }
@@ -503,20 +354,20 @@ static int has_all_sigmas(const ff_planner *p, size_t n_values)
 static ff_status refuse_values(ff_planner *p)
 {
     char say[512];
-    snprintf(say, sizeof say, "%.380s", so_far(p));
+    snprintf(say, sizeof say, "%.380s", ff_plan_so_far(p));
     for (size_t k = 0; k < p->n; k++) {
         const size_t used = strlen(say);
         if (p->column[k].used || p->column[k].named.meaning != FF_MEANS_NOTHING || !isfinite(p->column[k].lo)) continue;
         snprintf(say + used, sizeof say - used, ",f=#%zu", k + 1);
-        return refuse(p, "none of them is known to be the BRDF", say);
+        return ff_plan_refuse(p, "none of them is known to be the BRDF", say);
     }
-    return refuse(p, "none of them is the BRDF", "theta_i=#1,phi_i=0,theta_o=#2,phi_o=180,f=#3");
+    return ff_plan_refuse(p, "none of them is the BRDF", "theta_i=#1,phi_i=0,theta_o=#2,phi_o=180,f=#3");
 }
 
 /* A single stranger beside columns that are all known is the value. */
 static void adopt_stranger(ff_planner *p)
 {
-    long only = NONE;
+    long only = FF_PLAN_NONE;
     size_t n = 0;
     for (size_t k = 0; k < p->n; k++) {
         if (is_channel(&p->column[k])) return;
@@ -527,7 +378,7 @@ static void adopt_stranger(ff_planner *p)
     if (n != 1) return;
     p->column[only].named.meaning = FF_MEANS_VALUE;
     p->column[only].named.rank = FF_RANK_PLAIN;
-    assume(p, "column '%s' is taken for the values, since all others are known", p->column[only].name);
+    ff_plan_assume(p, "column '%s' is taken for the values, since all others are known", p->column[only].name);
 }
 
 static ff_status put_values(ff_planner *p)
@@ -546,20 +397,21 @@ static ff_status put_values(ff_planner *p)
         if (n_values == 1 && !*channel && lambda->count == 1 && lambda->value > 0)
             ff_csv_wavelength_name(lambda->value * (lambda->unit == FF_CSV_UM ? 1e3 : lambda->unit == FF_CSV_M ? 1e9 : 1), channel);
         p->plan.quantity = one->quantity;
-        put_separator(p);
+        ff_plan_put_separator(p);
         fputs(*channel ? "f_" : "f", p->text);
         put_name(p->text, channel);
-        fprintf(p->text, "=#%zu%s", k + 1, unit_text(one->unit));
+        fprintf(p->text, "=#%zu%s", k + 1, ff_plan_unit_text(one->unit));
         p->column[k].used = 1;
         if (one->rank == FF_RANK_REFLECTANCE && one->unit != FF_CSV_PERCENT)
-            assume(p, "'%s' is taken for the BRDF in 1/sr: say quantity reflectance-factor if it is pi times that",
-                   p->column[k].name);
+            ff_plan_assume(p, "'%s' is taken for the BRDF in 1/sr: say quantity reflectance-factor if it is pi times that",
+                           p->column[k].name);
         if (one->rank == FF_RANK_COUNTS)
-            assume(p,
-                   "'%s' is what a detector gave, proportional to the BRDF at best: say quantity brdf-cos if its power was not "
-                   "divided by "
-                   "the cosine",
-                   p->column[k].name);
+            ff_plan_assume(
+                p,
+                "'%s' is what a detector gave, proportional to the BRDF at best: say quantity brdf-cos if its power was not "
+                "divided by "
+                "the cosine",
+                p->column[k].name);
         if (sigmas) put_sigma_of(p, channel, n_values);
     }
     return FF_OK;
@@ -590,7 +442,7 @@ static ff_status check_units(ff_planner *p)
     }
     if (without == 0 || p->angles == FF_ANGLES_DEGREES || p->angles == FF_ANGLES_RADIANS) return FF_OK;
     if (polar > p->small || polar == 0) {
-        assume(p, "angles without a unit are taken to be degrees");
+        ff_plan_assume(p, "angles without a unit are taken to be degrees");
         return FF_OK;
     }
     char names[FF_NAMES_LIST];
@@ -599,7 +451,7 @@ static ff_status check_units(ff_planner *p)
         ff_error_set(p->err, FF_ERR_FORMAT, p->path, (long)p->header_line, -1,
                      "found the columns %s; their polar angles have no unit and are all below 1.571: if they are not in degrees "
                      "(which angles degrees insists on), say angles radians",
-                     list_names(p, names)),
+                     ff_plan_list_names(p, names)),
         FF_HINT_SAY);
 }
 
@@ -615,8 +467,8 @@ static void name_strangers(ff_planner *p)
         used = (size_t)(stpcpy(stpcpy(stpcpy(stpcpy(names + used, used ? ", " : ""), "'"), p->column[k].name), "'") - names);
     }
     if (n)
-        assume(p, "not read %s %s: the option 'columns' takes a channel as f_NAME=#NUMBER",
-               n == 1 ? "is the column" : "are the columns", names);
+        ff_plan_assume(p, "not read %s %s: the option 'columns' takes a channel as f_NAME=#NUMBER",
+                       n == 1 ? "is the column" : "are the columns", names);
 }
 
 static ff_status put_half_difference(ff_planner *p)
@@ -626,15 +478,15 @@ static ff_status put_half_difference(ff_planner *p)
         ff_meaning meaning;
     } all[] = {{"theta_h", FF_MEANS_THETA_H}, {"phi_h", FF_MEANS_PHI_H}, {"theta_d", FF_MEANS_THETA_D}, {"phi_d", FF_MEANS_PHI_D}};
     for (size_t k = 0; k < 4; k++) {
-        long c = find(p, all[k].meaning);
-        if (c == NONE && all[k].meaning == FF_MEANS_PHI_D) c = find(p, FF_MEANS_PHI);
-        if (c != NONE)
+        long c = ff_plan_find(p, all[k].meaning);
+        if (c == FF_PLAN_NONE && all[k].meaning == FF_MEANS_PHI_D) c = ff_plan_find(p, FF_MEANS_PHI);
+        if (c != FF_PLAN_NONE)
             put_angle(p, all[k].key, (size_t)c, 0);
         else if (all[k].meaning == FF_MEANS_PHI_H)
-            put_constant(p, "phi_h", 0);
+            ff_plan_put_constant(p, "phi_h", 0);
         else
-            return refuse(p, "half and difference angles are theta_h, theta_d and phi_d",
-                          "theta_h=#1,phi_h=0,theta_d=#2,phi_d=#3,f=#4");
+            return ff_plan_refuse(p, "half and difference angles are theta_h, theta_d and phi_d",
+                                  "theta_h=#1,phi_h=0,theta_d=#2,phi_d=#3,f=#4");
     }
     return FF_OK;
 }
@@ -643,11 +495,11 @@ static ff_status put_vectors(ff_planner *p)
 {
     static const char *const key[6] = {"wi_x", "wi_y", "wi_z", "wo_x", "wo_y", "wo_z"};
     for (int k = 0; k < 6; k++) {
-        const long c = find(p, (ff_meaning)(FF_MEANS_WI_X + k));
-        if (c == NONE)
-            return refuse(p, "of the directions as vectors one component is missing",
-                          "wi_x=#1,wi_y=#2,wi_z=#3,wo_x=#4,wo_y=#5,wo_z=#6,f=#7");
-        put_column(p, key[k], (size_t)c, "");
+        const long c = ff_plan_find(p, (ff_meaning)(FF_MEANS_WI_X + k));
+        if (c == FF_PLAN_NONE)
+            return ff_plan_refuse(p, "of the directions as vectors one component is missing",
+                                  "wi_x=#1,wi_y=#2,wi_z=#3,wo_x=#4,wo_y=#5,wo_z=#6,f=#7");
+        ff_plan_put_column(p, key[k], (size_t)c, "");
     }
     return FF_OK;
 }
@@ -665,18 +517,19 @@ static int put_name_of_file(ff_planner *p)
 {
     double degrees;
     if (!ff_name_incidence(p->path, &degrees)) return 0;
-    put_separator(p);
+    ff_plan_put_separator(p);
     fputs("theta_i=", p->text);
-    put_number(p->text, degrees);
+    ff_plan_put_number(p->text, degrees);
     fputs(":deg", p->text);
-    assume(p, "theta_i is %g degrees by the name of the file", degrees);
+    ff_plan_assume(p, "theta_i is %g degrees by the name of the file", degrees);
     return 1;
 }
 
 static ff_status put_directions(ff_planner *p, const wide *w, ff_meaning over)
 {
-    if (find(p, FF_MEANS_THETA_H) != NONE && find(p, FF_MEANS_THETA_D) != NONE) return put_half_difference(p);
-    if (find(p, FF_MEANS_WI_X) != NONE && find(p, FF_MEANS_WO_X) != NONE) return put_vectors(p);
+    if (ff_plan_find(p, FF_MEANS_THETA_H) != FF_PLAN_NONE && ff_plan_find(p, FF_MEANS_THETA_D) != FF_PLAN_NONE)
+        return put_half_difference(p);
+    if (ff_plan_find(p, FF_MEANS_WI_X) != FF_PLAN_NONE && ff_plan_find(p, FF_MEANS_WO_X) != FF_PLAN_NONE) return put_vectors(p);
     if (!(w->n && over == FF_MEANS_THETA_I) && !put_polar(p, "theta_i", FF_MEANS_THETA_I, FF_MEANS_ELEVATION_I) &&
         !put_name_of_file(p))
         return refuse_polar(p, "theta_i");
@@ -688,7 +541,7 @@ static ff_status put_directions(ff_planner *p, const wide *w, ff_meaning over)
 ff_status ff_plan_assign(ff_planner *p)
 {
     ff_meaning over = FF_MEANS_NOTHING;
-    if (!p->header_line) return refuse_unnamed(p);
+    if (!p->header_line) return ff_plan_refuse_unnamed(p);
     const int corner = split_corner(p, &over);
     choose_values(p);
     settle_numbers(p);
@@ -699,18 +552,20 @@ ff_status ff_plan_assign(ff_planner *p)
     settle_sides(p, w.n > 0 && (over == FF_MEANS_THETA_I || (over == FF_MEANS_NOTHING && !is_named(p, FF_MEANS_THETA_I))));
     if (w.n && over == FF_MEANS_NOTHING) over = missing_angle(p);
     if ((w.n && !w.fine) || (corner && !w.n))
-        return refuse(p, "values at angles do not stand side by side in one unit",
-                      "theta_o=#1,f@theta_i=20:40:60,phi_i=0,phi_o=180");
+        return ff_plan_refuse(p, "values at angles do not stand side by side in one unit",
+                              "theta_o=#1,f@theta_i=20:40:60,phi_i=0,phi_o=180");
     status = put_directions(p, &w, over);
     if (status != FF_OK) return status;
-    const long phase = find(p, FF_MEANS_PHASE), weight = find(p, FF_MEANS_WEIGHT), lambda = find(p, FF_MEANS_WAVELENGTH);
-    if (phase != NONE) put_angle(p, "phase", (size_t)phase, 0);
-    if (weight != NONE && w.n == 0) put_column(p, "weight", (size_t)weight, "");
+    const long phase = ff_plan_find(p, FF_MEANS_PHASE), weight = ff_plan_find(p, FF_MEANS_WEIGHT),
+               lambda = ff_plan_find(p, FF_MEANS_WAVELENGTH);
+    if (phase != FF_PLAN_NONE) put_angle(p, "phase", (size_t)phase, 0);
+    if (weight != FF_PLAN_NONE && w.n == 0) ff_plan_put_column(p, "weight", (size_t)weight, "");
     if (w.n) {
         put_wide(p, &w, over);
         p->plan.quantity = p->column[w.first].named.quantity;
     } else {
-        if (lambda != NONE) put_column(p, "wavelength", (size_t)lambda, unit_text(wavelength_unit(p, (size_t)lambda)));
+        if (lambda != FF_PLAN_NONE)
+            ff_plan_put_column(p, "wavelength", (size_t)lambda, ff_plan_unit_text(wavelength_unit(p, (size_t)lambda)));
         status = put_values(p);
     }
     if (status == FF_OK) status = check_units(p);

@@ -91,3 +91,47 @@ int ff_csv_is_ours(const ff_csv_look *look)
     }
     return 1;
 }
+
+/* ---- recognising it -------------------------------------------------------------------------- */
+
+static int contains(const char *text, size_t length, const char *word)
+{
+    return memmem(text, length, word, strlen(word)) != NULL;
+}
+
+static int probe_lines(const unsigned char *head, size_t n, int64_t file_size)
+{
+    (void)file_size;
+    const char *p = (const char *)head, *stop = p + n;
+    while (p < stop) {
+        const char *end = memchr(p, '\n', (size_t)(stop - p));
+        size_t length = (size_t)((end ? end : stop) - p);
+        if (contains(p, length, "# facetfit-csv:")) return 100;
+        while (length && strchr(" \t\r", *p)) p++, length--;
+        if (length && *p != '#') {
+            int separated = memchr(p, ',', length) || memchr(p, ';', length) || memchr(p, '\t', length);
+            if (contains(p, length, "VARS ") || !separated) return 0;
+            if (contains(p, length, "theta_i")) return 90;
+            return memchr(p, ',', length) ? 10 : 5; /* somebody's table: our reader tells which columns it misses */
+        }
+        p = end ? end + 1 : stop;
+    }
+    return 0;
+}
+
+/* Something else whose text has commas: JSON, XML. */
+static int is_other_language(const char *p, const char *stop)
+{
+    while (p < stop && strchr(" \t\r\n", *p)) p++;
+    return p < stop && strchr("{[<", *p) != NULL;
+}
+
+int ff_csv_probe(const unsigned char *head, size_t n, int64_t file_size)
+{
+    if (memchr(head, '\0', n) || is_other_language((const char *)head, (const char *)head + n)) return 0;
+    const int sure = probe_lines(head, n, file_size);
+    if (sure) return sure;
+    if (memmem(head, n, "VARS ", 5)) return 0;
+    const int table = ff_csv_looks_like_table(head, n); /* somebody's, however it is written */
+    return table > 0 ? 3 : table;
+}

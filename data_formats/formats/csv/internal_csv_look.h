@@ -42,6 +42,9 @@ int ff_csv_looks_like_table(const unsigned char *head, size_t n);
 /** csv_ours.c: 1 when the file is in our own words, comma-separated, so that format_csv.c reads it. Looks at lines alone. */
 int ff_csv_is_ours(const ff_csv_look *look);
 
+/** The probe of the format: 100 for our own, less for what looks like a table; JSON and XML are none. */
+int ff_csv_probe(const unsigned char *head, size_t n, int64_t file_size);
+
 /** The text of the option 'columns' that reads the table, as its names say, with what had to be assumed. */
 typedef struct ff_csv_plan {
     char *columns;      /**< to be freed                                       */

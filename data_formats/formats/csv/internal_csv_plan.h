@@ -40,4 +40,34 @@ typedef struct ff_planner {
 /** Writes the option into p->text and says what it assumes. FF_ERR_FORMAT. */
 ff_status ff_plan_assign(ff_planner *p);
 
+/* ---- csv_option.c: the option as it grows -------------------------------------------------------- */
+
+enum { FF_PLAN_NONE = -1 };
+
+/** Adds a sentence to what had to be assumed; what does not fit is left out. */
+void ff_plan_assume(ff_planner *p, const char *fmt, ...) __attribute__((format(printf, 2, 3)));
+
+/** ":rad", ":nm", ...; "" for degrees and what needs none. */
+const char *ff_plan_unit_text(ff_csv_unit unit);
+
+void ff_plan_put_number(FILE *out, double v);
+void ff_plan_put_separator(ff_planner *p);
+void ff_plan_put_column(ff_planner *p, const char *key, size_t k, const char *unit);
+void ff_plan_put_constant(ff_planner *p, const char *key, double v);
+void ff_plan_put_setting(ff_planner *p, const char *key, ff_meaning meaning);
+
+/** The option so far, for messages. */
+const char *ff_plan_so_far(ff_planner *p);
+
+const char *ff_plan_list_names(const ff_planner *p, char out[FF_NAMES_LIST]);
+/** FF_ERR_FORMAT: the columns, why they are not read, and the option that would read them. */
+ff_status ff_plan_refuse(ff_planner *p, const char *why, const char *say);
+ff_status ff_plan_refuse_unnamed(ff_planner *p);
+
+/** The option for columns in the order that most tables have. */
+void ff_plan_guess(const ff_planner *p, char *out, size_t size);
+
+/** The column of a meaning, without a number in its name; FF_PLAN_NONE. */
+long ff_plan_find(const ff_planner *p, ff_meaning meaning);
+
 #endif
