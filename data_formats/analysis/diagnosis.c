@@ -11,7 +11,7 @@
 
 static const double pi = 3.14159265358979323846;
 
-enum { BANDS = 18, HALVES = 45, GROUPS = BANDS * HALVES, LOOKED_AT = 20000, FEWEST = 40 };
+enum { BANDS = 18, HALVES = 45, SECTORS = 4, GROUPS = BANDS * HALVES * SECTORS, LOOKED_AT = 20000, FEWEST = 40 };
 #define EXPLAINS 0.8  /* of the differences, when it is right */
 #define LEAVES   0.35 /* of what is left as it is, at the most */
 
@@ -23,6 +23,7 @@ typedef struct sample {
 typedef struct looker {
     size_t n;
     sample *at;
+    int turns; /* light from several azimuths: the half vector's counts too */
 } looker;
 
 typedef struct share {
@@ -82,12 +83,14 @@ static sample taken_as(sample s, int kind)
     return s;
 }
 
-static double theta_h_of(const sample *s)
+/* The half vector; its azimuth in [0, pi), in which a surface of two roughnesses repeats. */
+static void half_of(const sample *s, double *theta, double *phi)
 {
-    const double apart = s->phi_o - s->phi_i;
-    const double x = sin(s->theta_i) + sin(s->theta_o) * cos(apart), y = sin(s->theta_o) * sin(apart),
-                 z = cos(s->theta_i) + cos(s->theta_o);
-    return atan2(hypot(x, y), z);
+    const double x = sin(s->theta_i) * cos(s->phi_i) + sin(s->theta_o) * cos(s->phi_o);
+    const double y = sin(s->theta_i) * sin(s->phi_i) + sin(s->theta_o) * sin(s->phi_o), z = cos(s->theta_i) + cos(s->theta_o);
+    *theta = atan2(hypot(x, y), z);
+    *phi = hypot(x, y) > 1e-9 ? atan2(y, x) : 0;
+    if (*phi < 0) *phi += pi;
 }
 
 static int band_of(double x, double width, int n)
@@ -128,10 +131,11 @@ static share explain(const looker *l, int kind, double max_theta, group *groups)
     for (size_t i = 0; i < l->n; i++) {
         const sample s = taken_as(l->at[i], kind);
         if (!usable(&s, max_theta)) continue;
-        const double half = theta_h_of(&s);
-        const int band = band_of(fabs(s.theta_i), pi / 36, BANDS);
+        double half, phi;
+        half_of(&s, &half, &phi);
+        const int band = band_of(fabs(s.theta_i), pi / 36, BANDS), sector = l->turns ? band_of(phi, pi / SECTORS, SECTORS) : 0;
         add(&of_band[band], s.y);
-        add(&groups[band * HALVES + band_of(half, pi / 90, HALVES)], s.y);
+        add(&groups[(band * HALVES + band_of(half, pi / 90, HALVES)) * SECTORS + sector], s.y);
         x_sum += half;
         xy += half * s.y;
         n++;
@@ -179,7 +183,7 @@ static void look_at_unit(const ff_table *t, ff_diagnosis *g)
 /* The way of taking the angles that explains clearly more. A lobe falls along theta_h. */
 static ff_status look_at_angles(const ff_table *t, double max_theta, ff_diagnosis *g)
 {
-    looker l = {0};
+    looker l = {.turns = has_two_azimuths(t)};
     group *groups = malloc(GROUPS * sizeof *groups);
     if (!groups || !take(t, &l)) {
         free(groups);
@@ -189,7 +193,7 @@ static ff_status look_at_angles(const ff_table *t, double max_theta, ff_diagnosi
     share best = as_is;
     int kind = -1;
     for (int k = FF_DIAGNOSIS_TURNED; k <= FF_DIAGNOSIS_CLOCKWISE; k++) {
-        if (k == FF_DIAGNOSIS_UNTURNED || (k == FF_DIAGNOSIS_CLOCKWISE && !has_two_azimuths(t))) continue;
+        if (k == FF_DIAGNOSIS_UNTURNED || (k == FF_DIAGNOSIS_CLOCKWISE && !l.turns)) continue;
         const share s = explain(&l, k, max_theta, groups);
         if (s.n < FEWEST || s.bands < 2 || s.slope >= 0 || !(s.explained > best.explained + 1e-3)) continue;
         best = s;
