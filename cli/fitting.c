@@ -118,7 +118,7 @@ static int diagnose(const cli_args *args, const char *path, const ff_table *t, d
         const int sure = g.open && g.finding[k].sure && g.finding[k].kind != FF_DIAGNOSIS_BEYOND;
         if (sure)
             cli_message("%s: %s, or --as-is to fit it as it stands", path, ff_words_finding(&g.finding[k], text));
-        else if (g.open && !g.finding[k].sure)
+        else if ((g.open && !g.finding[k].sure) || g.finding[k].kind == FF_DIAGNOSIS_BEYOND)
             cli_message("%s: %s", path, ff_words_finding(&g.finding[k], text));
         stops |= sure;
     }

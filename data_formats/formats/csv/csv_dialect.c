@@ -200,6 +200,7 @@ static char best_separator(const ff_csv_look *look)
         if (t.columns < 2 || (t.rows < most.rows || (t.rows == most.rows && t.cells <= most.cells))) continue;
         most = t;
         best = *s;
+        if (t.cells == t.rows * t.columns && 2 * t.rows > look->n_lines) break; /* nothing but numbers: none can cut them further */
     }
     return best;
 }

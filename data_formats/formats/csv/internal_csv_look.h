@@ -3,7 +3,7 @@
 #define FF_INTERNAL_CSV_LOOK_H
 #include "internal_csv.h"
 
-enum { FF_CSV_LOOK_BYTES = 1 << 18, FF_CSV_LOOK_LINES = 400 };
+enum { FF_CSV_LOOK_BYTES = 1 << 17, FF_CSV_LOOK_LINES = 250 };
 
 typedef struct ff_csv_line {
     const char *text;
