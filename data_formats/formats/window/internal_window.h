@@ -92,7 +92,7 @@ ff_cells *ff_window_matrix_cells(const ff_window_basis *incident, const ff_windo
 
 /* ---- window_write.c ------------------------------------------------------------------------------ */
 
-/** See ff_format.layout: nine directions in every patch of "LBNL/Klems Full", which is also the only grid. */
+/** See ff_format.layout: fifteen directions in every patch of "LBNL/Klems Full", which is also the only grid. */
 ff_status ff_window_layout(const ff_table *t, const char *grid, ff_table *out, ff_error *err);
 
 /** Writes the means over these patches. FF_ERR_UNSUPPORTED where one has no sample. */

@@ -14,7 +14,7 @@
 
 static const double degree = 3.14159265358979323846 / 180;
 static const char basis_name[] = "LBNL/Klems Full";
-enum { SIDE = 3, POINTS = SIDE * SIDE };
+enum { POLAR = 5, AZIMUTHS = 3, POINTS = POLAR * AZIMUTHS };
 
 static void klems_full(ff_window_basis *b)
 {
@@ -28,10 +28,10 @@ static void klems_full(ff_window_basis *b)
 static size_t fill_patch(ff_table *t, size_t at, const double light[2], const ff_window_ring *ring, size_t k, double weight)
 {
     const double upper = cos(degree * ring->lower), lower = cos(degree * ring->upper), width = 360 / (double)ring->n_phi;
-    for (int i = 0; i < SIDE; i++)
-        for (int j = 0; j < SIDE; j++, at++) {
-            const double theta = acos(upper + (lower - upper) * (i + 0.5) / SIDE) / degree;
-            const double phi = width * ((double)k + (j + 0.5) / SIDE - 0.5);
+    for (int i = 0; i < POLAR; i++)
+        for (int j = 0; j < AZIMUTHS; j++, at++) {
+            const double theta = acos(upper + (lower - upper) * (i + 0.5) / POLAR) / degree;
+            const double phi = width * ((double)k + (j + 0.5) / AZIMUTHS - 0.5);
             t->angle[0][at] = light[0];
             t->angle[1][at] = -light[1];
             t->angle[2][at] = theta;
