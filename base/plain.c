@@ -2,7 +2,6 @@
 #define _GNU_SOURCE
 #include "internal_plain.h"
 #include "internal_errno.h"
-#include "internal_input.h"
 #include <errno.h>
 #include <string.h>
 #include <sys/mman.h>
@@ -22,6 +21,21 @@ typedef struct plain {
 static ff_status no_memory(const plain *p)
 {
     return ff_error_set(p->err, FF_ERR_MEMORY, p->path, 0, -1, "no memory for what is unpacked");
+}
+
+/* Up to n bytes; fewer only at the end of the file. */
+static ff_status take(const plain *p, int64_t at, void *out, size_t n, size_t *got)
+{
+    for (*got = 0; *got < n;) {
+        const ssize_t r = read(p->from, (char *)out + *got, n - *got);
+        if (r < 0 && errno == EINTR) continue;
+        if (r < 0)
+            return ff_error_set(p->err, FF_ERR_READ, p->path, 0, at + (int64_t)*got, "cannot be read further: %s",
+                                ff_errno_text(errno, (char[FF_ERRNO_TEXT]){""}));
+        if (r == 0) break;
+        *got += (size_t)r;
+    }
+    return FF_OK;
 }
 
 static ff_status put(plain *p, const void *bytes, size_t n)
@@ -76,7 +90,7 @@ static ff_status inflate_all(plain *p, z_stream *z)
     int ended = 0;
     for (int64_t at = 0;; at += (int64_t)sizeof in) {
         size_t got = 0;
-        ff_status status = ff_input_read(p->from, p->path, at, in, sizeof in, &got, p->err);
+        ff_status status = take(p, at, in, sizeof in, &got);
         if (status != FF_OK) return status;
         if (got == 0) return ended ? FF_OK : damaged(p, at, "the end of the file");
         z->next_in = in;
@@ -141,7 +155,7 @@ static ff_status convert(plain *p, int big)
     uint32_t high = 0;
     for (int64_t at = 0;; at += (int64_t)sizeof in) {
         size_t got = 0, used = 0;
-        ff_status status = ff_input_read(p->from, p->path, at, in, sizeof in, &got, p->err);
+        ff_status status = take(p, at, in, sizeof in, &got);
         if (status != FF_OK) return status;
         for (size_t k = 0; k + 1 < got; k += 2) {
             const uint32_t u = unit_at(in + k, big);
