@@ -1,6 +1,6 @@
 /* Cells that are no plain numbers, lines that hold a name and a number, and the option 'dialect'. */
 #define _GNU_SOURCE
-#include "internal_csv.h"
+#include "internal_csv_look.h"
 #include "base/internal_input.h"
 #include "base/internal_number.h"
 #include <ctype.h>
@@ -9,6 +9,50 @@
 #include <strings.h>
 
 enum { CELL = 64 };
+
+/* ---- cells ------------------------------------------------------------------------------------- */
+
+const char *ff_csv_skip_blanks(const char *p, const char *stop)
+{
+    while (p < stop && ff_csv_is_blank(*p)) p++;
+    return p;
+}
+
+/* Start of the cell after the one at p, NULL at the end. Runs of blanks are one separator. */
+const char *ff_csv_next_cell(const char *p, const char *stop, char separator)
+{
+    if (separator != ' ') return ff_csv_skip_cell(p, stop, separator);
+    if (p < stop && *p == '"')
+        for (p++; p < stop && *p != '"';) p++;
+    while (p < stop && !ff_csv_is_blank(*p)) p++;
+    p = ff_csv_skip_blanks(p, stop);
+    return p < stop ? p : NULL;
+}
+
+size_t ff_csv_count_cells(const char *text, size_t length, char separator)
+{
+    const char *stop = text + length, *p = separator == ' ' ? ff_csv_skip_blanks(text, stop) : text;
+    size_t n = 0;
+    for (; p; p = ff_csv_next_cell(p, stop, separator)) n++;
+    return n;
+}
+
+const char *ff_csv_cell(const char *text, size_t length, char separator, size_t k, size_t *cell_length)
+{
+    const char *stop = text + length, *p = separator == ' ' ? ff_csv_skip_blanks(text, stop) : text;
+    for (; p && k; k--) p = ff_csv_next_cell(p, stop, separator);
+    *cell_length = 0;
+    if (!p) return text;
+    const char *next = ff_csv_next_cell(p, stop, separator), *end = next ? next - (separator == ' ' ? 0 : 1) : stop;
+    while (p < end && ff_csv_is_blank(*p)) p++;
+    while (p < end && ff_csv_is_blank(end[-1])) end--;
+    if (end - p >= 2 && (*p == '"' || *p == '\'') && end[-1] == *p) {
+        p = ff_csv_skip_blanks(p + 1, end - 1);
+        for (end--; p < end && ff_csv_is_blank(end[-1]);) end--;
+    }
+    *cell_length = (size_t)(end - p);
+    return p;
+}
 
 /* ---- numbers ------------------------------------------------------------------------------------ */
 

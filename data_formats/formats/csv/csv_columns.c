@@ -18,11 +18,6 @@ static const double phase_close = 0.5; /* degrees: angles in files are rounded *
 typedef ff_csv_reader reader;
 typedef ff_csv_want want;
 
-ff_status ff_csv_no_memory(const ff_csv_reader *r)
-{
-    return ff_error_set(r->err, FF_ERR_MEMORY, r->path, r->lines.line, -1, "no memory for a table of %zu samples", r->rows.n + 1);
-}
-
 /* ---- columns --------------------------------------------------------------------------------- */
 
 static size_t channel_index(const reader *r, const char *name)
@@ -93,11 +88,6 @@ static ff_status count_kinds(reader *r)
         if (r->map.item[k].key == FF_CSV_SIGMA && sigma_channel(r, r->map.item[k].channel) == SIZE_MAX)
             return bad_mapping(r, r->map.item[k].text, "a standard deviation of a channel that is there");
     return FF_OK;
-}
-
-size_t ff_csv_row_channels(const reader *r)
-{
-    return r->n_channels + (r->with_wavelength ? 1 : 0);
 }
 
 static size_t place_of(const reader *r, const ff_csv_item *item)

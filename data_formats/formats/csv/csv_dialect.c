@@ -11,50 +11,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* ---- cells ------------------------------------------------------------------------------------- */
-
-static const char *skip_blanks(const char *p, const char *stop)
-{
-    while (p < stop && ff_csv_is_blank(*p)) p++;
-    return p;
-}
-
-/* Start of the cell after the one at p, NULL at the end. Runs of blanks are one separator. */
-static const char *next_cell(const char *p, const char *stop, char separator)
-{
-    if (separator != ' ') return ff_csv_skip_cell(p, stop, separator);
-    if (p < stop && *p == '"')
-        for (p++; p < stop && *p != '"';) p++;
-    while (p < stop && !ff_csv_is_blank(*p)) p++;
-    p = skip_blanks(p, stop);
-    return p < stop ? p : NULL;
-}
-
-size_t ff_csv_count_cells(const char *text, size_t length, char separator)
-{
-    const char *stop = text + length, *p = separator == ' ' ? skip_blanks(text, stop) : text;
-    size_t n = 0;
-    for (; p; p = next_cell(p, stop, separator)) n++;
-    return n;
-}
-
-const char *ff_csv_cell(const char *text, size_t length, char separator, size_t k, size_t *cell_length)
-{
-    const char *stop = text + length, *p = separator == ' ' ? skip_blanks(text, stop) : text;
-    for (; p && k; k--) p = next_cell(p, stop, separator);
-    *cell_length = 0;
-    if (!p) return text;
-    const char *next = next_cell(p, stop, separator), *end = next ? next - (separator == ' ' ? 0 : 1) : stop;
-    while (p < end && ff_csv_is_blank(*p)) p++;
-    while (p < end && ff_csv_is_blank(end[-1])) end--;
-    if (end - p >= 2 && (*p == '"' || *p == '\'') && end[-1] == *p) {
-        p = skip_blanks(p + 1, end - 1);
-        for (end--; p < end && ff_csv_is_blank(end[-1]);) end--;
-    }
-    *cell_length = (size_t)(end - p);
-    return p;
-}
-
 /* ---- lines ------------------------------------------------------------------------------------- */
 
 static ff_status cut_lines(ff_csv_look *look)
@@ -68,7 +24,7 @@ static ff_status cut_lines(ff_csv_look *look)
         if (!end && !look->whole) break;
         size_t length = (size_t)((end ? end : stop) - p);
         while (length && p[length - 1] == '\r') length--;
-        const char *start = skip_blanks(p, p + length);
+        const char *start = ff_csv_skip_blanks(p, p + length);
         const size_t quoted = start + 1 < p + length && *start == '"' && start[1] == '#';
         look->line[look->n_lines++] =
             (ff_csv_line){.text = p, .length = length, .is_comment = start < p + length && (*start == '#' || quoted)};
@@ -137,11 +93,11 @@ typedef struct trial {
 /* Whether a line is a row: two numbers at least, and no more cells of another kind than numbers. */
 static int looks_like_row(const ff_csv_line *l, char separator, size_t *cells, size_t *full, size_t *numbers)
 {
-    const char *stop = l->text + l->length, *p = separator == ' ' ? skip_blanks(l->text, stop) : l->text;
+    const char *stop = l->text + l->length, *p = separator == ' ' ? ff_csv_skip_blanks(l->text, stop) : l->text;
     size_t n = 0, others = 0, first_is_text = 0;
     *numbers = *full = 0;
     for (; p; n++) {
-        const char *next = next_cell(p, stop, separator);
+        const char *next = ff_csv_next_cell(p, stop, separator);
         size_t length;
         const char *cell = ff_csv_cell(p, (size_t)(stop - p), separator, 0, &length);
         const int kind = kind_of(cell, length);
@@ -300,4 +256,48 @@ void ff_csv_look_clear(ff_csv_look *look)
     free(look->bytes);
     free(look->line);
     *look = (ff_csv_look){0};
+}
+
+/* ---- recognising it -------------------------------------------------------------------------- */
+
+static int contains(const char *text, size_t length, const char *word)
+{
+    return memmem(text, length, word, strlen(word)) != NULL;
+}
+
+static int probe_lines(const unsigned char *head, size_t n, int64_t file_size)
+{
+    (void)file_size;
+    const char *p = (const char *)head, *stop = p + n;
+    while (p < stop) {
+        const char *end = memchr(p, '\n', (size_t)(stop - p));
+        size_t length = (size_t)((end ? end : stop) - p);
+        if (contains(p, length, "# facetfit-csv:")) return 100;
+        while (length && strchr(" \t\r", *p)) p++, length--;
+        if (length && *p != '#') {
+            int separated = memchr(p, ',', length) || memchr(p, ';', length) || memchr(p, '\t', length);
+            if (contains(p, length, "VARS ") || !separated) return 0;
+            if (contains(p, length, "theta_i")) return 90;
+            return memchr(p, ',', length) ? 10 : 5; /* somebody's table: our reader tells which columns it misses */
+        }
+        p = end ? end + 1 : stop;
+    }
+    return 0;
+}
+
+/* Something else whose text has commas: JSON, XML. */
+static int is_other_language(const char *p, const char *stop)
+{
+    while (p < stop && strchr(" \t\r\n", *p)) p++;
+    return p < stop && strchr("{[<", *p) != NULL;
+}
+
+int ff_csv_probe(const unsigned char *head, size_t n, int64_t file_size)
+{
+    if (memchr(head, '\0', n) || is_other_language((const char *)head, (const char *)head + n)) return 0;
+    const int sure = probe_lines(head, n, file_size);
+    if (sure) return sure;
+    if (memmem(head, n, "VARS ", 5)) return 0;
+    const int table = ff_csv_looks_like_table(head, n); /* somebody's, however it is written */
+    return table > 0 ? 3 : table;
 }

@@ -16,6 +16,16 @@ static const double degree = 3.14159265358979323846 / 180;
 typedef ff_csv_reader reader;
 typedef ff_csv_want want;
 
+ff_status ff_csv_no_memory(const ff_csv_reader *r)
+{
+    return ff_error_set(r->err, FF_ERR_MEMORY, r->path, r->lines.line, -1, "no memory for a table of %zu samples", r->rows.n + 1);
+}
+
+size_t ff_csv_row_channels(const reader *r)
+{
+    return r->n_channels + (r->with_wavelength ? 1 : 0);
+}
+
 /* ---- rows ------------------------------------------------------------------------------------ */
 
 static ff_status bad_cell(const reader *r, const want *w, const char *start, const char *stop)

@@ -32,6 +32,10 @@ typedef struct ff_csv_look {
 ff_status ff_csv_look_at(const char *path, const ff_csv_dialect *given, ff_csv_look *out, ff_error *err);
 void ff_csv_look_clear(ff_csv_look *look);
 
+/** Past blanks; and the start of the cell after the one at p, NULL at the end: runs of blanks are one separator. */
+const char *ff_csv_skip_blanks(const char *p, const char *stop);
+const char *ff_csv_next_cell(const char *p, const char *stop, char separator);
+
 /** Cell k of a line cut by separator, without blanks and quotes around it; *length 0 for what is not there. */
 const char *ff_csv_cell(const char *text, size_t length, char separator, size_t k, size_t *cell_length);
 size_t ff_csv_count_cells(const char *text, size_t length, char separator);
