@@ -2,6 +2,7 @@
 #define _GNU_SOURCE
 #include "internal_input.h"
 #include "internal_errno.h"
+#include "internal_plain.h"
 #include <errno.h>
 #include <fcntl.h>
 #include <stdio.h>
@@ -29,7 +30,7 @@ ff_status ff_input_open(const char *path, int *fd, int64_t *size, ff_error *err)
     }
     *fd = opened;
     *size = S_ISREG(st.st_mode) ? (int64_t)st.st_size : -1;
-    return FF_OK;
+    return ff_plain_open(path, fd, size, err);
 }
 
 ff_status ff_input_read(int fd, const char *path, int64_t offset, void *out, size_t bytes, size_t *got, ff_error *err)
@@ -106,7 +107,7 @@ size_t ff_byte_order_mark(const void *head, size_t n)
 
 ff_status ff_lines_open(const char *path, ff_lines *lines, ff_error *err)
 {
-    ff_lines l = {.path = path, .fd = -1, .capacity = FIRST_CAPACITY};
+    ff_lines l = {.path = path, .fd = -1, .capacity = FIRST_CAPACITY, .ends = '\n'};
     int64_t size;
     ff_status status = ff_input_open(path, &l.fd, &size, err);
     if (status != FF_OK) return status;
@@ -157,6 +158,9 @@ static ff_status lines_fill(ff_lines *l, ff_error *err)
     if (status != FF_OK) return status;
     l->end += got;
     l->at_end = got < room;
+    if (l->line == 0 && l->offset + (int64_t)l->begin <= 3 && l->end > l->begin && !memchr(l->buffer, '\n', l->end) &&
+        memchr(l->buffer, '\r', l->end - !l->at_end))
+        l->ends = '\r';
     return FF_OK;
 }
 
@@ -164,10 +168,11 @@ ff_status ff_lines_next(ff_lines *l, char **text, size_t *length, ff_error *err)
 {
     char *newline;
     size_t searched = 0;
-    while (!(newline = memchr(l->buffer + l->begin + searched, '\n', l->end - l->begin - searched)) && !l->at_end) {
+    while (!(newline = memchr(l->buffer + l->begin + searched, l->ends, l->end - l->begin - searched)) && !l->at_end) {
         searched = l->end - l->begin;
         ff_status status = lines_fill(l, err);
         if (status != FF_OK) return status;
+        if (l->ends == '\r' && l->line == 0) searched = 0;
     }
     *text = NULL;
     *length = 0;
@@ -183,7 +188,7 @@ ff_status ff_lines_next(ff_lines *l, char **text, size_t *length, ff_error *err)
         return ff_error_set(err, FF_ERR_FORMAT, l->path, l->line, l->offset + (nul - l->buffer),
                             "found a NUL byte (byte %lld of the file), expected UTF-8 text: is this a binary or UTF-16 file?",
                             (long long)(l->offset + (nul - l->buffer)));
-    if (stop > start && stop[-1] == '\r') stop--;
+    while (stop > start && stop[-1] == '\r') stop--;
     *stop = '\0';
     *text = start;
     *length = (size_t)(stop - start);

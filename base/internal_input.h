@@ -4,8 +4,9 @@
 #include "ff_status.h"
 #include <stddef.h>
 
-/** Opens path for reading ("-" is standard input). *size is -1 for what has none (pipes, devices).
- *  FF_ERR_OPEN for a missing file, a directory, no permission. The caller closes *fd. */
+/** Opens path for reading ("-" is standard input). *size is -1 for what has none (pipes, devices). A file packed with gzip and text
+ *  in UTF-16 are unpacked into memory (internal_plain.h), and what is read is that.
+ *  FF_ERR_OPEN for a missing file, a directory, no permission; those of ff_plain_open. The caller closes *fd. */
 ff_status ff_input_open(const char *path, int *fd, int64_t *size, ff_error *err);
 
 /** Opens path to look at its first bytes before it is read from there. Standard input that cannot be wound back, a pipe, is copied
@@ -31,6 +32,7 @@ typedef struct ff_lines {
     int64_t offset;              /**< position in the file of buffer[0]                                 */
     long line;                   /**< number of the line handed out last, 1-based                       */
     int at_end;                  /**< the file has no more bytes than those in buffer                   */
+    char ends;                   /**< what ends a line: '\n', or '\r' in a file that has no other            */
     int unterminated;            /**< the line handed out last had no end-of-line: it may have been cut */
 } ff_lines;
 
@@ -41,8 +43,8 @@ size_t ff_byte_order_mark(const void *head, size_t n);
 ff_status ff_lines_open(const char *path, ff_lines *lines, ff_error *err);
 void ff_lines_close(ff_lines *lines);
 
-/** Hands out the next line, without "\n" or "\r\n", with a '\0' at text[*length]; valid until the next call. *text is NULL at the
- *  end. FF_ERR_FORMAT for a NUL byte or an overlong line, FF_ERR_READ, FF_ERR_MEMORY. */
+/** Hands out the next line, without "\n", "\r\n", "\r\r\n" or (where all have it) "\r", with a '\0' at text[*length]; valid until
+ * the next call. *text is NULL at the end. FF_ERR_FORMAT for a NUL byte or an overlong line, FF_ERR_READ, FF_ERR_MEMORY. */
 ff_status ff_lines_next(ff_lines *lines, char **text, size_t *length, ff_error *err);
 
 enum { FF_QUOTE = 96 };

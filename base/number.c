@@ -213,3 +213,19 @@ unsigned ff_number_write(double value, char out[FF_NUMBER_TEXT])
     const int n = ff_number_digits(value, digits, &exponent);
     return sign + lay_out(digits, n, exponent + 1, out + sign);
 }
+
+int ff_number_read_fortran(const char *text, size_t length, double *value)
+{
+    char copy[64];
+    if (length == 0 || length >= sizeof copy) return 0;
+    memcpy(copy, text, length);
+    copy[length] = '\0';
+    char *d = strpbrk(copy, "dD");
+    if (!d || d == copy) return 0;
+    *d = 'e';
+    double v;
+    const char *end = ff_number_read(copy, &v);
+    if (!end || *end || !isfinite(v)) return 0;
+    *value = v;
+    return 1;
+}

@@ -16,7 +16,8 @@ static ff_status write_json(const void *context, FILE *out)
 static ff_status write_text(const void *context, FILE *out)
 {
     const file *f = context;
-    return ff_report_table_text(f->path, f->table, &f->args->style, out);
+    const ff_status status = ff_report_table_text(f->path, f->table, &f->args->style, out);
+    return status == FF_OK && cli_switch(f->args, FLAG_EXPLAIN, 0) ? ff_report_samples_text(f->table, 8, out) : status;
 }
 
 static ff_status write_table(const void *context, ff_table_form form, FILE *out)

@@ -104,6 +104,27 @@ static void release_samples(ff_table *t)
     *t = small;
 }
 
+/* What the data say of their angles, before anything is fitted to them: where they leave no doubt and the file leaves open what its
+ * angles are, nothing is, unless the person insists. Exit status. */
+static int diagnose(const cli_args *args, const char *path, const ff_table *t, double max_theta)
+{
+    ff_diagnosis g;
+    char text[FF_WORDS_SENTENCE];
+    int stops = 0;
+    if (cli_switch(args, FLAG_AS_IS, 0)) return EXIT_DONE;
+    const ff_status failed = ff_diagnosis_find(t, max_theta, &g);
+    if (failed != FF_OK) return cli_failed(failed, NULL);
+    for (size_t k = 0; k < g.n; k++) {
+        const int sure = g.open && g.finding[k].sure && g.finding[k].kind != FF_DIAGNOSIS_BEYOND;
+        if (sure)
+            cli_message("%s: %s, or --as-is to fit it as it stands", path, ff_words_finding(&g.finding[k], text));
+        else if ((g.open && !g.finding[k].sure) || g.finding[k].kind == FF_DIAGNOSIS_BEYOND)
+            cli_message("%s: %s", path, ff_words_finding(&g.finding[k], text));
+        stops |= sure;
+    }
+    return stops ? EXIT_ANSWER_IS_NO : EXIT_DONE;
+}
+
 int cli_fitting_open(const cli_args *args, const char *path, const ff_model *models, size_t n_models, int keep_samples,
                      cli_fitting *out)
 {
@@ -116,7 +137,9 @@ int cli_fitting_open(const cli_args *args, const char *path, const ff_model *mod
         return status;
     }
     f.progress = cli_progress_wanted(args);
-    if ((status = cli_read(args, f.path, 1, &f.table)) != EXIT_DONE) {
+    if ((status = cli_read(args, f.path, 1, &f.table)) != EXIT_DONE ||
+        (status = diagnose(args, f.path, &f.table, f.options.max_theta)) != EXIT_DONE) {
+        ff_table_clear(&f.table);
         ff_noise_free(f.noise);
         return status;
     }

@@ -196,8 +196,9 @@ static int check_words(const cli_args *args)
     const cli_command *command = args->command;
     if (args->n_words < least_words(command)) {
         cli_command_usage(command, usage, sizeof usage);
-        return cli_usage(args, "%s is missing: facetfit %s %s%s", args->n_words ? command->place[args->n_words].name : usage,
-                         command->name, usage, who_took_it(args, taken, sizeof taken));
+        return cli_usage(args, "%s is missing: facetfit %s %s%s",
+                         args->n_words || command->repeats ? command->place[args->n_words].name : usage, command->name, usage,
+                         who_took_it(args, taken, sizeof taken));
     }
     if (args->n_words > most_words(command) && !args->word[0])
         return cli_usage(args, "unexpected '%s': --from has the model", args->word[most_words(command)]);

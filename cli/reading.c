@@ -8,6 +8,10 @@ static void read_options(const cli_args *args, ff_read_options *o)
     ff_read_options_init(o);
     o->format = cli_value(args, FLAG_FORMAT, NULL);
     o->columns = cli_value(args, FLAG_COLUMNS, NULL);
+    o->dialect = cli_value(args, FLAG_DIALECT, NULL);
+    o->azimuth = cli_word(args, FLAG_AZIMUTH, -1) + 1;
+    o->phi = cli_word(args, FLAG_PHI, -1) + 1;
+    o->angles = cli_word(args, FLAG_ANGLES, -1) + 1;
     o->part = cli_value(args, FLAG_PART, NULL);
     o->ask = cli_files_ask;
     o->ask_context = args;
@@ -26,6 +30,13 @@ static ff_status reduce(const char *to, ff_table *t, ff_error *err)
     return failed;
 }
 
+/* The files that are one measurement: all that a command is given which reads nothing else. */
+static size_t count_files(const cli_args *args)
+{
+    const cli_command_id id = args->command->id;
+    return id == COMMAND_fit || id == COMMAND_compare || id == COMMAND_ndf || id == COMMAND_info ? args->n_words : 1;
+}
+
 int cli_read(const cli_args *args, const char *path, int with_notes, ff_table *out)
 {
     ff_read_options o;
@@ -33,7 +44,8 @@ int cli_read(const cli_args *args, const char *path, int with_notes, ff_table *o
     ff_error err = {0};
     const char *to = cli_value(args, FLAG_REDUCE, NULL);
     read_options(args, &o);
-    ff_status failed = ff_table_read_with_into(path, &o, &t, &err);
+    const size_t n = count_files(args);
+    ff_status failed = ff_table_read_all_into(n > 1 ? args->word : &path, n, &o, &t, &err);
     if (failed == FF_OK && to) failed = reduce(to, &t, &err);
     if (failed != FF_OK) {
         if (!err.path[0]) snprintf(err.path, sizeof err.path, "%s", path);

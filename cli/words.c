@@ -70,6 +70,21 @@ const char *cli_words_quantity(size_t i)
     return ff_quantity_name((int)i);
 }
 
+const char *cli_words_azimuth(size_t i)
+{
+    return ff_azimuth_name((int)i + 1);
+}
+
+const char *cli_words_phi(size_t i)
+{
+    return ff_phi_sense_name((int)i + 1);
+}
+
+const char *cli_words_angles(size_t i)
+{
+    return ff_angles_name((int)i + 1);
+}
+
 const char *cli_words_monotone(size_t i)
 {
     return ff_ndf_monotone_name((int)i);

@@ -15,7 +15,7 @@ install(EXPORT facetfit-targets NAMESPACE facetfit:: DESTINATION ${package_dir})
 # pkg-config: a static archive names what it needs itself.
 set(FACETFIT_PC_PRIVATE "")
 if(NOT BUILD_SHARED_LIBS)
-  set(FACETFIT_PC_PRIVATE " -lceres -lglog -lOpenEXRCore -lz -lexpat -lstdc++ -lm -pthread")
+  set(FACETFIT_PC_PRIVATE " -lceres -lglog -lOpenEXRCore -lexpat -lz -lstdc++ -lm -pthread")
 endif()
 file(RELATIVE_PATH FACETFIT_PC_PREFIX /prefix/${CMAKE_INSTALL_LIBDIR}/pkgconfig /prefix)
 configure_file(${CMAKE_CURRENT_LIST_DIR}/facetfit.pc.in ${PROJECT_BINARY_DIR}/facetfit.pc @ONLY)

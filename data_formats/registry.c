@@ -160,7 +160,8 @@ static ff_status check_options(const char *path, const ff_format *f, const ff_re
         unsigned bit;
     } all[] = {{"columns", o->columns != NULL, FF_READS_COLUMNS},
                {"grid", o->grid != NULL, FF_READS_GRID},
-               {"part", o->part != NULL, FF_READS_PART}};
+               {"part", o->part != NULL, FF_READS_PART},
+               {"dialect", o->dialect != NULL, FF_READS_DIALECT}};
     for (size_t k = 0; k < sizeof all / sizeof all[0]; k++)
         // NOLINTNEXTLINE(clang-analyzer-core.NullDereference): as below
         if (all[k].given && !(f->reads & all[k].bit))
@@ -168,6 +169,10 @@ static ff_status check_options(const char *path, const ff_format *f, const ff_re
     if (o->quantity != -1 && !ff_quantity_name(o->quantity))
         return ff_error_set(err, FF_ERR_RANGE, path, 0, -1, "found a quantity of number %d, expected -1 to %d", o->quantity,
                             (int)FF_REFLECTANCE_FACTOR);
+    if (!ff_azimuth_name(o->azimuth) || !ff_phi_sense_name(o->phi) || !ff_angles_name(o->angles))
+        return ff_error_set(err, FF_ERR_RANGE, path, 0, -1,
+                            "found the options azimuth %d, phi %d and angles %d, expected 0 to %d, %d and %d", o->azimuth, o->phi,
+                            o->angles, (int)FF_AZIMUTH_LIGHT, (int)FF_PHI_CLOCKWISE_OUT, (int)FF_ANGLES_ELEVATION_OUT);
     if (!isnan(o->scale) && !(o->scale > 0 && isfinite(o->scale)))
         return ff_error_set(err, FF_ERR_RANGE, path, 0, -1, "found a scale of %g, expected a finite number > 0", o->scale);
     return FF_OK;
@@ -178,20 +183,23 @@ static ff_status check_options(const char *path, const ff_format *f, const ff_re
 static ff_status take_quantity(const char *path, const ff_format *f, ff_quantity asked, ff_table *t, ff_error *err)
 {
     if ((f->reads & FF_READS_QUANTITY) || asked == t->quantity) return FF_OK;
-    if (t->quantity != FF_BRDF) {
-        const char *own = ff_quantity_name(t->quantity);
-        ff_table_clear(t);
-        return ff_error_set(err, FF_ERR_UNSUPPORTED, path, 0, -1,
-                            "found the option 'quantity' %s, expected what the format '%s' is: %s", ff_quantity_name(asked),
-                            f->name, own);
-    }
     if (t->kept && t->kept_free) t->kept_free(t->kept);
     t->kept = NULL;
     t->kept_free = NULL;
+    ff_table_unset_quantity(t);
     ff_table_set_quantity(t, asked);
-    const ff_status status = ff_table_count(t, path, err);
-    if (status != FF_OK) ff_table_clear(t);
-    return status;
+    return ff_table_count(t, path, err);
+}
+
+/* What is asked of a table of any format, when it is read. */
+static ff_status take_options(const char *path, const ff_format *f, const ff_read_options *o, ff_table *t, ff_error *err)
+{
+    ff_status status = ff_table_orient(t, o, err);
+    if (status == FF_OK && o->quantity >= 0) status = take_quantity(path, f, (ff_quantity)o->quantity, t, err);
+    if (status != FF_OK || isnan(o->scale)) return status;
+    for (size_t c = 0; c < t->n_channels; c++) t->channels[c].scale *= o->scale;
+    ff_table_note(t, "all values are multiplied by %g, as asked", o->scale);
+    return FF_OK;
 }
 
 ff_status ff_table_read_with_into(const char *path, const ff_read_options *options, ff_table *out, ff_error *err)
@@ -200,16 +208,20 @@ ff_status ff_table_read_with_into(const char *path, const ff_read_options *optio
     ff_read_options o;
     ff_read_options_init(&o);
     if (options) o = *options;
-    if (o.columns && !o.format) o.format = "csv"; /* whatever it looks like, the person says how to read it */
+    if ((o.columns || o.dialect) && !o.format) o.format = "csv"; /* whatever it looks like, the person says how to read it */
     ff_status status = o.format ? find_named(path, o.format, &f, err) : ff_format_detect(path, &f, err);
     if (status == FF_OK) status = check_options(path, f, &o, err);
     // NOLINTNEXTLINE(clang-analyzer-core.NullDereference): a format was found where the status is FF_OK
-    if (status == FF_OK) status = f->read(path, &o, out, err);
-    if (status == FF_OK && o.quantity >= 0) status = take_quantity(path, f, (ff_quantity)o.quantity, out, err);
-    if (status != FF_OK || isnan(o.scale)) return status;
-    for (size_t c = 0; c < out->n_channels; c++) out->channels[c].scale *= o.scale;
-    ff_table_note(out, "all values are multiplied by %g, as asked", o.scale);
-    return FF_OK;
+    if (status != FF_OK) return status;
+    ff_table t;
+    status = f->read(path, &o, &t, err);
+    if (status != FF_OK) return status;
+    status = take_options(path, f, &o, &t, err);
+    if (status == FF_OK)
+        *out = t;
+    else
+        ff_table_clear(&t);
+    return status;
 }
 
 ff_status ff_table_read_into(const char *path, const char *format, ff_table *out, ff_error *err)

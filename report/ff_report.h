@@ -184,6 +184,8 @@ ff_status ff_report_ndf_table(const ff_report_ndf *n, ff_table_form form, FILE *
  * them. */
 ff_status ff_report_table_text(const char *path, const ff_table *t, const ff_report_style *style, FILE *out);
 ff_status ff_report_table_json(const ff_report_head *head, const char *path, const ff_table *t, FILE *out); /**< FF_SCHEMA_INFO */
+/** The first `most` samples of a table, a line each. */
+ff_status ff_report_samples_text(const ff_table *t, size_t most, FILE *out);
 
 ff_status ff_report_channels_table(const ff_table *t, ff_table_form form, FILE *out); /**< a row for every channel */
 

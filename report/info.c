@@ -3,6 +3,7 @@
 #include "internal_report.h"
 #include "internal_columns.h"
 #include "data_formats/analysis/survey_struct.h"
+#include "data_formats/table/internal_table.h"
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -127,9 +128,18 @@ static ff_status put_brightest(const ff_table *t, FILE *out)
         }
         fprintf(out, " degrees\n");
     }
-    const ff_side odd = ff_brightest_odd(&b);
-    if (odd != FF_SIDE_NONE) fprintf(out, "  %s\n", ff_words_side_hint(odd));
+    if (ff_brightest_odd(&b) == FF_SIDE_ACROSS) fprintf(out, "  %s\n", ff_words_side_hint(FF_SIDE_ACROSS));
     return FF_OK;
+}
+
+/* What the data say of their angles and values, with the flag that mends it. */
+static ff_status put_geometry(const ff_table *t, FILE *out)
+{
+    ff_diagnosis g;
+    char text[FF_WORDS_SENTENCE];
+    const ff_status status = ff_diagnosis_find(t, looked_at, &g);
+    for (size_t k = 0; status == FF_OK && k < g.n; k++) fprintf(out, "warning: %s\n", ff_words_finding(&g.finding[k], text));
+    return status;
 }
 
 const char *ff_report_percent(double deviation, char *out)
@@ -343,6 +353,31 @@ static ff_status put_channels(const ff_table *t, const table_summary *s, ff_tabl
     return ff_columns_print(channel_columns, FF_COUNT(channel_columns), &of, t->n_channels, form, indent, style, out);
 }
 
+ff_status ff_report_samples_text(const ff_table *t, size_t most, FILE *out)
+{
+    enum { CHANNELS = 6 };
+    const size_t n = ff_table_there(t, 0, most), channels = t->n_channels < CHANNELS ? t->n_channels : CHANNELS;
+    fprintf(out, "\nthe first samples as they are understood, in degrees and 1/sr\n  theta_i,phi_i,theta_o,phi_o");
+    for (size_t c = 0; c < channels; c++) {
+        fputc(',', out);
+        ff_text_print(t->channels[c].name, out);
+    }
+    fputs(channels < t->n_channels ? ",...\n" : "\n", out);
+    for (size_t i = 0; i < n; i++) {
+        double angle[4], *const planes[4] = {angle, angle + 1, angle + 2, angle + 3};
+        char text[FF_TEXT_NUMBER];
+        ff_table_angles(t, 3.14159265358979323846 / 180, i, 1, planes);
+        for (int k = 0; k < 4; k++) fprintf(out, "%s%s", k ? "," : "  ", ff_text_number(angle[k], 6, text));
+        for (size_t c = 0; c < channels; c++) {
+            double v;
+            ff_table_values(t, c, i, 1, &v);
+            fprintf(out, ",%s", t->valid[i] ? ff_text_number(v, 6, text) : "");
+        }
+        fputc('\n', out);
+    }
+    return FF_OK;
+}
+
 void ff_report_put_notes(const ff_table *t, FILE *out)
 {
     char text[FF_WORDS_SENTENCE];
@@ -378,6 +413,7 @@ ff_status ff_report_table_text(const char *path, const ff_table *t, const ff_rep
     status = put_channels(t, &s, FF_TABLE_TEXT, "  ", style, out);
     put_coverage(&s.survey, out);
     if (status == FF_OK) status = put_brightest(t, out);
+    if (status == FF_OK) status = put_geometry(t, out);
     if (status == FF_OK) status = put_reflectances(t, &s.survey, style, out);
     fputc('\n', out);
     if (s.survey.every > 1) fprintf(out, "from one sample in %zu:\n", s.survey.every);
@@ -483,6 +519,26 @@ static void brightest_json(ff_json *j, const ff_brightest *b)
     ff_json_close(j);
 }
 
+static void geometry_json(ff_json *j, const ff_diagnosis *g)
+{
+    char text[FF_WORDS_SENTENCE], value[32];
+    ff_json_object(j, "geometry", FF_JSON_BLOCK);
+    ff_json_bool(j, "open", g->open);
+    ff_json_array(j, "findings", FF_JSON_BLOCK);
+    for (size_t k = 0; k < g->n; k++) {
+        const char *option = ff_diagnosis_option(&g->finding[k], value);
+        ff_json_object(j, NULL, FF_JSON_BLOCK);
+        ff_json_string(j, "kind", ff_words_finding_kind((int)g->finding[k].kind));
+        ff_json_bool(j, "sure", g->finding[k].sure);
+        ff_json_string(j, "option", option);
+        ff_json_string(j, "value", value);
+        ff_json_string(j, "text", ff_words_finding(&g->finding[k], text));
+        ff_json_close(j);
+    }
+    ff_json_close(j);
+    ff_json_close(j);
+}
+
 void ff_report_notes_json(ff_json *j, const ff_table *t)
 {
     char text[FF_WORDS_SENTENCE];
@@ -496,9 +552,11 @@ ff_status ff_report_table_json(const ff_report_head *head, const char *path, con
     table_summary s;
     ff_json j;
     ff_brightest brightest;
+    ff_diagnosis geometry;
     ff_status status = summarise(t, &s);
     if (status != FF_OK) return status;
     status = ff_brightest_find(t, looked_at, &brightest);
+    if (status == FF_OK) status = ff_diagnosis_find(t, looked_at, &geometry);
     if (status != FF_OK) {
         summary_free(&s);
         return status;
@@ -532,6 +590,7 @@ ff_status ff_report_table_json(const ff_report_head *head, const char *path, con
     ff_json_close(&j);
     survey_json(&j, t, &s.survey);
     brightest_json(&j, &brightest);
+    geometry_json(&j, &geometry);
     ff_report_notes_json(&j, t);
     ff_json_close(&j);
     ff_json_end(&j);

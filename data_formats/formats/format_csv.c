@@ -21,7 +21,7 @@
  * other names are read through a mapping of their columns: csv_columns.c. */
 #define _GNU_SOURCE
 #include "base/internal_output.h"
-#include "data_formats/formats/csv/internal_csv.h"
+#include "data_formats/formats/csv/internal_csv_look.h"
 #include "base/internal_input.h"
 #include "base/internal_number.h"
 #include "data_formats/table/internal_table.h"
@@ -55,34 +55,6 @@ typedef struct csv {
 static ff_status no_memory(const csv *f)
 {
     return ff_error_set(f->err, FF_ERR_MEMORY, f->path, f->lines.line, -1, "no memory for a table of %zu samples", f->rows.n + 1);
-}
-
-/* ---- recognising it -------------------------------------------------------------------------- */
-
-static int contains(const char *text, size_t length, const char *word)
-{
-    return memmem(text, length, word, strlen(word)) != NULL;
-}
-
-static int probe(const unsigned char *head, size_t n, int64_t file_size)
-{
-    (void)file_size;
-    if (memchr(head, '\0', n)) return 0;
-    const char *p = (const char *)head, *stop = p + n;
-    while (p < stop) {
-        const char *end = memchr(p, '\n', (size_t)(stop - p));
-        size_t length = (size_t)((end ? end : stop) - p);
-        if (contains(p, length, "# facetfit-csv:")) return 100;
-        while (length && strchr(" \t\r", *p)) p++, length--;
-        if (length && *p != '#') {
-            int separated = memchr(p, ',', length) || memchr(p, ';', length) || memchr(p, '\t', length);
-            if (contains(p, length, "VARS ") || !separated) return 0;
-            if (contains(p, length, "theta_i")) return 90;
-            return memchr(p, ',', length) ? 10 : 5; /* somebody's table: our reader tells which columns it misses */
-        }
-        p = end ? end + 1 : stop;
-    }
-    return 0;
 }
 
 /* ---- lines ----------------------------------------------------------------------------------- */
@@ -129,7 +101,7 @@ static ff_status next_line(csv *f, char **text, size_t *length)
         }
         if (*start == '#') status = ff_csv_comment(&f->head, start, f->names.n > 0, f->path, f->lines.line, f->err);
         if (status != FF_OK) return status;
-        if (f->padding && !start[strspn(start, " \t,")]) continue;
+        if (f->names.n && *start && !start[strspn(start, " \t,")]) continue; /* a spreadsheet's empty row */
         if (*start != '#' && *start != '\0') return FF_OK;
     }
 }
@@ -265,21 +237,6 @@ static int has_row_per_wavelength(const csv *f)
     return wavelengths == 1 && values == 1 && !quoted;
 }
 
-/* "f" or f_NAME are ours; what stands beside them under another name may be a temperature. */
-static void name_foreign_channels(const csv *f, ff_table *t)
-{
-    int ours = 0;
-    for (size_t c = 0; c < f->n_channels; c++) {
-        const char *name = f->names.name[f->column[4 + c]];
-        ours |= strcmp(name, "f") == 0 || channel_of(name) != name;
-    }
-    for (size_t c = 0; c < f->n_channels && ours; c++) {
-        const char *name = f->names.name[f->column[4 + c]];
-        if (strcmp(name, "f") == 0 || channel_of(name) != name || !isnan(ff_wavelength_of(name))) continue;
-        ff_table_note(t, "column '%s' is taken for a channel; the option 'columns' names those that are", name);
-    }
-}
-
 static ff_status place_columns(csv *f)
 {
     size_t n_sigmas = 0;
@@ -346,7 +303,7 @@ static ff_status check_row(csv *f, const double *row)
     }
     const double *value = row + 4, *sigma = value + f->n_channels;
     for (size_t c = 0; c < f->n_channels && f->with_sigma; c++) {
-        if (isnan(sigma[c]) ? !isnan(value[c]) : sigma[c] <= 0)
+        if (isnan(sigma[c]) ? !isnan(value[c]) : sigma[c] <= 0 && !ff_table_is_code(value[c]))
             return bad_cell(f, 4 + f->n_channels + c, sigma[c], "a standard deviation > 0");
     }
     if (f->with_weight && row[f->rows.width - 1] < 0)
@@ -391,11 +348,11 @@ static void divide_by_cosine(const csv *f, ff_table *t)
 static void describe(const csv *f, ff_table *t)
 {
     strcpy(t->format, "csv");
+    t->angles_are_open = !f->head.is_ours;
     ff_table_leave_out_codes(t);
-    name_foreign_channels(f, t);
     if (f->n_errors)
-        ff_table_note(t, "%zu %s error of a spreadsheet, as #DIV/0!: not measured", f->n_errors,
-                      f->n_errors == 1 ? "cell is the" : "cells are the");
+        ff_table_note(t, "%zu %s a word in place of a number, as nan or #DIV/0!: not measured", f->n_errors,
+                      f->n_errors == 1 ? "cell has" : "cells have");
     if (f->head.quantity == FF_BRDF_COS) divide_by_cosine(f, t);
     t->quantity = f->head.quantity;
     t->radians_per_unit = f->head.radians_per_unit;
@@ -408,7 +365,7 @@ static void describe(const csv *f, ff_table *t)
     if (f->head.radians_per_unit != 1 && t->n >= 20 && f->theta_largest > 0 && f->theta_largest <= 1.5708) {
         char largest[FF_NUMBER_TEXT + 1];
         largest[ff_number_write(round(f->theta_largest * 1e4) / 1e4, largest)] = '\0';
-        ff_table_note(t, "the largest theta is %s degrees: are these radians? then say '# angles: radians'", largest);
+        ff_table_note_hint(t, FF_HINT_SAY, "the largest theta is %s degrees: are these radians? say angles radians", largest);
     }
     if (f->lines.unterminated) ff_table_note(t, "the last line has no end-of-line: if the file was cut, so was its last number");
 }
@@ -455,14 +412,34 @@ static ff_status read_all(csv *f, const ff_read_options *o, ff_table *out)
     status = ff_rows_to_table(&f->rows, f->n_channels, f->with_sigma, f->with_weight, &t, f->err);
     if (status != FF_OK) return status;
     describe(f, &t);
+    if (o->angles == FF_ANGLES_AS_FORMAT && !f->head.is_ours && ff_table_has_radian_azimuths(&t)) {
+        ff_table_clear(&t);
+        return ff_error_hint(
+            f->err,
+            ff_error_set(f->err, FF_ERR_DATA, f->path, 0, -1,
+                         "found polar angles that are all below 1.571 and azimuths that are multiples of pi / 2: if they are "
+                         "not in degrees (which angles degrees insists on), say angles radians"),
+            FF_HINT_SAY);
+    }
     return ff_table_hand_out(&t, f->path, out, f->err);
 }
 
 static ff_status read_csv(const char *path, const ff_read_options *o, ff_table *out, ff_error *err)
 {
     if (o->columns) return ff_csv_read_columns(path, o, NULL, out, err);
-    csv f = {.err = err, .path = path, .head = {.radians_per_unit = degree, .isotropic = -1}};
-    ff_status status = ff_lines_open(path, &f.lines, err);
+    csv f = {.err = err, .path = path, .head = {.radians_per_unit = o->angles == FF_ANGLES_RADIANS ? 1 : degree, .isotropic = -1}};
+    ff_csv_look look;
+    ff_csv_dialect given;
+    ff_status status = ff_csv_dialect_read(o->dialect, path, &given, err);
+    if (status == FF_OK) status = ff_csv_look_at(path, &given, &look, err);
+    if (status != FF_OK) return status;
+    if (look.first_row && !look.is_ours) {
+        status = ff_csv_read_table(path, o, &look, out, err);
+        ff_csv_look_clear(&look);
+        return status;
+    }
+    ff_csv_look_clear(&look);
+    status = ff_lines_open(path, &f.lines, err);
     if (status != FF_OK) return status;
     status = read_all(&f, o, out);
     ff_lines_close(&f.lines);
@@ -584,8 +561,8 @@ const ff_format ff_format_csv = {
     .title = "facetfit's own CSV: scattered directions, any channels, standard deviations, weights",
     .extensions = ".csv",
     .source = "docs/csv.md",
-    .probe = probe,
-    .reads = FF_READS_COLUMNS | FF_READS_PART | FF_READS_QUANTITY,
+    .probe = ff_csv_probe,
+    .reads = FF_READS_COLUMNS | FF_READS_DIALECT | FF_READS_PART | FF_READS_QUANTITY,
     .holds =
         FF_HOLDS_SIGMA | FF_HOLDS_INVALID | FF_HOLDS_NEGATIVE | FF_HOLDS_NAMES | FF_HOLDS_DOUBLE | FF_HOLDS_WEIGHTS | FF_HOLDS_MANY,
     .read = read_csv,

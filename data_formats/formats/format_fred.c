@@ -7,7 +7,8 @@
  *     ...                                       any number of both
  *
  * angles=deg is polar angle and azimuth in degrees, theta < 0 being the opposite azimuth (data in the plane of incidence);
- * angles=sin is the direction cosines along x and y. bsdf=log is the decimal logarithm. scale multiplies the BSDF; 1 when left out.
+ * angles=sin is sin(phi) sin(theta) and cos(phi) sin(theta), in this order, as the manual has them. bsdf=log is the decimal
+ * logarithm. scale multiplies the BSDF; 1 when left out.
  *
  * The two numbers are the specular direction and not the light's: FRED's manual says so (AddTabulatedScatterData: "elevation angle
  * for the specular direction"), and so do the files of ua-loft/bsdf-tools at theta_spec = 10, 30, 50, 70 and phi_spec = 0: the
@@ -15,10 +16,13 @@
  * the same measurement has at the specular direction. So the light is at (theta_spec, phi_spec + 180 degrees). Rows with |theta| >
  * 90 degrees are transmission and not read: they are there as samples that were not measured. */
 #define _GNU_SOURCE
+#include "base/internal_output.h"
 #include "data_formats/table/internal_table.h"
 #include "base/internal_tokens.h"
 #include "base/internal_number.h"
 #include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
 #include <strings.h>
 
@@ -139,7 +143,7 @@ static ff_status take_direction(const fred *f, const double v[2], double limit, 
                                 "found the %s %g %g, expected direction cosines (angles=sin), at most 1 together", what, v[0],
                                 v[1]);
         angle[0] = asin(fmin(sine, 1));
-        angle[1] = atan2(v[1], v[0]);
+        angle[1] = atan2(v[0], v[1]); /* sin(phi) sin(theta) first */
         return FF_OK;
     }
     if (!(fabs(v[0]) <= limit))
@@ -224,7 +228,7 @@ static void describe(const fred *f, ff_table *t)
     t->channels[0].scale = f->scale;
     t->radians_per_unit = f->cosines ? 1 : degree;
     t->isotropic = ff_table_one_incidence_azimuth(t);
-    if (f->cosines) ff_table_note(t, "angles=sin: the numbers are taken to be the direction cosines along x and y");
+    if (f->cosines) ff_table_note(t, "angles=sin: the numbers are taken to be sin(phi) sin(theta) and cos(phi) sin(theta)");
     if (f->logarithm) ff_table_note(t, "bsdf=log: the values are taken to be decimal logarithms");
     if (f->n_transmitted) ff_table_note(t, "%zu samples beyond 90 degrees are transmission and left out", f->n_transmitted);
     if (f->tokens.lines.unterminated)
@@ -258,11 +262,85 @@ static ff_status read_fred(const char *path, const ff_read_options *o, ff_table 
     return status;
 }
 
+/* ---- writing --------------------------------------------------------------------------------- */
+
+typedef struct ray {
+    double in[2];
+    size_t sample;
+} ray;
+
+static int by_light(const void *a, const void *b)
+{
+    const ray *x = a, *y = b;
+    for (int k = 0; k < 2; k++)
+        if (x->in[k] != y->in[k]) return x->in[k] < y->in[k] ? -1 : 1;
+    return x->sample < y->sample ? -1 : x->sample > y->sample;
+}
+
+static ff_status check_writable(const char *path, const ff_table *t, ff_error *err)
+{
+    const ff_status status = ff_table_check(t, path, err);
+    if (status != FF_OK || (t->n_channels == 1 && !t->sigma)) return status;
+    return ff_error_set(err, FF_ERR_UNSUPPORTED, path, 0, -1,
+                        "a file of this format has one channel and no standard deviations; take one, or the mean, or write csv");
+}
+
+static void put(FILE *file, double v, char after)
+{
+    char number[FF_NUMBER_TEXT];
+    fwrite(number, 1, ff_number_write(v, number), file);
+    putc(after, file);
+}
+
+/* The specular direction is on the other side than the light. What was not measured has no row. */
+static void write_rays(const ff_table *t, const ray *rays, size_t n, FILE *file)
+{
+    for (size_t k = 0; k < n; k++) {
+        double a[4], *const planes[4] = {a, a + 1, a + 2, a + 3};
+        const size_t i = rays[k].sample;
+        ff_table_angles(t, degree, i, 1, planes);
+        if (k == 0 || rays[k].in[0] != rays[k - 1].in[0] || rays[k].in[1] != rays[k - 1].in[1]) {
+            put(file, a[0], ' ');
+            put(file, a[1] >= 180 ? a[1] - 180 : a[1] + 180, '\n');
+        }
+        put(file, a[2], ' ');
+        put(file, a[3], ' ');
+        put(file, t->channels[0].scale * t->value[i], '\n');
+    }
+}
+
+static ff_status write_fred(const char *path, const ff_table *t, struct ff_outputs *with, ff_error *err)
+{
+    ff_output out;
+    ff_status status = check_writable(path, t, err);
+    if (status != FF_OK) return status;
+    ray *rays = malloc(t->n * sizeof *rays);
+    size_t n = 0;
+    if (!rays) return ff_error_set(err, FF_ERR_MEMORY, path, 0, -1, "no memory to sort %zu samples", t->n);
+    for (size_t i = 0; i < t->n; i++) {
+        double a[4], *const planes[4] = {a, a + 1, a + 2, a + 3};
+        ff_table_angles(t, degree, i, 1, planes);
+        if (t->valid[i] && fabs(a[0]) <= 90 && fabs(a[2]) <= 90) rays[n++] = (ray){{a[0], a[1]}, i};
+    }
+    qsort(rays, n, sizeof *rays, by_light);
+    status = n ? ff_output_open_with(path, with, &out, err)
+               : ff_error_set(err, FF_ERR_UNSUPPORTED, path, 0, -1, "found no sample above the horizon, expected one at least");
+    if (status == FF_OK) {
+        fputs("type bsdf_data\nformat angles=deg bsdf=value scale=1\n", out.file);
+        write_rays(t, rays, n, out.file);
+        status = ff_output_commit(&out, err);
+    }
+    free(rays);
+    return status;
+}
+
 const ff_format ff_format_fred = {
     .name = "fred",
     .title = "FRED tabulated BSDF: any directions about several specular directions",
-    .extensions = ".txt",
+    .extensions = ".fred .txt",
     .source = "FRED manual (help.photonengr.com), Tabulated BSDF",
     .probe = probe,
+    .holds = FF_HOLDS_INVALID | FF_HOLDS_NEGATIVE | FF_HOLDS_DOUBLE,
     .read = read_fred,
+    .write = write_fred,
 };

@@ -490,5 +490,9 @@ const ff_format ff_format_window = {
     .source = "LBNL WINDOW BSDF-v1.4.xsd; Radiance bsdf_m.c, bsdf_t.c; Klems 1994; Ward 2011 (tensor trees)",
     .probe = probe,
     .reads = FF_READS_PART,
+    .holds = FF_HOLDS_NEGATIVE | FF_HOLDS_NAMES | FF_HOLDS_MANY,
+    .precision = "means over patches",
     .read = read_window,
+    .layout = ff_window_layout,
+    .write = ff_window_write,
 };

@@ -142,6 +142,35 @@ FF_API void ff_table_weights(const ff_table *t, size_t first, size_t count, doub
 
 /* ---- files ----------------------------------------------------------------------------------- */
 
+/** Where the azimuth of the detector, counted from that of the light, is 0: on the side of the light, or of the mirror direction.
+ * Of a scan in the plane of incidence without azimuths it says on which side the positive angles are. */
+typedef enum ff_azimuth { FF_AZIMUTH_AS_FORMAT = 0, FF_AZIMUTH_MIRROR = 1, FF_AZIMUTH_LIGHT = 2 } ff_azimuth;
+
+/** Azimuths that grow clockwise, seen from above: both, or that of the light, or of the detector alone. */
+typedef enum ff_phi_sense {
+    FF_PHI_AS_FORMAT = 0,
+    FF_PHI_CLOCKWISE = 1,
+    FF_PHI_CLOCKWISE_IN = 2,
+    FF_PHI_CLOCKWISE_OUT = 3
+} ff_phi_sense;
+
+/** What polar angles are (or all, of degrees and radians), where the file is taken for something else. */
+typedef enum ff_angles {
+    FF_ANGLES_AS_FORMAT = 0,
+    FF_ANGLES_DEGREES = 1,
+    FF_ANGLES_RADIANS = 2,
+    FF_ANGLES_ELEVATION = 3,    /**< both above the surface, not from its normal */
+    FF_ANGLES_ELEVATION_IN = 4, /**< that of the light                           */
+    FF_ANGLES_ELEVATION_OUT = 5 /**< that of the detector                        */
+} ff_angles;
+
+/** "degrees", "radians", "elevation", "elevation-in", "elevation-out"; "" for 0, NULL for a number that is none. */
+FF_API const char *ff_angles_name(int angles);
+
+/** "mirror", "light"; "clockwise", "clockwise-in", "clockwise-out"; "" for 0, NULL for a number that is none. */
+FF_API const char *ff_azimuth_name(int azimuth);
+FF_API const char *ff_phi_sense_name(int phi);
+
 /** What a person knows about a file and the file does not say. Fill with ff_read_options_init, then change. */
 typedef struct ff_read_options {
     size_t size;         /**< sizeof(ff_read_options)                                                                   */
@@ -155,6 +184,10 @@ typedef struct ff_read_options {
      *  and the message of err. NULL: all may be read. */
     ff_status (*ask)(const void *context, const char *path, ff_error *err);
     const void *ask_context;
+    const char *dialect; /**< "separator=semicolon,decimal=comma": how a CSV is written; NULL: as its rows look           */
+    int azimuth;         /**< ff_azimuth: what azimuth 0 of the detector means; 0: what the format says                  */
+    int phi;             /**< ff_phi_sense: which azimuths are counted clockwise; 0: none                                 */
+    int angles;          /**< ff_angles: what the angles are; 0: what the format says                                     */
 } ff_read_options;
 
 /** Writes the defaults into options of `size` bytes, the caller's sizeof, and nothing beyond. */
@@ -165,7 +198,13 @@ static inline void ff_read_options_init(ff_read_options *o)
 }
 
 /** Options that a format understands beyond `format` and `scale`; giving another is an error. */
-enum { FF_READS_COLUMNS = 1 << 0, FF_READS_GRID = 1 << 1, FF_READS_PART = 1 << 2, FF_READS_QUANTITY = 1 << 3 };
+enum {
+    FF_READS_COLUMNS = 1 << 0,
+    FF_READS_GRID = 1 << 1,
+    FF_READS_PART = 1 << 2,
+    FF_READS_QUANTITY = 1 << 3,
+    FF_READS_DIALECT = 1 << 4
+};
 
 /** What a file of a format can hold beside values. What it cannot is dropped by ff_resample, which says so; a plain write refuses.
  */
@@ -209,6 +248,12 @@ FF_API ff_status ff_table_read(const char *path, const char *format, ff_table **
 
 /** The same with all options (NULL: none). FF_ERR_UNSUPPORTED also for an option that the format does not understand. */
 FF_API ff_status ff_table_read_with(const char *path, const ff_read_options *o, ff_table **out, ff_error *err);
+
+/** Reads n files (>= 1) and joins their samples to one measurement, as where each file has one incidence; a folder stands for the
+ * files in it that some format recognises, by their names. Channels are the same in all; standard deviations stay where all have
+ * them. Errors as ff_table_read_with, of the first file that has one; FF_ERR_DATA for channels that differ; FF_ERR_RANGE for n = 0.
+ */
+FF_API ff_status ff_table_read_all(const char *const *paths, size_t n, const ff_read_options *o, ff_table **out, ff_error *err);
 
 /** Writes with the named format, or by extension when format is NULL ("-" is standard output). The file appears whole or not at
  * all. FF_ERR_UNSUPPORTED for a format that cannot be written or cannot hold such data, FF_ERR_DATA for samples that no file can

@@ -100,6 +100,13 @@ void ff_table_product_weights(ff_table *t, const double *const factor[4]);
  * (and the sample invalid where that is at most FF_COS_MIN), pi f gets its scale. Values, sigmas; call once. */
 void ff_table_set_quantity(ff_table *t, ff_quantity quantity);
 
+/** Takes angles as the person says (ff_azimuth, ff_phi_sense, ff_angles). What belonged to directions as they were (axes, cells) is
+ * gone then. FF_ERR_MEMORY; the table is then to be cleared. */
+ff_status ff_table_orient(ff_table *t, const ff_read_options *o, ff_error *err);
+
+/** What the values of t were before the reader converted them: undoes ff_table_set_quantity. */
+void ff_table_unset_quantity(ff_table *t);
+
 /** The quantity that the person says, else the one given. */
 ff_quantity ff_read_quantity(const ff_read_options *o, ff_quantity in_file);
 
@@ -114,6 +121,17 @@ int ff_table_one_incidence_azimuth(const ff_table *t);
  * Before a quantity is made another one: a code divided by a cosine is none. */
 void ff_table_leave_out_codes(ff_table *t);
 
+/** 1 for words that stand in a cell for what was not measured: nan, N/A, -, *, null, and errors of spreadsheets as #DIV/0!. Blanks
+ *  and quotes around them are cut already. */
+int ff_table_is_missing_word(const char *cell, size_t length);
+
+/** 1 for a value that ff_table_leave_out_codes takes for a code. */
+int ff_table_is_code(double v);
+
+/** 1 for a table in degrees whose angles can only be radians: polar angles up to a right angle of these, and among azimuths within
+ * a turn some that are multiples of a right angle. */
+int ff_table_has_radian_azimuths(const ff_table *t);
+
 /** Counts invalid and negative samples. FF_ERR_DATA when no sample is valid. */
 ff_status ff_table_count(ff_table *t, const char *path, ff_error *err);
 
@@ -125,6 +143,6 @@ ff_status ff_table_hand_out(ff_table *t, const char *path, ff_table *out, ff_err
  *  FF_ERR_DATA names the sample. */
 ff_status ff_table_check(const ff_table *t, const char *path, ff_error *err);
 
-/** Wavelength in nm that a channel name like "465nm" or "465.5 nm" stands for, else NaN. */
+/** Wavelength in nm that a channel name like "465nm", "465.5 nm" or "0.45 um" stands for, else NaN. */
 double ff_wavelength_of(const char *name);
 #endif

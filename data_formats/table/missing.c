@@ -2,6 +2,8 @@
 #include "base/internal_number.h"
 #include "internal_table.h"
 #include <math.h>
+#include <string.h>
+#include <strings.h>
 
 static const double codes[] = {-99, -999, -999.25, -9999, -32768, -99999, -999999, -1e30, 1e30};
 enum { CODES = sizeof codes / sizeof codes[0] };
@@ -13,6 +15,22 @@ static size_t code_of(double v)
     if (v > -98 && v < 1e29) return CODES;
     while (k < CODES && !(fabs(v - codes[k]) <= 1e-6 * fabs(codes[k]))) k++;
     return k;
+}
+
+int ff_table_is_code(double v)
+{
+    return code_of(v) < CODES;
+}
+
+int ff_table_is_missing_word(const char *cell, size_t length)
+{
+    static const char *const words[] = {"nan",   "na",      "n/a",  "n.a.", "#n/a",     "-",         "--",      "---",     "*",
+                                        "?",     "null",    "none", "nil",  "missing",  "k.a.",      "nd",      "n.d.",    "n/d",
+                                        "inval", "invalid", "-nan", "+nan", "nan(ind)", "-nan(ind)", "1.#qnan", "-1.#ind", "."};
+    if (length && *cell == '#') return 1; /* #DIV/0!, #WERT! */
+    for (size_t k = 0; k < sizeof words / sizeof words[0]; k++)
+        if (strlen(words[k]) == length && strncasecmp(cell, words[k], length) == 0) return 1;
+    return 0;
 }
 
 /* Counts the cells of a channel that are codes; its least value that is none. */

@@ -34,6 +34,29 @@ static void divide_by_cosine(ff_table *t)
     }
 }
 
+static void multiply_by_cosine(ff_table *t)
+{
+    enum { BLOCK = 512 };
+    double plane[6][BLOCK], *const planes[6] = {plane[0], plane[1], plane[2], plane[3], plane[4], plane[5]};
+    for (size_t first = 0; first < t->n; first += BLOCK) {
+        const size_t n = t->n - first < BLOCK ? t->n - first : BLOCK;
+        ff_table_directions(t, first, n, planes);
+        for (size_t k = 0; k < n; k++)
+            for (size_t c = 0; c < t->n_channels; c++) {
+                const size_t at = c * t->n + first + k;
+                t->value[at] *= plane[5][k];
+                if (t->sigma) t->sigma[at] *= plane[5][k];
+            }
+    }
+}
+
+void ff_table_unset_quantity(ff_table *t)
+{
+    if (t->quantity == FF_BRDF_COS) multiply_by_cosine(t);
+    for (size_t c = 0; c < t->n_channels && t->quantity == FF_REFLECTANCE_FACTOR; c++) t->channels[c].scale *= pi;
+    t->quantity = FF_BRDF;
+}
+
 void ff_table_set_quantity(ff_table *t, ff_quantity quantity)
 {
     t->quantity = quantity;

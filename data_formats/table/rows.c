@@ -195,22 +195,25 @@ static ff_status read_odd_cell(const char *start, const char *stop, size_t colum
 {
     while (start < stop && is_space(*start)) start++;
     while (start < stop && is_space(stop[-1])) stop--;
-    const char *name = columns->names[column];
+    const char *name = columns->names[column], *all = start, *all_stop = stop;
     if (stop - start >= 2 && *start == '"' && stop[-1] == '"') {
-        const char *end = ff_number_read(start + 1, value);
-        if (end == stop - 1 && isfinite(*value)) return FF_OK;
+        for (start++, stop--; start < stop && is_space(*start);) start++;
+        while (start < stop && is_space(stop[-1])) stop--;
+        const char *end = ff_number_read(start, value);
+        if (end == stop && isfinite(*value)) return FF_OK;
     }
+    if (ff_number_read_fortran(start, (size_t)(stop - start), value)) return FF_OK;
     if (start == stop && columns->may_be_empty[column]) {
         *value = NAN;
         return FF_OK;
     }
-    if (start < stop && *start == '#' && columns->may_be_empty[column] && columns->n_errors) { /* of a spreadsheet: #DIV/0!, #N/A */
+    if (columns->may_be_empty[column] && columns->n_errors && ff_table_is_missing_word(start, (size_t)(stop - start))) {
         *value = NAN;
         *columns->n_errors += 1;
         return FF_OK;
     }
     char found[FF_QUOTE];
-    const char *what = start == stop ? "an empty cell" : ff_quote(start, (size_t)(stop - start), found);
+    const char *what = start == stop ? "an empty cell" : ff_quote(all, (size_t)(all_stop - all), found);
     const char *hint = columns->may_be_empty[column] ? "; leave the cell empty where nothing was measured" : "";
     if (memchr(start, ';', (size_t)(stop - start))) hint = ", columns separated by ',' and not by ';'";
     return ff_error_set(err, FF_ERR_DATA, path, line, -1, "column '%s': found %s, expected a finite number%s", name, what, hint);

@@ -370,11 +370,18 @@ void ff_table_name_channels_like(ff_table *t, const ff_table *from)
     }
 }
 
+/* um, or with the Greek letter or the sign of micro. */
+static int is_micrometer(const char *unit)
+{
+    return strcmp(unit, "um") == 0 || strcmp(unit, "\xC2\xB5m") == 0 || strcmp(unit, "\xCE\xBCm") == 0;
+}
+
 double ff_wavelength_of(const char *name)
 {
     double nm;
     const char *end = *name >= '0' && *name <= '9' ? ff_number_read(name, &nm) : NULL;
     if (!end) return NAN;
     if (*end == ' ') end++;
-    return strcmp(end, "nm") == 0 && isfinite(nm) && nm > 0 ? nm : NAN;
+    const double unit = strcmp(end, "nm") == 0 ? 1 : is_micrometer(end) ? 1e3 : NAN;
+    return isfinite(nm) && nm > 0 ? rint(1e9 * unit * nm) / 1e9 : NAN;
 }

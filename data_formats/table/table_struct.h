@@ -51,6 +51,8 @@ struct ff_table {
     ff_axes axes;                            /**< the product structure, where the file has one; angle planes are there as well  */
     double *weight;                          /**< [n] solid-angle weights of scattered samples; NULL when the file defines none  */
     int isotropic;                           /**< 1: only azimuth differences were measured (3D parametrisation, or one phi_i)   */
+    int angles_are_open;                     /**< 1: nothing in the file says how its angles are counted, as in most CSVs      */
+    int azimuth_from_mirror;                 /**< 1: taken from a file whose azimuth 0 is the mirror direction; turned already */
     ff_quantity quantity;                    /**< as the file declared; `value` is converted already where not a constant factor */
     size_t n_invalid;                        /**< samples with valid = 0                                                         */
     size_t n_negative;                       /**< valid samples with a negative value in at least one channel: kept, as noise    */
@@ -87,6 +89,8 @@ ff_status ff_table_read_with_into(const char *path, const ff_read_options *o, ff
 
 /** ff_table_write as one of `with` (base/internal_output.h); NULL: alone. */
 ff_status ff_table_write_with(const char *path, const char *format, const ff_table *t, struct ff_outputs *with, ff_error *err);
+/** ff_table_read_all into a table of the caller's. */
+ff_status ff_table_read_all_into(const char *const *paths, size_t n, const ff_read_options *o, ff_table *out, ff_error *err);
 
 /** Moves a table of the caller's to the heap: *t is zeroed, also on failure, when what it owns is released. FF_ERR_MEMORY. */
 ff_status ff_table_move(ff_table *t, ff_table **out, ff_error *err);

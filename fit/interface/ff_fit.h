@@ -24,6 +24,7 @@
 #define FF_FIT_H
 #include "ff_api.h"
 #include "ff_brightest.h"
+#include "ff_diagnosis.h"
 #include "ff_loss.h"
 #include "ff_model.h"
 #include "ff_noise.h"

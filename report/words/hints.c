@@ -1,5 +1,6 @@
 /* What the flags of the program can say where the library cannot know. */
 #include "words_struct.h"
+#include <math.h>
 #include <stdio.h>
 #include <string.h>
 
@@ -19,12 +20,23 @@ const char *ff_words_hint(ff_hint hint)
     }
 }
 
+/* "...; say columns 'x'" of the library is "...; say --columns 'x'" of the program. */
+static void say_flags(char *text, size_t size)
+{
+    for (char *at = text; (at = strstr(at, "say ")); at += 4)
+        if (strlen(text) + 3 < size) {
+            memmove(at + 6, at + 4, strlen(at + 4) + 1);
+            memcpy(at + 4, "--", 2);
+        }
+}
+
 void ff_words_error(const ff_error *err, char *out, size_t size)
 {
     if (size == 0) return;
     ff_error_format(err, out, size);
     const size_t used = strlen(out);
     snprintf(out + used, size - used, "%s", ff_words_hint(err->hint));
+    if (err->hint == FF_HINT_SAY) say_flags(out, size);
 }
 
 const char *ff_words_note(const ff_table *t, size_t k, char out[FF_WORDS_SENTENCE])
@@ -33,6 +45,7 @@ const char *ff_words_note(const ff_table *t, size_t k, char out[FF_WORDS_SENTENC
     if (!ff_table_assumption(t, k, out, FF_WORDS_SENTENCE, &hint)) return NULL;
     const size_t used = strlen(out);
     snprintf(out + used, FF_WORDS_SENTENCE - used, "%s", ff_words_hint(hint));
+    if (hint == FF_HINT_SAY) say_flags(out, FF_WORDS_SENTENCE);
     return out;
 }
 
@@ -47,10 +60,75 @@ const char *ff_words_side_hint(ff_side side)
 {
     switch (side) {
     case FF_SIDE_LIGHT:
-        return "is the mirror direction azimuth 0 in this file? --columns with phi_i=180 says so";
+        return "is the mirror direction azimuth 0 in this file? --azimuth mirror says so";
     case FF_SIDE_ACROSS:
         return "--columns says which column is which angle";
     default:
         return "";
     }
+}
+
+const char *ff_words_finding_kind(int kind)
+{
+    static const char *const name[FF_DIAGNOSIS_KINDS] = {"turned",    "unturned", "elevation", "elevation-in", "elevation-out",
+                                                         "clockwise", "radians",  "percent",   "factor",       "beyond"};
+    return kind >= 0 && kind < FF_DIAGNOSIS_KINDS ? name[kind] : NULL;
+}
+
+/* The beginning, to which the flag is added. */
+static void put_finding(const ff_finding *f, char *out, size_t size)
+{
+    switch (f->kind) {
+    case FF_DIAGNOSIS_TURNED:
+        snprintf(out, size,
+                 "the brightest samples lie on the side of the light, as of a retro-reflector; where azimuth 0 is the mirror "
+                 "direction instead");
+        break;
+    case FF_DIAGNOSIS_UNTURNED:
+        snprintf(out, size,
+                 "the brightest samples lie on the side that was taken for that of the light; where azimuth 0, or the positive "
+                 "angles of a scan, are on the side of the light");
+        break;
+    case FF_DIAGNOSIS_ELEVATION:
+    case FF_DIAGNOSIS_ELEVATION_IN:
+    case FF_DIAGNOSIS_ELEVATION_OUT:
+        snprintf(
+            out, size,
+            "taken as elevations above the surface, the polar angles%s explain %.0f %% of the differences, taken from the normal "
+            "%.0f %%; if so they are",
+            f->kind == FF_DIAGNOSIS_ELEVATION      ? ""
+            : f->kind == FF_DIAGNOSIS_ELEVATION_IN ? " of the light"
+                                                   : " of the detector",
+            100 * f->value[1], 100 * fmax(0, f->value[0]));
+        break;
+    case FF_DIAGNOSIS_CLOCKWISE:
+        snprintf(out, size,
+                 "with the azimuth of the detector the other way round the angles explain %.0f %% of the differences, as it is "
+                 "%.0f %%; if so "
+                 "it is",
+                 100 * f->value[1], 100 * fmax(0, f->value[0]));
+        break;
+    case FF_DIAGNOSIS_RADIANS:
+        snprintf(out, size, "the largest polar angle is %.4g; if the angles are in radians", f->value[0]);
+        break;
+    case FF_DIAGNOSIS_PERCENT:
+        snprintf(out, size, "at least %.3g of the light would be reflected; if the values are in per cent", f->value[0]);
+        break;
+    case FF_DIAGNOSIS_FACTOR:
+        snprintf(out, size, "at least %.3g of the light would be reflected; if the values are pi times the BRDF", f->value[0]);
+        break;
+    default:
+        snprintf(out, size, "every sample has an angle of %.4g degrees or more; to fit them", f->value[0]);
+        break;
+    }
+}
+
+const char *ff_words_finding(const ff_finding *finding, char out[FF_WORDS_SENTENCE])
+{
+    char value[32];
+    put_finding(finding, out, FF_WORDS_SENTENCE);
+    const size_t used = strlen(out);
+    const char *option = ff_diagnosis_option(finding, value);
+    if (option) snprintf(out + used, FF_WORDS_SENTENCE - used, ", say --%s %s", option, value);
+    return out;
 }

@@ -1,6 +1,7 @@
 /* Sentences by a subject that is a fit or a retrieval. */
 #ifndef FF_WORDS_STRUCT_H
 #define FF_WORDS_STRUCT_H
+#include "ff_diagnosis.h"
 #include "ff_words.h"
 #include "fit/ndf/ndf_struct.h"
 #ifdef __cplusplus
@@ -28,6 +29,11 @@ const char *ff_words_note(const ff_table *t, size_t k, char out[FF_WORDS_SENTENC
  * needs nothing. */
 const char *ff_words_side(ff_side side);
 const char *ff_words_side_hint(ff_side side);
+
+/** What was found of a file's angles or values, with the flag that mends it. Returns out. */
+const char *ff_words_finding(const ff_finding *finding, char out[FF_WORDS_SENTENCE]);
+/** "turned", "elevation", ...: the kind for programs; NULL for none. */
+const char *ff_words_finding_kind(int kind);
 
 /** Name of a parameter of a fit: "alpha_x". */
 const char *ff_words_parameter(const ff_fit_result *fit, const ff_warning_parameter *p);

@@ -80,7 +80,14 @@ near("trailing_empty.csv", values("trailing_empty.csv")[0], "alpha_x", 0.25, 0, 
 check(len(values("um_head2.csv")[0]["f0"]) == 3, "um_head2.csv: three channels")
 
 # azimuth 0 on the mirror side
-check("brightest-elsewhere" in values("azflip.csv")[1], "azflip.csv", values("azflip.csv")[1])
+check("brightest-elsewhere" in values("azflip.csv", "--as-is")[1], "azflip.csv", values("azflip.csv", "--as-is")[1])
+found = values("azflip.csv", "--azimuth", "mirror")[0]
+near("azflip.csv", found, "alpha_x", 0.25, 3, 1e-4)
+for name in ("gonio_long", "gonio_wide"):
+    near(name, values(name + ".csv")[0], "alpha_x", 0.15, 3, 0.02)
+for name in ("semicolon_decimalcomma", "utf16", "rusin", "xyz", "pivot", "trailing_empty", "hash_value", "um_head2"):
+    near(name, values(name + ".csv")[0], "alpha_x", 0.25, 3, 1e-3)
+near("space_nohdr", values("space_nohdr.txt", "--columns", "theta_i=#1,phi_i=#2,theta_o=#3,phi_o=#4,f=#5")[0], "alpha_x", 0.25, 3, 1e-3)
 check("on the side of the light" in run("info", "azflip.csv")[0], "info azflip.csv")
 
 # a scan in the plane of incidence: exact, and no coverage

@@ -22,9 +22,11 @@ NO_DATA = {"README.md", "README.txt", "rgl_reference_values.txt", "LICENSE", "LI
            "nbrdf_weights.npz", "valid_mask.bits", "material_brdf_schema.json"}
 NO_FOLDERS = {"tables", "svbrdf"}
 # Of formats without a reader: refused, with the formats that there are.
-NO_READER = {"asphalt_lidar_brdf.xompt", "one_wavelength.brdf", "plane_symmetric.anisotropicbsdf"}
+NO_READER = {"unknown.coated"}
 # Refused without these flags; words of the explanation.
 NEEDS = {"golden_paper_partial.txt": (["--scale", "1e-3"], ["uA", "--scale"])}
+# All of it lies beyond the angle that fits look at.
+BEYOND = {"asphalt_lidar_brdf.xompt": "--max-theta 90"}
 # Words that the notes or warnings of info must have.
 SAYS = {"retro-gray-tape.dat": ["no #PARAM_OUT", "is a cosine counted in the values?"], "C9_Gold.astm": ["VARS names 6 columns, the rows have 7"]}
 
@@ -65,6 +67,11 @@ def check(program, path, failures):
     for words in SAYS.get(name, []):
         if words not in out:
             failures.append(f"{name}: info does not say '{words}'")
+    if name in BEYOND:
+        said = run(program, "fit", path)[2]
+        if BEYOND[name] not in said:
+            failures.append(f"{name}: a fit without {BEYOND[name]} does not say it: {said}")
+        flags = [*flags, *BEYOND[name].split()]
     status, out, said = run(program, "fit", path, "--json", "-", *flags)
     if status not in (0, 1):
         failures.append(f"{name}: fit: exit status {status}: {said}")
@@ -94,8 +101,8 @@ def make(program, folder, failures):
     os.mkdir(written)
     paths = make_files.make(made)
     write_pgii_current(paths["pgii"])
-    with open(os.path.join(made, "plane_symmetric.anisotropicbsdf"), "w", encoding="ascii") as f:
-        f.write("OPTIS - Anisotropic BSDF surface file v8.0\n1\n")
+    with open(os.path.join(made, "unknown.coated"), "w", encoding="ascii") as f:
+        f.write("OPTIS - coated surface file v3.0\n1\n")
     formats = json.loads(run(program, "formats", "--json", "-")[1])["formats"]
     with open(paths["images"], encoding="ascii") as f:
         lines = f.read()
@@ -111,7 +118,7 @@ def make(program, folder, failures):
         if not f["writes"] or f["name"] == "merl":
             continue
         path = os.path.join(written, "written." + f["extensions"].split()[0].lstrip("."))
-        one = ["--reduce", "mean"] if f["name"] == "zemax" else []  # it has one channel
+        one = ["--reduce", "mean"] if f["name"] in ("zemax", "fred", "anisotropicbsdf", "openmaterial") else []  # these have one channel
         status, _, said = run(program, "resample", paths["mbsdf"], path, "--to", f["name"], *one)
         if status != 0:
             failures.append(f"resample to {f['name']}: exit status {status}: {said}")

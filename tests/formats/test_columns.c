@@ -383,8 +383,8 @@ static void bad_rows(void)
 {
 #define H "x,i,o,a,v,s,l\n"
 #define C "theta_i=i,phi_i=0,theta_o=o,phi_o=a,f=v,sigma=s,wavelength=l"
-    refuses(H "x,1,2,3,nan,5,6\n", C, NULL, FF_ERR_DATA, 2,
-            WORDS("column 5", "'f'", "'nan'", "finite number", "leave the cell empty"));
+    refuses(H "x,1,2,3,no,5,6\n", C, NULL, FF_ERR_DATA, 2,
+            WORDS("column 5", "'f'", "'no'", "finite number", "leave the cell empty"));
     refuses(H "x,inf,2,3,4,5,6\n", C, NULL, FF_ERR_DATA, 2, WORDS("column 2", "'theta_i'", "'inf'"));
     refuses(H "x,1,1e999,3,4,5,6\n", C, NULL, FF_ERR_DATA, 2, WORDS("column 3", "'1e999'"));
     refuses(H "x,1,2,3 4,4,5,6\n", C, NULL, FF_ERR_DATA, 2, WORDS("'3 4'"));
@@ -399,8 +399,8 @@ static void bad_rows(void)
     refuses(H "x,1,2,3,4,5,6,7\n", C, NULL, FF_ERR_FORMAT, 2, WORDS("found 8 cells", "expected 7"));
     refuses("i,o,a,v,x\n1,2,3,4\n", "theta_i=i,phi_i=0,theta_o=o,phi_o=a,f=v", NULL, FF_ERR_FORMAT, 2,
             WORDS("found 4 cells", "expected 5"));
-    refuses("i;o;a;v\n1;2;3;4,5\n", "theta_i=i,phi_i=0,theta_o=o,phi_o=a,f=v", NULL, FF_ERR_DATA, 2,
-            WORDS("'4,5'", "a decimal point and not a comma"));
+    refuses("i;o;a;v\n1;2;3;4,5\n1;2.5;3;4.5\n", "theta_i=i,phi_i=0,theta_o=o,phi_o=a,f=v", NULL, FF_ERR_DATA, 2,
+            WORDS("'4,5'", "a decimal point and not a comma", "say dialect decimal=comma"));
     refuses("i,o,a,v,w\n1,2,3,4,-1\n", "theta_i=i,phi_i=0,theta_o=o,phi_o=a,f=v,weight=w", NULL, FF_ERR_DATA, 2,
             WORDS("weight: found -1"));
     refuses("i,o,a,v\n1,2,3,4\n", "theta_i=i:rad,phi_i=0,theta_o=o,phi_o=a,f=v,sigma=-1", NULL, FF_ERR_DATA, 2,
@@ -471,7 +471,8 @@ static void format_given(void)
     ff_error err = {0};
     FF_CHECK(ff_table_read_with_into(path, &o, &t, &err) == FF_ERR_UNSUPPORTED && strstr(err.message, "'columns'"), "%s",
              err.message);
-    check_fails("without a mapping", path, "csv", FF_ERR_FORMAT, 1, WORDS("'theta_i'", "the option 'columns'", "i, o, a, v"));
+    check_fails("without a mapping", path, "csv", FF_ERR_FORMAT, 1,
+                WORDS("theta_o", "say columns 'theta_i=#1,theta_o=#2,phi_i=0,phi_o=#3,f=#4'", "i, o, a, v"));
 }
 
 FF_TEST_MAIN(FF_TEST(layouts), FF_TEST(units_and_channels), FF_TEST(quantities), FF_TEST(test_phase), FF_TEST(test_complete),

@@ -66,10 +66,12 @@ static void test_content(void)
     EXPECT("alta", "#SAMPLE x\n#PARAM_IN COS_TH\n#DIM 1 1\n1 1\n", "alta");
     EXPECT("alta, binary", "#DIM 4 1\n#PARAM_IN  CARTESIAN\n#FORMAT binary\n#BEGIN_STREAM\n\0\0\0\0", "alta");
     EXPECT("cornell", "# two\n2\n465 630\n0.1 0 0.2 3.14 5 6\n", "cornell");
-    EXPECT("cornell without wavelengths", "2\n0.1 0.2 0.3 0.4 5 6\n", NULL);
+    EXPECT("cornell without wavelengths", "2\n0.1 0.2 0.3 0.4 5 6\n", "csv");
     EXPECT("fred", "\n TYPE\tbsdf_data\r\nformat angles=deg bsdf=value scale=1\r\n", "fred");
     EXPECT("pgii", "#sample_name x\n#intheta 10\n#inphi 0\n#format: theta phi DSF\n1 2 3\n", "pgii");
-    EXPECT("somebody's comments", "#intheta 10\n1 2 3\n", NULL);
+    EXPECT("somebody's comments", "#intheta 10\n1 2 3\n", "csv");
+    EXPECT("JSON", "{\"a\": [1, 2, 3],\n \"b\": [4, 5, 6]}\n", NULL);
+    EXPECT("columns of blanks", "10 0 20 180 0.5\n10 0 30 180 0.4\n", "csv");
     EXPECT("rgl", "tensor_file\0\1\0\2\0\0\0\7\0theta_i\4\0vndf", "rgl");
     EXPECT("another tensor file", "tensor_file\0\1\0\1\0\0\0\5\0theta", "rgl");
     EXPECT("nothing", "", NULL);

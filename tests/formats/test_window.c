@@ -918,7 +918,7 @@ static void detection(void)
         FF_CHECK((status == FF_OK && found == f) == cases[k].found, "%s: %s %s", cases[k].head, found ? found->name : "none",
                  err.message);
     }
-    FF_CHECK(f->write == NULL && f->layout == NULL && f->reads == FF_READS_PART, "window is for reading");
+    FF_CHECK(f->write && f->layout && f->reads == FF_READS_PART, "window is read in parts, and written");
 }
 
 /* ---- real files ------------------------------------------------------------------------------ */
@@ -997,7 +997,52 @@ static void measured(void)
     test_real_file("frads_klems_aniso_high.xml", "reflection-front", 3, 0.35, 0.7);
 }
 
-FF_TEST_MAIN(FF_TEST(detection), FF_TEST(test_bases), FF_TEST(rows_of_two_bases), FF_TEST(test_mirror), FF_TEST(test_parts),
-             FF_TEST(writing_styles), FF_TEST(test_borders), FF_TEST(test_trees), FF_TEST(tree_weights), FF_TEST(tree_mirror),
-             FF_TEST(tree_channels), FF_TEST(refusals), FF_TEST(wrong_trees), FF_TEST(test_hostile), FF_TEST(test_damaged),
-             FF_TEST(measured))
+/* ---- writing --------------------------------------------------------------------------------- */
+
+/* f = 1/pi (1 + cos theta_i cos theta_o) / 2 on the layout: what is read back are the means over patches. */
+static void written(void)
+{
+    static const double bound[] = {0, 5, 15, 25, 35, 45, 55, 65, 75, 90};
+    ff_table like, t, again;
+    ff_error err = {0};
+    const double pi = acos(-1);
+    const ff_format *window = ff_format_find("window");
+    if (!FF_CHECK(ff_table_init(1, 1, NULL, 0, 0, &like, &err) == FF_OK && window->layout(&like, NULL, &t, &err) == FF_OK, "%s",
+                  err.message))
+        return;
+    FF_CHECK(t.n == 145 * 145 * 15 && window->layout(&like, "finer", &again, &err) == FF_ERR_SYNTAX, "%zu directions", t.n);
+    for (size_t i = 0; i < t.n; i++) t.value[i] = (1 + cos(pi / 180 * t.angle[0][i]) * cos(pi / 180 * t.angle[2][i])) / (2 * pi);
+    const char *path = ff_test_path("klems.xml");
+    if (FF_CHECK(ff_table_write(path, "window", &t, &err) == FF_OK && ff_table_read_into(path, NULL, &again, &err) == FF_OK, "%s",
+                 err.message)) {
+        double sum = 0, off = 0;
+        FF_CHECK(again.n == 145 * 145 && again.n_invalid == 0, "%zu samples", again.n);
+        for (size_t i = 0; i < again.n; i++) {
+            const double theta_i = pi / 180 * again.angle[0][i], theta_o = pi / 180 * again.angle[2][i];
+            size_t ring = 0;
+            while (ring < 8 && again.angle[2][i] > bound[ring + 1]) ring++;
+            const double a = cos(pi / 180 * bound[ring]), b = cos(pi / 180 * bound[ring + 1]);
+            const double mean = 2.0 / 3 * (a * a * a - b * b * b) / (a * a - b * b); /* of cos theta_o, weighted by itself */
+            off = fmax(off, fabs(again.value[i] / ((1 + cos(theta_i) * mean) / (2 * pi)) - 1));
+            if (theta_i == 0) sum += again.value[i] * again.weight[i] * cos(theta_o);
+        }
+        FF_CHECK(off < 0.002, "a patch is off by %g", off); /* fifteen points for an integral */
+        double all = 0;
+        for (size_t i = 0; i < again.n; i++)
+            if (again.angle[0][i] == 0) all += again.weight[i] * cos(pi / 180 * again.angle[2][i]);
+        FF_CHECK(fabs(sum / all - (1 + 2.0 / 3) / (2 * pi)) < 0.005 / pi, "mean at normal incidence %g, expected %g", sum / all,
+                 (1 + 2.0 / 3) / (2 * pi));
+        ff_table_clear(&again);
+    }
+    memset(t.valid, 0, 15);
+    FF_CHECK(ff_table_write(ff_test_path("gap.xml"), "window", &t, &err) == FF_ERR_UNSUPPORTED &&
+                 strstr(err.message, "1 have no sample") && access(ff_test_path("gap.xml"), F_OK) != 0,
+             "%s", err.message);
+    ff_table_clear(&t);
+    ff_table_clear(&like);
+}
+
+FF_TEST_MAIN(FF_TEST(written), FF_TEST(detection), FF_TEST(test_bases), FF_TEST(rows_of_two_bases), FF_TEST(test_mirror),
+             FF_TEST(test_parts), FF_TEST(writing_styles), FF_TEST(test_borders), FF_TEST(test_trees), FF_TEST(tree_weights),
+             FF_TEST(tree_mirror), FF_TEST(tree_channels), FF_TEST(refusals), FF_TEST(wrong_trees), FF_TEST(test_hostile),
+             FF_TEST(test_damaged), FF_TEST(measured))

@@ -275,7 +275,8 @@ static void hints_of_errors(void)
     char text[FF_ERROR_PATH + FF_ERROR_MESSAGE], plain[sizeof text];
     for (int hint = 0; hint < FF_HINT_COUNT; hint++) {
         const char *words = ff_words_hint((ff_hint)hint);
-        FF_CHECK(!words[0] == (hint == FF_HINT_NONE) && (!words[0] || strstr(words, " --")), "hint %d: '%s'", hint, words);
+        FF_CHECK(!words[0] == (hint == FF_HINT_NONE || hint == FF_HINT_SAY) && (!words[0] || strstr(words, " --")), "hint %d: '%s'",
+                 hint, words);
         const ff_status status = ff_error_hint(&err, ff_error_set(&err, FF_ERR_DATA, "a", 3, -1, "found x"), (ff_hint)hint);
         ff_error_format(&err, plain, sizeof plain);
         ff_words_error(&err, text, sizeof text);
@@ -287,6 +288,11 @@ static void hints_of_errors(void)
         ff_words_error(&err, text, 0);
     }
     FF_CHECK(!ff_words_hint((ff_hint)99)[0], "words of no hint");
+    ff_error_hint(&err, ff_error_set(&err, FF_ERR_DATA, "a", 3, -1, "found x; say columns 'y=#1'"), FF_HINT_SAY);
+    ff_words_error(&err, text, sizeof text);
+    FF_CHECK(!strcmp(text, "a:3: found x; say --columns 'y=#1'"), "'%s'", text);
+    ff_words_error(&err, text, 28);
+    FF_CHECK(strlen(text) == 27 && !strncmp(text, "a:3: found x; say columns ", 26), "'%s' is not cut to 27", text);
     ff_error_set(&err, FF_ERR_DATA, NULL, 0, -1, "another");
     FF_CHECK(err.hint == FF_HINT_NONE && ff_error_hint(NULL, FF_ERR_DATA, FF_HINT_SCALE) == FF_ERR_DATA, "a hint that stays");
 }

@@ -4,7 +4,7 @@
  *
  * A row on its way into the table: the places of ff_rows_width, the wavelength as one channel more. */
 #define _GNU_SOURCE
-#include "internal_csv.h"
+#include "internal_csv_reader.h"
 #include "base/internal_input.h"
 #include "base/internal_number.h"
 #include <math.h>
@@ -15,35 +15,8 @@ static const double pi = 3.14159265358979323846;
 static const double degree = 3.14159265358979323846 / 180;
 static const double phase_close = 0.5; /* degrees: angles in files are rounded */
 
-/* One column that is read: where it stands in the file and in a row. */
-typedef struct want {
-    const ff_csv_item *item;
-    size_t column, place;
-    double factor;
-} want;
-
-typedef struct reader {
-    ff_lines lines;
-    ff_error *err;
-    const char *path;
-    const ff_csv_layout *layout; /* NULL: the person's own mapping */
-    ff_csv_mapping map;
-    ff_csv_head head;
-    ff_csv_header header;
-    size_t n_channels;
-    int with_sigma, with_weight, with_wavelength, with_phase;
-    size_t n_wants;
-    want *wants;     /* [n_wants] by column */
-    double *initial; /* [width] a row with its constants */
-    ff_rows rows;
-    double phase;        /* of this row                                                                       */
-    double phase_off[2]; /* largest difference, were azimuth 0 the side of the light [0], of the mirror [1]    */
-} reader;
-
-static ff_status no_memory(const reader *r)
-{
-    return ff_error_set(r->err, FF_ERR_MEMORY, r->path, r->lines.line, -1, "no memory for a table of %zu samples", r->rows.n + 1);
-}
+typedef ff_csv_reader reader;
+typedef ff_csv_want want;
 
 /* ---- columns --------------------------------------------------------------------------------- */
 
@@ -70,8 +43,26 @@ static ff_status bad_mapping(const reader *r, const char *found, const char *exp
     return ff_error_set(r->err, FF_ERR_SYNTAX, r->path, 0, -1, "columns: found %s, expected %s", found, expected);
 }
 
+/* All of the one kind of directions, and nothing of another. */
+static ff_status check_directions(const reader *r)
+{
+    size_t n[3] = {0};
+    for (size_t k = 0; k < r->map.n; k++) {
+        const ff_csv_key key = r->map.item[k].key;
+        n[0] += key <= FF_CSV_PHI_O ? 1 : 0;
+        n[1] += key >= FF_CSV_THETA_H && key <= FF_CSV_PHI_D;
+        n[2] += key >= FF_CSV_WI_X;
+    }
+    if (n[1] && (n[1] != 4 || n[0] || n[2] || r->at))
+        return bad_mapping(r, "some half and difference angles", "theta_h, phi_h, theta_d, phi_d alone");
+    if (n[2] && (n[2] != 6 || n[0] || r->at))
+        return bad_mapping(r, "some components of directions", "wi_x, wi_y, wi_z, wo_x, wo_y, wo_z alone");
+    return FF_OK;
+}
+
 static ff_status count_kinds(reader *r)
 {
+    ff_status status;
     size_t n_sigmas = 0;
     for (size_t k = 0; k < r->map.n; k++) {
         const ff_csv_key key = r->map.item[k].key;
@@ -80,9 +71,16 @@ static ff_status count_kinds(reader *r)
         r->with_weight |= key == FF_CSV_WEIGHT;
         r->with_wavelength |= key == FF_CSV_WAVELENGTH;
         r->with_phase |= key == FF_CSV_PHASE;
+        r->with_half |= key >= FF_CSV_THETA_H && key <= FF_CSV_PHI_D;
+        r->with_vectors |= key >= FF_CSV_WI_X;
+        if (r->map.item[k].n_at) r->at = &r->map.item[k];
     }
     r->with_sigma = n_sigmas > 0;
     if (r->n_channels == 0) return bad_mapping(r, "no f", "f=column or f_NAME=column");
+    status = check_directions(r);
+    if (status != FF_OK) return status;
+    if (r->at && (r->n_channels != 1 || r->with_wavelength || n_sigmas || r->with_weight))
+        return bad_mapping(r, "f@ANGLE beside other values", "it alone");
     if (n_sigmas && n_sigmas != r->n_channels) return bad_mapping(r, "some sigmas", "none or one for each channel");
     if (r->with_wavelength && r->n_channels != 1)
         return bad_mapping(r, "a wavelength and several channels", "one column of values where rows differ by wavelength");
@@ -90,12 +88,6 @@ static ff_status count_kinds(reader *r)
         if (r->map.item[k].key == FF_CSV_SIGMA && sigma_channel(r, r->map.item[k].channel) == SIZE_MAX)
             return bad_mapping(r, r->map.item[k].text, "a standard deviation of a channel that is there");
     return FF_OK;
-}
-
-/* Channels of the rows: the wavelength is one more. */
-static size_t row_channels(const reader *r)
-{
-    return r->n_channels + (r->with_wavelength ? 1 : 0);
 }
 
 static size_t place_of(const reader *r, const ff_csv_item *item)
@@ -106,13 +98,13 @@ static size_t place_of(const reader *r, const ff_csv_item *item)
     case FF_CSV_WAVELENGTH:
         return 4 + r->n_channels;
     case FF_CSV_SIGMA:
-        return 4 + row_channels(r) + sigma_channel(r, item->channel);
+        return 4 + ff_csv_row_channels(r) + sigma_channel(r, item->channel);
     case FF_CSV_WEIGHT:
         return r->rows.width - 1;
     case FF_CSV_PHASE:
-        return SIZE_MAX;
+        return FF_CSV_FAR + FF_FAR_PHASE;
     default:
-        return (size_t)item->key;
+        return item->key >= FF_CSV_THETA_H ? FF_CSV_FAR + (size_t)(item->key - FF_CSV_THETA_H) : (size_t)item->key;
     }
 }
 
@@ -120,10 +112,12 @@ static size_t place_of(const reader *r, const ff_csv_item *item)
 static int all_radians(const reader *r)
 {
     size_t n_radians = 0;
+    if (r->with_half || r->with_vectors) return 0;
     for (size_t k = 0; k < r->map.n; k++) {
         const ff_csv_item *item = &r->map.item[k];
         if (item->key > FF_CSV_PHI_O || (!isnan(item->constant) && item->unit == FF_CSV_PLAIN)) continue;
-        if (item->unit == FF_CSV_DEGREES || (item->unit == FF_CSV_PLAIN && r->head.radians_per_unit != 1)) return 0;
+        if (item->unit == FF_CSV_ELEVATION_RADIANS) return 0; /* the offset is simpler in degrees */
+        if (item->unit != FF_CSV_RADIANS && (item->unit != FF_CSV_PLAIN || r->head.radians_per_unit != 1)) return 0;
         n_radians++;
     }
     return n_radians > 0;
@@ -140,8 +134,13 @@ static double factor_of(const reader *r, const ff_csv_item *item, double radians
         return 1e9;
     case FF_CSV_PERCENT:
         return 0.01;
+    case FF_CSV_ELEVATION:
+        return -degree / radians_per_unit;
+    case FF_CSV_ELEVATION_RADIANS:
+        return -1 / radians_per_unit;
     default:
-        if (item->key == FF_CSV_PHASE) return unit / degree;
+        if (item->key >= FF_CSV_WI_X) return 1;
+        if (item->key >= FF_CSV_PHASE) return unit / degree;
         return item->key <= FF_CSV_PHI_O && unit != radians_per_unit ? unit / radians_per_unit : 1;
     }
 }
@@ -152,15 +151,45 @@ static int by_column(const void *a, const void *b)
     return x->column < y->column ? -1 : x->column > y->column;
 }
 
+/* The columns that hold f at the item's angles: side by side from the one it names, or all that no other item names. */
+static ff_status place_columns_at(reader *r, const ff_csv_item *item, double radians_per_unit)
+{
+    const size_t columns = r->header.names.n, wanted = item->n_at;
+    size_t n = 0;
+    r->at_place = (size_t)item->at_key;
+    r->side = malloc(wanted * sizeof *r->side);
+    if (!r->side) return ff_csv_no_memory(r);
+    for (size_t c = 0; c < columns; c++) {
+        int named = item->number >= 0 && (c < (size_t)item->number || n == wanted), twice;
+        for (size_t k = 0; k < r->map.n && !named; k++)
+            named = item->number < 0 && !r->map.item[k].n_at && ff_csv_item_find(&r->map.item[k], &r->header.names, &twice) == c;
+        if (named) continue;
+        if (n < wanted) r->wants[r->n_wants++] = (want){item, c, FF_CSV_FAR + FF_FAR + n, 1, 0};
+        n++;
+    }
+    const double unit = item->unit == FF_CSV_RADIANS ? 1 : item->unit == FF_CSV_DEGREES ? degree : r->head.radians_per_unit;
+    for (size_t k = 0; k < wanted; k++) item->at[k] *= unit / radians_per_unit;
+    if (n == wanted) return FF_OK;
+    return ff_error_set(r->err, FF_ERR_FORMAT, r->path, r->header.line, -1,
+                        "found %zu columns of values for %s, expected %zu: one for each angle", n, item->text, wanted);
+}
+
 static ff_status place_item(reader *r, const ff_csv_item *item, double radians_per_unit)
 {
     int twice;
     char quoted[FF_QUOTE];
     want w = {.item = item, .place = place_of(r, item), .factor = factor_of(r, item, radians_per_unit)};
+    if (item->unit == FF_CSV_ELEVATION || item->unit == FF_CSV_ELEVATION_RADIANS) w.offset = pi / 2 / radians_per_unit;
+    if (item->n_at) return place_columns_at(r, item, radians_per_unit);
+    if (item->setting) {
+        r->set[r->n_settings++] = w;
+        return FF_OK;
+    }
     if (!isnan(item->constant)) {
-        if (w.place == SIZE_MAX) return bad_mapping(r, "a constant phase", "a column");
+        if (w.place == FF_CSV_FAR + FF_FAR_PHASE) return bad_mapping(r, "a constant phase", "a column");
         if (item->unit == FF_CSV_PERCENT) return bad_mapping(r, "a constant in %", "a column, or a number in the unit of f");
-        r->initial[w.place] = w.factor * item->constant;
+        *(w.place >= FF_CSV_FAR ? &r->far_initial[w.place - FF_CSV_FAR] : &r->initial[w.place]) =
+            w.factor * item->constant + w.offset;
         return FF_OK;
     }
     w.column = ff_csv_item_find(item, &r->header.names, &twice);
@@ -184,167 +213,20 @@ static ff_status place_columns(reader *r)
 {
     ff_status status = count_kinds(r);
     if (status != FF_OK) return status;
-    r->rows.width = ff_rows_width(row_channels(r), r->with_sigma, r->with_weight);
-    r->wants = malloc(r->map.n * sizeof *r->wants);
+    r->rows.width = ff_rows_width(ff_csv_row_channels(r), r->with_sigma, r->with_weight);
+    r->wants = malloc((r->map.n + (r->at ? r->at->n_at : 0)) * sizeof *r->wants);
+    r->set = malloc(r->map.n * sizeof *r->set);
     r->initial = calloc(r->rows.width, sizeof *r->initial);
-    if (!r->wants || !r->initial) return no_memory(r);
+    r->row = calloc(r->rows.width, sizeof *r->row);
+    if (!r->wants || !r->set || !r->initial || !r->row) return ff_csv_no_memory(r);
     double unit = all_radians(r) ? 1 : degree;
-    if (r->with_sigma && r->with_wavelength) r->initial[4 + row_channels(r) + 1] = 1; /* nobody looks at it */
+    if (r->with_sigma && r->with_wavelength) r->initial[4 + ff_csv_row_channels(r) + 1] = 1; /* nobody looks at it */
     for (size_t k = 0; k < r->map.n && status == FF_OK; k++) status = place_item(r, &r->map.item[k], unit);
     if (status != FF_OK) return status;
     if (r->n_wants == 0) return bad_mapping(r, "constants alone", "at least one column");
     qsort(r->wants, r->n_wants, sizeof *r->wants, by_column);
     r->head.radians_per_unit = unit;
     return FF_OK;
-}
-
-/* ---- rows ------------------------------------------------------------------------------------ */
-
-static ff_status bad_cell(const reader *r, const want *w, const char *start, const char *stop)
-{
-    char found[FF_QUOTE], key[FF_QUOTE];
-    int may_be_empty = w->item->key == FF_CSV_VALUE || w->item->key == FF_CSV_SIGMA;
-    const char *hint = may_be_empty ? "; leave the cell empty where nothing was measured" : "";
-    if (memchr(start, ',', (size_t)(stop - start))) hint = " with a decimal point and not a comma";
-    return ff_error_set(r->err, FF_ERR_DATA, r->path, r->lines.line, -1, "column %zu (%s): found %s, expected a finite number%s",
-                        w->column + 1, ff_quote(w->item->text, strlen(w->item->text), key),
-                        start == stop ? "an empty cell" : ff_quote(start, (size_t)(stop - start), found), hint);
-}
-
-/* One cell at p; *next is where the one after it starts, NULL at the end of the line. */
-static ff_status read_cell(const reader *r, const want *w, const char *p, const char *stop, double *value, const char **next)
-{
-    while (p < stop && ff_csv_is_blank(*p) && *p != r->header.separator) p++;
-    const char *end = ff_number_read(p, value);
-    if (end && isfinite(*value)) {
-        while (end < stop && ff_csv_is_blank(*end) && *end != r->header.separator) end++;
-        if (end == stop || *end == r->header.separator) {
-            *next = end < stop ? end + 1 : NULL;
-            return FF_OK;
-        }
-    }
-    *next = ff_csv_skip_cell(p, stop, r->header.separator);
-    const char *cell_stop = *next ? *next - 1 : stop;
-    while (cell_stop > p && ff_csv_is_blank(cell_stop[-1])) cell_stop--;
-    if (cell_stop - p >= 2 && *p == '"' && cell_stop[-1] == '"') {
-        end = ff_number_read(p + 1, value);
-        if (end == cell_stop - 1 && isfinite(*value)) return FF_OK;
-    }
-    if (p == cell_stop && (w->item->key == FF_CSV_VALUE || w->item->key == FF_CSV_SIGMA)) {
-        *value = NAN;
-        return FF_OK;
-    }
-    return bad_cell(r, w, p, cell_stop);
-}
-
-static ff_status wrong_count(const reader *r, size_t found)
-{
-    return ff_error_set(r->err, FF_ERR_FORMAT, r->path, r->lines.line, -1, "found %zu cells, expected %zu, one per column", found,
-                        r->header.names.n);
-}
-
-/* Cells beyond the header's must be empty, as spreadsheets leave them. */
-static ff_status read_cells(reader *r, const char *text, size_t length, double *row)
-{
-    const char *p = text, *stop = text + length;
-    size_t column = 0;
-    for (size_t w = 0; w < r->n_wants;) {
-        for (; p && column < r->wants[w].column; column++) p = ff_csv_skip_cell(p, stop, r->header.separator);
-        if (!p) return wrong_count(r, column);
-        double value;
-        ff_status status = read_cell(r, &r->wants[w], p, stop, &value, &p);
-        if (status != FF_OK) return status;
-        for (; w < r->n_wants && r->wants[w].column == column; w++)
-            *(r->wants[w].place == SIZE_MAX ? &r->phase : row + r->wants[w].place) = value * r->wants[w].factor;
-        column++;
-    }
-    for (; p && column < r->header.names.n; column++) p = ff_csv_skip_cell(p, stop, r->header.separator);
-    if (column < r->header.names.n) return wrong_count(r, column);
-    for (size_t extra = column; p; extra++) {
-        const char *next = ff_csv_skip_cell(p, stop, r->header.separator);
-        for (const char *c = p; c < (next ? next - 1 : stop); c++)
-            if (!ff_csv_is_blank(*c)) return wrong_count(r, extra + 1);
-        p = next;
-    }
-    return FF_OK;
-}
-
-/* `found` is what stands in the row; of a percentage the message has what stands in the file. */
-static ff_status bad_value(const reader *r, size_t place, double found, const char *expected)
-{
-    char text[FF_NUMBER_TEXT + 1] = "an empty cell";
-    const char *name = "a constant";
-    for (size_t w = 0; w < r->n_wants; w++) {
-        if (r->wants[w].place != place) continue;
-        name = r->wants[w].item->text;
-        if (r->wants[w].item->unit == FF_CSV_PERCENT) found /= r->wants[w].factor;
-    }
-    if (isfinite(found)) text[ff_number_write(found, text)] = '\0';
-    return ff_error_set(r->err, FF_ERR_DATA, r->path, r->lines.line, -1, "%s: found %s, expected %s", name, text, expected);
-}
-
-/* The angle between the directions, were azimuth 0 of the detector on the side of the light [0] or of the mirror [1]. */
-static void compare_phase(reader *r, const double *row)
-{
-    double u = r->head.radians_per_unit, along = cos(u * row[0]) * cos(u * row[2]);
-    double across = sin(u * row[0]) * sin(u * row[2]) * cos(u * (row[3] - row[1]));
-    for (int k = 0; k < 2; k++) {
-        double c = along + (k ? -across : across);
-        r->phase_off[k] = fmax(r->phase_off[k], fabs(acos(fmax(-1, fmin(1, c))) / degree - r->phase));
-    }
-}
-
-static ff_status check_row(reader *r, double *row)
-{
-    const int radians = r->head.radians_per_unit == 1;
-    const double theta_max = radians ? pi + 1e-9 : 180;
-    for (size_t k = 0; k < 4; k += 2)
-        if (fabs(row[k]) > theta_max)
-            return bad_value(r, k, row[k], radians ? "radians from -pi to pi" : "degrees from -180 to 180");
-    double *value = row + 4, *sigma = value + row_channels(r);
-    for (size_t c = 0; c < r->n_channels && r->with_sigma; c++) {
-        int fine =
-            isnan(sigma[c]) ? isnan(value[c]) : sigma[c] > 0 || (sigma[c] == 0 && r->layout && r->layout->zero_sigma_is_small);
-        if (!fine) return bad_value(r, 4 + row_channels(r) + c, sigma[c], "a standard deviation > 0");
-    }
-    for (size_t w = 0; w < r->n_wants; w++)
-        if (r->wants[w].item->key == FF_CSV_SIGMA && r->wants[w].item->unit == FF_CSV_PERCENT)
-            row[r->wants[w].place] *= fabs(value[r->wants[w].place - 4 - row_channels(r)]);
-    if (r->with_wavelength && !(value[r->n_channels] > 0))
-        return bad_value(r, 4 + r->n_channels, value[r->n_channels], "a wavelength > 0");
-    if (r->with_weight && row[r->rows.width - 1] < 0)
-        return bad_value(r, r->rows.width - 1, row[r->rows.width - 1], "a weight >= 0");
-    if (r->with_phase) compare_phase(r, row);
-    return FF_OK;
-}
-
-static ff_status read_row(reader *r, const char *text, size_t length)
-{
-    double *row = ff_rows_add(&r->rows);
-    if (!row) return no_memory(r);
-    memcpy(row, r->initial, r->rows.width * sizeof *row);
-    ff_status status = read_cells(r, text, length, row);
-    return status == FF_OK ? check_row(r, row) : status;
-}
-
-static ff_status read_rows(reader *r)
-{
-    ff_status status = r->header.first_row ? read_row(r, r->header.first_row, r->header.first_row_length) : FF_OK;
-    while (status == FF_OK) {
-        char *text;
-        size_t length;
-        status = ff_lines_next(&r->lines, &text, &length, r->err);
-        if (status != FF_OK || !text) break;
-        const char *start = text + strspn(text, " \t");
-        if (*start == '#')
-            status = ff_csv_foreign_comment(&r->head, &r->header.ours, text + (start - text), 1, &r->lines, r->err);
-        else if (*start)
-            status = read_row(r, text, length);
-    }
-    if (status == FF_OK && r->rows.n == 0)
-        return ff_error_set(r->err, FF_ERR_DATA, r->path, r->lines.line, -1,
-                            "found no rows after the header, expected at least one");
-    return status;
 }
 
 /* ---- the table ------------------------------------------------------------------------------- */
@@ -406,25 +288,70 @@ static void settle_azimuth(const reader *r, ff_table *t)
     }
 }
 
-static void describe(const reader *r, const ff_read_options *o, ff_table *t)
+/* What was assumed of a table whose names said what it is. */
+static void tell_plan(const reader *r, ff_table *t)
 {
-    strcpy(t->format, r->layout ? r->layout->format : "csv");
-    if (r->layout && r->layout->note) ff_table_note(t, "%s", r->layout->note);
-    if (r->with_phase) settle_azimuth(r, t);
-    t->isotropic = r->head.isotropic >= 0 ? r->head.isotropic : ff_table_one_incidence_azimuth(t);
-    if (t->sigma && has_relative_sigma(r)) raise_zero_sigmas(t);
+    static const struct {
+        char c;
+        const char *word;
+    } of[] = {{',', "commas"}, {';', "semicolons"}, {'\t', "tabs"}, {'|', "bars"}, {' ', "blanks"}};
+    const ff_csv_dialect *d = &r->header.dialect;
+    const char *separated = "";
+    for (size_t k = 0; k < sizeof of / sizeof of[0]; k++)
+        if (of[k].c == d->separator) separated = of[k].word;
+    ff_table_note_hint(t, FF_HINT_SAY, "its columns are taken by their names; to take them otherwise, say columns '%.*s%s'", 700,
+                       r->plan->columns, strlen(r->plan->columns) > 700 ? "..." : "");
+    if (d->separator != ',' || d->decimal == ',' || d->thousands || d->latin)
+        ff_table_note(t, "cells are separated by %s%s%s%s", separated, d->decimal == ',' ? ", the decimal mark is a comma" : "",
+                      d->thousands ? ", thousands are separated too" : "", d->latin ? ", signs are those of ISO-8859-1" : "");
+    for (const char *p = r->plan->notes; *p;) {
+        const int n = (int)strcspn(p, "\n");
+        ff_table_note_hint(t, memmem(p, (size_t)n, "say ", 4) ? FF_HINT_SAY : FF_HINT_NONE, "%.*s", n, p);
+        p += n + (p[n] != '\0');
+    }
+    t->azimuth_from_mirror = r->plan->scan;
+}
+
+static void tell_rows(const reader *r, ff_table *t)
+{
+    if (r->n_missing)
+        ff_table_note(t, "%zu %s no number but '%s'%s: not measured", r->n_missing, r->n_missing == 1 ? "cell has" : "cells have",
+                      r->missing, r->n_missing == 1 ? "" : " or the like");
+    if (r->n_blank) ff_table_note(t, "%zu empty row%s passed over", r->n_blank, r->n_blank == 1 ? " is" : "s are");
     if (r->header.passed_over)
         ff_table_note(t, "%ld line%s before the header line %ld %s passed over", r->header.passed_over,
                       r->header.passed_over == 1 ? "" : "s", r->header.line, r->header.passed_over == 1 ? "is" : "are");
     if (r->lines.unterminated) ff_table_note(t, "the last line has no end-of-line: if the file was cut, so was its last number");
+}
+
+/* Half vectors without azimuths say nothing of a direction of the surface. */
+static int is_isotropic(const reader *r, const ff_table *t)
+{
+    for (size_t k = 0; k < r->map.n; k++)
+        if (r->map.item[k].key == FF_CSV_PHI_H && !isnan(r->map.item[k].constant)) return 1;
+    return ff_table_one_incidence_azimuth(t);
+}
+
+static void describe(const reader *r, const ff_read_options *o, ff_table *t)
+{
+    strcpy(t->format, r->layout ? r->layout->format : "csv");
+    if (r->layout && r->layout->note) ff_table_note(t, "%s", r->layout->note);
+    t->angles_are_open = !r->layout && !r->header.ours;
+    if (r->plan) tell_plan(r, t);
+    if (r->with_phase) settle_azimuth(r, t);
+    t->isotropic = r->head.isotropic >= 0 ? r->head.isotropic : is_isotropic(r, t);
+    if (t->sigma && has_relative_sigma(r)) raise_zero_sigmas(t);
+    tell_rows(r, t);
     ff_table_leave_out_codes(t);
-    ff_table_set_quantity(t, ff_read_quantity(o, r->layout ? r->layout->quantity : r->head.quantity));
+    ff_table_set_quantity(t, ff_read_quantity(o, r->layout                      ? r->layout->quantity
+                                                 : r->plan && r->plan->quantity ? r->plan->quantity
+                                                                                : r->head.quantity));
 }
 
 static ff_status make_table(reader *r, const ff_read_options *o, ff_table *out)
 {
     ff_table t;
-    ff_status status = ff_rows_to_table(&r->rows, row_channels(r), r->with_sigma, r->with_weight, &t, r->err);
+    ff_status status = ff_rows_to_table(&r->rows, ff_csv_row_channels(r), r->with_sigma, r->with_weight, &t, r->err);
     if (status != FF_OK) return status;
     t.radians_per_unit = r->head.radians_per_unit;
     if (r->with_wavelength) {
@@ -444,30 +371,84 @@ static ff_status make_table(reader *r, const ff_read_options *o, ff_table *out)
     return status;
 }
 
+/* The dialect of the rows; where names stand in a line cut otherwise, the rows may be cut as they are. */
+static void settle_separator(reader *r, char of_rows)
+{
+    const ff_csv_line *l = r->look.first_row ? &r->look.line[r->look.first_row - 1] : NULL;
+    const char of_names = r->header.dialect.separator;
+    if (!l || !of_rows || ff_csv_count_cells(l->text, l->length, of_names) >= r->header.names.n) return;
+    r->header.dialect.separator = of_rows;
+}
+
+static ff_status find_header(reader *r)
+{
+    const size_t first = r->look.first_row;
+    r->header.dialect = r->look.dialect;
+    if (r->plan || (!r->layout && first && ff_csv_mapping_by_number(&r->map))) {
+        size_t most = 0;
+        for (size_t k = first - 1; k < r->look.n_lines; k++)
+            if (r->look.line[k].is_row && r->look.line[k].full > most) most = r->look.line[k].full;
+        r->header.loose = 1;
+        r->header.line = r->plan ? (long)r->plan->header_line : (long)first - 1;
+        return ff_csv_header_skip(&r->lines, first, most, &r->head, &r->header, r->err);
+    }
+    const ff_status status = ff_csv_header_find(&r->lines, &r->map, &r->head, &r->header, r->err);
+    if (status == FF_OK) settle_separator(r, r->look.dialect.separator);
+    return status;
+}
+
 static ff_status read_all(reader *r, const ff_read_options *o, ff_table *out)
 {
-    ff_status status = ff_csv_header_find(&r->lines, &r->map, &r->head, &r->header, r->err);
+    ff_status status = find_header(r);
     if (status == FF_OK) status = place_columns(r);
     if (status == FF_OK && o->part && !r->with_wavelength)
         status = ff_error_set(r->err, FF_ERR_UNSUPPORTED, r->path, 0, -1,
                               "found the option 'part', expected it where 'columns' names a wavelength that it can choose");
-    if (status == FF_OK) status = read_rows(r);
+    if (status == FF_OK) status = ff_csv_rows_read(r);
     return status == FF_OK ? make_table(r, o, out) : status;
+}
+
+static ff_status read_with(reader *r, const char *columns, const ff_read_options *o, ff_table *out)
+{
+    ff_status status = ff_csv_mapping_read(columns, r->path, &r->map, r->err);
+    if (status == FF_OK) status = ff_lines_open(r->path, &r->lines, r->err);
+    if (status == FF_OK) {
+        status = read_all(r, o, out);
+        ff_lines_close(&r->lines);
+    }
+    ff_csv_mapping_free(&r->map);
+    ff_names_free(&r->header.names);
+    free(r->wants);
+    free(r->set);
+    free(r->initial);
+    free(r->row);
+    free(r->side);
+    ff_rows_free(&r->rows);
+    return status;
 }
 
 ff_status ff_csv_read_columns(const char *path, const ff_read_options *o, const ff_csv_layout *layout, ff_table *out, ff_error *err)
 {
     reader r = {.err = err, .path = path, .layout = layout, .head = {.radians_per_unit = degree, .isotropic = -1}};
-    ff_status status = ff_csv_mapping_read(layout ? layout->columns : o->columns, path, &r.map, err);
-    if (status == FF_OK) status = ff_lines_open(path, &r.lines, err);
-    if (status == FF_OK) {
-        status = read_all(&r, o, out);
-        ff_lines_close(&r.lines);
-    }
-    ff_csv_mapping_free(&r.map);
-    ff_names_free(&r.header.names);
-    free(r.wants);
-    free(r.initial);
-    ff_rows_free(&r.rows);
+    ff_csv_dialect given;
+    if (layout) return read_with(&r, layout->columns, o, out);
+    if (o->angles == FF_ANGLES_RADIANS) r.head.radians_per_unit = 1;
+    ff_status status = ff_csv_dialect_read(o->dialect, path, &given, err);
+    if (status == FF_OK) status = ff_csv_look_at(path, &given, &r.look, err);
+    if (status != FF_OK) return status;
+    status = read_with(&r, o->columns, o, out);
+    ff_csv_look_clear(&r.look);
+    return status;
+}
+
+ff_status ff_csv_read_table(const char *path, const ff_read_options *o, ff_csv_look *look, ff_table *out, ff_error *err)
+{
+    ff_csv_plan plan;
+    ff_status status = ff_csv_plan_make(look, path, o->angles, &plan, err);
+    if (status != FF_OK) return status;
+    reader r = {.err = err, .path = path, .plan = &plan, .look = *look, .head = {.radians_per_unit = degree, .isotropic = -1}};
+    if (o->angles == FF_ANGLES_RADIANS) r.head.radians_per_unit = 1;
+    status = read_with(&r, plan.columns, o, out);
+    ff_csv_plan_clear(&plan);
     return status;
 }

@@ -48,6 +48,7 @@ static ff_status set_isotropic(const comment *c)
 
 static ff_status set_version(const comment *c)
 {
+    c->head->is_ours = 1;
     return strcmp(c->value, "1") == 0 ? FF_OK : unexpected(c, "version 1");
 }
 

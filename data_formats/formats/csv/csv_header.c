@@ -20,13 +20,23 @@ static void take_name(const char *start, const char *stop, char **to)
     *to += stop - start + 1;
 }
 
+/* Start of the next word, NULL after the last. A blank in double quotes is part of the word. */
+static const char *skip_word(const char *p, const char *stop)
+{
+    if (p < stop && *p == '"')
+        for (p++; p < stop && *p != '"';) p++;
+    while (p < stop && !ff_csv_is_blank(*p)) p++;
+    while (p < stop && ff_csv_is_blank(*p)) p++;
+    return p < stop ? p : NULL;
+}
+
 static ff_status split_names(const char *text, size_t length, char separator, const char *path, long line, ff_names *out,
                              ff_error *err)
 {
     const char *p = text, *stop = text + length;
-    while (p < stop && (ff_csv_is_blank(*p) || *p == '#') && *p != separator) p++;
+    while (p < stop && (ff_csv_is_blank(*p) || *p == '#') && (*p != separator || separator == ' ')) p++;
     size_t most = 1;
-    for (const char *c = p; c < stop; c++) most += *c == separator;
+    for (const char *c = p; c < stop; c++) most += (separator == ' ' ? ff_csv_is_blank(*c) : *c == separator) ? 1 : 0;
     if (most > FF_NAMES_MAX)
         return ff_error_set(err, FF_ERR_FORMAT, path, line, -1, "found %zu columns, expected at most %d", most, FF_NAMES_MAX);
     ff_names names = {.text = malloc((size_t)(stop - p) + most + 1), .name = malloc(most * sizeof *names.name)};
@@ -36,7 +46,7 @@ static ff_status split_names(const char *text, size_t length, char separator, co
     }
     char *to = names.text;
     for (const char *next; p; p = next) {
-        next = ff_csv_skip_cell(p, stop, separator);
+        next = separator == ' ' ? skip_word(p, stop) : ff_csv_skip_cell(p, stop, separator);
         names.name[names.n++] = to;
         take_name(p, next ? next - 1 : stop, &to);
     }
@@ -64,7 +74,7 @@ static size_t count_named(const ff_csv_mapping *map)
 static ff_status best_split(const ff_csv_mapping *map, const char *text, size_t length, const char *path, long line, ff_names *out,
                             char *separator, ff_error *err)
 {
-    static const char separators[] = ",;\t";
+    const char separators[] = {',', ';', '\t', *separator && !strchr(",;\t", *separator) ? *separator : '\0', '\0'};
     size_t best = 0;
     *out = (ff_names){0};
     for (const char *s = separators; *s; s++) {
@@ -102,7 +112,7 @@ int ff_csv_layout_probe(const ff_csv_layout *layout, const unsigned char *head, 
         size_t length = (size_t)((end ? end : stop) - p);
         if (length && p[length - 1] == '\r') length--;
         ff_names names;
-        char separator;
+        char separator = ',';
         status = best_split(&map, p, length, "", 0, &names, &separator, NULL);
         if (status != FF_OK) break;
         found = names.n && count_found(&map, &names) == count_named(&map);
@@ -154,7 +164,8 @@ typedef struct search {
     ff_csv_head *head;
     ff_error *err;
     ff_csv_header h;
-    size_t nearest; /* score of the line whose names are in h */
+    char rows_separator; /* of the rows, 0: not known */
+    size_t nearest;      /* score of the line whose names are in h */
     int done;
 } search;
 
@@ -162,7 +173,7 @@ typedef struct search {
 static ff_status try_line(search *s, char *text, size_t length)
 {
     ff_names names;
-    char separator = ',';
+    char separator = s->rows_separator ? s->rows_separator : ',';
     const size_t blanks = strspn(text, " \t");
     const int comment = text[blanks] == '#' || (text[blanks] == '"' && text[blanks + 1] == '#');
     ff_status status = best_split(s->map, text, length, s->lines->path, s->lines->line, &names, &separator, s->err);
@@ -172,7 +183,7 @@ static ff_status try_line(search *s, char *text, size_t length)
     if (names.n && (s->done || score > s->nearest)) {
         ff_names_free(&s->h.names);
         s->h.names = names;
-        s->h.separator = separator;
+        s->h.dialect.separator = separator;
         s->h.line = s->lines->line;
         s->nearest = score;
     } else {
@@ -201,7 +212,12 @@ static ff_status not_found(const search *s)
 
 ff_status ff_csv_header_find(ff_lines *lines, const ff_csv_mapping *map, ff_csv_head *head, ff_csv_header *out, ff_error *err)
 {
-    search s = {.lines = lines, .map = map, .head = head, .err = err};
+    search s = {.lines = lines,
+                .map = map,
+                .head = head,
+                .err = err,
+                .rows_separator = out->dialect.separator,
+                .h = {.dialect = out->dialect}};
     ff_status status = FF_OK;
     while (status == FF_OK && !s.done && lines->line < HEADER_WITHIN) {
         char *text;
@@ -215,5 +231,35 @@ ff_status ff_csv_header_find(ff_lines *lines, const ff_csv_mapping *map, ff_csv_
         *out = s.h;
     else
         ff_names_free(&s.h.names);
+    return status;
+}
+
+int ff_csv_mapping_by_number(const ff_csv_mapping *map)
+{
+    return count_named(map) == 0;
+}
+
+ff_status ff_csv_header_skip(ff_lines *lines, size_t first_row, size_t n_columns, ff_csv_head *head, ff_csv_header *out,
+                             ff_error *err)
+{
+    ff_names names = {calloc(1, 1), malloc((n_columns + 1) * sizeof *names.name), n_columns};
+    ff_status status = FF_OK;
+    if (!names.text || !names.name)
+        status = ff_error_set(err, FF_ERR_MEMORY, lines->path, 0, -1, "no memory for %zu columns", n_columns);
+    for (size_t k = 0; k < n_columns && status == FF_OK; k++) names.name[k] = names.text;
+    while (status == FF_OK && lines->line + 1 < (long)first_row) {
+        char *text;
+        size_t length;
+        status = ff_lines_next(lines, &text, &length, err);
+        if (status != FF_OK || !text) break;
+        const size_t blanks = strspn(text, " \t");
+        const int comment = text[blanks] == '#' || (text[blanks] == '"' && text[blanks + 1] == '#');
+        if (comment && lines->line != out->line) status = ff_csv_foreign_comment(head, &out->ours, text + blanks, 0, lines, err);
+        out->passed_over += !comment && text[blanks] && lines->line < out->line;
+    }
+    if (status == FF_OK)
+        out->names = names;
+    else
+        ff_names_free(&names);
     return status;
 }

@@ -90,6 +90,14 @@ void ff_scattering_free(ff_scattering *s);
 /** The cells of a matrix with these bases (copied), rows: incidence by incidence; front: azimuths mirrored. NULL: no memory. */
 ff_cells *ff_window_matrix_cells(const ff_window_basis *incident, const ff_window_basis *exit, int rows, int front);
 
+/* ---- window_write.c ------------------------------------------------------------------------------ */
+
+/** See ff_format.layout: fifteen directions in every patch of "LBNL/Klems Full", which is also the only grid. */
+ff_status ff_window_layout(const ff_table *t, const char *grid, ff_table *out, ff_error *err);
+
+/** Writes the means over these patches. FF_ERR_UNSUPPORTED where one has no sample. */
+ff_status ff_window_write(const char *path, const ff_table *t, struct ff_outputs *with, ff_error *err);
+
 /** The cells of a tree: takes over place [n] (malloc'ed), also on failure. NULL: no memory. */
 ff_cells *ff_window_tree_cells(int rank, int front, size_t n, ff_tree_place *place);
 #endif

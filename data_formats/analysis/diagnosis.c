@@ -1,0 +1,277 @@
+/* Whether angles and values are what they were taken for. Each way of taking the angles is tried: that share of the differences of
+ * ln f within an incidence which theta_h explains says how well it does. */
+#include "ff_diagnosis.h"
+#include "ff_brightest.h"
+#include "data_formats/table/internal_table.h"
+#include "models/model_struct.h"
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+static const double pi = 3.14159265358979323846;
+
+enum { BANDS = 18, HALVES = 45, SECTORS = 4, GROUPS = BANDS * HALVES * SECTORS, LOOKED_AT = 20000, FEWEST = 40 };
+#define EXPLAINS 0.8  /* of the differences, when it is right */
+#define LEAVES   0.35 /* of what is left as it is, at the most */
+
+/* One sample: angles in radians. */
+typedef struct sample {
+    double theta_i, phi_i, theta_o, phi_o, y;
+} sample;
+
+typedef struct looker {
+    size_t n;
+    sample *at;
+    int turns; /* light from several azimuths: the half vector's counts too */
+} looker;
+
+typedef struct share {
+    size_t n, bands;
+    double explained; /* adjusted for the number of groups; -infinity where too few samples share one */
+    double slope;     /* of y along theta_h: negative for a lobe */
+} share;
+
+/* ---- samples ---------------------------------------------------------------------------------- */
+
+static double mean_value(const ff_table *t, size_t i)
+{
+    double mean = 0;
+    for (size_t c = 0; c < t->n_channels; c++) mean += t->channels[c].scale * t->value[c * t->n + i] / (double)t->n_channels;
+    return mean;
+}
+
+static int take(const ff_table *t, looker *l)
+{
+    const size_t step = t->n / LOOKED_AT + 1;
+    l->at = malloc((t->n / step + 1) * sizeof *l->at);
+    if (!l->at) return 0;
+    for (size_t i = 0; i < t->n; i += step) {
+        const double u = t->radians_per_unit, v = mean_value(t, i);
+        if (!t->valid[i] || !(v > 0)) continue;
+        const double a[4] = {u * t->angle[0][i], u * t->angle[1][i], u * t->angle[2][i], u * t->angle[3][i]};
+        l->at[l->n++] = (sample){a[0], a[1], a[2], a[3], log(v)};
+    }
+    return 1;
+}
+
+/* ---- taking the angles otherwise ---------------------------------------------------------------- */
+
+static sample taken_as(sample s, int kind)
+{
+    const double right = pi / 2;
+    switch (kind) {
+    case FF_DIAGNOSIS_TURNED:
+        s.phi_o += pi;
+        break;
+    case FF_DIAGNOSIS_ELEVATION:
+        s.theta_i = right - s.theta_i;
+        s.theta_o = right - s.theta_o;
+        break;
+    case FF_DIAGNOSIS_ELEVATION_IN:
+        s.theta_i = right - s.theta_i;
+        break;
+    case FF_DIAGNOSIS_ELEVATION_OUT:
+        s.theta_o = right - s.theta_o;
+        break;
+    case FF_DIAGNOSIS_CLOCKWISE:
+        s.phi_o = -s.phi_o;
+        break;
+    default:
+        break;
+    }
+    return s;
+}
+
+/* The half vector; its azimuth in [0, pi), in which a surface of two roughnesses repeats. */
+static void half_of(const sample *s, double *theta, double *phi)
+{
+    const double x = sin(s->theta_i) * cos(s->phi_i) + sin(s->theta_o) * cos(s->phi_o);
+    const double y = sin(s->theta_i) * sin(s->phi_i) + sin(s->theta_o) * sin(s->phi_o), z = cos(s->theta_i) + cos(s->theta_o);
+    *theta = atan2(hypot(x, y), z);
+    *phi = hypot(x, y) > 1e-9 ? atan2(y, x) : 0;
+    if (*phi < 0) *phi += pi;
+}
+
+static int band_of(double x, double width, int n)
+{
+    const int k = (int)(x / width + 1e-9);
+    return k < 0 ? 0 : k < n ? k : n - 1;
+}
+
+/* Sums of a group of samples. */
+typedef struct group {
+    double n, y, yy;
+} group;
+
+static void add(group *g, double y)
+{
+    g->n++;
+    g->y += y;
+    g->yy += y * y;
+}
+
+static double within(const group *g)
+{
+    return g->n > 0 ? fmax(0, g->yy - g->y * g->y / g->n) : 0;
+}
+
+static int usable(const sample *s, double max_theta)
+{
+    return cos(s->theta_i) > FF_COS_MIN && cos(s->theta_o) > FF_COS_MIN && fabs(s->theta_i) <= max_theta &&
+           fabs(s->theta_o) <= max_theta;
+}
+
+static share explain(const looker *l, int kind, double max_theta, group *groups)
+{
+    group of_band[BANDS] = {{0}};
+    double between = 0, left = 0, n = 0, free = 0, xy = 0, x_sum = 0;
+    size_t used = 0, bands = 0;
+    memset(groups, 0, GROUPS * sizeof *groups);
+    for (size_t i = 0; i < l->n; i++) {
+        const sample s = taken_as(l->at[i], kind);
+        if (!usable(&s, max_theta)) continue;
+        double half, phi;
+        half_of(&s, &half, &phi);
+        const int band = band_of(fabs(s.theta_i), pi / 36, BANDS), sector = l->turns ? band_of(phi, pi / SECTORS, SECTORS) : 0;
+        add(&of_band[band], s.y);
+        add(&groups[(band * HALVES + band_of(half, pi / 90, HALVES)) * SECTORS + sector], s.y);
+        x_sum += half;
+        xy += half * s.y;
+        n++;
+    }
+    double y_sum = 0;
+    for (int b = 0; b < BANDS; b++) {
+        if (of_band[b].n == 0) continue;
+        between += within(&of_band[b]);
+        y_sum += of_band[b].y;
+        free += 1;
+        bands++;
+    }
+    for (int k = 0; k < GROUPS; k++) {
+        left += within(&groups[k]);
+        used += groups[k].n > 0;
+    }
+    share s = {(size_t)n, bands, -INFINITY, n > 0 ? xy - x_sum * y_sum / n : 0};
+    if (n - (double)used >= FEWEST / 2.0 && n - free > 0 && between > 0)
+        s.explained = 1 - left / (n - (double)used) / (between / (n - free));
+    return s;
+}
+
+/* ---- findings ------------------------------------------------------------------------------------- */
+
+static void put(ff_diagnosis *g, ff_diagnosis_kind kind, int sure, double a, double b)
+{
+    if (g->n < FF_DIAGNOSIS_FINDINGS) g->finding[g->n++] = (ff_finding){kind, sure, {a, b}};
+}
+
+static int has_two_azimuths(const ff_table *t)
+{
+    for (size_t i = 1; i < t->n; i++)
+        if (t->angle[1][i] != t->angle[1][0]) return 1;
+    return 0;
+}
+
+static void look_at_unit(const ff_table *t, ff_diagnosis *g)
+{
+    double largest = 0;
+    if (t->radians_per_unit == 1 || t->n < 3) return;
+    for (size_t i = 0; i < t->n; i++) largest = fmax(largest, fmax(fabs(t->angle[0][i]), fabs(t->angle[2][i])));
+    if (largest > 0 && largest <= pi / 2 + 1e-4) put(g, FF_DIAGNOSIS_RADIANS, ff_table_has_radian_azimuths(t), largest, 0);
+}
+
+/* The way of taking the angles that explains clearly more. A lobe falls along theta_h. */
+static ff_status look_at_angles(const ff_table *t, double max_theta, ff_diagnosis *g)
+{
+    looker l = {.turns = has_two_azimuths(t)};
+    group *groups = malloc(GROUPS * sizeof *groups);
+    if (!groups || !take(t, &l)) {
+        free(groups);
+        return FF_ERR_MEMORY;
+    }
+    const share as_is = explain(&l, -1, max_theta, groups);
+    share best = as_is;
+    int kind = -1;
+    for (int k = FF_DIAGNOSIS_TURNED; k <= FF_DIAGNOSIS_CLOCKWISE; k++) {
+        if (k == FF_DIAGNOSIS_UNTURNED || (k == FF_DIAGNOSIS_CLOCKWISE && !l.turns)) continue;
+        const share s = explain(&l, k, max_theta, groups);
+        if (s.n < FEWEST || s.bands < 2 || s.slope >= 0 || !(s.explained > best.explained + 1e-3)) continue;
+        best = s;
+        kind = k;
+    }
+    if (kind >= 0 && best.explained > EXPLAINS && as_is.n >= FEWEST && 1 - best.explained < LEAVES * (1 - as_is.explained))
+        put(g, kind == FF_DIAGNOSIS_TURNED && t->azimuth_from_mirror ? FF_DIAGNOSIS_UNTURNED : (ff_diagnosis_kind)kind, 1,
+            as_is.explained, best.explained);
+    free(groups);
+    free(l.at);
+    return FF_OK;
+}
+
+static void look_at_side(const ff_table *t, const ff_brightest *b, ff_diagnosis *g)
+{
+    if (ff_brightest_odd(b) != FF_SIDE_LIGHT) return;
+    for (size_t k = 0; k < g->n; k++)
+        if (g->finding[k].kind <= FF_DIAGNOSIS_CLOCKWISE) return;
+    put(g, t->azimuth_from_mirror ? FF_DIAGNOSIS_UNTURNED : FF_DIAGNOSIS_TURNED, 1, NAN, NAN);
+}
+
+static void look_at_values(const ff_brightest *b, ff_diagnosis *g)
+{
+    if (b->reflects > 110) return; /* counts, or another unit */
+    if (b->reflects > 1.1 * pi)
+        put(g, FF_DIAGNOSIS_PERCENT, 0, b->reflects, 0);
+    else if (b->reflects > 1.1)
+        put(g, FF_DIAGNOSIS_FACTOR, 0, b->reflects, 0);
+}
+
+/* The least largest angle that a sample has; infinite where none is above the horizon. */
+static double least_angle(const ff_table *t)
+{
+    double w[6], *const planes[6] = {w, w + 1, w + 2, w + 3, w + 4, w + 5}, least = INFINITY;
+    for (size_t i = 0; i < t->n; i++) {
+        if (!t->valid[i]) continue;
+        ff_table_directions(t, i, 1, planes);
+        if (w[2] > FF_COS_MIN && w[5] > FF_COS_MIN) least = fmin(least, acos(fmin(fmin(w[2], w[5]), 1)));
+        if (least <= 0.1) break;
+    }
+    return least;
+}
+
+ff_status ff_diagnosis_find(const ff_table *t, double max_theta, ff_diagnosis *out)
+{
+    ff_brightest b;
+    ff_diagnosis g = {.open = t->angles_are_open};
+    ff_status status = ff_brightest_find(t, max_theta, &b);
+    if (status != FF_OK) return status;
+    if (!t->grid) {
+        look_at_unit(t, &g);
+        if (g.n == 0) status = look_at_angles(t, max_theta, &g);
+        if (status != FF_OK) return status;
+    }
+    if (g.n == 0) look_at_side(t, &b, &g);
+    const double least = least_angle(t);
+    if (isfinite(least) && least > max_theta * (1 + 1e-12)) put(&g, FF_DIAGNOSIS_BEYOND, 1, least * 180 / pi, 0);
+    look_at_values(&b, &g);
+    *out = g;
+    return FF_OK;
+}
+
+const char *ff_diagnosis_option(const ff_finding *f, char value[32])
+{
+    static const struct {
+        const char *option, *value;
+    } of[FF_DIAGNOSIS_KINDS] = {[FF_DIAGNOSIS_TURNED] = {"azimuth", "mirror"},
+                                [FF_DIAGNOSIS_UNTURNED] = {"azimuth", "light"},
+                                [FF_DIAGNOSIS_ELEVATION] = {"angles", "elevation"},
+                                [FF_DIAGNOSIS_ELEVATION_IN] = {"angles", "elevation-in"},
+                                [FF_DIAGNOSIS_ELEVATION_OUT] = {"angles", "elevation-out"},
+                                [FF_DIAGNOSIS_CLOCKWISE] = {"phi", "clockwise-out"},
+                                [FF_DIAGNOSIS_RADIANS] = {"angles", "radians"},
+                                [FF_DIAGNOSIS_PERCENT] = {"scale", "0.01"},
+                                [FF_DIAGNOSIS_FACTOR] = {"quantity", "reflectance-factor"},
+                                [FF_DIAGNOSIS_BEYOND] = {"max-theta", ""}};
+    if ((unsigned)f->kind >= FF_DIAGNOSIS_KINDS) return NULL;
+    strcpy(value, of[f->kind].value);
+    if (f->kind == FF_DIAGNOSIS_BEYOND) snprintf(value, 32, "%g", fmin(90, ceil(f->value[0]) + 5));
+    return of[f->kind].option;
+}
