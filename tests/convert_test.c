@@ -435,6 +435,43 @@ static void the_nearest_lobe(void)
     FF_CHECK_CLOSE(n, 2 / 0.01 - 2, 0.02, 0); /* the two are alike at this roughness */
 }
 
+/* ---- renderers ------------------------------------------------------------------------------- */
+
+/* An ellipse said in every renderer's way and back is the same one; one that is round needs no more than its roughness. */
+static void renderers_say_the_same_ellipse(void)
+{
+    static const char *const names[] = {"disney", "blender-glossy", "gltf", "filament", "openpbr", "standard-surface", "mitsuba"};
+    static const double ellipses[][3] = {{0.3, 0.1, 0}, {0.1, 0.3, 0.4}, {0.5, 0.45, -0.7}, {0.2, 0.19, 0.01}};
+    ff_error err = {0};
+    for (size_t i = 0; i < sizeof names / sizeof *names; i++) {
+        for (size_t k = 0; k < sizeof ellipses / sizeof *ellipses; k++) {
+            double said[3], back[3];
+            FF_CHECK(convert("correlated", names[i], NULL, ellipses[k], said, &err) == FF_OK, "%s: %s", names[i], err.message);
+            FF_CHECK(convert(names[i], "correlated", NULL, said, back, &err) == FF_OK, "%s: %s", names[i], err.message);
+            for (int j = 0; j < 3; j++) FF_CHECK_CLOSE(back[j], ellipses[k][j], 1e-12, 1e-13);
+        }
+        const ff_conversion *c = ff_conversion_at((size_t)ff_conversion_find(names[i], "correlated", NULL, 0));
+        const int is_axes = !strcmp(names[i], "mitsuba");
+        FF_CHECK(c->in[2].optional && c->in[2].initial == 0 && (is_axes || c->in[1].optional), "%s", names[i]);
+        double round[3];
+        FF_CHECK(convert(names[i], "correlated", NULL, (const double[]){is_axes ? 0.25 : 0.5, is_axes ? 0.25 : 0, 0}, round,
+                         &err) == FF_OK,
+                 "%s", err.message);
+        FF_CHECK_CLOSE(round[0], 0.25, 1e-15, 0);
+        FF_CHECK_CLOSE(round[1], 0.25, 1e-15, 0);
+        FF_CHECK_CLOSE(round[2], 0, 0, 1e-15);
+    }
+    /* by hand: aspect^2 = 0.55 */
+    double out[3];
+    convert("disney", "correlated", NULL, (const double[]){0.5, 0.5, 0}, out, &err);
+    FF_CHECK_CLOSE(out[0], 0.25 / sqrt(0.55), 1e-15, 0);
+    FF_CHECK_CLOSE(out[1], 0.25 * sqrt(0.55), 1e-15, 0);
+    FF_CHECK(convert("correlated", "disney", NULL, (const double[]){0.5, 0.01, 0}, out, &err) == FF_ERR_RANGE,
+             "flatter than 1 to 10");
+    FF_CHECK(!strcmp(ff_conversion_name("blender"), "disney") && !strcmp(ff_conversion_name("arnold"), "standard-surface"),
+             "names");
+}
+
 /* ---- ways ------------------------------------------------------------------------------------ */
 
 static double along(const char *from, const char *to, const char *by, double x, size_t ways, const char *middle)
@@ -484,4 +521,5 @@ static void ways_between_conventions(void)
 FF_TEST_MAIN(FF_TEST(by_hand), FF_TEST(criteria_hold), FF_TEST(round_trips), FF_TEST(every_entry_has_its_inverse_and_its_words),
              FF_TEST(what_has_no_answer), FF_TEST(doubts), FF_TEST(ellipse), FF_TEST(dielectric_indices), FF_TEST(metallic_indices),
              FF_TEST(tints_at_82_degrees), FF_TEST(two_angles_tell_the_index), FF_TEST(scales_of_renderers),
-             FF_TEST(mean_slopes_of_exponents), FF_TEST(the_nearest_lobe), FF_TEST(ways_between_conventions))
+             FF_TEST(mean_slopes_of_exponents), FF_TEST(the_nearest_lobe), FF_TEST(renderers_say_the_same_ellipse),
+             FF_TEST(ways_between_conventions))

@@ -1,5 +1,5 @@
-/* Roughness, anisotropy and rotation as renderers have them, in terms of the ellipse of slopes. The formulas are those by which a fit
- * is made for a renderer (targets/conventions). Rotations are in the unit that the renderer takes. */
+/* Roughness, anisotropy and rotation as renderers have them, in terms of the ellipse of slopes. The formulas are those by which a
+ * fit is made for a renderer (targets/conventions). Rotations are in the unit that the renderer takes. */
 #include "internal_conversions.h"
 #include "targets/conventions/internal_formulas.h"
 #include <math.h>
@@ -8,12 +8,12 @@
 
 /* alpha_x, alpha_y, r_xy of three controls, and the controls of these. */
 #define CONVENTION(id, x, y, r, first, second, third)                                                                              \
-    static const char *id##_to_correlated(const double *in, double *out)                                                          \
+    static const char *id##_to_correlated(const double *in, double *out)                                                           \
     {                                                                                                                              \
         out[0] = x(in, NULL), out[1] = y(in, NULL), out[2] = r(in, NULL) + 0.0;                                                    \
         return fabs(out[2]) < 1 ? NULL : "so flat an ellipse that r_xy rounds to 1, and r_xy must lie in (-1, 1)";                 \
     }                                                                                                                              \
-    static const char *id##_of_correlated(const double *in, double *out)                                                          \
+    static const char *id##_of_correlated(const double *in, double *out)                                                           \
     {                                                                                                                              \
         out[0] = first(in, NULL), out[1] = fmax(second(in, NULL), 0), out[2] = third(in, NULL);                                    \
         return NULL;                                                                                                               \
@@ -63,10 +63,19 @@ static const char *doubt_above_4(const double *in, const double *out)
 
 /* ---- the table ------------------------------------------------------------------------------- */
 
-#define V_ROUGHNESS(n) {.name = n, .unit = "1", .lo = 0, .hi = INFINITY}
+#define V_ROUGHNESS(n)                                                                                                             \
+    {                                                                                                                              \
+        .name = n, .unit = "1", .lo = 0, .hi = INFINITY                                                                            \
+    }
 /* From 0, which it is where nothing is said, to `most`. */
-#define V_SLIDER(n, most) {.name = n, .unit = "1", .lo = 0, .hi = most, .lo_included = 1, .optional = 1}
-#define V_ROTATION(n, u) {.name = n, .unit = u, .lo = -INFINITY, .hi = INFINITY, .optional = 1}
+#define V_SLIDER(n, most)                                                                                                          \
+    {                                                                                                                              \
+        .name = n, .unit = "1", .lo = 0, .hi = most, .lo_included = 1, .optional = 1                                               \
+    }
+#define V_ROTATION(n, u)                                                                                                           \
+    {                                                                                                                              \
+        .name = n, .unit = u, .lo = -INFINITY, .hi = INFINITY, .optional = 1                                                       \
+    }
 #define V_UP_TO_1 (1 + 0x1p-40) /* 1 itself, and a rounding */
 #define V_BELOW_1 1.0
 
@@ -99,7 +108,8 @@ static const char exact[] = "exact";
     }
 
 static const ff_conversion renderers[] = {
-    BOTH(disney, "disney", "alpha_major, alpha_minor = roughness^2 / aspect, roughness^2 aspect; aspect = sqrt(1 - 0.9 anisotropic)",
+    BOTH(disney, "disney",
+         "alpha_major, alpha_minor = roughness^2 / aspect, roughness^2 aspect; aspect = sqrt(1 - 0.9 anisotropic)",
          "Burley 2012, section 5.4; Blender's and Mitsuba's Principled", grooves, tenth, doubt_in, doubt_out,
          V_ROUGHNESS("roughness"), V_SLIDER("anisotropic", V_UP_TO_1), V_ROTATION("rotation", "turns")),
     BOTH(glossy, "blender-glossy", "alpha_major, alpha_minor = roughness^2 / (1 - anisotropy), roughness^2 (1 - anisotropy)",
@@ -111,15 +121,17 @@ static const ff_conversion renderers[] = {
     BOTH(filament, "filament", "alpha_major, alpha_minor = roughness^2 (1 + anisotropy), roughness^2 (1 - anisotropy)",
          "Kulla and Conty 2017; Filament and Unreal Engine", grooves, exact, doubt_in, doubt_out, V_ROUGHNESS("roughness"),
          V_SLIDER("anisotropy", V_BELOW_1), V_ROTATION("rotation", "degrees")),
-    BOTH(openpbr, "openpbr", "alpha_major = roughness^2 sqrt(2 / (1 + (1 - anisotropy)^2)), alpha_minor = (1 - anisotropy) alpha_major",
+    BOTH(openpbr, "openpbr",
+         "alpha_major = roughness^2 sqrt(2 / (1 + (1 - anisotropy)^2)), alpha_minor = (1 - anisotropy) alpha_major",
          "OpenPBR 1.1; MaterialX 1.39", grooves, exact, doubt_in, doubt_out, V_ROUGHNESS("roughness"),
          V_SLIDER("anisotropy", V_BELOW_1), V_ROTATION("rotation", "turns")),
     BOTH(aspect, "standard-surface",
          "alpha_major, alpha_minor = roughness^2 / aspect, roughness^2 aspect; aspect = sqrt(1 - anisotropy)",
          "Autodesk Standard Surface; MaterialX 1.38", grooves, exact, doubt_in, doubt_out, V_ROUGHNESS("roughness"),
          V_SLIDER("anisotropy", V_BELOW_1), V_ROTATION("rotation", "turns")),
-    BOTH(axes, "mitsuba", "alpha_major = alpha_u, alpha_minor = alpha_v", "Mitsuba 3, roughconductor; pbrt-v4 with remaproughness false",
-         grooves, exact, NULL, doubt_above_4, V_POSITIVE("alpha_u"), V_POSITIVE("alpha_v"), V_ROTATION("rotation", "degrees")),
+    BOTH(axes, "mitsuba", "alpha_major = alpha_u, alpha_minor = alpha_v",
+         "Mitsuba 3, roughconductor; pbrt-v4 with remaproughness false", grooves, exact, NULL, doubt_above_4, V_POSITIVE("alpha_u"),
+         V_POSITIVE("alpha_v"), V_ROTATION("rotation", "degrees")),
 };
 
 FF_CONVERSION_GROUP(renderers, renderers);

@@ -24,8 +24,16 @@ static int chance(uint64_t *state, double p)
 /* ---- models ---------------------------------------------------------------------------------- */
 
 /* What data are drawn from: a fixed list, so that a masking more does not change them. */
-static const char *const maskings[] = {"smith-masking-only", "smith-separable", "smith-height-correlated", "smith-direction-correlated",
-                                       "smith-height-direction-correlated", "v-cavity", "kelemen", "hammon", "schlick-smith", "none"};
+static const char *const maskings[] = {"smith-masking-only",
+                                       "smith-separable",
+                                       "smith-height-correlated",
+                                       "smith-direction-correlated",
+                                       "smith-height-direction-correlated",
+                                       "v-cavity",
+                                       "kelemen",
+                                       "hammon",
+                                       "schlick-smith",
+                                       "none"};
 
 /* A masking that goes with the distribution, and is not for the furnace test alone. */
 static const char *draw_masking(uint64_t *state, const char *ndf)

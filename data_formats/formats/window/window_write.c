@@ -188,8 +188,8 @@ ff_status ff_window_write(const char *path, const ff_table *t, struct ff_outputs
     if (status != FF_OK) return status;
     klems_full(&b);
     double *sum = malloc(2 * b.n * b.n * sizeof *sum);
-    status =
-        sum ? ff_output_open_with(path, with, &out, err) : ff_error_set(err, FF_ERR_MEMORY, path, 0, -1, "no memory for %zu patches", b.n);
+    status = sum ? ff_output_open_with(path, with, &out, err)
+                 : ff_error_set(err, FF_ERR_MEMORY, path, 0, -1, "no memory for %zu patches", b.n);
     if (status == FF_OK) {
         status = write_channels(path, t, &b, sum, out.file, err);
         if (status == FF_OK)
