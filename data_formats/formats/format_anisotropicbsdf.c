@@ -265,7 +265,6 @@ const ff_format ff_format_anisotropicbsdf = {
     .extensions = ".anisotropicbsdf",
     .source = "Ansys Speos User's Guide, anisotropic BSDF file format; the maker's conversions in ansys/optical-automation",
     .probe = probe,
-    .holds = FF_HOLDS_NEGATIVE,
     .precision = "scaled by their integral, 1e-15 relative",
     .read = read_anisotropic,
     .layout = layout,

@@ -196,24 +196,31 @@ static void put(FILE *file, double v)
     fwrite(number, 1, ff_number_write(v, number), file);
 }
 
-/* What data it is makes its name: the same data have the same. */
-static void put_uuid(const ff_table *t, FILE *file)
+static void mix(uint64_t h[2], double v)
+{
+    uint64_t u;
+    memcpy(&u, &v, sizeof u);
+    for (int k = 0; k < 2; k++) h[k] = (h[k] ^ u) * 0x100000001B3u + (uint64_t)k, h[k] ^= h[k] >> 29;
+}
+
+/* What is written makes its name: the same data have the same. */
+static void put_uuid(const ff_table *t, const row *rows, size_t n, FILE *file)
 {
     uint64_t h[2] = {0xCBF29CE484222325u, 0x9E3779B97F4A7C15u};
-    for (size_t i = 0; i < t->n * t->n_channels; i++) {
-        uint64_t u;
-        memcpy(&u, &t->value[i], sizeof u);
-        for (int k = 0; k < 2; k++) h[k] = (h[k] ^ u) * 0x100000001B3u + (uint64_t)k, h[k] ^= h[k] >> 29;
+    for (size_t i = 0; i < n; i++) {
+        for (int k = 0; k < 3; k++) mix(h, rows[i].angle[k]);
+        for (size_t c = 0; c < t->n_channels; c++)
+            mix(h, t->valid[rows[i].sample] ? t->channels[c].scale * t->value[c * t->n + rows[i].sample] : -1);
     }
     fprintf(file, "%08x-%04x-8%03x-a%03x-%012llx", (unsigned)(h[0] >> 32), (unsigned)(h[0] >> 16) & 0xFFFFu,
             (unsigned)h[0] & 0xFFFu, (unsigned)(h[1] >> 48) & 0xFFFu, (unsigned long long)h[1] & 0xFFFFFFFFFFFFull);
 }
 
-static void write_head(const ff_table *t, FILE *file)
+static void write_head(const ff_table *t, const row *rows, size_t n_rows, FILE *file)
 {
     fprintf(file, "{\n  \"$schema\": \"%s\",\n  \"metadata\": {\n    \"name\": \"Measured reflectance\",\n    \"uuid\": \"",
             schema);
-    put_uuid(t, file);
+    put_uuid(t, rows, n_rows, file);
     fputs("\",\n    \"materialVersion\": \"1.0.0\",\n    \"openMaterial3dVersion\": \"1.0.0\",\n    \"copyrights\": [\"not "
           "stated\"],\n"
           "    \"license\": \"not stated\",\n    \"authors\": [\"not stated\"],\n    \"sources\": \"measurement\"\n  },\n"
@@ -266,7 +273,7 @@ static ff_status write_openmaterial(const char *path, const ff_table *t, struct 
     if (status == FF_OK) {
         for (size_t c = 0; c < t->n_channels; c++) order[c] = &t->channels[c];
         qsort(order, t->n_channels, sizeof *order, by_wavelength);
-        write_head(t, out.file);
+        write_head(t, rows, n, out.file);
         for (size_t c = 0; c < t->n_channels; c++)
             for (size_t i = 0; i < n; i++)
                 write_row(t, (size_t)(order[c] - t->channels), &rows[i], c + 1 < t->n_channels || i + 1 < n, out.file);

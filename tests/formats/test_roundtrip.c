@@ -87,6 +87,19 @@ static int same_bytes(const char *one, const char *other)
     return same;
 }
 
+/* Values that are stored times a factor, and scaled again on reading, differ in their last bit. */
+static int is_scaled(const ff_format *f)
+{
+    return f->precision && strncmp(f->precision, "scaled", 6) == 0;
+}
+
+/* Formats whose samples are not those of the table, in its order: window keeps means over patches, fred and openmaterial sort, and
+ * leave out what lies below the horizon. Their own tests write and read them. */
+static int keeps_samples(const ff_format *f)
+{
+    return strcmp(f->name, "window") != 0 && strcmp(f->name, "fred") != 0 && strcmp(f->name, "openmaterial") != 0;
+}
+
 /* Writes `made`, reads it, writes that, and compares. */
 static void there_and_back(const char *label, const ff_format *f, const ff_table *made)
 {
@@ -99,7 +112,7 @@ static void there_and_back(const char *label, const ff_format *f, const ff_table
     if (!FF_CHECK(ff_table_read_into(first, f->name, &again, &err) == FF_OK, "%s: %s", label, err.message)) return;
     compare(label, f, made, &again);
     if (FF_CHECK(f->write(second, &again, NULL, &err) == FF_OK, "%s, again: %s", label, err.message))
-        FF_CHECK(same_bytes(first, second), "%s: written again, the file is another", label);
+        FF_CHECK(is_scaled(f) || same_bytes(first, second), "%s: written again, the file is another", label);
     n_trips++;
     ff_table_clear(&again);
 }
@@ -137,7 +150,7 @@ static size_t writers(int merl, const ff_format *writer[WRITERS])
     size_t n = 0;
     for (size_t k = 0; k < ff_format_count() && n < WRITERS; k++) {
         const ff_format *f = ff_format_at(k);
-        if (f->write && (strcmp(f->name, "merl") != 0 || merl)) writer[n++] = f;
+        if (f->write && keeps_samples(f) && (strcmp(f->name, "merl") != 0 || merl)) writer[n++] = f;
     }
     return n;
 }
