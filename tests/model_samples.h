@@ -215,8 +215,6 @@ static inline void model_random_parameters(const ff_model *m, size_t n_channels,
         const ff_param *p = m->channel[i % m->n_channel].info;
         channel[i] = strcmp(p->name, "ks") == 0 && (p->flags & FF_PARAM_HELD) ? 0.5 + 0.5 * fit_uniform(state)
                                                                               : model_random_value(p, reach, state);
-        /* a scale of 1e8 would hide all other terms of the model from the differences; it is linear, and any value will do */
-        if ((p->flags & FF_PARAM_LINEAR) && p->hi > 10 * fmax(p->init, 1)) channel[i] *= 10 * fmax(p->init, 1) / p->hi;
     }
 }
 
