@@ -35,6 +35,8 @@ def check_figures(real, name, text, fits):
     check(len(ndfs) == 15, f"{name}: {len(ndfs)} rows")
     best = min(real.objective(fit) for fit in fits)
     for fit in fits:
+        if fit["masking"] == "disney-clearcoat":  # that of one distribution; the page has those that go with all
+            continue
         cell = ndfs[fit["ndf"]][list(real.MASKINGS).index(fit["masking"])].strip("*?")
         ratio = real.objective(fit) / best
         check(abs(float(cell) / ratio - 1) < 0.006 or (ratio > 10 and abs(float(cell) - ratio) <= 0.5), f"{name}: {real.label(fit)} is {cell}, should be {ratio}")

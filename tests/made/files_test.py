@@ -89,7 +89,8 @@ def check_fit(name, path):
 
 def main():
     formats = {f["name"] for f in json.loads(run("formats", "--json", "-"))["formats"]}
-    check(formats <= set(make_files.FILES), f"no file is made of {sorted(formats - set(make_files.FILES))}")
+    own = {"anisotropicbsdf", "openmaterial", "speos"}  # made in the tests of these formats
+    check(formats - own <= set(make_files.FILES), f"no file is made of {sorted(formats - own - set(make_files.FILES))}")
     with tempfile.TemporaryDirectory() as folder:
         for name, path in make_files.make(folder).items():
             if name not in formats and name.split(",")[0] not in formats:

@@ -22,8 +22,7 @@ const char *ff_csv_skip_blanks(const char *p, const char *stop)
 const char *ff_csv_next_cell(const char *p, const char *stop, char separator)
 {
     if (separator != ' ') return ff_csv_skip_cell(p, stop, separator);
-    if (p < stop && *p == '"')
-        for (p++; p < stop && *p != '"';) p++;
+    if (p < stop && *p == '"') p = ff_csv_skip_quoted(p, stop);
     while (p < stop && !ff_csv_is_blank(*p)) p++;
     p = ff_csv_skip_blanks(p, stop);
     return p < stop ? p : NULL;

@@ -23,8 +23,7 @@ static void take_name(const char *start, const char *stop, char **to)
 /* Start of the next word, NULL after the last. A blank in double quotes is part of the word. */
 static const char *skip_word(const char *p, const char *stop)
 {
-    if (p < stop && *p == '"')
-        for (p++; p < stop && *p != '"';) p++;
+    if (p < stop && *p == '"') p = ff_csv_skip_quoted(p, stop);
     while (p < stop && !ff_csv_is_blank(*p)) p++;
     while (p < stop && ff_csv_is_blank(*p)) p++;
     return p < stop ? p : NULL;

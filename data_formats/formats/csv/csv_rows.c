@@ -70,8 +70,7 @@ static ff_status read_odd_cell(reader *r, const want *w, const char *p, const ch
 static const char *skip_cell(const char *p, const char *stop, char separator)
 {
     if (separator != ' ') return ff_csv_skip_cell(p, stop, separator);
-    if (p < stop && *p == '"')
-        for (p++; p < stop && *p != '"';) p++;
+    if (p < stop && *p == '"') p = ff_csv_skip_quoted(p, stop);
     while (p < stop && !ff_csv_is_blank(*p)) p++;
     while (p < stop && ff_csv_is_blank(*p)) p++;
     return p < stop ? p : NULL;

@@ -141,12 +141,23 @@ static inline int ff_csv_is_blank(char c)
     return c == ' ' || c == '\t';
 }
 
+/** From a double quote to that which ends it, of which two together are one character of what is quoted; stop where there is none.
+ */
+static inline const char *ff_csv_skip_quoted(const char *p, const char *stop)
+{
+    for (p++; p < stop; p++) {
+        if (*p != '"') continue;
+        if (p + 1 == stop || p[1] != '"') break;
+        p++;
+    }
+    return p;
+}
+
 /** Start of the next cell, NULL after the last. A separator in double quotes is part of the cell. */
 static inline const char *ff_csv_skip_cell(const char *p, const char *stop, char separator)
 {
     while (p < stop && *p == ' ') p++;
-    if (p < stop && *p == '"')
-        for (p++; p < stop && *p != '"';) p++;
+    if (p < stop && *p == '"') p = ff_csv_skip_quoted(p, stop);
     while (p < stop && *p != separator) p++;
     return p < stop ? p + 1 : NULL;
 }
