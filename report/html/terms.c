@@ -7,14 +7,32 @@
 /* Values of models that the script has no formula for, in all: samples times channels times models. */
 enum { TABLED = 120000 };
 
-/* Does the script evaluate it? All but what rests on a file's table or on integrals over the hemisphere. */
+/* The terms that assets/model.js has formulas for; what is not named here is shown by tabled values. */
+static const char *const known[FF_TERM_KINDS] = {
+    [FF_NDF] = " beckmann ggx student-t phong gtr vmf gaussian sgd abc kelemen-ward kelemen-phong beckmann-walter phong-walter ",
+    [FF_MASKING] = " smith-masking-only smith-separable smith-height-correlated smith-direction-correlated "
+                   "smith-height-direction-correlated v-cavity kelemen hammon schlick-smith none ",
+    [FF_FRESNEL] = " schlick schlick-f82 dielectric conductor sgd none ",
+    [FF_DIFFUSE] = " lambert oren-nayar oren-nayar-qualitative eon disney disney-coupled hammon shirley-coupled abg "};
+
+static int is_known(ff_term_kind kind, const ff_term *term)
+{
+    char word[64];
+    snprintf(word, sizeof word, " %s ", term->name);
+    return strstr(known[kind], word) != NULL;
+}
+
+/* Does the script evaluate it? */
 static int is_live(const ff_model *m)
 {
-    for (uint32_t l = 0; l < m->n_lobes; l++)
-        if (ff_ndf_at(m->lobe[l].ndf)->needs_values) return 0;
-    for (uint32_t b = 0; b < m->n_bases; b++)
-        if (ff_diffuse_at(m->base[b].diffuse)->couples & (FF_COUPLE_ALBEDO | FF_COUPLE_LOSS)) return 0;
-    return 1;
+    int live = 1;
+    for (uint32_t l = 0; l < m->n_lobes; l++) {
+        const ff_lobe *lobe = &m->lobe[l], *first = &m->lobe[ff_model_group(m, l)];
+        live &= is_known(FF_NDF, &ff_ndf_at(lobe->ndf)->term) && is_known(FF_MASKING, &ff_masking_at(lobe->masking)->term) &&
+                is_known(FF_FRESNEL, &ff_fresnel_at(first->fresnel)->term);
+    }
+    for (uint32_t b = 0; b < m->n_bases; b++) live &= is_known(FF_DIFFUSE, &ff_diffuse_at(m->base[b].diffuse)->term);
+    return live;
 }
 
 static void put_names(ff_json *j, const char *key, const ff_model_param *p, uint32_t n)

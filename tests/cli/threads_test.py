@@ -15,7 +15,7 @@ little = "--little" in sys.argv
 SAMPLES = 600 if little else 20000
 DATA = "simulate ggx+lambert --set alpha=0.3,f0=0.5:0.4:0.3,kd=0.2 --noise 0.03 --seed 3 -o data.csv --grid scattered:%d" % SAMPLES
 KINDS = {"slice": "data.csv", "polar": "data.csv", "profile": "data.csv", "image": "data.csv", "residuals": "data.csv", "coverage": "data.csv", "ndf": "ggx beckmann",
-         "masking": "ggx beckmann", "albedo": "ggx+lambert", "forest": "data.csv", "correlation": "data.csv", "likelihood": "data.csv",
+         "masking": "ggx beckmann", "fresnel": "ggx ggx//dielectric", "albedo": "ggx+lambert", "forest": "data.csv", "correlation": "data.csv", "likelihood": "data.csv",
          "bootstrap": "data.csv --bootstrap 20", "sweep": "data.csv"}
 LINES = {
     "fit": ["fit data.csv --residuals r.csv --json j.json", "fit data.csv --profile --json j.json", "fit data.csv --channels each --loss cosine --json j.json", "fit data.csv --bootstrap 30 --seed 5 --json j.json",
@@ -27,7 +27,9 @@ LINES = {
     "convert": ["convert --list"], "eval": ["eval ggx+lambert directions.csv --json j.json"],
     "simulate": ["simulate ggx+lambert --grid goniometer:15 --noise 0.1 -o out.csv", "simulate ggx+lambert --grid merl -o out.binary"],
     "furnace": ["furnace ggx --mu 0.2,0.7", "furnace student-t --set alpha_x=0.1,alpha_y=1,r_xy=0.8 --weak --mu 0.5"], "sample": ["sample ggx -n 2000"],
-    "info": ["info data.csv --json j.json"], "models": ["models", "models --markdown"], "formats": ["formats"], "man": ["man fit"], "completion": ["completion bash"],
+    "info": ["info data.csv --json j.json"],
+    "render": ["render data.csv --size 24 -o r.exr", "render ggx+lambert --environment sky --samples 16 --size 24 -o r.png --json j.json"],
+    "export": ["export fit.json --to gltf -o e.gltf"], "models": ["models", "models --markdown"], "formats": ["formats"], "man": ["man fit"], "completion": ["completion bash"],
 }
 STABLE = re.compile(rb'"time_s": [^,}\n]*|"threads": [^,}\n]*|--threads[",= ]*[14]|/CreationDate[^\n]*|[0-9][0-9.e+]* m?s(?=[,;\n])')
 failures = runs = 0
@@ -83,6 +85,7 @@ def main():
     subprocess.run([program, *DATA.split()], check=True)
     with open("directions.csv", "w", encoding="ascii") as f:
         f.write("theta_i,phi_i,theta_o,phi_o\n" + "".join("%d,0,30,180\n" % i for i in range(90)))
+    subprocess.run([program, "fit", "data.csv", "--json", "fit.json"], check=True, stdout=subprocess.DEVNULL)
     kinds = re.findall(r"^ {28}([a-z]+) *", run(["plot", "--help"])[1].decode().partition("What KIND can be:")[2].partition("\n\n")[0], re.M)
     if {k for k in kinds if k} - set(KINDS) - {"correlationcorrelations"}:
         fail("kinds of figures that are not tried: %s" % (set(kinds) - set(KINDS)))

@@ -264,7 +264,7 @@ static void test_recognition(const unsigned char *bytes)
     for (size_t i = 0; i < BYTES; i++) b[i] = (unsigned char)ff_test_random();
     expect_format("noise", b, NULL);
     for (size_t i = 0; i < BYTES; i++) b[i] = (unsigned char)("0.25 17\n"[i % 8]);
-    expect_format("numbers as text", b, NULL);
+    expect_format("numbers as text", b, "csv"); /* a table without names, which its reader asks for */
     for (size_t i = 0; i < BYTES / 8; i++) put_double(b + 8 * i, ff_test_uniform() * 1e-12);
     expect_format("tiny doubles", b, NULL);
     free(b);

@@ -19,7 +19,7 @@ def flags(text):
         if token.group()[0] != '"':
             continue
         literal = re.sub(r'"\s*"', "", token.group())
-        if FLAG.search(literal):
+        if FLAG.search(literal) and "blender --python" not in literal:  # a flag of another program, in a file made for it
             yield text.count("\n", 0, token.start()) + 1, literal
 
 
