@@ -15,7 +15,7 @@ little = "--little" in sys.argv
 SAMPLES = 600 if little else 20000
 DATA = "simulate ggx+lambert --set alpha=0.3,f0=0.5:0.4:0.3,kd=0.2 --noise 0.03 --seed 3 -o data.csv --grid scattered:%d" % SAMPLES
 KINDS = {"slice": "data.csv", "polar": "data.csv", "profile": "data.csv", "image": "data.csv", "residuals": "data.csv", "coverage": "data.csv", "ndf": "ggx beckmann",
-         "masking": "ggx beckmann", "fresnel": "ggx ggx//dielectric", "albedo": "ggx+lambert", "forest": "data.csv", "correlation": "data.csv", "likelihood": "data.csv",
+         "masking": "ggx beckmann", "fresnel": "ggx", "albedo": "ggx+lambert", "forest": "data.csv", "correlation": "data.csv", "likelihood": "data.csv",
          "bootstrap": "data.csv --bootstrap 20", "sweep": "data.csv"}
 LINES = {
     "fit": ["fit data.csv --residuals r.csv --json j.json", "fit data.csv --profile --json j.json", "fit data.csv --channels each --loss cosine --json j.json", "fit data.csv --bootstrap 30 --seed 5 --json j.json",
