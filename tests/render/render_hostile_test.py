@@ -82,7 +82,6 @@ def files():
     refused(USAGE, "leave it out", "ggx", "--from", "fit.json")
     refused(INPUT, "none.json", "paint.csv", "--from", "none.json")
     refused(INPUT, "paint.csv", "paint.csv", "--from", "paint.csv")
-    refused(USAGE, "--reduce", "two.csv")
     for name in ("missing.exr", "paint.csv", "empty.hdr", "folder", "cut.hdr", "dark.hdr"):
         got = run("render", "ggx", "--environment", name, "--size", "4", "-o", "new.png")
         error = got.stderr.decode(errors="replace")
@@ -123,7 +122,6 @@ def put(name, data):
 with tempfile.TemporaryDirectory() as scratch:
     os.mkdir(os.path.join(scratch, "folder"))
     run("simulate", "ggx+lambert", "--grid", "goniometer:30", "--noise", "0.02", "-o", "paint.csv")
-    run("simulate", "ggx+lambert", "--set", "kd=0.1:0.2", "--grid", "goniometer:30", "-o", "two.csv")
     run("fit", "paint.csv", "--json", "fit.json")
     put("empty.hdr", b"")
     put("cut.hdr", b"#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 400 +X 800\nabc")
