@@ -15,9 +15,15 @@ enum { BANDS = 18, HALVES = 45, SECTORS = 4, GROUPS = BANDS * HALVES * SECTORS, 
 #define EXPLAINS 0.8  /* of the differences, when it is right */
 #define LEAVES   0.35 /* of what is left as it is, at the most */
 
-/* One sample: angles in radians. */
+/* A direction: its polar angle in radians, and the sines and cosines of both. */
+typedef struct direction {
+    double theta, sin_theta, cos_theta, sin_phi, cos_phi;
+} direction;
+
+/* One sample. y: ln f. */
 typedef struct sample {
-    double theta_i, phi_i, theta_o, phi_o, y;
+    direction i, o;
+    double y;
 } sample;
 
 typedef struct looker {
@@ -41,6 +47,11 @@ static double mean_value(const ff_table *t, size_t i)
     return mean;
 }
 
+static direction direction_of(double theta, double phi)
+{
+    return (direction){theta, sin(theta), cos(theta), sin(phi), cos(phi)};
+}
+
 static int take(const ff_table *t, looker *l)
 {
     const size_t step = t->n / LOOKED_AT + 1;
@@ -49,47 +60,38 @@ static int take(const ff_table *t, looker *l)
     for (size_t i = 0; i < t->n; i += step) {
         const double u = t->radians_per_unit, v = mean_value(t, i);
         if (!t->valid[i] || !(v > 0)) continue;
-        const double a[4] = {u * t->angle[0][i], u * t->angle[1][i], u * t->angle[2][i], u * t->angle[3][i]};
-        l->at[l->n++] = (sample){a[0], a[1], a[2], a[3], log(v)};
+        l->at[l->n++] = (sample){direction_of(u * t->angle[0][i], u * t->angle[1][i]),
+                                 direction_of(u * t->angle[2][i], u * t->angle[3][i]), log(v)};
     }
     return 1;
 }
 
 /* ---- taking the angles otherwise ---------------------------------------------------------------- */
 
-static sample taken_as(sample s, int kind)
+/* From the surface instead of its normal. */
+static direction elevated(direction d)
 {
-    const double right = pi / 2;
-    switch (kind) {
-    case FF_DIAGNOSIS_TURNED:
-        s.phi_o += pi;
-        break;
-    case FF_DIAGNOSIS_ELEVATION:
-        s.theta_i = right - s.theta_i;
-        s.theta_o = right - s.theta_o;
-        break;
-    case FF_DIAGNOSIS_ELEVATION_IN:
-        s.theta_i = right - s.theta_i;
-        break;
-    case FF_DIAGNOSIS_ELEVATION_OUT:
-        s.theta_o = right - s.theta_o;
-        break;
-    case FF_DIAGNOSIS_CLOCKWISE:
-        s.phi_o = -s.phi_o;
-        break;
-    default:
-        break;
-    }
+    return (direction){pi / 2 - d.theta, d.cos_theta, d.sin_theta, d.sin_phi, d.cos_phi};
+}
+
+static sample taken_as(const sample *as_is, int kind)
+{
+    sample s = *as_is;
+    if (kind == FF_DIAGNOSIS_ELEVATION || kind == FF_DIAGNOSIS_ELEVATION_IN) s.i = elevated(s.i);
+    if (kind == FF_DIAGNOSIS_ELEVATION || kind == FF_DIAGNOSIS_ELEVATION_OUT) s.o = elevated(s.o);
+    if (kind == FF_DIAGNOSIS_TURNED) s.o.cos_phi = -s.o.cos_phi;
+    if (kind == FF_DIAGNOSIS_TURNED || kind == FF_DIAGNOSIS_CLOCKWISE) s.o.sin_phi = -s.o.sin_phi;
     return s;
 }
 
-/* The half vector; its azimuth in [0, pi), in which a surface of two roughnesses repeats. */
-static void half_of(const sample *s, double *theta, double *phi)
+/* The half vector; with_phi also its azimuth in [0, pi), in which a surface of two roughnesses repeats. */
+static void half_of(const sample *s, int with_phi, double *theta, double *phi)
 {
-    const double x = sin(s->theta_i) * cos(s->phi_i) + sin(s->theta_o) * cos(s->phi_o);
-    const double y = sin(s->theta_i) * sin(s->phi_i) + sin(s->theta_o) * sin(s->phi_o), z = cos(s->theta_i) + cos(s->theta_o);
-    *theta = atan2(hypot(x, y), z);
-    *phi = hypot(x, y) > 1e-9 ? atan2(y, x) : 0;
+    const double x = s->i.sin_theta * s->i.cos_phi + s->o.sin_theta * s->o.cos_phi;
+    const double y = s->i.sin_theta * s->i.sin_phi + s->o.sin_theta * s->o.sin_phi, z = s->i.cos_theta + s->o.cos_theta;
+    const double across = sqrt(x * x + y * y);
+    *theta = atan2(across, z);
+    *phi = with_phi && across > 1e-9 ? atan2(y, x) : 0;
     if (*phi < 0) *phi += pi;
 }
 
@@ -118,8 +120,8 @@ static double within(const group *g)
 
 static int usable(const sample *s, double max_theta)
 {
-    return cos(s->theta_i) > FF_COS_MIN && cos(s->theta_o) > FF_COS_MIN && fabs(s->theta_i) <= max_theta &&
-           fabs(s->theta_o) <= max_theta;
+    return s->i.cos_theta > FF_COS_MIN && s->o.cos_theta > FF_COS_MIN && fabs(s->i.theta) <= max_theta &&
+           fabs(s->o.theta) <= max_theta;
 }
 
 static share explain(const looker *l, int kind, double max_theta, group *groups)
@@ -129,11 +131,11 @@ static share explain(const looker *l, int kind, double max_theta, group *groups)
     size_t used = 0, bands = 0;
     memset(groups, 0, GROUPS * sizeof *groups);
     for (size_t i = 0; i < l->n; i++) {
-        const sample s = taken_as(l->at[i], kind);
+        const sample s = taken_as(&l->at[i], kind);
         if (!usable(&s, max_theta)) continue;
         double half, phi;
-        half_of(&s, &half, &phi);
-        const int band = band_of(fabs(s.theta_i), pi / 36, BANDS), sector = l->turns ? band_of(phi, pi / SECTORS, SECTORS) : 0;
+        half_of(&s, l->turns, &half, &phi);
+        const int band = band_of(fabs(s.i.theta), pi / 36, BANDS), sector = l->turns ? band_of(phi, pi / SECTORS, SECTORS) : 0;
         add(&of_band[band], s.y);
         add(&groups[(band * HALVES + band_of(half, pi / 90, HALVES)) * SECTORS + sector], s.y);
         x_sum += half;
@@ -224,15 +226,15 @@ static void look_at_values(const ff_brightest *b, ff_diagnosis *g)
         put(g, FF_DIAGNOSIS_FACTOR, 0, b->reflects, 0);
 }
 
-/* The least largest angle that a sample has; infinite where none is above the horizon. */
-static double least_angle(const ff_table *t)
+/* The least largest angle that a sample has, or one that is within max_theta; infinite where none is above the horizon. */
+static double least_angle(const ff_table *t, double max_theta)
 {
     double w[6], *const planes[6] = {w, w + 1, w + 2, w + 3, w + 4, w + 5}, least = INFINITY;
     for (size_t i = 0; i < t->n; i++) {
         if (!t->valid[i]) continue;
         ff_table_directions(t, i, 1, planes);
         if (w[2] > FF_COS_MIN && w[5] > FF_COS_MIN) least = fmin(least, acos(fmin(fmin(w[2], w[5]), 1)));
-        if (least <= 0.1) break;
+        if (least <= max_theta) break;
     }
     return least;
 }
@@ -249,7 +251,7 @@ ff_status ff_diagnosis_find(const ff_table *t, double max_theta, ff_diagnosis *o
         if (status != FF_OK) return status;
     }
     if (g.n == 0) look_at_side(t, &b, &g);
-    const double least = least_angle(t);
+    const double least = least_angle(t, max_theta);
     if (isfinite(least) && least > max_theta * (1 + 1e-12)) put(&g, FF_DIAGNOSIS_BEYOND, 1, least * 180 / pi, 0);
     look_at_values(&b, &g);
     *out = g;
