@@ -12,7 +12,7 @@ enum { ANSWERS = 16, CHANNELS = 64, TEXT = 1024 };
 typedef struct answer {
     ff_conversion_path path;
     double in[CHANNELS][FF_CONVERSION_VALUES], out[CHANNELS][FF_CONVERSION_VALUES];
-    char doubt[TEXT]; /* of the first channel that has one, "" without */
+    const char *doubt; /* of the first channel that has one; NULL without */
 } answer;
 
 typedef struct answers {
@@ -188,20 +188,14 @@ static int unknown_conversion(const cli_args *args, const char *from, const char
                      meant(cli_words_from, from, hint));
 }
 
-/* Each channel along the way, and what is doubtful on it. */
+/* Each channel along the way, and what is doubtful of the first that has a doubt. */
 static ff_status follow(const answers *all, answer *a, double theta, ff_error *err)
 {
     ff_status status = FF_OK;
     for (size_t c = 0; c < all->n_channels && !status; c++) {
-        double here[FF_CONVERSION_VALUES] = {0}, there[FF_CONVERSION_VALUES] = {0};
-        status = ff_conversion_follow(&a->path, a->in[c], theta, a->out[c], err);
-        memcpy(here, a->in[c], sizeof here);
-        for (size_t k = 0; k < a->path.n && !status && !*a->doubt; k++) {
-            status = ff_conversion_apply(a->path.step[k], here, theta, there, err);
-            const char *doubt = status ? NULL : ff_conversion_doubt(a->path.step[k], here, there);
-            if (doubt) snprintf(a->doubt, sizeof a->doubt, "%s", doubt);
-            memcpy(here, there, sizeof here);
-        }
+        const char *doubt = NULL;
+        status = ff_conversion_follow(&a->path, a->in[c], theta, a->out[c], &doubt, err);
+        if (doubt && !a->doubt) a->doubt = doubt;
     }
     return status;
 }
@@ -239,6 +233,15 @@ static int follow_all(answers *all, size_t n, const ff_conversion_path *path, do
     return all->n ? EXIT_DONE : cli_failed(failed, &err);
 }
 
+/* Does any of the ways read the angle of incidence? */
+static int has_angle(const ff_conversion_path *path, size_t n)
+{
+    for (size_t i = 0; i < n; i++)
+        for (size_t k = 0; k < path[i].n; k++)
+            if (path[i].step[k]->apply_at) return 1;
+    return 0;
+}
+
 static int find_answers(const cli_args *args, answers *all)
 {
     const char *from = cli_value(args, FLAG_FROM, NULL), *to = cli_value(args, FLAG_TO, NULL), *by = cli_value(args, FLAG_BY, NULL);
@@ -248,6 +251,9 @@ static int find_answers(const cli_args *args, answers *all)
     all->to = ff_conversion_name(to) ? ff_conversion_name(to) : to;
     const size_t n = ff_conversion_paths(all->from, all->to, by, ANSWERS, path);
     if (!n) return unknown_conversion(args, all->from, all->to, by);
+    if (cli_given(args, FLAG_THETA) && !has_angle(path, n))
+        return cli_usage(args, "--theta is of the criterion lobe, which is not on the way from %s to %s: leave it out", all->from,
+                         all->to);
     all->at = calloc(n, sizeof *all->at);
     if (!all->at) return cli_failed(FF_ERR_MEMORY, NULL);
     const double theta = cli_number(args, FLAG_THETA, 45) * pi / 180;
@@ -272,7 +278,7 @@ static void say_what_it_means(const answers *all)
             cli_message("%s  assumes: %s", several ? "  " : "", c->assumes);
             cli_message("%s  valid: %s", several ? "  " : "", c->limits);
         }
-        if (*a->doubt) cli_message("  doubtful here: %s", a->doubt);
+        if (a->doubt) cli_message("  doubtful here: %s", a->doubt);
     }
 }
 
@@ -356,7 +362,7 @@ static void put_answer(ff_json *j, const answers *all, answer *a)
     put_joined(j, "limits", &a->path, limits_of);
     put_values(j, "input", first_of(a)->in, first_of(a)->n_in, a->in, all->n_channels);
     put_values(j, "output", last_of(a)->out, last_of(a)->n_out, a->out, all->n_channels);
-    ff_json_string(j, "doubt", *a->doubt ? a->doubt : NULL);
+    ff_json_string(j, "doubt", a->doubt);
     ff_json_close(j);
 }
 

@@ -484,7 +484,7 @@ static double along(const char *from, const char *to, const char *by, double x, 
     if (!n) return NAN;
     FF_CHECK(!middle || (path[0].n > 1 && !strcmp(path[0].step[0]->to, middle)), "%s -> %s goes by %s", from, to,
              path[0].step[0]->to);
-    FF_CHECK(ff_conversion_follow(&path[0], &x, PI / 4, out, &err) == FF_OK, "%s", err.message);
+    FF_CHECK(ff_conversion_follow(&path[0], &x, PI / 4, out, NULL, &err) == FF_OK, "%s", err.message);
     return out[0];
 }
 
@@ -505,7 +505,13 @@ static void ways_between_conventions(void)
     double out = 4711;
     ff_error err = {0};
     ff_conversion_paths("smoothness", "phong", "peak", 1, &path);
-    FF_CHECK(ff_conversion_follow(&path, (const double[]){0}, 0, &out, &err) == FF_ERR_RANGE && out == 4711, "alpha 1: n = 0");
+    FF_CHECK(ff_conversion_follow(&path, (const double[]){0}, 0, &out, NULL, &err) == FF_ERR_RANGE && out == 4711,
+             "alpha 1: n = 0");
+    const char *doubt = NULL;
+    FF_CHECK(ff_conversion_paths("gloss-8192", "beckmann", NULL, 1, &path) == 1, "no way");
+    FF_CHECK(ff_conversion_follow(&path, (const double[]){0.2}, 0, &out, &doubt, NULL) == FF_OK && doubt && strstr(doubt, "n <= 8"),
+             "8192^0.2 is 6.1: %s", doubt ? doubt : "no doubt");
+    FF_CHECK(ff_conversion_follow(&path, (const double[]){0.8}, 0, &out, &doubt, NULL) == FF_OK && !doubt, "%s", doubt);
     FF_CHECK(strstr(err.message, "from ggx to phong"), "'%s' does not say where", err.message);
     FF_CHECK(!strcmp(ff_conversion_name("ior"), "eta") && !strcmp(ff_conversion_name("ggx"), "ggx") && !ff_conversion_name("gxg"),
              "names");

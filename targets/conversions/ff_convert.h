@@ -89,8 +89,10 @@ typedef struct ff_conversion_path {
 FF_API size_t ff_conversion_paths(const char *from, const char *to, const char *by, size_t most, ff_conversion_path *out);
 
 /** Converts along a path; arguments and errors as of ff_conversion_apply, values [path->step[0]->n_in] in,
- *  [path->step[path->n - 1]->n_out] out. An error names the step where the path has several. */
-FF_API ff_status ff_conversion_follow(const ff_conversion_path *path, const double *in, double theta_i, double *out, ff_error *err);
+ *  [path->step[path->n - 1]->n_out] out. An error names the step where the path has several.
+ *  @param doubt  out: what ff_conversion_doubt says of the first step of which it says anything, else NULL; NULL = not needed */
+FF_API ff_status ff_conversion_follow(const ff_conversion_path *path, const double *in, double theta_i, double *out,
+                                      const char **doubt, ff_error *err);
 
 #ifdef __cplusplus
 }

@@ -109,8 +109,10 @@ size_t ff_conversion_paths(const char *from, const char *to, const char *by, siz
     return found && by && *by && !is_used(&out[0], by) ? 0 : found;
 }
 
-ff_status ff_conversion_follow(const ff_conversion_path *path, const double *in, double theta_i, double *out, ff_error *err)
+ff_status ff_conversion_follow(const ff_conversion_path *path, const double *in, double theta_i, double *out, const char **doubt,
+                               ff_error *err)
 {
+    const char *doubted = NULL;
     double here[FF_CONVERSION_VALUES] = {0}, there[FF_CONVERSION_VALUES] = {0};
     memcpy(here, in, path->step[0]->n_in * sizeof *here);
     for (size_t k = 0; k < path->n; k++) {
@@ -122,8 +124,10 @@ ff_status ff_conversion_follow(const ff_conversion_path *path, const double *in,
             if (err) *err = why;
             return status;
         }
+        if (!doubted) doubted = ff_conversion_doubt(c, here, there);
         memcpy(here, there, sizeof here);
     }
+    if (doubt) *doubt = doubted;
     memcpy(out, here, path->step[path->n - 1]->n_out * sizeof *out);
     return FF_OK;
 }
