@@ -320,6 +320,25 @@ def grids_and_layers_are_their_pictures():
     check("difference.R" in differ and np.abs(differ["difference.R"] - differ["second.R"] + differ["first.R"]).max() < 1e-6, "difference of two models")
 
 
+def wavelengths_have_their_colours():
+    """Channels from the blue to the red: measured, fitted and read back the surface is orange, and in any order of the columns."""
+    values = subprocess.run([program, "simulate", "ggx+lambert", "--set", "alpha=0.4,f0=0.1:0.3:0.8,kd=0.05:0.2:0.5", "--grid", "goniometer:10", "-o", "-"],
+                            capture_output=True, text=True, check=True).stdout.splitlines()
+    rows = [line.split(",") for line in values if not line.startswith(("#", "theta"))]
+    means = []
+    for order, names in (((4, 5, 6), "f_465nm,f_525nm,f_630nm"), ((6, 4, 5), "f_630nm,f_465nm,f_525nm")):
+        with open(os.path.join(scratch, "nm.csv"), "w", encoding="ascii") as f:
+            f.write("# quantity: brdf\ntheta_i,phi_i,theta_o,phi_o," + names + "\n")
+            f.writelines(",".join(row[:4] + [row[k] for k in order]) + "\n" for row in rows)
+        subprocess.run([program, "fit", "nm.csv", "--json", "nm.json"], cwd=scratch, capture_output=True, check=True)
+        for words in (("nm.csv",), ("nm.json",), ("nm.csv", "--from", "nm.json")):
+            done, _ = render(*words, "--size", "16", "--light", "0,0", "-o", "a.exr")
+            means += [[row[f"mean_{c}"] for c in "rgb"] for row in done]
+    means = np.array(means)
+    check((means[:, 0] > 1.2 * means[:, 1]).all() and (means[:, 1] > 1.2 * means[:, 2]).all(), f"the colours are not those of the wavelengths: {means}")
+    check(np.abs(means / means[0] - 1).max() < 0.03, f"data, result and order of columns make other colours: {means}")
+
+
 def rows_are_what_the_picture_has():
     done = subprocess.run([program, "render", "ggx+lambert", "--set", "kd=0.1:0.2:0.3", "--size", "40", "-o", "a.exr", "--json"], cwd=scratch, capture_output=True, text=True, check=True)
     said = json.loads(done.stdout)
@@ -337,6 +356,7 @@ with tempfile.TemporaryDirectory() as scratch:
     maps_are_read()
     tones_are_curves()
     grids_and_layers_are_their_pictures()
+    wavelengths_have_their_colours()
     rows_are_what_the_picture_has()
 print(f"{checks} checks, {failures} failures")
 sys.exit(bool(failures) or checks < 400)
