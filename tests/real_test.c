@@ -1,6 +1,7 @@
 /* Real measurements: every goniometer file of data/astm and three MERL materials give finite, plausible parameters under every
  * distribution and masking. Prints what came out. Two files made here, with a goniometer's grid and faults, are asked the same. */
 #include "instrument.h"
+#include "models/internal_model.h"
 #include <dirent.h>
 
 enum { MAX_TERMS = 16, MAX_FILES = 64 };
@@ -68,10 +69,9 @@ static size_t all_models(ff_model *out, size_t *n_maskings)
         for (size_t m = 0; m < ff_term_count(FF_MASKING); m++) {
             const ff_term *masking = ff_term_at(FF_MASKING, m);
             /* those that go with every distribution of normals; and not every distribution: a file takes seconds already */
-            if ((masking->claims & (FF_FURNACE_ONLY | FF_ISOTROPIC)) || d >= DISTRIBUTIONS) continue;
+            if ((masking->claims & (FF_FURNACE_ONLY | FF_ISOTROPIC)) || ff_masking_at((int)m)->only || d >= DISTRIBUTIONS) continue;
             const ff_status status = ff_model_compose((int)d, (int)m, ff_term_find(FF_FRESNEL, "schlick"),
                                                       ff_term_find(FF_DIFFUSE, "lambert"), &out[n], NULL);
-            if (status == FF_ERR_UNSUPPORTED && !strcmp(masking->name, "disney-clearcoat")) continue; /* is that of gtr alone */
             n += status == FF_OK;
             FF_CHECK(status == FF_OK, "distribution %zu, masking %zu: %s", d, m, ff_status_str(status));
             if (d == 0) (*n_maskings)++;
