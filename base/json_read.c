@@ -328,7 +328,7 @@ ff_status ff_json_parse(const char *text, size_t n, const char *path, ff_json_tr
 static int may_be_json(const char *text, size_t n)
 {
     size_t i = n >= 3 && !memcmp(text, "\xEF\xBB\xBF", 3) ? 3 : 0;
-    while (i < n && memchr(" \t\r\n", text[i], 4)) i++;
+    while (i < n && (text[i] == ' ' || text[i] == '\t' || text[i] == '\r' || text[i] == '\n')) i++;
     return i < n && (text[i] == '{' || text[i] == '[');
 }
 

@@ -98,8 +98,11 @@ static int export_refit(job *j, const ff_target *t, const ff_scene_file *file, f
     j->report.left = r->left;
     j->report.n_lost = r->n_lost;
     j->report.lost = r->lost;
-    const int status = cli_write(j->args, j->path, write_scene, &(scene_job){&scene, file});
-    return status == EXIT_DONE ? report(j) : status;
+    int status = cli_write(j->args, j->path, write_scene, &(scene_job){&scene, file});
+    if (status == EXIT_DONE) status = report(j);
+    j->report.control = NULL; /* they end here */
+    j->report.n_lost = 0, j->report.lost = NULL;
+    return status;
 }
 
 static int no_file(const job *j, const ff_target *t)
@@ -200,7 +203,9 @@ static int export_table(job *j, const ff_format *to)
     j->report.title = to->title;
     j->report.n_lost = 1;
     j->report.lost = &rounding;
-    return report(j);
+    const int status = report(j);
+    j->report.n_lost = 0, j->report.lost = NULL;
+    return status;
 }
 
 /* ---- the command ----------------------------------------------------------------------------- */

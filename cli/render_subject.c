@@ -9,7 +9,7 @@
 
 static int room_for(cli_balls *b, size_t n)
 {
-    b->ball = calloc(n, sizeof *b->ball);
+    b->ball = calloc(n + 1, sizeof *b->ball);
     return b->ball ? EXIT_DONE : cli_failed(FF_ERR_MEMORY, NULL);
 }
 
@@ -79,7 +79,7 @@ static int add_expressions(const cli_args *args, const cli_sweep *across, const 
         return cli_usage(args, "--down has its rows, and so have several models: give one model, or --across alone");
     b->columns = across->n ? across->n : down->n ? 1 : n;
     int status = room_for(b, n * each);
-    b->scene = calloc(n, sizeof *b->scene);
+    b->scene = calloc(n + 1, sizeof *b->scene);
     if (!b->scene) return cli_failed(FF_ERR_MEMORY, NULL);
     for (size_t k = 0; k < n && status == EXIT_DONE; k++) {
         cli_scene *s = &b->scene[k];
@@ -168,6 +168,7 @@ static int add_document(const cli_args *args, const cli_sweep *across, const cli
     int status = read_document(args, args->word[0], b, &f);
     b->columns = across->n ? across->n : 1;
     if (status == EXIT_DONE) status = room_for(b, b->columns * (down->n ? down->n : 1));
+    // NOLINTNEXTLINE(clang-analyzer-core.NullDereference): there is a fit where the status is EXIT_DONE
     if (status == EXIT_DONE) status = add_swept(args, across, down, "", &f->model, f->n_channels, f->shape, f->channel, b);
     for (size_t k = 0; k < b->n; k++) b->ball[k].colours = b->colours;
     if (status == EXIT_DONE && cli_switch(args, FLAG_DIFFERENCE, 0))

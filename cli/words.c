@@ -330,6 +330,7 @@ static const char *begun_by(const char *word, const char *const *names, size_t n
     const size_t length = strlen(word);
     size_t found = 0, used = 0;
     for (size_t i = 0; i < n && length >= 3; i++) {
+        // NOLINTNEXTLINE(clang-analyzer-core.NonNullParamChecker): names holds only words that there are
         if (strncmp(names[i], word, length) != 0) continue;
         if (++found > MOST || used + strlen(names[i]) + sizeof "' or '" > sizeof out) return NULL;
         used += (size_t)snprintf(out + used, sizeof out - used, "%s%s", used ? "' or '" : "", names[i]);

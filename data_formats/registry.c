@@ -211,9 +211,9 @@ ff_status ff_table_read_with_into(const char *path, const ff_read_options *optio
     if ((o.columns || o.dialect) && !o.format) o.format = "csv"; /* whatever it looks like, the person says how to read it */
     ff_status status = o.format ? find_named(path, o.format, &f, err) : ff_format_detect(path, &f, err);
     if (status == FF_OK) status = check_options(path, f, &o, err);
-    // NOLINTNEXTLINE(clang-analyzer-core.NullDereference): a format was found where the status is FF_OK
     if (status != FF_OK) return status;
     ff_table t;
+    // NOLINTNEXTLINE(clang-analyzer-core.NullDereference): a format was found where the status is FF_OK
     status = f->read(path, &o, &t, err);
     if (status != FF_OK) return status;
     status = take_options(path, f, &o, &t, err);

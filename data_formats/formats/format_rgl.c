@@ -78,8 +78,8 @@ static double kept_incidence(const void *kept, size_t sample)
 static int kept_around(const void *kept, size_t sample, size_t n, const double (*by)[2], double (*wo)[3], double *weight)
 {
     const ff_rgl *r = kept;
-    const size_t size = r->width * r->height, slice = sample / size, at = sample % size;
-    const double x = (double)(at % r->width), y = (double)(at / r->width), width = (double)(r->width - 1),
+    const size_t size = r->width * r->height, slice = sample / size, at = sample % size, row_of_at = at / r->width;
+    const double x = (double)(at % r->width), y = (double)row_of_at, width = (double)(r->width - 1),
                  height = (double)(r->height - 1);
     double *row = malloc(2 * r->vndf.width * sizeof *row), own, w[3];
     if (!row) return 0;

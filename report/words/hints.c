@@ -26,7 +26,7 @@ static void say_flags(char *text, size_t size)
     for (char *at = text; (at = strstr(at, "say ")); at += 4)
         if (strlen(text) + 3 < size) {
             memmove(at + 6, at + 4, strlen(at + 4) + 1);
-            memcpy(at + 4, "--", 2);
+            at[4] = at[5] = '-';
         }
 }
 

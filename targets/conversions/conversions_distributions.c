@@ -91,7 +91,7 @@ static double gamma_ratio(double x)
 {
     static const double term[] = {1, -1.0 / 8, 1.0 / 128, 5.0 / 1024, -21.0 / 32768, -399.0 / 262144, 869.0 / 4194304};
     double factor = 1, series = 0;
-    for (; x < 60; x++) factor *= x / (x + 0.5);
+    for (int k = 0; k < 60 && x < 60; k++, x += 1) factor *= x / (x + 0.5);
     for (int k = 6; k >= 0; k--) series = series / x + term[k];
     return factor * sqrt(x) * series;
 }

@@ -214,7 +214,7 @@ static ff_status place_columns(reader *r)
     ff_status status = count_kinds(r);
     if (status != FF_OK) return status;
     r->rows.width = ff_rows_width(ff_csv_row_channels(r), r->with_sigma, r->with_weight);
-    r->wants = malloc((r->map.n + (r->at ? r->at->n_at : 0)) * sizeof *r->wants);
+    r->wants = malloc((r->map.n + (r->at ? r->at->n_at : 0) + 1) * sizeof *r->wants);
     r->set = malloc(r->map.n * sizeof *r->set);
     r->initial = calloc(r->rows.width, sizeof *r->initial);
     r->row = calloc(r->rows.width, sizeof *r->row);

@@ -91,19 +91,23 @@ static ff_status no_grid(const char *path, ff_error *err)
         "to it, or write csv");
 }
 
-/* Samples to a row of azimuths, a block, a rotation; 0 for none. */
-static void count_samples(const ff_table *t, size_t n[3])
+/* Samples to a row of azimuths, a block, a rotation. 0 where an angle is no number, which is like none, not even itself. */
+static int count_samples(const ff_table *t, size_t n[3])
 {
-    n[0] = run(t, 0, 1, 2);
-    n[1] = run(t, 0, n[0], 1) * n[0];
-    n[2] = run(t, 0, n[1], 0) * n[1];
+    size_t step = 1;
+    for (int k = 0; k < 3; k++) {
+        n[k] = run(t, 0, step, 2 - k) * step;
+        if (n[k] == 0) return 0;
+        step = n[k];
+    }
+    return 1;
 }
 
 ff_status ff_speos_grid_of(const ff_table *t, const char *path, ff_speos_grid *out, ff_error *err)
 {
     size_t n[3], i = 0;
     double w[4];
-    count_samples(t, n);
+    if (!count_samples(t, n)) return no_grid(path, err);
     if (t->n % n[2] || n[2] % n[1] || n[1] % n[0]) return no_grid(path, err);
     ff_speos_grid g = {t->n / n[2], n[2] / n[1], n[1] / n[0], n[0], NULL, NULL, NULL, NULL};
     g.rotation = malloc((g.n_rotations + g.n_incidences + g.n_theta + g.n_phi) * sizeof *g.rotation);
