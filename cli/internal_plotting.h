@@ -20,9 +20,10 @@ typedef struct cli_drawn_fits {
     ff_fit_document *document; /* of them, as --json has it */
 } cli_drawn_fits;
 
-/* Reads path and fits: --model, or with `many` every combination where --ndf, --masking, --fresnel or --diffuse is given. Exit
- * status; to be freed whatever it is. */
-int cli_fits_draw(const cli_args *args, const char *path, int many, int with_trust, cli_drawn_fits *out);
+/* Reads path and fits what `kind` takes: --model, or every combination where it takes several and --ndf, --masking, --fresnel or
+ * --diffuse is given. Intervals and residuals by angle are there only where it draws results. Exit status; to be freed whatever it
+ * is. */
+int cli_fits_draw(const cli_args *args, const char *path, const ff_plot_kind *kind, cli_drawn_fits *out);
 void cli_fits_free(cli_drawn_fits *d);
 
 /* Everything a figure is made of. Zero is a legal one to free. */

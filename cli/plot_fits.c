@@ -82,12 +82,15 @@ static ff_status make_document(const cli_args *args, cli_drawn_fits *d, ff_error
     return status;
 }
 
-/* Errors and intervals as the flags want them, residuals by angle. */
-static int look_closer(const cli_args *args, cli_drawn_fits *d, int with_trust)
+/* Errors and intervals as the flags want them, residuals by angle: for curves through the data nothing of it is looked at, and it
+ * takes a pass over them. What a kind computes anew (its own bootstrap) needs the places of the samples alone. */
+static int look_closer(const cli_args *args, cli_drawn_fits *d, const ff_plot_kind *kind)
 {
     int status = cli_trust_read(args, &d->f.options, &d->trust);
     d->trust.cut_off = 0;
-    if (!with_trust) d->trust.bootstrap = 0, d->trust.profile = 0;
+    d->trust.by_angle = (kind->takes & (FF_PLOT_BY_ANGLE | FF_PLOT_FRESH)) != 0;
+    if (!(kind->takes & (FF_PLOT_RESULTS | FF_PLOT_FRESH))) return status;
+    if (!(kind->takes & FF_PLOT_RESULTS)) d->trust.bootstrap = 0, d->trust.profile = 0;
     for (size_t i = 0; i < d->n && status == EXIT_DONE && d->n == 1; i++) status = cli_trust_fit(&d->trust, &d->f, d->fit, 1);
     if (status != EXIT_DONE || d->n == 1) return status;
     if (d->trust.bootstrap || d->trust.profile)
@@ -102,8 +105,9 @@ static int look_closer(const cli_args *args, cli_drawn_fits *d, int with_trust)
     return status;
 }
 
-int cli_fits_draw(const cli_args *args, const char *path, int many, int with_trust, cli_drawn_fits *d)
+int cli_fits_draw(const cli_args *args, const char *path, const ff_plot_kind *kind, cli_drawn_fits *d)
 {
+    const int many = (kind->takes & FF_PLOT_COMPARES) != 0;
     ff_error err = {0};
     int status = cli_tables_read(args, &d->tables);
     if (status == EXIT_DONE) status = choose_models(args, many, d);
@@ -116,7 +120,7 @@ int cli_fits_draw(const cli_args *args, const char *path, int many, int with_tru
     ff_status failed = d->fit ? fit_models(d, &err) : FF_ERR_MEMORY;
     if (failed == FF_OK && d->f.by_noise) failed = fit_by_noise(d, &err);
     if (failed != FF_OK) return cli_failed(failed, &err);
-    if ((status = look_closer(args, d, with_trust)) != EXIT_DONE) return status;
+    if ((status = look_closer(args, d, kind)) != EXIT_DONE) return status;
     failed = make_document(args, d, &err);
     return failed == FF_OK ? EXIT_DONE : cli_failed(failed, &err);
 }

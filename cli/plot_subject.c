@@ -173,7 +173,7 @@ static int add_terms(const cli_args *args, const ff_plot_kind *kind, const ff_pl
 static int fit_data(const cli_args *args, const ff_plot_kind *kind, const char *path, cli_subject *s)
 {
     const unsigned t = kind->takes;
-    int status = cli_fits_draw(args, path, (t & FF_PLOT_COMPARES) != 0, (t & FF_PLOT_RESULTS) != 0, &s->fits);
+    int status = cli_fits_draw(args, path, kind, &s->fits);
     if (status != EXIT_DONE) return status;
     cli_drawn_fits *d = &s->fits;
     s->tables.profile = d->tables.profile; /* borrowed: taken back in cli_subject_free */

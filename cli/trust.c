@@ -46,6 +46,7 @@ int cli_trust_read(const cli_args *args, const ff_fit_options *o, cli_trust *out
                    .cut_off = cut_off * degree,
                    .cut_off_given = cli_given(args, FLAG_CUT_OFF) > 0 && cut_off > 0,
                    .residuals = cli_value(args, FLAG_RESIDUALS, NULL),
+                   .by_angle = 1,
                    .reach = cli_given(args, FLAG_REACH) ? cli_number(args, FLAG_REACH, 0) * degree : -1};
     if (t.residuals && o->channels == FF_CHANNELS_EACH)
         return cli_usage(args,
@@ -134,12 +135,12 @@ static ff_status look_at_residuals(cli_trust *t, cli_fitting *f, size_t problem,
     return status;
 }
 
-static ff_status begin(cli_trust *t, cli_fitting *f, size_t n_fits, ff_error *err)
+static ff_status begin(cli_trust *t, cli_fitting *f, size_t n_fits, int needs_places, ff_error *err)
 {
     t->n_fits = n_fits;
     t->each = calloc(n_fits, sizeof *t->each);
     if (!t->each) return FF_ERR_MEMORY;
-    return f->keeps_samples ? make_places(t, f, err) : FF_OK;
+    return f->keeps_samples && needs_places ? make_places(t, f, err) : FF_OK;
 }
 
 static void say(const cli_fitting *f, const char *what)
@@ -164,11 +165,13 @@ static ff_status look_ahead(cli_trust *t, cli_fitting *f, size_t problem, const 
 int cli_trust_fit(cli_trust *t, cli_fitting *f, ff_fit_result *fit, size_t n_fits)
 {
     ff_error err = {0};
-    ff_status status = begin(t, f, n_fits, &err);
+    const int needs_places =
+        t->by_angle || t->bootstrap || t->residuals || t->reach >= 0 || f->options.errors == FF_ERRORS_INCIDENCES;
+    ff_status status = begin(t, f, n_fits, needs_places, &err);
     say(f, t->bootstrap ? "bootstrap" : t->profile ? "profile" : "residuals");
     for (size_t i = 0; i < n_fits && status == FF_OK; i++) {
         status = look_at_fit(t, f, i, &fit[i], &t->each[i], &err);
-        if (status == FF_OK && t->places) status = look_at_residuals(t, f, i, &fit[i], &t->each[i], &err);
+        if (status == FF_OK && t->places && t->by_angle) status = look_at_residuals(t, f, i, &fit[i], &t->each[i], &err);
         if (status == FF_OK && t->places && t->reach >= 0) status = look_ahead(t, f, i, fit, i, i, &err);
     }
     if (status == FF_OK && n_fits > 1) {
@@ -195,7 +198,7 @@ int cli_trust_compare(cli_trust *t, cli_fitting *f, ff_fit_result *fit, size_t n
 {
     const size_t models = n_fits / f->n_problems;
     ff_error err = {0};
-    ff_status status = begin(t, f, n_fits, &err);
+    ff_status status = begin(t, f, n_fits, 1, &err);
     ff_versus *versus = calloc(models, sizeof *versus);
     if (!versus && status == FF_OK) status = FF_ERR_MEMORY;
     say(f, t->folds ? "cross-validation" : "residuals");

@@ -60,7 +60,8 @@ enum {
     FF_PLOT_RESULTS = 1 << 4,  /* draws the document of a fit or comparison                 */
     FF_PLOT_FRESH = 1 << 5,    /* computes from a fit of this run: a document is not enough */
     FF_PLOT_TERMS = 1 << 6,    /* without a source: terms of the registry                   */
-    FF_PLOT_MASKINGS = 1 << 7  /* of these, all maskings rather than all distributions      */
+    FF_PLOT_MASKINGS = 1 << 7, /* of these, all maskings rather than all distributions      */
+    FF_PLOT_BY_ANGLE = 1 << 8  /* looks at residuals by angle, which take a pass of their own */
 };
 
 /* Which choices it looks at; the others would go unnoticed. */

@@ -82,6 +82,6 @@ static ff_status build(const ff_plot_subject *s, const ff_plot_choice *c, ff_fig
 const ff_plot_kind ff_plot_residuals = {
     .name = "residuals",
     .help = "mean of model - data by incidence, half angle and difference angle, of a fit or for every masking of a comparison",
-    .takes = FF_PLOT_FITS | FF_PLOT_COMPARES | FF_PLOT_RESULTS,
+    .takes = FF_PLOT_FITS | FF_PLOT_COMPARES | FF_PLOT_RESULTS | FF_PLOT_BY_ANGLE,
     .build = build,
 };
