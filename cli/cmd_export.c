@@ -1,5 +1,6 @@
 /* facetfit export FIT.json --to NAME -o FILE: a fit as a file that a renderer loads, as code, or as a table. */
 #include "internal_cli.h"
+#include "base/internal_kept.h"
 #include "fit/controls/internal_refit.h"
 #include "report/ff_fit_document.h"
 #include "simulate/simulate_struct.h"
@@ -160,12 +161,12 @@ static int export_code(job *j, int language)
 {
     ff_error err = {0};
     const code_job c = {j, language, &err};
-    char *text = NULL;
-    size_t n = 0;
-    FILE *nowhere = open_memstream(&text, &n);
+    ff_kept text;
+    FILE *nowhere = ff_kept_open(&text);
     ff_status failed = nowhere ? write_code(&c, nowhere) : FF_ERR_MEMORY;
-    if (nowhere && fclose(nowhere) != 0 && failed == FF_OK) failed = FF_ERR_MEMORY;
-    free(text);
+    const ff_status closed = ff_kept_close(&text, nowhere);
+    if (failed == FF_OK) failed = closed;
+    free(text.text);
     if (failed != FF_OK) return cli_failed(failed, &err);
     j->report.as = ff_snippet_name((size_t)language);
     j->report.title = "the model as code";

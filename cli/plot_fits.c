@@ -2,6 +2,7 @@
  * one of its result are the same. */
 #define _GNU_SOURCE
 #include "internal_plotting.h"
+#include "base/internal_kept.h"
 #include <stdlib.h>
 #include <string.h>
 
@@ -68,17 +69,16 @@ static ff_status fit_by_noise(cli_drawn_fits *d, ff_error *err)
 /* Through the text, which is what a program gets too. */
 static ff_status make_document(const cli_args *args, cli_drawn_fits *d, ff_error *err)
 {
-    char *text = NULL;
-    size_t size = 0;
-    FILE *memory = open_memstream(&text, &size);
+    ff_kept kept;
+    FILE *memory = ff_kept_open(&kept);
     if (!memory) return FF_ERR_MEMORY;
     ff_report_fits report = cli_fitting_report(args, &d->f, d->fit, d->n);
     cli_trust_report(&d->trust, &report);
     ff_status status = ff_report_fits_json(&report, memory);
-    const int failed = ferror(memory) | fclose(memory);
-    if (failed && status == FF_OK) status = FF_ERR_MEMORY;
-    if (status == FF_OK) status = ff_fit_document_parse(text, size, NULL, &d->document, err);
-    free(text);
+    const ff_status closed = ff_kept_close(&kept, memory);
+    if (status == FF_OK) status = closed;
+    if (status == FF_OK) status = ff_fit_document_parse(kept.text, kept.n, NULL, &d->document, err);
+    free(kept.text);
     return status;
 }
 

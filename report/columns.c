@@ -1,6 +1,7 @@
 /* Tables in their written forms. All cells are made before the first is printed: text needs the widths. */
 #define _GNU_SOURCE
 #include "internal_columns.h"
+#include "base/internal_kept.h"
 #include <ctype.h>
 #include <math.h>
 #include <stdarg.h>
@@ -67,9 +68,8 @@ typedef struct form {
 /* Copies text, with escape(c) instead of a character c for which that is not NULL. */
 static char *escaped(const char *text, const char *(*escape)(char c))
 {
-    char *out = NULL;
-    size_t size = 0;
-    FILE *memory = open_memstream(&out, &size);
+    ff_kept out;
+    FILE *memory = ff_kept_open(&out);
     if (!memory) return NULL;
     for (; *text; text++) {
         const char *other = escape(*text);
@@ -78,25 +78,20 @@ static char *escaped(const char *text, const char *(*escape)(char c))
         else
             fputc(*text, memory);
     }
-    const int failed = ferror(memory);
-    if (fclose(memory) == 0 && !failed) return out;
-    free(out);
-    return NULL;
+    ff_kept_close(&out, memory);
+    return out.text;
 }
 
 /* ---- text ------------------------------------------------------------------------------------ */
 
 static char *text_written(const ff_cell *cell)
 {
-    char *out = NULL;
-    size_t size = 0;
-    FILE *memory = open_memstream(&out, &size);
+    ff_kept out;
+    FILE *memory = ff_kept_open(&out);
     if (!memory) return NULL;
     ff_text_print(cell->text, memory);
-    const int failed = ferror(memory);
-    if (fclose(memory) == 0 && !failed) return out;
-    free(out);
-    return NULL;
+    ff_kept_close(&out, memory);
+    return out.text;
 }
 
 /* The end of a cell that there is no room for. */

@@ -1,5 +1,5 @@
-#define _GNU_SOURCE /* fopencookie */
 #include "internal_text.h"
+#include "base/internal_kept.h"
 #include "base/internal_number.h"
 #include <math.h>
 #include <stdio.h>
@@ -108,40 +108,14 @@ void ff_text_print(const char *text, FILE *out)
 
 /* ---- text that is kept ------------------------------------------------------------------------ */
 
-/* What was written so far. A stream of open_memstream would forget that it could not grow: glibc's says so by no error. */
-typedef struct kept {
-    char *text;
-    size_t n, room;
-} kept;
-
-static ssize_t keep(void *cookie, const char *bytes, size_t n)
-{
-    kept *k = cookie;
-    if (n >= k->room - k->n) {
-        const size_t room = 2 * k->room + n;
-        char *longer = realloc(k->text, room);
-        if (!longer) return 0;
-        k->text = longer;
-        k->room = room;
-    }
-    memcpy(k->text + k->n, bytes, n);
-    k->n += n;
-    return (ssize_t)n;
-}
-
 ff_status ff_text_capture(ff_status (*write)(const void *context, FILE *out), const void *context, char **text)
 {
-    enum { FIRST = 4096 };
-    kept k = {malloc(FIRST), 0, FIRST};
-    FILE *stream = k.text ? fopencookie(&k, "w", (cookie_io_functions_t){.write = keep}) : NULL;
+    ff_kept k;
+    FILE *stream = ff_kept_open(&k);
     ff_status status = stream ? write(context, stream) : FF_ERR_MEMORY;
-    if (stream) {
-        const int failed = ferror(stream);
-        if ((fclose(stream) != 0 || failed) && !status) status = FF_ERR_MEMORY;
-    }
-    if (k.text) k.text[k.n] = '\0'; /* there is room for it, as keep() leaves it */
+    const ff_status closed = ff_kept_close(&k, stream);
     *text = k.text;
-    return status;
+    return status ? status : closed;
 }
 
 /* ---- numbers --------------------------------------------------------------------------------- */

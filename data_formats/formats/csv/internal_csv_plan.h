@@ -33,7 +33,6 @@ typedef struct ff_planner {
     ff_plan_column *column;                       /**< [n]                                       */
     ff_plan_setting setting[FF_MEANS_NUMBER + 1]; /**< by meaning                                */
     FILE *text;                                   /**< the option as it grows: plan.columns  */
-    size_t text_size;
     ff_csv_plan plan;
 } ff_planner;
 
