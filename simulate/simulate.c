@@ -116,8 +116,7 @@ static ff_status fill(const ff_model *m, const double *shape, const double *chan
     drop_without_sigma(t);
     if (raised > 0)
         snprintf(t->note, sizeof t->note,
-                 "%zu values fell below 0 by noise and are stored as 0, since a negative value would mean \"not measured\"",
-                 raised);
+                 "%zu values fell below 0 by noise and are stored as 0, since the file can hold no negative measurement", raised);
     return status;
 }
 
