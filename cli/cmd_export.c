@@ -187,12 +187,13 @@ static int export_table(job *j, const ff_format *to)
 {
     ff_error err = {0};
     ff_table t;
-    ff_isa isa;
+    ff_simulate_options o;
     ff_lost rounding = {"", NAN};
-    const int chosen = cli_isa(j->args, &isa);
+    ff_simulate_options_init(&o);
+    const int chosen = cli_isa(j->args, &o.isa);
     if (chosen != EXIT_DONE) return chosen;
     const ff_surface *s = &j->surface;
-    ff_status failed = ff_simulate_layout_into(s->model, s->n_channels, s->shape, s->channel, to, isa, &t, &err);
+    ff_status failed = ff_simulate_layout_into(s->model, s->n_channels, s->shape, s->channel, to, NULL, &o, &t, &err);
     if (failed != FF_OK) return no_table(j, failed, &err);
     failed = ff_table_write_with(j->path, to->name, &t, j->args->outputs, &err);
     if (failed == FF_OK) cli_notes(j->path, &t);

@@ -1,6 +1,7 @@
-/* facetfit simulate EXPR --grid NAME -o FILE: a data set from a model. */
+/* facetfit simulate EXPR -o FILE: a data set from a model, at directions that have a name, or at those that the format has. */
 #include "internal_cli.h"
 #include "simulate/simulate_struct.h"
+#include <stdio.h>
 #include <string.h>
 
 /* The options borrow the noise, which *noise owns. */
@@ -20,31 +21,60 @@ static int read_noise(const cli_args *args, ff_simulate_options *o, ff_noise **n
 
 static int read_options(const cli_args *args, ff_simulate_options *o)
 {
-    const char *grid = cli_value(args, FLAG_GRID, NULL);
-    ff_error err = {0};
     ff_simulate_options_init(o);
     const int status = cli_isa(args, &o->isa);
     if (status != EXIT_DONE) return status;
     o->seed = cli_integer(args, FLAG_SEED, o->seed);
     o->sigma = cli_switch(args, FLAG_SIGMA, 0);
-    const ff_status failed = grid ? ff_sampling_parse(grid, &o->sampling, &err) : FF_OK;
-    return failed == FF_OK ? EXIT_DONE : cli_failed(failed, &err);
+    return EXIT_DONE;
+}
+
+/* Whether --grid names directions of its own; otherwise the words are those of the format. */
+static ff_status read_grid(const char *grid, const ff_format *format, ff_simulate_options *o, int *named, ff_error *err)
+{
+    *named = 0;
+    if (!grid) return FF_OK;
+    const ff_status status = ff_sampling_parse(grid, &o->sampling, err);
+    if (status == FF_ERR_UNKNOWN && format->layout) return FF_OK;
+    *named = 1;
+    return status;
+}
+
+static ff_status make_table(const cli_scene *scene, const ff_format *format, const char *grid, const ff_simulate_options *o,
+                            int named, ff_table *t, ff_error *err)
+{
+    if (named) return ff_simulate_into(&scene->model, scene->n_channels, scene->shape, scene->channel, o, t, err);
+    return ff_simulate_layout_into(&scene->model, scene->n_channels, scene->shape, scene->channel, format, grid, o, t, err);
+}
+
+/* Directions that were asked for may be none that the format can hold; its own are those of no --grid. */
+static int not_written(const ff_format *format, int named, ff_status failed, ff_error *err)
+{
+    const size_t used = strlen(err->message);
+    if (failed == FF_ERR_UNSUPPORTED && named && format->layout)
+        snprintf(err->message + used, sizeof err->message - used, "; without --grid the directions are those of the format");
+    return cli_failed(failed, err);
 }
 
 static int simulate(const cli_args *args, const char *path, const ff_format *format, ff_simulate_options *o)
 {
-    const int merl = !strcmp(format->name, "merl"); /* three channels, no negative values */
+    const char *grid = cli_value(args, FLAG_GRID, NULL);
     cli_scene scene;
     ff_table table;
     ff_error err = {0};
-    int status = cli_scene_make(args, args->word[0], merl ? 3 : 1, &scene);
+    int named;
+    ff_status failed = read_grid(grid, format, o, &named, &err);
+    if (failed != FF_OK) return cli_failed(failed, &err);
+    if (o->sigma && !named && format->layout && !(format->holds & FF_HOLDS_SIGMA))
+        return cli_usage(args, "--sigma: the format '%s' has no room for standard deviations; --format csv has", format->name);
+    int status = cli_scene_make(args, args->word[0], strcmp(format->name, "merl") ? 1 : 3, &scene); /* MERL has three channels */
     if (status) return status;
-    o->nonnegative = merl;
-    ff_status failed = ff_simulate_into(&scene.model, scene.n_channels, scene.shape, scene.channel, o, &table, &err);
+    o->nonnegative = format->layout && !(format->holds & FF_HOLDS_NEGATIVE);
+    failed = make_table(&scene, format, grid, o, named, &table, &err);
     cli_scene_free(&scene);
     if (failed != FF_OK) return cli_failed(failed, &err);
     failed = ff_table_write_with(path, format->name, &table, args->outputs, &err);
-    status = failed == FF_OK ? cli_outputs_commit(args) : cli_failed(failed, &err);
+    status = failed == FF_OK ? cli_outputs_commit(args) : not_written(format, named, failed, &err);
     if (status == EXIT_DONE) cli_notes(path, &table);
     ff_table_clear(&table);
     return status;

@@ -1,5 +1,6 @@
 #!/usr/bin/env python3
-"""figures.py PROGRAM: writes the figures of the gallery, docs/figures/*.svg, by the commands of docs/figures.md."""
+"""figures.py PROGRAM: writes the figures of the gallery, docs/figures/*.svg, by the commands of docs/figures.md; pictures.py those of lit
+spheres."""
 import os
 import pathlib
 import shlex

@@ -44,7 +44,7 @@ typedef struct ff_simulate_options {
     uint64_t seed;        /**< of the noise and of scattered directions; 1                                    */
     int sigma;            /**< 1: the table carries the standard deviation of every value; needs noise. A value of exactly 0
                                under multiplicative noise alone has none: its sample is marked invalid        */
-    int nonnegative;      /**< 1: a value below 0 becomes 0 and the note counts them (MERL reads a negative as "not measured") */
+    int nonnegative;      /**< 1: a value below 0 becomes 0 and the note counts them: for files that hold no negative values  */
     ff_isa isa;           /**< FF_ISA_BEST                                                                    */
     const volatile int *cancel; /**< polled; not NULL and != 0 ends with FF_ERR_CANCELLED                        */
     const ff_noise *noise; /**< NULL: relative and floor; else these are 0. Values are independent, whatever it says of neighbours

@@ -116,8 +116,7 @@ static ff_status fill(const ff_model *m, const double *shape, const double *chan
     drop_without_sigma(t);
     if (raised > 0)
         snprintf(t->note, sizeof t->note,
-                 "%zu values fell below 0 by noise and are stored as 0, since a negative value would mean \"not measured\"",
-                 raised);
+                 "%zu values fell below 0 by noise and are stored as 0, since the file can hold no negative measurement", raised);
     return status;
 }
 
@@ -185,34 +184,51 @@ static double *channels_for(const ff_model *m, size_t n_channels, const double *
     return made;
 }
 
+/* A plane of standard deviations, where they are asked for; what the format cannot hold its writer says. */
+static ff_status add_sigma(const ff_simulate_options *o, ff_table *t, ff_error *err)
+{
+    if (!o->sigma || t->sigma) return FF_OK;
+    t->sigma = calloc(t->n * t->n_channels, sizeof *t->sigma);
+    if (t->sigma) return FF_OK;
+    return ff_error_set(err, FF_ERR_MEMORY, NULL, 0, -1, "no memory for %zu standard deviations", t->n * t->n_channels);
+}
+
 static ff_status fill_layout(const ff_model *m, size_t n_channels, const double *shape, const double *channel,
                              const ff_simulate_options *o, ff_table *t, ff_error *err)
 {
     double *channels = channels_for(m, n_channels, channel, t->n_channels);
     if (!channels) return ff_error_set(err, FF_ERR_MEMORY, NULL, 0, -1, "no memory for %zu channels", t->n_channels);
-    const ff_status status = fill(m, shape, channels, o, t, err);
-    for (size_t c = 0; c < t->n_channels; c++)
-        for (size_t i = 0; i < t->n; i++) t->value[c * t->n + i] /= t->channels[c].scale;
+    ff_status status = add_sigma(o, t, err);
+    if (status == FF_OK) status = fill(m, shape, channels, o, t, err);
+    for (size_t c = 0; c < t->n_channels && status == FF_OK; c++)
+        for (size_t i = 0; i < t->n; i++) {
+            t->value[c * t->n + i] /= t->channels[c].scale;
+            if (t->sigma) t->sigma[c * t->n + i] /= t->channels[c].scale;
+        }
     free(channels);
+    if (status == FF_OK) count_negative(t);
     return status;
 }
 
 ff_status ff_simulate_layout_into(const ff_model *m, size_t n_channels, const double *shape, const double *channel,
-                                  const ff_format *to, ff_isa isa, ff_table *out, ff_error *err)
+                                  const ff_format *to, const char *grid, const ff_simulate_options *o, ff_table *out, ff_error *err)
 {
-    ff_simulate_options o;
-    ff_table plain, made;
-    ff_simulate_options_init(&o);
-    o.isa = isa;
-    ff_status status = ff_simulate_into(m, n_channels, shape, channel, &o, &plain, err);
-    if (status != FF_OK || !to->layout) {
-        if (status == FF_OK) *out = plain;
-        return status;
-    }
-    status = to->layout(&plain, NULL, &made, err);
-    ff_table_clear(&plain);
+    ff_simulate_options plain_options;
+    ff_table plain, made = {0};
+    if (!to->layout) return ff_simulate_into(m, n_channels, shape, channel, o, out, err);
+    ff_status status = check_options(o, n_channels, err);
     if (status != FF_OK) return status;
-    status = fill_layout(m, n_channels, shape, channel, &o, &made, err);
+    ff_simulate_options_init(&plain_options);
+    plain_options.isa = o->isa;
+    status = ff_simulate_into(m, n_channels, shape, channel, &plain_options, &plain, err);
+    if (status != FF_OK) return status;
+    status = to->layout(&plain, grid, &made, err);
+    if (status != FF_OK || made.n == 0) { /* none: the format takes any directions */
+        ff_table_clear(&plain);
+        return status != FF_OK ? status : ff_simulate_into(m, n_channels, shape, channel, o, out, err);
+    }
+    ff_table_clear(&plain);
+    status = fill_layout(m, n_channels, shape, channel, o, &made, err);
     if (status == FF_OK)
         *out = made;
     else

@@ -12,11 +12,12 @@ extern "C" {
 ff_status ff_simulate_into(const ff_model *m, size_t n_channels, const double *shape, const double *channel,
                            const ff_simulate_options *o, ff_table *out, ff_error *err);
 
-/* The model itself, without noise, at the directions that a file of the format `to` has; with no layout of its own those of a
- * goniometer, in steps of 5 degrees. Of one channel a format may make several alike. FF_ERR_UNSUPPORTED as the layout of the
- * format, and of ff_model_check; FF_ERR_MEMORY. */
+/* ff_simulate_into at the directions that a file of the format `to` has, in the words of its layout (NULL: the usual); with no
+ * layout of its own those of o->sampling. The layout is made for the goniometer's directions. Of one channel a format may make
+ * several alike. FF_ERR_UNSUPPORTED, FF_ERR_SYNTAX and FF_ERR_RANGE as the layout of the format, and as ff_simulate. */
 ff_status ff_simulate_layout_into(const ff_model *m, size_t n_channels, const double *shape, const double *channel,
-                                  const ff_format *to, ff_isa isa, ff_table *out, ff_error *err);
+                                  const ff_format *to, const char *grid, const ff_simulate_options *o, ff_table *out,
+                                  ff_error *err);
 
 #ifdef __cplusplus
 }

@@ -20,14 +20,33 @@ const char *ff_words_hint(ff_hint hint)
     }
 }
 
-/* "...; say columns 'x'" of the library is "...; say --columns 'x'" of the program. */
+/* Where "say OPTION " stands before an option of ff_read_options, a clause of its own; NULL. */
+static char *clause_after(char *text, char *from)
+{
+    static const char *const option[] = {"columns ", "angles ", "quantity ", "dialect "};
+    for (char *at = from; (at = strstr(at, "say ")); at += 4) {
+        if (at - text < 2 || at[-1] != ' ' || !strchr(";:,?", at[-2])) continue;
+        for (size_t k = 0; k < sizeof option / sizeof option[0]; k++)
+            if (!strncmp(at + 4, option[k], strlen(option[k]))) return at;
+    }
+    return NULL;
+}
+
+/* "...; say columns 'x'" of the library is "...; say --columns 'x'" of the program, once: the names of columns that a sentence
+ * quotes may have these words too. They stand before the clause, so it is the last; or in its value, which then ends the sentence.
+ */
 static void say_flags(char *text, size_t size)
 {
-    for (char *at = text; (at = strstr(at, "say ")); at += 4)
-        if (strlen(text) + 3 < size) {
-            memmove(at + 6, at + 4, strlen(at + 4) + 1);
-            at[4] = at[5] = '-';
-        }
+    static const char with_value[] = "say columns '";
+    const size_t n = strlen(text);
+    char *say = NULL;
+    for (char *at = text; (at = clause_after(text, at)); at += 4) {
+        say = at;
+        if (n && text[n - 1] == '\'' && !strncmp(at, with_value, sizeof with_value - 1)) break;
+    }
+    if (!say || n + 3 > size) return;
+    memmove(say + 6, say + 4, strlen(say + 4) + 1);
+    say[4] = say[5] = '-';
 }
 
 void ff_words_error(const ff_error *err, char *out, size_t size)

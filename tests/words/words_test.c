@@ -293,6 +293,19 @@ static void hints_of_errors(void)
     FF_CHECK(!strcmp(text, "a:3: found x; say --columns 'y=#1'"), "'%s'", text);
     ff_words_error(&err, text, 28);
     FF_CHECK(strlen(text) == 27 && !strncmp(text, "a:3: found x; say columns ", 26), "'%s' is not cut to 27", text);
+    static const char *const quoted[][2] = {
+        {"found say x, say f; say columns 'theta_o=say x,f=say f'", "found say x, say f; say --columns 'theta_o=say x,f=say f'"},
+        {"found a; say columns 'f=b; say angles c'", "found a; say --columns 'f=b; say angles c'"},
+        {"column 2 (f, say angles rad): found '1,5'; say dialect decimal=comma",
+         "column 2 (f, say angles rad): found '1,5'; say --dialect decimal=comma"},
+        {"'f, say x' is what a detector gave: say quantity brdf-cos if not",
+         "'f, say x' is what a detector gave: say --quantity brdf-cos if not"},
+        {"'essay columns ' is left out", "'essay columns ' is left out"}};
+    for (size_t k = 0; k < sizeof quoted / sizeof quoted[0]; k++) {
+        ff_error_hint(&err, ff_error_set(&err, FF_ERR_DATA, NULL, 0, -1, "%s", quoted[k][0]), FF_HINT_SAY);
+        ff_words_error(&err, text, sizeof text);
+        FF_CHECK(!strcmp(text, quoted[k][1]), "'%s', expected '%s'", text, quoted[k][1]);
+    }
     ff_error_set(&err, FF_ERR_DATA, NULL, 0, -1, "another");
     FF_CHECK(err.hint == FF_HINT_NONE && ff_error_hint(NULL, FF_ERR_DATA, FF_HINT_SCALE) == FF_ERR_DATA, "a hint that stays");
 }
