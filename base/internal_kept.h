@@ -6,7 +6,8 @@
 
 /* Zero before it is opened. */
 typedef struct ff_kept {
-    char *text; /* after ff_kept_close: [n] characters and a 0, the caller's to free; NULL where there was no memory */
+    char *text; /* [n] characters and a 0, those before the last fflush of the stream; after ff_kept_close all of them, the caller's
+                 * to free; NULL where there was no memory */
     size_t n, room;
 } ff_kept;
 

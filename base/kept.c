@@ -16,13 +16,14 @@ static ssize_t keep(void *cookie, const char *bytes, size_t n)
     }
     memcpy(k->text + k->n, bytes, n);
     k->n += n;
+    k->text[k->n] = '\0';
     return (ssize_t)n;
 }
 
 FILE *ff_kept_open(ff_kept *k)
 {
     enum { FIRST = 4096 };
-    *k = (ff_kept){malloc(FIRST), 0, FIRST};
+    *k = (ff_kept){calloc(1, FIRST), 0, FIRST};
     FILE *stream = k->text ? fopencookie(k, "w", (cookie_io_functions_t){.write = keep}) : NULL;
     if (!stream) {
         free(k->text);
@@ -35,10 +36,7 @@ ff_status ff_kept_close(ff_kept *k, FILE *stream)
 {
     if (!stream) return FF_ERR_MEMORY;
     const int failed = ferror(stream);
-    if (fclose(stream) == 0 && !failed) {
-        k->text[k->n] = '\0'; /* there is room for it, as keep() leaves it */
-        return FF_OK;
-    }
+    if (fclose(stream) == 0 && !failed) return FF_OK;
     free(k->text);
     *k = (ff_kept){NULL, 0, 0};
     return FF_ERR_MEMORY;

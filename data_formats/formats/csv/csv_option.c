@@ -47,7 +47,8 @@ void ff_plan_put_number(FILE *out, double v)
 
 void ff_plan_put_separator(ff_planner *p)
 {
-    if (ftell(p->text) > 0) fputc(',', p->text);
+    fflush(p->text);
+    if (p->kept.n > 0) fputc(',', p->text);
 }
 
 void ff_plan_put_column(ff_planner *p, const char *key, size_t k, const char *unit)
@@ -74,7 +75,7 @@ void ff_plan_put_setting(ff_planner *p, const char *key, ff_meaning meaning)
 /* The option so far, ending what is written: for messages. */
 const char *ff_plan_so_far(ff_planner *p)
 {
-    return fflush(p->text) == 0 && p->plan.columns ? p->plan.columns : "";
+    return fflush(p->text) == 0 ? p->kept.text : "";
 }
 
 /* ---- refusing ------------------------------------------------------------------------------------ */

@@ -250,12 +250,11 @@ ff_status ff_csv_plan_make(const ff_csv_look *look, const char *path, int angles
                          "found numbers with decimal points and here one with a comma: which is the decimal mark? The other "
                          "then separates thousands; say dialect decimal=comma (or point)"),
             FF_HINT_SAY);
-    ff_kept columns;
-    p.text = ff_kept_open(&columns);
+    p.text = ff_kept_open(&p.kept);
     ff_status status = p.text ? make(&p) : FF_OK;
-    if (ff_kept_close(&columns, p.text) != FF_OK && status == FF_OK)
+    if (ff_kept_close(&p.kept, p.text) != FF_OK && status == FF_OK)
         status = ff_error_set(err, FF_ERR_MEMORY, path, 0, -1, "no memory for the names of columns");
-    p.plan.columns = columns.text;
+    p.plan.columns = p.kept.text;
     p.plan.header_line = p.header_line;
     p.plan.first_row = look->first_row;
     free(p.column);

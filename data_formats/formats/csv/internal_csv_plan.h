@@ -3,6 +3,7 @@
 #define FF_INTERNAL_CSV_PLAN_H
 #include "internal_csv_look.h"
 #include "internal_csv_meaning.h"
+#include "base/internal_kept.h"
 #include <stdio.h>
 
 enum { FF_PLAN_NAME = 96, FF_PLAN_COLUMNS = 4096 };
@@ -32,7 +33,8 @@ typedef struct ff_planner {
     size_t header_line, n;
     ff_plan_column *column;                       /**< [n]                                       */
     ff_plan_setting setting[FF_MEANS_NUMBER + 1]; /**< by meaning                                */
-    FILE *text;                                   /**< the option as it grows: plan.columns  */
+    FILE *text;                                   /**< the option as it grows                */
+    ff_kept kept;                                 /**< what was written to it                */
     ff_csv_plan plan;
 } ff_planner;
 
