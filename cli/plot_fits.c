@@ -83,7 +83,7 @@ static ff_status make_document(const cli_args *args, cli_drawn_fits *d, ff_error
 }
 
 /* Errors and intervals as the flags want them, residuals by angle: for curves through the data nothing of it is looked at, and it
- * takes a pass over them. What a kind computes anew (its own bootstrap) needs the places of the samples alone. */
+ * takes a pass over them. A kind that computes anew (its own bootstrap) needs the places of the samples, which come with them. */
 static int look_closer(const cli_args *args, cli_drawn_fits *d, const ff_plot_kind *kind)
 {
     int status = cli_trust_read(args, &d->f.options, &d->trust);
