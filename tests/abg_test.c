@@ -39,4 +39,67 @@ static void eight_decades(void)
     found(FF_LOSS_CUBE_ROOT);
 }
 
-FF_TEST_MAIN(FF_TEST(eight_decades))
+/* ---- with a shoulder ------------------------------------------------------------------------- */
+
+/* A scan in the plane of incidence, evenly in the logarithm of the angle from the mirror direction on both sides, by the formula.
+ */
+static ff_table scan(const double p[3], int oblique, double noise, uint64_t *state)
+{
+    enum { SIDE = 60 };
+    static const double thetas[] = {5, 30, 60};
+    ff_table t;
+    size_t n = 0;
+    if (ff_table_init(3 * 2 * SIDE, 1, NULL, 0, 0, &t, NULL)) exit(1);
+    t.radians_per_unit = 1;
+    for (int i = 0; i < 3; i++)
+        for (int k = 0; k < 2 * SIDE; k++) {
+            const double theta = thetas[i] * FIT_DEGREE, away = (k % 2 ? 1 : -1) * 0.02 * pow(4000, (k / 2) / (SIDE - 1.0));
+            const double at = theta + away * FIT_DEGREE, d = fabs(sin(at) - sin(theta));
+            if (fabs(at) > 85 * FIT_DEGREE) continue;
+            t.angle[0][n] = theta, t.angle[1][n] = 0;
+            t.angle[2][n] = fabs(at), t.angle[3][n] = at > 0 ? 180 * FIT_DEGREE : 0;
+            t.value[n] = oblique ? p[0] * cos(theta) * cos(at) * pow(1 + d * d / (p[1] * p[1]), -(p[2] + 1) / 2)
+                                 : p[0] * pow(1 + d * d / (p[1] * p[1]), p[2] / 2);
+            t.value[n] *= 1 + noise * fit_normal(state);
+            t.valid[n++] = 1;
+        }
+    t.n = n;
+    return t;
+}
+
+/* Whatever the shoulder and the slope: the search starts from the defaults. */
+static void shoulders(void)
+{
+    static const char *const models[] = {"harvey-shack", "k-correlation"};
+    static const char *const names[][3] = {{"hs_b0", "hs_l", "hs_s"}, {"kc_b0", "kc_l", "kc_c"}};
+    static const double truths[][3] = {{1e3, 1e-3, -1.5}, {5, 0.02, -2.5}, {1e-2, 0.3, -3}, {1e5, 1e-4, -1.8}};
+    int outside = 0, all = 0;
+    for (int m = 0; m < 2; m++)
+        for (size_t i = 0; i < sizeof truths / sizeof *truths; i++) {
+            const double p[3] = {truths[i][0], truths[i][1], m ? -1 - truths[i][2] : truths[i][2]};
+            uint64_t state = ff_test_stream("%s %zu", models[m], i);
+            ff_table t = scan(p, m, 0.03, &state);
+            ff_model model;
+            ff_fit_result r;
+            ff_error err = {0};
+            ff_fit_options o = fit_options();
+            o.loss = FF_LOSS_LN;
+            if (ff_model_parse(models[m], &model, &err)) exit(1);
+            if (FF_CHECK(fit_table(&t, &model, &o, &r, NULL, &err) == FF_OK && r.outcome == FF_CONVERGED, "%s", err.message)) {
+                for (int k = 0; k < 3; k++) {
+                    const ff_fit_value *v = ff_fit_result_find(&r, names[m][k], 0);
+                    if (!FF_CHECK(v != NULL, "no %s", names[m][k])) continue;
+                    FF_CHECK(fabs(v->value - p[k]) < 5 * v->std_error, "%s of set %zu: %g +- %g, expected %g", names[m][k], i,
+                             v->value, v->std_error, p[k]);
+                    FF_CHECK(v->std_error < 0.1 * fabs(p[k]), "%s of set %zu: %g +- %g", names[m][k], i, v->value, v->std_error);
+                    outside += !(v->low <= p[k] && p[k] <= v->high);
+                    all++;
+                }
+                ff_fit_result_clear(&r);
+            }
+            ff_table_clear(&t);
+        }
+    FF_CHECK(all == 24 && outside <= 5, "%d of %d intervals miss", outside, all); /* more than 5 of 24 once in 1,000 */
+}
+
+FF_TEST_MAIN(FF_TEST(eight_decades), FF_TEST(shoulders))

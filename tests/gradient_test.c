@@ -151,12 +151,16 @@ static void evaluate(const fit_surface *s, const model_pairs *w, double *f, doub
     FF_CHECK(status == FF_OK, "%s", ff_status_str(status));
 }
 
-/* Adds to parameter k (shape, then per channel: that of every channel). */
+/* Adds to parameter k (shape, then per channel: that of every channel, in its box: a step may be too long for one that is not
+ * looked at). */
 static void move(fit_surface *s, uint32_t k, const double *base, double step)
 {
     const uint32_t n = s->model.n_shape;
     if (k < n) s->shape[k] = base[0] + step;
-    for (size_t c = 0; k >= n && c < s->n_channels; c++) s->channel[c * s->model.n_channel + k - n] = base[c] + step;
+    for (size_t c = 0; k >= n && c < s->n_channels; c++) {
+        const ff_param *p = s->model.channel[k - n].info;
+        s->channel[c * s->model.n_channel + k - n] = fmin(fmax(base[c] + step, p->lo), p->hi);
+    }
 }
 
 /* Differences of f at one step; a sample where f changes by more than a third, or vanishes, has to wait for shorter ones.
@@ -252,14 +256,14 @@ static void check_parameter(const fit_surface *s, const model_pairs *w, uint32_t
     const double floor = model_floor(m);
     /* a step over a narrow lobe beside a broad one sees nothing of it, and shorter ones the rounding of the broad one */
     const double widest = k < m->n_shape && model_is_slope(param->info) ? 0.1 * narrowest(s) : HUGE_VAL;
-    double base[CHANNELS], step = HUGE_VAL;
+    double base[CHANNELS], step = 0;
     unsigned asked = 0;
     for (size_t c = 0; c < CHANNELS; c++) {
         base[c] = k < m->n_shape ? s->shape[k] : s->channel[c * m->n_channel + k - m->n_shape];
-        step = fmin(step, model_first_step(param->info, base[c]));
     }
-    take_differences(s, w, k, base, step, 0, f, r);
-    for (size_t c = 0; c < CHANNELS; c++) {
+    for (size_t c = 0; c < CHANNELS; c++) { /* of values of very different sizes each has steps of its own */
+        const double own = model_first_step(param->info, base[c]);
+        if (own != step) take_differences(s, w, k, base, step = own, 0, f, r), asked = 0;
         const double size = fmax(fabs(base[c]), param->info->flags & FF_PARAM_LOG ? 0 : 1);
         for (size_t i = 0; i < n; i++) {
             const double *plane = df + (c * n_params + k) * n, value = f[c * n + i];

@@ -302,10 +302,11 @@ static inline double model_accuracy(const ff_model *m)
     return couples ? 1e-9 : MODEL_ANALYTIC;
 }
 
-/** The first step for a parameter at v: a tenth of its natural size, inside its box. */
+/** The first step for a parameter at v: a tenth of its natural size, inside its box. That of a linear one is its value, where that
+ * is large: a step of 0.1 from 1e7 is lost in the rounding. */
 static inline double model_first_step(const ff_param *p, double v)
 {
-    const double size = p->flags & FF_PARAM_LOG ? v + p->offset : p->flags & FF_PARAM_ATANH ? 1 - v * v : 1;
+    const double size = p->flags & FF_PARAM_LOG ? v + p->offset : p->flags & FF_PARAM_ATANH ? 1 - v * v : fmax(1, fabs(v));
     return fmin(0.1 * size, 0.99 * fmin(p->hi - v, v - p->lo));
 }
 

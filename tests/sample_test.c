@@ -360,6 +360,20 @@ static void every_distribution(void)
     }
 }
 
+/* The value of its linear parameter with which a term that nothing bounds reflects 0.9 of what comes along the normal: the end of
+ * its box is a reflectance of thousands. */
+static double bright_as_a_wall(size_t diffuse)
+{
+    const double normal[3] = {0, 0, 1};
+    ff_model m = model_parse(ff_term_at(FF_DIFFUSE, diffuse)->name);
+    double shape[FF_MAX_SHAPE], channel[FF_MAX_CHANNEL_PARAMS];
+    ff_integral all;
+    ff_model_defaults(&m, 1, shape, channel);
+    channel[0] = 1;
+    FF_CHECK(m.n_channel == 1 && ff_albedo_directional(&m, FF_ISA_BEST, 1, shape, channel, normal, &all, NULL) == FF_OK, "albedo");
+    return 0.9 / all.value;
+}
+
 static void every_diffuse_term(void)
 {
     static scene s;
@@ -372,6 +386,10 @@ static void every_diffuse_term(void)
         set(&s, "f0=0.05");
         for (uint32_t k = 0; k < s.model.n_channel; k++) /* bright, so that most samples are its own */
             if (s.model.channel[k].lobe >= s.model.n_lobes) s.channel[k] = 0.9 * s.model.channel[k].info->hi;
+        const ff_term *term = ff_term_at(FF_DIFFUSE, b);
+        for (uint32_t k = 0; k < s.model.n_channel && term->n_params && !(term->claims & FF_PASSIVE); k++)
+            if (strcmp(s.model.channel[k].info->name, term->params[0].name) == 0 && term->params[0].hi > 1)
+                s.channel[k] = bright_as_a_wall(b);
         check_scene(&s);
     }
 }
@@ -388,6 +406,10 @@ static void several_lobes(void)
     check_scene(&s);
     s.model = model_parse("lambert");
     ff_model_defaults(&s.model, 1, s.shape, s.channel);
+    check_scene(&s);
+    s.model = model_parse("harvey-shack");
+    ff_model_defaults(&s.model, 1, s.shape, s.channel);
+    set(&s, "hs_l=0.004"), set(&s, "hs_s=-3.5"), set(&s, "hs_b0=5000");
     check_scene(&s);
 }
 

@@ -463,6 +463,19 @@ static long double abg(angles w, const double *params)
     return params[0] / (params[1] + powl(hypotl(x, y), params[2]));
 }
 
+/* x, y as of abg. */
+static long double harvey_shack(angles w, const double *params)
+{
+    const long double x = sinl(w.i) + sinl(w.o) * cosl(w.phi), y = sinl(w.o) * sinl(w.phi);
+    return params[0] * powl(1 + (x * x + y * y) / ((long double)params[1] * params[1]), params[2] / 2.0L);
+}
+
+static long double k_correlation(angles w, const double *params)
+{
+    const double as_slope[3] = {params[0], params[1], -(params[2] + 1)};
+    return cosl(w.i) * cosl(w.o) * harvey_shack(w, as_slope);
+}
+
 static void eval_diffuse(const ff_diffuse *t, const ff_diffuse_input *in, const pairs *p, double *f)
 {
     t->eval(in, &p->g, p->n, f, NULL);
@@ -489,6 +502,8 @@ static void diffuse_values(void)
             check_values("eon", &(ff_diffuse_input){.params = {kd, s}}, eon);
             check_values("disney", &(ff_diffuse_input){.params = {kd, s}}, disney);
             check_values("abg", &(ff_diffuse_input){.params = {kd, 1e-6 + s, 1 + 3 * s}}, abg);
+            check_values("harvey-shack", &(ff_diffuse_input){.params = {kd, 1e-3 + s, -0.1 - 3 * s}}, harvey_shack);
+            check_values("k-correlation", &(ff_diffuse_input){.params = {kd, 1e-3 + s, 0.1 + 3 * s}}, k_correlation);
 
             pairs p;
             double f[FF_BLOCK], own[FF_BLOCK];

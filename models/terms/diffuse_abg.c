@@ -8,6 +8,7 @@
 #include "internal_terms.h"
 #include "internal_optics.h"
 #include "base/internal_vector_math.h"
+#include <math.h>
 
 #define LEAST 1e-280 /* of d^2, which is 0 in the mirror direction */
 
@@ -34,6 +35,13 @@ static void abg(const ff_diffuse_input *in, const ff_geometry *g, size_t n, doub
         for (size_t i = 0; i < n; i++) dg[i] = -0.5 * A * inv[i] * inv[i] * power[i] * log_d2[i];
 }
 
+/* (1 + t^g) over (1 + t^2)^(g/2), t = d / B^(1/g), lies between 1 and 2^(1 - g/2). */
+static void peak(const double *p, double *width, double *power)
+{
+    *width = pow(p[1], 1 / p[2]);
+    *power = 0.5 * p[2];
+}
+
 static const ff_param params[] = {
     {"abg_a", "1/sr", "scatter at d = 1, A", 0, 1, 1e-3, FF_PARAM_PER_CHANNEL | FF_PARAM_LINEAR, 0},
     {"abg_b", "1", "where the peak ends, B: the g-th power of d there", 1e-20, 1, 1e-3, FF_PARAM_LOG, 0},
@@ -49,4 +57,5 @@ const ff_diffuse FF_ISA_NAME(ff_diffuse_abg) = {
              .n_params = 3,
              .params = params},
     .planes = 1u << FF_G_C | 1u << FF_G_S2,
-    .eval = abg};
+    .eval = abg,
+    .peak = peak};

@@ -162,6 +162,10 @@ typedef struct ff_diffuse {
     /* f in 1/sr (the caller zeroes what is below the horizon) and d f / d input, d[FF_DD_COUNT] planes, each or d itself NULL
      * where it is not wanted. */
     void (*eval)(const ff_diffuse_input *in, const ff_geometry *g, size_t n, double *restrict f, double *const *d);
+    /* Of a term with a peak in the mirror direction, else NULL: the curve (1 + (d / width)^2)^-power of the difference d of
+     * direction cosines that f is like, up to a factor between bounds. params are the shared ones, in their places. Samples and
+     * the panels of integrals follow it. */
+    void (*peak)(const double *params, double *width, double *power);
 } ff_diffuse;
 
 #endif

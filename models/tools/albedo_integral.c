@@ -373,14 +373,64 @@ static void integrate_hemisphere(ff_integrand *k, const ff_gauss *g)
         }
 }
 
+/* The narrowest peak of the bases, a difference of direction cosines; INFINITY where none has one. */
+static double narrowest_peak(const ff_prepared *p)
+{
+    double least = INFINITY;
+    for (uint32_t b = 0; b < p->m->n_bases; b++) {
+        const ff_diffuse *term = p->kernels->diffuse[p->m->base[b].diffuse];
+        double width, power;
+        if (!term->peak) continue;
+        term->peak(p->base_param[b], &width, &power);
+        least = fmin(least, fmax(width, 1e-12));
+    }
+    return least;
+}
+
+/* One ray of direction cosines from the mirror direction, beta = -wo + d (cos, sin), to the horizon; d = peak sinh x as above, and
+ * wi.z dwi = d dd dphi. */
+static void integrate_cosines_ray(ff_integrand *k, const ff_gauss *g, double peak, double phi, double weight)
+{
+    const double c = cos(phi), s = sin(phi), along = k->o[0] * c + k->o[1] * s, root = sqrt(along * along + k->o[2] * k->o[2]);
+    const double end = along > 0 ? along + root : k->o[2] * k->o[2] / (root - along), most = asinh(end / peak);
+    const int panels = (int)ceil(most / panel_x);
+    const double half = most / (2 * panels);
+    for (int p = 0; p < panels; p++)
+        for (int i = 0; i < g->n; i++) {
+            const double at = (2 * p + 1 + g->x[i]) * half, d = peak * sinh(at);
+            const double x = d * c - k->o[0], y = d * s - k->o[1], z2 = 1 - x * x - y * y;
+            if (z2 > 0) add_point(k, (const double[]){x, y, sqrt(z2)}, k->o, weight * half * g->w[i] * d * peak * cosh(at));
+        }
+}
+
+/* Bases with a peak. The way to the horizon changes within wo.z of the right angles to the plane of incidence, in panels that halve
+ * towards them. */
+static void integrate_peak(ff_integrand *k, const ff_gauss *g, double peak)
+{
+    const double towards = atan2(k->o[1], k->o[0]);
+    const int levels = (int)fmin(16, 3 + ceil(fmax(0, -log2(k->o[2]))));
+    for (int quarter = 0; quarter < 4; quarter++) {
+        const double bend = towards + (quarter < 2 ? 0.5 : -0.5) * PI, way = (quarter % 2 ? 0.5 : -0.5) * PI;
+        for (int l = 0; l < levels; l++) {
+            const double outer = ldexp(way, -l), inner = l + 1 < levels ? 0.5 * outer : 0;
+            for (int i = 0; i < g->n; i++)
+                integrate_cosines_ray(k, g, peak, bend + 0.5 * (outer + inner) + 0.5 * (outer - inner) * g->x[i],
+                                      0.5 * fabs(outer - inner) * g->w[i]);
+        }
+    }
+}
+
 void ff_integrand_sum(ff_integrand *k, int order)
 {
+    const double peak = k->kind == FF_INTEGRAL_BASES ? narrowest_peak(k->p) : INFINITY;
     centres c = {0, 0, {0}};
     ff_gauss g;
     ff_gauss_make(order, &g);
     memset(k->sum, 0, sizeof k->sum);
     if (k->n_columns) memset(k->column_sum, 0, sizeof k->column_sum);
-    if (k->kind == FF_INTEGRAL_BASES) {
+    if (isfinite(peak)) {
+        integrate_peak(k, &g, peak);
+    } else if (k->kind == FF_INTEGRAL_BASES) {
         integrate_hemisphere(k, &g);
     } else {
         find_centres(k, &c);

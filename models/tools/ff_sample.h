@@ -11,6 +11,8 @@
  *                                              FF_UNIT_AREA) D(h) itself over its integral; wi likewise
  *    what the lobes leave over                 wi.z from the table of (1 - a(mu)) mu, a the directional albedo (Kelemen and
  *                                              Szirmay-Kalos 2001, section 2.2.1)
+ *    scatter of polished surfaces (abg,        wi.z (1 + (d / L)^2)^-p over its integral, d the difference of direction cosines
+ *    harvey-shack, k-correlation)              between wi and the mirror direction, L and p those of the term
  *    other diffuse terms                       wi.z / pi
  *
  *  A mirrored direction may lie below the horizon. Such a sample is lost: it counts, with weight 0, and the density integrates

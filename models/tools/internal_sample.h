@@ -28,6 +28,7 @@ typedef enum ff_sample_strategy {
     FF_SAMPLE_VISIBLE_GAUSSIAN,
     FF_SAMPLE_NORMALS,
     FF_SAMPLE_MATTE_TABLE,
+    FF_SAMPLE_PEAK,
     FF_SAMPLE_COSINE
 } ff_sample_strategy;
 
@@ -41,6 +42,7 @@ typedef struct ff_sample_component {
     double (*quantile)(const ff_ndf_pass *pass, double u); /* q2 of FF_SAMPLE_NORMALS; NULL: by the table    */
     ff_sample_radial radial;
     double rest[FF_SAMPLE_MATTE], below[FF_SAMPLE_MATTE]; /* ..._MATTE_TABLE: a density of mu^2, and its integral up to a node */
+    double width, power;                                  /* FF_SAMPLE_PEAK: (1 + (d / width)^2)^-power */
     double albedo[FF_SAMPLE_VIEWS];
 } ff_sample_component;
 

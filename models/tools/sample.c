@@ -207,6 +207,12 @@ static ff_status sampler_fill(ff_sampler *s, const ff_kernels *kernels, size_t n
             status = lobe_make(p, (uint32_t)part->lobe, &s->part[at]);
             continue;
         }
+        if (kernels->diffuse[p->m->base[part->base].diffuse]->peak) {
+            s->part[at].kind = FF_SAMPLE_PEAK;
+            kernels->diffuse[p->m->base[part->base].diffuse]->peak(p->base_param[part->base], &s->part[at].width,
+                                                                   &s->part[at].power);
+            continue;
+        }
         s->part[at].kind = left_over ? FF_SAMPLE_MATTE_TABLE : FF_SAMPLE_COSINE;
         if (left_over) matte_make(s, at);
     }

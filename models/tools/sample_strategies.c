@@ -94,6 +94,39 @@ static void draw_around(double mu2, double u2, double wi[3])
     wi[2] = sqrt(mu2);
 }
 
+/* Direction cosines: beta = -wo + d (cos, sin) of density (1 + (d / width)^2)^-power over the disc d < 1 + sin(theta_o), which
+ * holds all that is above the horizon; d beta = wi.z dwi. With u = (d / width)^2 the mass within is pi width^2 times
+ *     ((1 + u)^m - 1) / m,  m = 1 - power,
+ * ln(1 + u) where m = 0. */
+static double peak_mass(const ff_sample_component *k, double u)
+{
+    const double m = 1 - k->power, l = log1p(u);
+    return fabs(m) * l > 1e-9 ? expm1(m * l) / m : l;
+}
+
+static double peak_farthest(const ff_sample_component *k, double oz)
+{
+    const double farthest = (1 + sqrt(fmax((1 - oz) * (1 + oz), 0))) / k->width;
+    return farthest * farthest;
+}
+
+static double peak_quantile(const ff_sample_component *k, double oz, double u)
+{
+    const double m = 1 - k->power, farthest = peak_farthest(k, oz), mass = u * peak_mass(k, farthest);
+    const double l = fabs(m) * log1p(farthest) > 1e-9 ? log1p(fmax(m * mass, -1)) / m : mass;
+    return fmin(expm1(l), farthest);
+}
+
+static void draw_peak(const ff_sample_component *k, const double o[3], double u1, double u2, double wi[3])
+{
+    const double d = k->width * sqrt(peak_quantile(k, o[2], u1)), turn = 2 * FF_PI * u2;
+    const double x = d * cos(turn) - o[0], y = d * sin(turn) - o[1], z2 = 1 - x * x - y * y;
+    const int lost = !(z2 > 0);
+    wi[0] = lost ? 0 : x;
+    wi[1] = lost ? 0 : y;
+    wi[2] = lost ? -1 : sqrt(z2);
+}
+
 void ff_sample_draw(const ff_sample_component *k, const double o[3], double u1, double u2, double wi[3])
 {
     switch (k->kind) {
@@ -108,6 +141,9 @@ void ff_sample_draw(const ff_sample_component *k, const double o[3], double u1, 
         break;
     case FF_SAMPLE_MATTE_TABLE:
         draw_around(matte_quantile(k, u1), u2, wi);
+        break;
+    case FF_SAMPLE_PEAK:
+        draw_peak(k, o, u1, u2, wi);
         break;
     default:
         draw_around(1 - u1, u2, wi);
@@ -151,10 +187,23 @@ static void density_of_matte(const ff_sample_component *k, const ff_sample_pairs
     }
 }
 
+/* d as the terms have it: 2 (wi.h) sin(theta_h). */
+static void density_of_peak(const ff_sample_component *k, const ff_sample_pairs *b, double *out)
+{
+    const double *sx = b->g.plane[FF_G_SX], *sy = b->g.plane[FF_G_SY], *c = b->g.plane[FF_G_C], width2 = k->width * k->width;
+    for (size_t i = 0; i < b->n; i++) {
+        const double s2 = sx[i] * sx[i] + sy[i] * sy[i], u = 4 * c[i] * c[i] * s2 / ((1 + s2) * width2);
+        const double all = FF_PI * width2 * peak_mass(k, peak_farthest(k, b->w[5][i]));
+        out[i] = b->w[2][i] * exp(-k->power * log1p(u)) / all;
+    }
+}
+
 void ff_sample_density(const ff_sample_component *k, const ff_sample_pairs *b, double *out)
 {
     if (k->kind == FF_SAMPLE_MATTE_TABLE)
         density_of_matte(k, b, out);
+    else if (k->kind == FF_SAMPLE_PEAK)
+        density_of_peak(k, b, out);
     else if (k->kind == FF_SAMPLE_COSINE)
         for (size_t i = 0; i < b->n; i++) out[i] = b->w[2][i] * (1 / FF_PI);
     else
