@@ -112,4 +112,27 @@ static void exact(void)
              "a negative aperture");
 }
 
-FF_TEST_MAIN(FF_TEST(against_brute_force), FF_TEST(derivatives), FF_TEST(exact))
+/* Values of another program, alpha .02, F0 .5, kd .05 through a disc of .75 degrees, in six digits: not of a point. */
+static void of_another_program(void)
+{
+    const fit_surface s = fit_surface_make("ggx+lambert", 1, "alpha=0.02 f0=0.5 kd=0.05");
+    const ff_aperture disc = {FF_APERTURE_DISC, 0.75 * FIT_DEGREE, 0};
+    FILE *in = fopen(FF_SHARED "/cases/aper02.csv", "r");
+    char line[128];
+    int n = 0;
+    if (!in) FF_SKIP("aper02.csv is not there");
+    while (fgets(line, sizeof line, in)) {
+        double a[4], y, w[6], f;
+        if (sscanf(line, "%lf,%lf,%lf,%lf,%lf", &a[0], &a[1], &a[2], &a[3], &y) != 5) continue;
+        direction(a[0] * FIT_DEGREE, a[1] * FIT_DEGREE, &w[0], &w[1], &w[2]);
+        direction(a[2] * FIT_DEGREE, a[3] * FIT_DEGREE, &w[3], &w[4], &w[5]);
+        const ff_dirs dirs = {w, w + 1, w + 2, w + 3, w + 4, w + 5};
+        FF_CHECK(!ff_aperture_eval(&disc, &s.model, FF_ISA_BEST, 1, s.shape, s.channel, &dirs, 1, &f, NULL, NULL, 1), "aperture");
+        FF_CHECK_CLOSE(f, y, 3e-4, 0);
+        n++;
+    }
+    fclose(in);
+    FF_CHECK(n == 170, "%d samples", n);
+}
+
+FF_TEST_MAIN(FF_TEST(against_brute_force), FF_TEST(derivatives), FF_TEST(exact), FF_TEST(of_another_program))
