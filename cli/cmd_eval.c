@@ -18,6 +18,7 @@ typedef struct evaluation {
     int column[4]; /* where the four angles stand in a row, from 0 */
     cli_scene scene;
     ff_isa isa;
+    ff_aperture aperture;
     int terms;
     size_t n;       /* rows that wait */
     ff_table table; /* BLOCK rows, in degrees: directions come from angles as they do in a data file */
@@ -136,7 +137,8 @@ static ff_status flush(evaluation *e, ff_error *err)
     double(*d)[BLOCK] = e->direction;
     const ff_dirs w = {d[0], d[1], d[2], d[3], d[4], d[5]};
     ff_table_directions(&e->table, 0, e->n, (double *const[6]){d[0], d[1], d[2], d[3], d[4], d[5]});
-    ff_status status = ff_model_eval(&s->model, e->isa, s->n_channels, s->shape, s->channel, &w, e->n, e->f, NULL, BLOCK);
+    ff_status status =
+        ff_aperture_eval(&e->aperture, &s->model, e->isa, s->n_channels, s->shape, s->channel, &w, e->n, e->f, NULL, NULL, BLOCK);
     if (status == FF_OK && e->terms) status = evaluate_terms(e, &w);
     if (status != FF_OK) return ff_error_set(err, status, NULL, 0, -1, "the model cannot be evaluated");
     for (size_t i = 0; i < e->n; i++) put_row(e, i);
@@ -205,6 +207,7 @@ int cmd_eval(const cli_args *args)
     ff_error err = {0};
     if (!e) return cli_failed(FF_ERR_MEMORY, NULL);
     int status = cli_isa(args, &e->isa);
+    if (status == EXIT_DONE) status = cli_aperture(args, &e->aperture);
     if (status == EXIT_DONE) status = cli_scene_make(args, args->word[0], 1, &e->scene);
     if (status != EXIT_DONE) {
         free(e);

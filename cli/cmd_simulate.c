@@ -19,11 +19,13 @@ static int read_noise(const cli_args *args, ff_simulate_options *o, ff_noise **n
     return EXIT_DONE;
 }
 
-static int read_options(const cli_args *args, ff_simulate_options *o)
+static int read_options(const cli_args *args, ff_simulate_options *o, ff_aperture *aperture)
 {
     ff_simulate_options_init(o);
-    const int status = cli_isa(args, &o->isa);
+    int status = cli_isa(args, &o->isa);
+    if (status == EXIT_DONE) status = cli_aperture(args, aperture);
     if (status != EXIT_DONE) return status;
+    o->aperture = aperture;
     o->seed = cli_integer(args, FLAG_SEED, o->seed);
     o->sigma = cli_switch(args, FLAG_SIGMA, 0);
     return EXIT_DONE;
@@ -86,8 +88,9 @@ int cmd_simulate(const cli_args *args)
     const ff_format *format = NULL;
     ff_simulate_options o;
     ff_noise *noise = NULL;
+    ff_aperture aperture;
     if (!path) return cli_usage(args, "-o FILE is missing: where to write");
-    int status = read_options(args, &o);
+    int status = read_options(args, &o, &aperture);
     if (!status) status = read_noise(args, &o, &noise);
     if (!status) status = cli_format_for_writing(args, FLAG_FORMAT, path, &format);
     if (!status) status = simulate(args, path, format, &o);

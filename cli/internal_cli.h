@@ -1,6 +1,7 @@
 /* What the commands share. Data go to stdout, messages to stderr. */
 #ifndef FF_INTERNAL_CLI_H
 #define FF_INTERNAL_CLI_H
+#include "ff_aperture.h"
 #include "internal_flags.h"
 #include "fit/interface/fit_struct.h"
 #include "models/model_struct.h"
@@ -215,6 +216,8 @@ typedef struct cli_trust {
     ff_difference difference;
 } cli_trust;
 
+/* --aperture. */
+int cli_aperture(const cli_args *args, ff_aperture *out);
 /* --saturation, --noise-floor, --negative. Exit status, as all here. */
 int cli_read_censoring(const cli_args *args, ff_fit_options *o);
 int cli_trust_read(const cli_args *args, const ff_fit_options *o, cli_trust *out);

@@ -19,6 +19,32 @@ int cli_isa(const cli_args *args, ff_isa *out)
     return EXIT_DONE;
 }
 
+/* DEG, DEG:disc, DEG:square or DEGxDEG. */
+static int read_aperture(const char *text, ff_aperture *out)
+{
+    const double degree = 0.017453292519943295;
+    double x, y = 0;
+    const char *end = ff_number_read(text, &x);
+    if (!end) return 0;
+    const int square = !strcmp(end, ":square"), sides = *end == 'x', disc = !*end || !strcmp(end, ":disc");
+    if (sides) end = ff_number_read(end + 1, &y);
+    if (!disc && !square && !(sides && end && !*end)) return 0;
+    *out = (ff_aperture){disc ? FF_APERTURE_DISC : FF_APERTURE_RECTANGLE, x * degree, (square ? x : y) * degree};
+    return x >= 0 && y >= 0 && x * degree <= FF_APERTURE_MOST && y * degree <= FF_APERTURE_MOST;
+}
+
+int cli_aperture(const cli_args *args, ff_aperture *out)
+{
+    const char *text = cli_value(args, FLAG_APERTURE, NULL);
+    *out = (ff_aperture){FF_APERTURE_DISC, 0, 0};
+    if (text && !read_aperture(text, out))
+        return cli_usage(args,
+                         "--aperture %s: expected a half angle of 0 to %.3g degrees, as in 0.75, 0.75:disc or 0.75:square, or two "
+                         "as in 0.5x1",
+                         text, FF_APERTURE_MOST / 0.017453292519943295);
+    return EXIT_DONE;
+}
+
 const char *cli_param_nearest(const ff_model *model, size_t n, const char *name)
 {
     for (size_t i = 0; i < n; i++) {

@@ -7,6 +7,7 @@
  * ff_error; outputs are written only on FF_OK. Threads  no global state; every function may be called from many threads at once. */
 #ifndef FF_SIMULATE_H
 #define FF_SIMULATE_H
+#include "ff_aperture.h"
 #include "ff_api.h"
 #include "ff_model.h"
 #include "ff_noise.h"
@@ -49,6 +50,7 @@ typedef struct ff_simulate_options {
     const volatile int *cancel; /**< polled; not NULL and != 0 ends with FF_ERR_CANCELLED                        */
     const ff_noise *noise; /**< NULL: relative and floor; else these are 0. Values are independent, whatever it says of neighbours
                                 and channels. Of one level, or as many as channels; borrowed                    */
+    const ff_aperture *aperture; /**< of the detector, borrowed; NULL: a point                                  */
 } ff_simulate_options;
 
 /** Writes the defaults into options of `size` bytes, the caller's sizeof, and nothing beyond. */

@@ -94,6 +94,7 @@ static void count_negative(ff_table *t)
 static ff_status fill(const ff_model *m, const double *shape, const double *channel, const ff_simulate_options *o, ff_table *t,
                       ff_error *err)
 {
+    const ff_aperture point = {FF_APERTURE_DISC, 0, 0};
     double *f = malloc((t->n_channels + 6) * BLOCK * sizeof *f), *planes[6];
     ff_status status =
         f ? FF_OK : ff_error_set(err, FF_ERR_MEMORY, NULL, 0, -1, "no memory for a block of %zu channels", t->n_channels);
@@ -108,7 +109,8 @@ static ff_status fill(const ff_model *m, const double *shape, const double *chan
         }
         ff_table_directions(t, first, n, planes);
         mark_below_horizon(t, first, n, planes[2], planes[5]);
-        status = ff_model_eval(m, o->isa, t->n_channels, shape, channel, &w, n, f, NULL, BLOCK);
+        status = ff_aperture_eval(o->aperture ? o->aperture : &point, m, o->isa, t->n_channels, shape, channel, &w, n, f, NULL,
+                                  NULL, BLOCK);
         if (status != FF_OK) ff_error_set(err, status, NULL, 0, -1, "the model cannot be evaluated");
         for (size_t c = 0; c < t->n_channels && status == FF_OK; c++) raised += store(o, t, c, first, n, &w, f + c * BLOCK);
     }

@@ -129,6 +129,17 @@ static ff_status evaluate(const scene *s, ff_isa isa, const double *shape, const
     return untouched(ff_model_eval(s->model, isa, N_CHANNELS, shape, channel, &p.dirs, 1, f, NULL, ld), f[0]);
 }
 
+/* The same through a disc of half a degree. */
+static ff_status through(const scene *s, ff_isa isa, const double *shape, const double *channel, double z, size_t ld)
+{
+    const ff_aperture disc = {FF_APERTURE_DISC, 0.00873, 0};
+    double f[2 * N_CHANNELS];
+    pair p;
+    pair_fill(&p, z);
+    f[0] = NOTHING;
+    return untouched(ff_aperture_eval(&disc, s->model, isa, N_CHANNELS, shape, channel, &p.dirs, 1, f, NULL, NULL, ld), f[0]);
+}
+
 static ff_status terms(const scene *s, ff_isa isa, size_t n_channels, const double *shape, const double *channel, uint32_t lobe,
                        size_t c, double z)
 {
@@ -253,6 +264,7 @@ enum {
     WITH_CHECK,
     WITH_CLAIMS,
     WITH_EVAL,
+    WITH_APERTURE,
     WITH_TERMS,
     WITH_ALBEDO,
     WITH_FURNACE,
@@ -274,6 +286,8 @@ static ff_status with(const scene *s, int what, const double *shape, const doubl
         return FF_OK;
     case WITH_EVAL:
         return evaluate(s, FF_ISA_BEST, shape, channel, 0.5, 1);
+    case WITH_APERTURE:
+        return through(s, FF_ISA_BEST, shape, channel, 0.5, 1);
     case WITH_TERMS:
         return terms(s, FF_ISA_BEST, N_CHANNELS, shape, channel, 0, 0, 0.5);
     case WITH_ALBEDO:

@@ -5,6 +5,7 @@
 #include "ff_test.h"
 
 #include "ff_albedo.h"
+#include "ff_aperture.h"
 #include "ff_convert.h"
 #include "ff_fit.h"
 #include "ff_interpolate.h"
