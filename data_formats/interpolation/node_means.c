@@ -12,9 +12,6 @@ enum { POINTS = 64, ENOUGH = 16, DIMENSIONS = 5, TURN = 4 }; /* enough: where al
 
 typedef enum kind { POINT, MERL, AXES, KEPT } kind;
 
-/* Around an incidence: enough to see both sides of a border, too little to see another cell. */
-static const double at_a_border = 1e-3;
-
 /* How far the weight of a node reaches down and up, where it is 0. */
 typedef struct reach {
     double down, up;
@@ -187,7 +184,7 @@ static int measure_axis(ff_node_means *m, int k)
     const ff_axes *a = &m->to->axes;
     const size_t n = a->n[k];
     const double unit = m->to->radians_per_unit, *node = a->node[k];
-    if (n < 2) return 1;
+    if (n < 2 || is_incidence(a->kind, k)) return 1; /* incidences stand for themselves */
     if (!(m->around[k] = malloc(n * sizeof(reach)))) return 0;
     double gap = is_azimuth(a->kind, k) ? gap_of(node, n, unit, 2 * pi) : 0;
     if (a->kind == FF_AXES_HALF_DIFFERENCE && k == 3 && gap == 0) gap = gap_of(node, n, unit, pi), m->exchanged = gap > 0;
@@ -197,7 +194,6 @@ static int measure_axis(ff_node_means *m, int k)
     for (size_t i = 0; i < n; i++) {
         reach *r = &m->around[k][i];
         *r = (reach){i ? (node[i] - node[i - 1]) * unit : out.down, i + 1 < n ? (node[i + 1] - node[i]) * unit : out.up};
-        if (is_incidence(a->kind, k)) r->down *= at_a_border, r->up *= at_a_border;
     }
     return 1;
 }
@@ -262,28 +258,41 @@ static void place_around(const ff_node_means *m, size_t i, int k, place *p)
 typedef struct sum {
     const ff_node_means *m;
     double *value, all;
-    size_t stride, cell; /* cell: the last one */
+    size_t stride, cell; /* cell: the last one       */
     int same;            /* in which all places were */
+    size_t n_sides;      /* of the incidence; 0: not known yet, or another at every place */
+    ff_cells_side side[FF_CELLS_SIDES];
 } sum;
 
-static void add_place(sum *s, const place *p)
+static void add_cell(sum *s, const double wi[3], const place *p, double weight)
 {
     const ff_table *t = s->m->from;
-    const int above = p->weight > 0 && p->wi[2] > FF_COS_MIN && p->wo[2] > FF_COS_MIN;
-    const size_t cell = above ? t->cells->find(t->cells, p->wi, p->wo) : SIZE_MAX;
+    const int above = p->weight > 0 && wi[2] > FF_COS_MIN && p->wo[2] > FF_COS_MIN;
+    const size_t cell = above ? t->cells->find(t->cells, wi, p->wo) : SIZE_MAX;
     s->same = s->same && above && (s->all == 0 || cell == s->cell);
     s->cell = cell;
     if (cell == SIZE_MAX || !ff_table_is_measured(t, cell)) return;
-    s->all += p->share;
+    s->all += weight * p->share;
     for (size_t c = 0; c < t->n_channels; c++)
-        s->value[c * s->stride] += p->weight * t->channels[c].scale * t->value[c * t->n + cell];
+        s->value[c * s->stride] += weight * p->weight * t->channels[c].scale * t->value[c * t->n + cell];
+}
+
+/* On both sides of a border between cells of incidence; nodes of half and difference angles are spread over incidences anyway. */
+static void add_place(sum *s, const place *p)
+{
+    if (s->m->kind == MERL || s->m->to->axes.kind == FF_AXES_HALF_DIFFERENCE) {
+        add_cell(s, p->wi, p, 1);
+        return;
+    }
+    if (s->n_sides == 0 || s->m->turns) s->n_sides = ff_cells_sides(s->m->from->cells, p->wi, s->side);
+    for (size_t k = 0; k < s->n_sides; k++) add_cell(s, s->side[k].wi, p, s->side[k].weight);
 }
 
 int ff_node_means_at(const ff_node_means *m, size_t i, const double wi[3], const double wo[3], double *value, size_t stride)
 {
     const place here = {{wi[0], wi[1], wi[2]}, {wo[0], wo[1], wo[2]}, 1, 1};
     place p[POINTS];
-    sum s = {m, value, 0, stride, 0, 1};
+    sum s = {.m = m, .value = value, .stride = stride, .same = 1};
     if (m->kind == KEPT && !places_kept(m, i, wi, p)) return 0;
     for (size_t c = 0; c < m->from->n_channels; c++) value[c * stride] = 0;
     for (int k = 0; k < POINTS && !(k == ENOUGH && s.same && m->kind != KEPT); k++) {

@@ -85,20 +85,30 @@ static void end_ring(ring *all, size_t n_channels)
 
 /* ---- cells ----------------------------------------------------------------------------------- */
 
+/* The sums, and what the side of the incidence that is added weighs. */
+typedef struct sums_of_side {
+    sums *s;
+    double weight;
+} sums_of_side;
+
 static void add_cell(void *context, size_t i, double projected)
 {
-    sums *s = context;
-    if (!ff_table_is_measured(s->t, i)) return;
-    s->covered += projected;
-    add_sample(s, i, projected);
+    const sums_of_side *side = context;
+    if (!ff_table_is_measured(side->s->t, i)) return;
+    side->s->covered += side->weight * projected;
+    add_sample(side->s, i, side->weight * projected);
 }
 
+/* On a border between cells of incidence the mean over its sides. */
 static void sum_cells(sums *s, double theta_i, double phi_i)
 {
+    const ff_cells *cells = s->t->cells;
+    ff_cells_side side[FF_CELLS_SIDES];
     double wi[3];
     direction(theta_i, phi_i, wi);
     clear(s);
-    s->t->cells->visit(s->t->cells, wi, add_cell, s);
+    const size_t n = ff_cells_sides(cells, wi, side);
+    for (size_t k = 0; k < n; k++) cells->visit(cells, side[k].wi, add_cell, &(sums_of_side){s, side[k].weight});
 }
 
 static void ring_of_cells(sums *s, ring *all)

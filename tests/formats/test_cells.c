@@ -341,7 +341,7 @@ static void energy_of_patches(void)
     ff_table_clear(&t);
 }
 
-/* Trees with cells of a quarter to a sixteenth, at incidences that the new grid has. */
+/* Trees with cells of a quarter to a sixteenth, at incidences and azimuths that the new grid has. */
 static void energy_of_leaves(void)
 {
     static const double origin[4] = {0};
@@ -355,8 +355,8 @@ static void energy_of_leaves(void)
         grow(t, origin, 1, rank == 3 ? 4 : 2);
         end(t->file);
         if (!reads(path, NULL, &table)) continue;
-        check_energy(&table, "zemax", "incidence:5/15/25/45/60/75/82.5,radial:5", 0.02);
-        check_energy(&table, "rgl", NULL, rank == 3 ? 0.02 : 0.1); /* its azimuths lie on borders: which side is compared is open */
+        check_energy(&table, "zemax", "rotation:82.5/172.5/262.5/352.5,incidence:5/15/25/45/60/75/82.5,radial:5", 0.02);
+        check_energy(&table, "rgl", NULL, 0.02); /* its incidences lie on borders between cells: both sides count */
         ff_table_clear(&table);
     }
     free(t);

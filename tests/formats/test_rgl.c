@@ -1176,20 +1176,23 @@ static void check_parts(const char *label, const ff_table *t, size_t incidence)
     free(memory);
 }
 
-/* Near the horizon the function goes on instead of falling to what lies below. */
+/* Near the horizon the function goes on instead of falling to what lies below: nowhere to less than half. How far it is off
+ * otherwise is the grid's affair, a few steps wide there, and that of the samples that it was laid out for. */
 static void check_horizon(const char *label, const ff_rgl *r, double ax, double ay)
 {
     enum { ELEVATIONS = 20, AZIMUTHS = 180 };
     double mean = 0;
+    int fallen = 0;
     for (int k = 0; k < ELEVATIONS * AZIMUTHS; k++) {
         double wi[3], wo[3], f[40];
         unit(40 * pi / 180, 0.3, wi);
         unit((84 + 5 * (k / AZIMUTHS + 0.5) / ELEVATIONS) * pi / 180, 2 * pi * (k % AZIMUTHS + 0.5) / AZIMUTHS, wo);
         eval_one(r, wi, wo, f, NULL);
         mean += fabs(f[0] / lobe(ax, ay, wi, wo) - 1) / (ELEVATIONS * AZIMUTHS);
+        fallen += f[0] < lobe(ax, ay, wi, wo) / 2;
     }
-    printf("%s: %.3g in the mean near the horizon\n", label, mean);
-    FF_CHECK(mean < 0.25, "%s: %g in the mean near the horizon", label, mean);
+    printf("%s: %.3g in the mean near the horizon, %d directions fallen\n", label, mean, fallen);
+    FF_CHECK(fallen == 0 && mean < 0.5, "%s: %d directions fallen, %g in the mean near the horizon", label, fallen, mean);
 }
 
 /* A table to lay out for: pairs of directions all over. */

@@ -16,7 +16,7 @@ typedef struct window_cells {
     ff_window_basis *incident, *exit;
     int rows;
     /* a tree */
-    int rank;
+    int rank, deepest; /* the lowest level */
     size_t n;
     ff_tree_place *place; /* [n] by sample      */
     uint32_t *order;      /* [n] along the curve */
@@ -99,6 +99,12 @@ static void visit_patches(const ff_cells *cells, const double wi[3], ff_cells_vi
         const double lower = sin(degree * r->lower), upper = sin(degree * r->upper), n = (double)r->n_phi;
         for (size_t k = 0; k < r->n_phi; k++) visit(context, sample_of(w, i, o++), pi * (upper * upper - lower * lower) / n);
     }
+}
+
+static uint64_t incident_patch(const ff_cells *cells, const double wi[3])
+{
+    const window_cells *w = inside(cells);
+    return patch_of(w->incident, polar(wi), file_phi_i(w, azimuth(wi)));
 }
 
 static double ring_theta(const ff_cells *cells, size_t k)
@@ -216,6 +222,16 @@ static void visit_leaves(const ff_cells *cells, const double wi[3], ff_cells_vis
     }
 }
 
+/* The place of the light among cells of the lowest level that there is. */
+static uint64_t incident_leaves(const ff_cells *cells, const double wi[3])
+{
+    const window_cells *w = inside(cells);
+    uint32_t point[4] = {0};
+    incident_point(w, wi, point);
+    const uint64_t x = point[0] >> (FF_TREE_LEVELS - w->deepest);
+    return w->rank == 3 ? x : x << 32 | point[1] >> (FF_TREE_LEVELS - w->deepest);
+}
+
 /* None on a border between cells, as the normal and the sine of 30 degrees are. */
 static double tree_theta(const ff_cells *cells, size_t k)
 {
@@ -280,7 +296,7 @@ ff_cells *ff_window_matrix_cells(const ff_window_basis *incident, const ff_windo
 {
     window_cells *w = calloc(1, sizeof *w);
     if (!w) return NULL;
-    w->cells = (ff_cells){find_patch, visit_patches, ring_theta, ring_azimuths, share, release};
+    w->cells = (ff_cells){find_patch, visit_patches, incident_patch, ring_theta, ring_azimuths, share, release};
     w->front = front;
     w->rows = rows;
     w->incident = copy_of(incident);
@@ -300,11 +316,12 @@ ff_cells *ff_window_tree_cells(int rank, int front, size_t n, ff_tree_place *pla
         free(place);
         return NULL;
     }
-    w->cells = (ff_cells){find_leaf, visit_leaves, tree_theta, tree_azimuths, share, release};
+    w->cells = (ff_cells){find_leaf, visit_leaves, incident_leaves, tree_theta, tree_azimuths, share, release};
     w->front = front;
     w->rank = rank;
     w->n = n;
     w->place = place;
+    for (size_t i = 0; i < n; i++) w->deepest = place[i].level > w->deepest ? place[i].level : w->deepest;
     w->order = malloc((n + 1) * sizeof *w->order);
     for (size_t i = 0; i < n && w->order; i++) w->order[i] = (uint32_t)i;
     if (w->order) sort_places(w, w->order, room, n);

@@ -31,7 +31,7 @@ ff_status ff_zemax_check_channels(const ff_table *t, const char *path, ff_error 
 /* The grid of a file to be written: "rotation:0/90,incidence:20,azimuth:10,radial:0/2/5/10". A single number is a step. */
 typedef struct plan {
     ff_values axis[FF_ZEMAX_AXES];
-    int half; /* the data are isotropic: azimuths 0 to 180 */
+    int half; /* isotropic data, one rotation: azimuths 0 to 180 */
 } plan;
 
 static const char *const plan_name[FF_ZEMAX_AXES] = {"rotation", "incidence", "azimuth", "radial"};
@@ -221,13 +221,29 @@ static ff_status make_layout(const ff_table *t, const plan *p, ff_table *out, ff
     return status;
 }
 
+static void free_plan(plan *p)
+{
+    for (int k = 0; k < FF_ZEMAX_AXES; k++) free(p->axis[k].value);
+}
+
+/* Several rotations are a file of the full circle, whatever the data: between two of them readers need both sides of the plane. */
+static ff_status plan_halves(const ff_table *t, const char *grid, int *half, ff_error *err)
+{
+    plan p = {.half = 0};
+    ff_status status = grid && t->isotropic ? parse_grid(grid, &p, err) : FF_OK;
+    *half = t->isotropic && p.axis[FF_ZEMAX_ROTATION].n < 2;
+    if (t->axes.kind == FF_AXES_SPECULAR) *half &= ff_zemax_symmetry_of(t) == FF_ZEMAX_PLANE_SYMMETRICAL;
+    free_plan(&p);
+    return status;
+}
+
 ff_status ff_zemax_layout(const ff_table *t, const char *grid, ff_table *out, ff_error *err)
 {
-    plan p = {.half = t->isotropic};
-    if (t->axes.kind == FF_AXES_SPECULAR) p.half &= ff_zemax_symmetry_of(t) == FF_ZEMAX_PLANE_SYMMETRICAL;
+    plan p = {.half = 0};
     ff_status status = ff_zemax_check_channels(t, NULL, err);
+    if (status == FF_OK) status = plan_halves(t, grid, &p.half, err);
     if (status == FF_OK) status = fill_plan(t, grid, &p, err);
     if (status == FF_OK) status = make_layout(t, &p, out, err);
-    for (int k = 0; k < FF_ZEMAX_AXES; k++) free(p.axis[k].value);
+    free_plan(&p);
     return status;
 }
