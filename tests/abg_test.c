@@ -1,6 +1,7 @@
 /* Scatter of a polished surface over eight decades, A / (B + d^g) with A = 3e-7, B = 1e-8, g = 2.2 and 3 % noise, made without this
  * program (abg.csv): the fit finds them, from the default start and by every loss that counts decades alike. */
 #include "fit_samples.h"
+#include "models/tools/ff_albedo.h"
 
 static const double truth[3] = {3e-7, 1e-8, 2.2};
 static const char *const name[3] = {"abg_a", "abg_b", "abg_g"};
@@ -102,4 +103,48 @@ static void shoulders(void)
     FF_CHECK(all == 24 && outside <= 5, "%d of %d intervals miss", outside, all); /* more than 5 of 24 once in 1,000 */
 }
 
-FF_TEST_MAIN(FF_TEST(eight_decades), FF_TEST(shoulders))
+/* ---- all that is scattered ------------------------------------------------------------------- */
+
+/* Along the normal the projected hemisphere is a disk about the peak, and the integral has a closed form, however narrow the peak:
+ * of harvey-shack pi b0 L^2 ((1 + 1/L^2)^q - 1) / q with q = s/2 + 1, of abg with g = 2 pi A ln(1 + 1/B). */
+static void albedo(const char *name, const char *const *set, const double *to, int n, double expected)
+{
+    const double normal[3] = {0, 0, 1};
+    ff_model m;
+    double shape[FF_MAX_SHAPE], channel[FF_MAX_CHANNEL_PARAMS];
+    ff_integral all;
+    ff_error err = {0};
+    if (ff_model_parse(name, &m, &err)) exit(1);
+    ff_model_defaults(&m, 1, shape, channel);
+    for (int k = 0; k < n; k++) {
+        int found = 0;
+        for (uint32_t j = 0; j < m.n_shape; j++)
+            if (strcmp(m.shape[j].info->name, set[k]) == 0) shape[j] = to[k], found++;
+        for (uint32_t j = 0; j < m.n_channel; j++)
+            if (strcmp(m.channel[j].info->name, set[k]) == 0) channel[j] = to[k], found++;
+        FF_CHECK(found == 1, "%s: %d parameters named %s", name, found, set[k]);
+    }
+    if (!FF_CHECK(ff_albedo_directional(&m, FF_ISA_BEST, 1, shape, channel, normal, &all, &err) == FF_OK, "%s", err.message))
+        return;
+    const double off = fabs(all.value - expected);
+    FF_CHECK(off < 1e-9 * expected, "%s, %s %g: %.15g, expected %.15g", name, set[1], to[1], all.value, expected);
+    FF_CHECK(off <= all.error + 1e-12 * expected, "%s, %s %g: off by %g, said to be %g", name, set[1], to[1], off, all.error);
+}
+
+static void narrow_peaks(void)
+{
+    static const char *const hs[] = {"hs_b0", "hs_l", "hs_s"};
+    static const double slopes[] = {-1.5, -2, -2.5, -3, -4};
+    for (int decade = 0; decade < 5; decade++)
+        for (int j = 0; j < 5; j++) {
+            const double width = pow(10, -decade), to[3] = {0.3 / (width * width), width, slopes[j]}, q = slopes[j] / 2 + 1;
+            const double grown = log1p(1 / (width * width));
+            albedo("harvey-shack", hs, to, 3, 180 * FIT_DEGREE * 0.3 * (q == 0 ? grown : expm1(q * grown) / q));
+        }
+    for (int decade = 1; decade < 10; decade += 2) {
+        const double b = pow(10, -decade), to[3] = {0.1 * b, b, 2};
+        albedo("abg", name, to, 3, 180 * FIT_DEGREE * to[0] * log1p(1 / b));
+    }
+}
+
+FF_TEST_MAIN(FF_TEST(eight_decades), FF_TEST(shoulders), FF_TEST(narrow_peaks))
