@@ -19,24 +19,34 @@ static uint32_t turned(uint32_t x, int by)
     return x >> by | x << (32 - by);
 }
 
-static void take_block(ff_sha256 *s)
+/* Round i, k = i modulo 8: the variables stay where they are, and their names a to h move on by one. */
+static inline void take_round(uint32_t v[8], int k, uint32_t added)
+{
+    const uint32_t a = v[(8 - k) % 8], b = v[(9 - k) % 8], c = v[(10 - k) % 8], e = v[(12 - k) % 8], f = v[(13 - k) % 8],
+                   g = v[(14 - k) % 8];
+    const uint32_t one = v[(15 - k) % 8] + (turned(e, 6) ^ turned(e, 11) ^ turned(e, 25)) + (g ^ (e & (f ^ g))) + added;
+    v[(11 - k) % 8] += one;
+    v[(15 - k) % 8] = one + (turned(a, 2) ^ turned(a, 13) ^ turned(a, 22)) + ((a & b) | (c & (a | b)));
+}
+
+static void take_block(ff_sha256 *s, const unsigned char block[64])
 {
     uint32_t w[64], v[8];
     for (int i = 0; i < 16; i++)
-        w[i] = (uint32_t)s->block[4 * i] << 24 | (uint32_t)s->block[4 * i + 1] << 16 | (uint32_t)s->block[4 * i + 2] << 8 |
-               s->block[4 * i + 3];
+        w[i] = (uint32_t)block[4 * i] << 24 | (uint32_t)block[4 * i + 1] << 16 | (uint32_t)block[4 * i + 2] << 8 | block[4 * i + 3];
     for (int i = 16; i < 64; i++)
         w[i] = w[i - 16] + (turned(w[i - 15], 7) ^ turned(w[i - 15], 18) ^ w[i - 15] >> 3) + w[i - 7] +
                (turned(w[i - 2], 17) ^ turned(w[i - 2], 19) ^ w[i - 2] >> 10);
     memcpy(v, s->state, sizeof v);
-    for (int i = 0; i < 64; i++) {
-        const uint32_t a = v[0], e = v[4];
-        const uint32_t one =
-            v[7] + (turned(e, 6) ^ turned(e, 11) ^ turned(e, 25)) + ((e & v[5]) ^ (~e & v[6])) + constant[i] + w[i];
-        const uint32_t two = (turned(a, 2) ^ turned(a, 13) ^ turned(a, 22)) + ((a & v[1]) ^ (a & v[2]) ^ (v[1] & v[2]));
-        memmove(v + 1, v, 7 * sizeof *v);
-        v[4] += one;
-        v[0] = one + two;
+    for (int i = 0; i < 64; i += 8) {
+        take_round(v, 0, constant[i] + w[i]);
+        take_round(v, 1, constant[i + 1] + w[i + 1]);
+        take_round(v, 2, constant[i + 2] + w[i + 2]);
+        take_round(v, 3, constant[i + 3] + w[i + 3]);
+        take_round(v, 4, constant[i + 4] + w[i + 4]);
+        take_round(v, 5, constant[i + 5] + w[i + 5]);
+        take_round(v, 6, constant[i + 6] + w[i + 6]);
+        take_round(v, 7, constant[i + 7] + w[i + 7]);
     }
     for (int i = 0; i < 8; i++) s->state[i] += v[i];
 }
@@ -54,11 +64,11 @@ void ff_sha256_add(ff_sha256 *s, const void *bytes, size_t n)
     const unsigned char *from = bytes;
     while (n > 0) {
         const size_t at = s->n % 64, part = n < 64 - at ? n : 64 - at;
-        memcpy(s->block + at, from, part);
+        if (part < 64) memcpy(s->block + at, from, part);
         s->n += part;
-        from += part;
         n -= part;
-        if (s->n % 64 == 0) take_block(s);
+        if (s->n % 64 == 0) take_block(s, part < 64 ? s->block : from);
+        from += part;
     }
 }
 

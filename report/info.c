@@ -17,15 +17,17 @@ typedef struct table_summary {
     channel_summary *channel; /* [n_channels] */
 } table_summary;
 
-/* Finite values of the valid samples of channel c, sorted in `value` [n]; their count. */
-static size_t sorted_values(const ff_table *t, size_t c, double *value)
+/* Of the finite values of valid samples; value [n] is memory for them. */
+static channel_summary summary_of(const ff_table *t, size_t c, double *value)
 {
+    channel_summary s = {INFINITY, NAN, -INFINITY};
     size_t n = 0;
     ff_table_values(t, c, 0, t->n, value);
     for (size_t i = 0; i < t->n; i++)
         if (t->valid[i] && isfinite(value[i])) value[n++] = value[i];
-    qsort(value, n, sizeof *value, ff_ascending);
-    return n;
+    for (size_t i = 0; i < n; i++) s.min = fmin(s.min, value[i]), s.max = fmax(s.max, value[i]);
+    if (n) s.median = ff_order_median(value, n);
+    return n ? s : (channel_summary){NAN, NAN, NAN};
 }
 
 static void summary_free(table_summary *s)
@@ -45,11 +47,7 @@ static ff_status summarise(const ff_table *t, table_summary *s)
         summary_free(s);
         return FF_ERR_MEMORY;
     }
-    for (size_t c = 0; c < t->n_channels; c++) {
-        const size_t n = sorted_values(t, c, value);
-        s->channel[c] = n ? (channel_summary){value[0], (value[(n - 1) / 2] + value[n / 2]) / 2, value[n - 1]}
-                          : (channel_summary){NAN, NAN, NAN};
-    }
+    for (size_t c = 0; c < t->n_channels; c++) s->channel[c] = summary_of(t, c, value);
     free(value);
     return FF_OK;
 }

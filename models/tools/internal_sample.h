@@ -6,7 +6,8 @@
 
 enum {
     FF_SAMPLE_VIEWS = 17, /* nodes of the albedo tables, at mu = (j / 16)^2  */
-    FF_SAMPLE_MATTE = 65  /* nodes of the matte tables, at mu = (j / 64)^2   */
+    FF_SAMPLE_MATTE = 65, /* nodes of the matte tables, at mu = (j / 64)^2   */
+    FF_SAMPLE_COMPONENTS = FF_MAX_LOBES + FF_MAX_PARTS
 };
 
 /* The mass inside q2 = e^y with its first two derivatives by y. */
@@ -54,11 +55,30 @@ typedef struct ff_sample_pairs {
     ff_geometry g;
 } ff_sample_pairs;
 
+/* Shares of the n strategies for each wo of a block, and the albedo that the tables give. All 0 where nothing can be drawn: at or
+ * below the horizon; the share of a lobe is 0 where its mean surface is seen from below. */
+typedef struct ff_sample_shares {
+    size_t n;
+    double of[FF_SAMPLE_COMPONENTS][FF_BLOCK], albedo[FF_BLOCK];
+} ff_sample_shares;
+
+/* Those of view `from` also for view `to`. */
+static inline void ff_sample_shares_move(ff_sample_shares *s, size_t from, size_t to)
+{
+    for (size_t k = 0; k < s->n; k++) s->of[k][to] = s->of[k][from];
+}
+
 /* ---- sample.c -------------------------------------------------------------------------------- */
 
-/* The model itself for given pairs, f [n_channels][ld], 0 at and below the horizon, and the density as ff_sampler_pdf, either of
- * which may be NULL: what was prepared serves any number of calls. Planes as ff_sampler_pdf. */
-void ff_sampler_values(const ff_sampler *s, size_t n, const double *wo, const double *wi, double *pdf, double *f, size_t ld);
+/* As ff_sampler_sample, of n <= FF_BLOCK; the shares of its views for ff_sampler_values_block. */
+void ff_sampler_sample_block(const ff_sampler *s, size_t n, const double *wo, const double *u, const double *roulette, double *wi,
+                             double *pdf, double *f, double *weight, size_t ld, ff_sample_shares *share);
+
+/* The model itself for n <= FF_BLOCK given pairs, f [n_channels][ld], 0 at and below the horizon, and the density as
+ * ff_sampler_pdf, by the shares of these views; either may be NULL: what was prepared serves any number of calls. Planes as
+ * ff_sampler_pdf. */
+void ff_sampler_values_block(const ff_sampler *s, size_t n, const double *wo, const double *wi, const ff_sample_shares *share,
+                             double *pdf, double *f, size_t ld);
 
 /* ---- sample_radial.c: normals of any distribution -------------------------------------------- */
 

@@ -30,21 +30,32 @@ static inline int ff_sphere_point(double x, double y, double n[3])
     return 1;
 }
 
-/* v of the picture in the frame of the point n; n is no pole, n[0] = n[2] = 0. */
-static inline void ff_sphere_to_surface(const double n[3], const double v[3], double out[3])
+/* The distance of the point n from the axis through the poles, which its frame is divided by. */
+static inline double ff_sphere_axis(const double n[3])
 {
-    const double s = sqrt(n[0] * n[0] + n[2] * n[2]);
-    out[0] = (n[2] * v[0] - n[0] * v[2]) / s;
-    out[1] = (-n[1] * n[0] * v[0] + s * s * v[1] - n[1] * n[2] * v[2]) / s;
+    return sqrt(n[0] * n[0] + n[2] * n[2]);
+}
+
+/* v of the picture in the frame of the point n, s = ff_sphere_axis(n); n is no pole, s = 0. */
+static inline void ff_sphere_to_frame(const double n[3], double s, const double v[3], double out[3])
+{
+    const double inv = 1 / s;
+    out[0] = (n[2] * v[0] - n[0] * v[2]) * inv;
+    out[1] = s * v[1] - n[1] * (n[0] * v[0] + n[2] * v[2]) * inv;
     out[2] = n[0] * v[0] + n[1] * v[1] + n[2] * v[2];
 }
 
-/* And back: v in the frame of the point n, in that of the picture. */
-static inline void ff_sphere_from_surface(const double n[3], const double v[3], double out[3])
+static inline void ff_sphere_to_surface(const double n[3], const double v[3], double out[3])
 {
-    const double s = sqrt(n[0] * n[0] + n[2] * n[2]);
-    out[0] = (n[2] * v[0] - n[1] * n[0] * v[1]) / s + n[0] * v[2];
+    ff_sphere_to_frame(n, ff_sphere_axis(n), v, out);
+}
+
+/* And back: v in the frame of the point n, in that of the picture. */
+static inline void ff_sphere_from_frame(const double n[3], double s, const double v[3], double out[3])
+{
+    const double inv = 1 / s;
+    out[0] = (n[2] * v[0] - n[1] * n[0] * v[1]) * inv + n[0] * v[2];
     out[1] = s * v[1] + n[1] * v[2];
-    out[2] = (-n[0] * v[0] - n[1] * n[2] * v[1]) / s + n[2] * v[2];
+    out[2] = (-n[0] * v[0] - n[1] * n[2] * v[1]) * inv + n[2] * v[2];
 }
 #endif

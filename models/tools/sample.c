@@ -17,7 +17,6 @@
 #include "models/terms/internal_isotropic.h"
 #include <stdlib.h>
 
-enum { COMPONENTS = FF_MAX_LOBES + FF_MAX_PARTS };
 static const double least_share = 0.01;
 
 /* ---- the sampler ----------------------------------------------------------------------------- */
@@ -28,7 +27,7 @@ struct ff_sampler {
     ff_prepared prepared;
     uint32_t planes; /* of geometry */
     size_t n;
-    ff_sample_component part[COMPONENTS];
+    ff_sample_component part[FF_SAMPLE_COMPONENTS];
 };
 
 static void pairs_geometry(const ff_sampler *s, ff_sample_pairs *b)
@@ -40,30 +39,27 @@ static void pairs_geometry(const ff_sampler *s, ff_sample_pairs *b)
 
 /* ---- the mixture ----------------------------------------------------------------------------- */
 
-/* Shares of the strategies for each wo of a block, and the albedo that the tables give. All 0 where nothing can be drawn: at or
- * below the horizon; the share of a lobe is 0 where its mean surface is seen from below. */
-typedef struct shares {
-    double of[COMPONENTS][FF_BLOCK], albedo[FF_BLOCK];
-} shares;
-
-static double table_at(const double albedo[FF_SAMPLE_VIEWS], double mu)
+/* x: the place of a view between the nodes. */
+static double table_at(const double albedo[FF_SAMPLE_VIEWS], double x)
 {
-    const double x = sqrt(fmin(mu, 1)) * (FF_SAMPLE_VIEWS - 1);
-    const int j = (int)fmin(x, FF_SAMPLE_VIEWS - 2);
+    const int j = x < FF_SAMPLE_VIEWS - 2 ? (int)x : FF_SAMPLE_VIEWS - 2;
     return albedo[j] + (x - j) * (albedo[j + 1] - albedo[j]);
 }
 
-static void shares_of(const ff_sampler *s, const ff_sample_pairs *b, shares *out)
+static void shares_of(const ff_sampler *s, const ff_sample_pairs *b, ff_sample_shares *out)
 {
+    out->n = s->n;
     for (size_t i = 0; i < b->n; i++) {
         const double o[3] = {b->w[3][i], b->w[4][i], b->w[5][i]};
-        double a[COMPONENTS], sum = 0, all = 0;
+        const double x = o[2] > 0 ? sqrt(o[2] < 1 ? o[2] : 1) * (FF_SAMPLE_VIEWS - 1) : 0;
+        double a[FF_SAMPLE_COMPONENTS], sum = 0, all = 0;
         for (size_t k = 0; k < s->n; k++) {
-            a[k] = ff_sample_sees(&s->part[k], o) ? table_at(s->part[k].albedo, o[2]) : -1;
+            a[k] = ff_sample_sees(&s->part[k], o) ? table_at(s->part[k].albedo, x) : -1;
             if (a[k] > 0) sum += a[k];
         }
+        const double least = least_share * sum + 1e-300;
         for (size_t k = 0; k < s->n; k++) {
-            a[k] = a[k] < 0 ? 0 : fmax(a[k], least_share * sum + 1e-300);
+            a[k] = a[k] < 0 ? 0 : a[k] > least ? a[k] : least;
             all += a[k];
         }
         for (size_t k = 0; k < s->n; k++) out->of[k][i] = all > 0 ? a[k] / all : 0;
@@ -71,7 +67,7 @@ static void shares_of(const ff_sampler *s, const ff_sample_pairs *b, shares *out
     }
 }
 
-static void mixture(const ff_sampler *s, const ff_sample_pairs *b, const shares *share, double *pdf)
+static void mixture(const ff_sampler *s, const ff_sample_pairs *b, const ff_sample_shares *share, double *pdf)
 {
     double one[FF_BLOCK];
     memset(pdf, 0, b->n * sizeof *pdf);
@@ -84,7 +80,7 @@ static void mixture(const ff_sampler *s, const ff_sample_pairs *b, const shares 
 }
 
 /* The strategy in whose share u lies; the last that has one where rounding leaves a gap. */
-static size_t choose(const ff_sampler *s, const shares *share, size_t i, double u)
+static size_t choose(const ff_sampler *s, const ff_sample_shares *share, size_t i, double u)
 {
     size_t last = s->n;
     double below = 0;
@@ -249,7 +245,7 @@ ff_status ff_sampler_new(const ff_model *m, ff_isa isa, size_t n_channels, const
 void ff_sampler_free(ff_sampler *s)
 {
     if (!s) return;
-    for (size_t k = 0; k < COMPONENTS; k++) free(s->part[k].radial.node);
+    for (size_t k = 0; k < FF_SAMPLE_COMPONENTS; k++) free(s->part[k].radial.node);
     ff_prepared_free(&s->prepared);
     free(s->channel);
     free(s);
@@ -261,7 +257,7 @@ static void load(ff_sample_pairs *b, int from, const double *v, size_t first, si
     for (size_t j = 0; j < 3; j++) memcpy(b->w[(size_t)from + j], v + j * ld + first, b->n * sizeof *v);
 }
 
-static void draw_block(const ff_sampler *s, const shares *share, const double *u, size_t ld, ff_sample_pairs *b)
+static void draw_block(const ff_sampler *s, const ff_sample_shares *share, const double *u, size_t ld, ff_sample_pairs *b)
 {
     for (size_t i = 0; i < b->n; i++) {
         const double o[3] = {b->w[3][i], b->w[4][i], b->w[5][i]}, most = 1 - 0x1p-53;
@@ -291,32 +287,40 @@ static __attribute__((noinline)) void weigh_block(const ff_sampler *s, const ff_
     }
 }
 
+void ff_sampler_sample_block(const ff_sampler *s, size_t n, const double *wo, const double *u, const double *roulette, double *wi,
+                             double *pdf, double *f, double *weight, size_t ld, ff_sample_shares *share)
+{
+    double goes_on[FF_BLOCK];
+    ff_sample_pairs b;
+    b.n = n;
+    load(&b, 3, wo, 0, ld);
+    shares_of(s, &b, share);
+    draw_block(s, share, u, ld, &b);
+    pairs_geometry(s, &b);
+    mixture(s, &b, share, pdf);
+    for (size_t i = 0; i < n; i++) {
+        const double q = roulette ? fmax(fmin(share->albedo[i], 1), least_share) : 1;
+        goes_on[i] = !roulette || roulette[i] < q ? q : 0;
+    }
+    weigh_block(s, &b, pdf, goes_on, f, weight, ld);
+    for (size_t j = 0; j < 3; j++) memcpy(wi + j * ld, b.w[j], n * sizeof *wi);
+}
+
 void ff_sampler_sample(const ff_sampler *s, size_t n, const double *wo, const double *u, const double *roulette, double *wi,
                        double *pdf, double *f, double *weight, size_t ld)
 {
     for (size_t first = 0; first < n; first += FF_BLOCK) {
-        double goes_on[FF_BLOCK];
-        shares share;
-        ff_sample_pairs b;
-        b.n = n - first < FF_BLOCK ? n - first : FF_BLOCK;
-        load(&b, 3, wo, first, ld);
-        shares_of(s, &b, &share);
-        draw_block(s, &share, u + first, ld, &b);
-        pairs_geometry(s, &b);
-        mixture(s, &b, &share, pdf + first);
-        for (size_t i = 0; i < b.n; i++) {
-            const double q = roulette ? fmax(fmin(share.albedo[i], 1), least_share) : 1;
-            goes_on[i] = !roulette || roulette[first + i] < q ? q : 0;
-        }
-        weigh_block(s, &b, pdf + first, goes_on, f ? f + first : NULL, weight + first, ld);
-        for (size_t j = 0; j < 3; j++) memcpy(wi + j * ld + first, b.w[j], b.n * sizeof *wi);
+        ff_sample_shares share;
+        ff_sampler_sample_block(s, n - first < FF_BLOCK ? n - first : FF_BLOCK, wo + first, u + first,
+                                roulette ? roulette + first : NULL, wi + first, pdf + first, f ? f + first : NULL, weight + first,
+                                ld, &share);
     }
 }
 
 void ff_sampler_pdf(const ff_sampler *s, size_t n, const double *wo, const double *wi, double *pdf, size_t ld)
 {
     for (size_t first = 0; first < n; first += FF_BLOCK) {
-        shares share;
+        ff_sample_shares share;
         ff_sample_pairs b;
         b.n = n - first < FF_BLOCK ? n - first : FF_BLOCK;
         load(&b, 3, wo, first, ld);
@@ -341,19 +345,14 @@ static __attribute__((noinline)) void values_of_block(const ff_sampler *s, const
     }
 }
 
-void ff_sampler_values(const ff_sampler *s, size_t n, const double *wo, const double *wi, double *pdf, double *f, size_t ld)
+void ff_sampler_values_block(const ff_sampler *s, size_t n, const double *wo, const double *wi, const ff_sample_shares *share,
+                             double *pdf, double *f, size_t ld)
 {
-    for (size_t first = 0; first < n; first += FF_BLOCK) {
-        ff_sample_pairs b;
-        b.n = n - first < FF_BLOCK ? n - first : FF_BLOCK;
-        load(&b, 3, wo, first, ld);
-        load(&b, 0, wi, first, ld);
-        pairs_geometry(s, &b);
-        if (pdf) {
-            shares share;
-            shares_of(s, &b, &share);
-            mixture(s, &b, &share, pdf + first);
-        }
-        if (f) values_of_block(s, &b, f + first, ld);
-    }
+    ff_sample_pairs b;
+    b.n = n;
+    load(&b, 3, wo, 0, ld);
+    load(&b, 0, wi, 0, ld);
+    pairs_geometry(s, &b);
+    if (pdf) mixture(s, &b, share, pdf);
+    if (f) values_of_block(s, &b, f, ld);
 }

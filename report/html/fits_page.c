@@ -37,7 +37,7 @@ static ff_status write_page(const void *context, FILE *out)
     ff_html_samples_json(&j, s, d->v);
     ff_status status = ff_html_models_json(&j, s, d->v);
     if (!status && s->models == 1) status = ff_html_start_json(&j, s);
-    if (!status && s->models == 1) status = ff_html_sphere_json(&j, s);
+    if (!status) status = ff_html_sphere_json(&j, s);
     ff_json_close(&j);
     return status;
 }
@@ -271,6 +271,7 @@ static void put_comparison(ff_page *p, const page_data *d)
     put_check(p, s, "differ-image", "B less A over incidence and view, in the plane of incidence: measure where they differ",
               build_differ);
     ff_page_section_end(p);
+    ff_html_spheres(p, s);
     put_residuals(p, s, &one);
     put_slices(p, s, &both);
     put_half_angles(p, s, &one);

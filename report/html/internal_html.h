@@ -69,7 +69,8 @@ ff_status ff_html_start_json(ff_json *j, const ff_html_subject *s);
 ff_status ff_html_cut_offs(const ff_html_subject *s, ff_figure *fig, ff_error *err);
 ff_status ff_html_losses(const ff_html_subject *s, ff_figure *fig, ff_error *err);
 
-/* spheres.c: pictures of data, model and difference; "sphere" of the open object: the data over half and difference angle. */
+/* spheres.c: pictures of data, of one model or of A and B, and of a difference; "sphere" of the open object: the data over half and
+ * difference angle. */
 void ff_html_spheres(ff_page *p, const ff_html_subject *s);
 ff_status ff_html_sphere_json(ff_json *j, const ff_html_subject *s);
 

@@ -111,19 +111,44 @@ ff_status ff_html_sphere_json(ff_json *j, const ff_html_subject *s)
 
 /* ---- the picture ------------------------------------------------------------------------------------------------------------ */
 
+/* Data, one model or two, and a difference: of the model to the data, or of the second model to the first. */
 typedef struct pictures {
-    size_t pixels;
-    float *rgba[3]; /* data, model, model less data */
+    size_t pixels, n_models;
+    float *rgba[4];
     unsigned char *png;
     size_t n;
 } pictures;
+
+static ff_status draw_models(const ff_html_subject *s, const ff_render_options *o, pictures *p, ff_error *err)
+{
+    ff_status status = FF_OK;
+    for (size_t k = 0; k < p->n_models && !status; k++) {
+        const ff_plot_model *m = &s->model[k ? s->rival : s->shown];
+        status = ff_render_model(m->model, m->n_channels, m->shape, m->channel, o, p->rgba[1 + k], NULL, err);
+    }
+    return status;
+}
+
+static ff_status write_png(pictures *p, ff_error *err)
+{
+    ff_render_cell cell[4];
+    ff_render_sheet sheet;
+    for (size_t k = 0; k <= p->n_models; k++) cell[k] = (ff_render_cell){p->rgba[k], NULL, FF_CELL_PICTURE};
+    cell[p->n_models + 1] = (ff_render_cell){p->rgba[p->n_models + 1], NULL, FF_CELL_DIFFERENCE};
+    ff_render_sheet_init(&sheet);
+    sheet.pixels = p->pixels;
+    sheet.n = p->n_models + 2;
+    sheet.cell = cell;
+    sheet.background = FF_BACKGROUND_TRANSPARENT;
+    return ff_render_png(&sheet, &p->png, &p->n, err);
+}
 
 /* Of a table with one or three channels that were fitted together. */
 static ff_status render(const ff_html_subject *s, pictures *p, ff_error *err)
 {
     static const double light[1][3] = {{-0.5, 0.5, 0.70710678118654752}}; /* 45 degrees from the view, up to the left */
     const ff_plot_model *m = &s->model[s->shown];
-    const size_t values = 4 * p->pixels * p->pixels;
+    const float *less = p->rgba[p->n_models - 1], *from = p->rgba[p->n_models];
     ff_render_options o;
     ff_render_options_init(&o);
     o.pixels = p->pixels;
@@ -137,19 +162,11 @@ static ff_status render(const ff_html_subject *s, pictures *p, ff_error *err)
         status = ff_spectral_colours(3, s->r->table->channels, colours, err);
         o.colours = colours;
     }
-    if (!status) status = ff_render_model(m->model, m->n_channels, m->shape, m->channel, &o, p->rgba[1], NULL, err);
+    if (!status) status = draw_models(s, &o, p, err);
     if (!status) status = ff_render_table(s->r->table, m->model, m->n_channels, m->shape, m->channel, &o, p->rgba[0], NULL, err);
     if (status) return status;
-    for (size_t k = 0; k < values; k++) p->rgba[2][k] = k % 4 == 3 ? p->rgba[0][k] : p->rgba[1][k] - p->rgba[0][k];
-    const ff_render_cell cell[] = {
-        {p->rgba[0], NULL, FF_CELL_PICTURE}, {p->rgba[1], NULL, FF_CELL_PICTURE}, {p->rgba[2], NULL, FF_CELL_DIFFERENCE}};
-    ff_render_sheet sheet;
-    ff_render_sheet_init(&sheet);
-    sheet.pixels = p->pixels;
-    sheet.n = 3;
-    sheet.cell = cell;
-    sheet.background = FF_BACKGROUND_TRANSPARENT;
-    return ff_render_png(&sheet, &p->png, &p->n, err);
+    for (size_t k = 0; k < 4 * p->pixels * p->pixels; k++) p->rgba[p->n_models + 1][k] = k % 4 == 3 ? less[k] : from[k] - less[k];
+    return write_png(p, err);
 }
 
 static void put_base64(const unsigned char *bytes, size_t n, FILE *out)
@@ -177,12 +194,17 @@ static ff_status make(const ff_html_subject *s, pictures *p, ff_error *err)
     if (status) return status;
     p->pixels = ff_interpolant_regresses(of) ? PIXELS_OF_REGRESSION : PIXELS;
     ff_interpolant_free(of);
-    for (int k = 0; k < 3; k++) p->rgba[k] = malloc(4 * p->pixels * p->pixels * sizeof *p->rgba[k]);
-    return p->rgba[0] && p->rgba[1] && p->rgba[2] ? render(s, p, err) : FF_ERR_MEMORY;
+    p->n_models = s->models > 1 ? 2 : 1;
+    for (size_t k = 0; k < p->n_models + 2; k++) {
+        p->rgba[k] = malloc(4 * p->pixels * p->pixels * sizeof *p->rgba[k]);
+        if (!p->rgba[k]) return FF_ERR_MEMORY;
+    }
+    return render(s, p, err);
 }
 
 void ff_html_spheres(ff_page *p, const ff_html_subject *s)
 {
+    const char *const said = s->models > 1 ? "data, A, B, and B less A" : "data, model, and model less data";
     pictures made = {.pixels = PIXELS};
     ff_error reason = {0};
     if (p->status) return;
@@ -192,18 +214,19 @@ void ff_html_spheres(ff_page *p, const ff_html_subject *s)
     ff_page_format(p, "<figure id=\"sphere-pictures\">\n<div class=\"drawn\">");
     if (!status) {
         ff_page_format(p,
-                       "<img width=\"%d\" style=\"image-rendering:auto\" alt=\"Three spheres lit from up to the left: data, model, "
-                       "and model less data\" src=\"data:image/png;base64,",
-                       3 * 200);
+                       "<img width=\"%zu\" style=\"image-rendering:auto\" alt=\"Spheres lit from up to the left: %s\" "
+                       "src=\"data:image/png;base64,",
+                       200 * (made.n_models + 2), said);
         put_base64(made.png, made.n, p->out);
         ff_page_format(p, "\">");
     } else {
         ff_page_note(p, "Not drawn: %s.", reason.message[0] ? reason.message : ff_status_str(status));
     }
-    ff_page_format(p, "</div>\n<figcaption>Data, model, model less data. Light of irradiance π from 45° up to the left; the "
-                      "difference is blue where the model is "
-                      "too dark</figcaption></figure>\n");
+    ff_page_format(p,
+                   "</div>\n<figcaption>Spheres: %s. Light of irradiance π from 45° up to the left; the difference is blue where "
+                   "%s is too dark</figcaption></figure>\n",
+                   said, s->models > 1 ? "B" : "the model");
     ff_page_section_end(p);
-    for (int k = 0; k < 3; k++) free(made.rgba[k]);
+    for (int k = 0; k < 4; k++) free(made.rgba[k]);
     ff_render_png_free(made.png);
 }

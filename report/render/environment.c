@@ -72,7 +72,8 @@ static void normalise(ff_environment *e)
         const double sum = row[e->nx];
         for (size_t c = 0; c < e->nx; c++)
             e->texel[TEXEL * (r * e->nx + c) + 3] = (float)((row[c + 1] - row[c]) / (solid_angle(e, r) * total));
-        for (size_t c = 1; c <= e->nx && sum > 0; c++) row[c] = c < e->nx ? row[c] / sum : 1;
+        for (size_t c = 1; c < e->nx && sum > 0; c++) row[c] /= sum;
+        row[e->nx] = 1;
         e->below[r + 1] = r + 1 < e->ny ? e->below[r + 1] / total : 1;
     }
 }
@@ -160,17 +161,33 @@ void ff_environment_free(ff_environment *e)
 
 /* ---- looking --------------------------------------------------------------------------------- */
 
+/* The four numbers of a pixel, as one. */
+typedef float texel __attribute__((vector_size(TEXEL * sizeof(float))));
+
+static inline texel texel_at(const ff_environment *e, size_t r, size_t c)
+{
+    texel out;
+    memcpy(&out, e->texel + TEXEL * (r * e->nx + c), sizeof out);
+    return out;
+}
+
 /* x in [0, 1) across, y in [0, 1] down. */
-static void radiance_at(const ff_environment *e, double x, double y, float out[TEXEL])
+static inline texel radiance_at(const ff_environment *e, double x, double y)
 {
     const double u = x * (double)e->nx + 0.5, v = y * (double)e->ny + 0.5; /* centres at 1, 2, ... */
     const size_t c = (size_t)u, r = (size_t)v;
     const float a = (float)(u - (double)c), b = (float)(v - (double)r);
     const size_t c0 = c ? c - 1 : e->nx - 1, c1 = c < e->nx ? c : 0, r0 = r ? r - 1 : 0, r1 = r < e->ny ? r : e->ny - 1;
-    const float *p00 = e->texel + TEXEL * (r0 * e->nx + c0), *p01 = e->texel + TEXEL * (r0 * e->nx + c1);
-    const float *p10 = e->texel + TEXEL * (r1 * e->nx + c0), *p11 = e->texel + TEXEL * (r1 * e->nx + c1);
+    const texel p00 = texel_at(e, r0, c0), p01 = texel_at(e, r0, c1), p10 = texel_at(e, r1, c0), p11 = texel_at(e, r1, c1);
     const float w00 = (1 - a) * (1 - b), w01 = a * (1 - b), w10 = (1 - a) * b, w11 = a * b;
-    for (int k = 0; k < TEXEL; k++) out[k] = w00 * p00[k] + w01 * p01[k] + w10 * p10[k] + w11 * p11[k];
+    return w00 * p00 + w01 * p01 + w10 * p10 + w11 * p11;
+}
+
+/* The angle from the top in parts of that to the bottom. */
+static inline double down_to(double cosine)
+{
+    const double mu = cosine < -1 ? -1 : cosine < 1 ? cosine : 1;
+    return acos(mu) * (1 / pi);
 }
 
 static size_t cell_of(double x, size_t n)
@@ -187,14 +204,13 @@ static double density_at(const ff_environment *e, size_t r, size_t c)
 void ff_environment_look(const ff_environment *e, size_t n, const double *w, double *rgb, double *pdf, size_t ld)
 {
     for (size_t i = 0; i < n; i++) {
-        const double wx = w[i], wy = fmin(fmax(w[ld + i], -1), 1), wz = w[2 * ld + i];
+        const double wx = w[i], wy = w[ld + i], wz = w[2 * ld + i];
         double across = atan2(wx, -wz) * (0.5 / pi) + 0.5 - e->turn;
-        const double down = acos(wy) * (1 / pi);
-        float L[TEXEL];
+        const double down = down_to(wy);
         across += across < 0;
         if (!(across >= 0 && across < 1)) across = 0;
         if (rgb) {
-            radiance_at(e, across, down, L);
+            const texel L = radiance_at(e, across, down);
             for (size_t k = 0; k < 3; k++) rgb[k * ld + i] = (double)L[k];
         }
         if (pdf) pdf[i] = density_at(e, cell_of(down * (double)e->ny, e->ny), cell_of(across * (double)e->nx, e->nx));
@@ -216,10 +232,12 @@ static size_t find(const double *below, size_t n, double u)
     return lo;
 }
 
-/* The same within a row, from where its guide says: two steps on average. */
+/* The same within a row, from where its guide says: one step on average. The first two are without a branch; row[n] = 1 > u. */
 static size_t find_guided(const double *row, const uint16_t *guide, size_t n, double u)
 {
     size_t c = guide[cell_of(u * (double)n, n)];
+    c += row[c + 1] <= u;
+    c += row[c + 1] <= u;
     while (c + 1 < n && row[c + 1] <= u) c++;
     while (c > 0 && (row[c] > u || !(row[c + 1] > row[c]))) c--;
     return c;
@@ -271,8 +289,7 @@ void ff_environment_draw_places(const ff_environment *e, size_t n, const double 
 void ff_environment_radiance(const ff_environment *e, size_t n, const double *across, const double *mu, double *rgb, size_t ld)
 {
     for (size_t i = 0; i < n; i++) {
-        float L[TEXEL];
-        radiance_at(e, across[i] < 1 ? across[i] : 0, acos(mu[i]) * (1 / pi), L);
+        const texel L = radiance_at(e, across[i] < 1 ? across[i] : 0, down_to(mu[i]));
         for (size_t k = 0; k < 3; k++) rgb[k * ld + i] = (double)L[k];
     }
 }

@@ -108,7 +108,7 @@ static void add_drawn_by_model(const ff_render_job *j, worker *w)
         const double n[3] = {b->normal[0][i], b->normal[1][i], b->normal[2][i]};
         const double wi[3] = {b->wi[0][i], b->wi[1][i], b->wi[2][i]};
         double out[3];
-        ff_sphere_from_surface(n, wi, out);
+        ff_sphere_from_frame(n, b->axis[i], wi, out);
         for (size_t k = 0; k < 3; k++) w->drawn[k * FF_BEAMS + i] = out[k];
     }
     ff_environment_look(j->o->environment, b->n, w->drawn, w->radiance, w->density, FF_BEAMS);
@@ -124,12 +124,13 @@ static void add_drawn_by_environment(const ff_render_job *j, worker *w)
         const double n[3] = {b->normal[0][i], b->normal[1][i], b->normal[2][i]};
         const double from[3] = {w->drawn[i], w->drawn[FF_BEAMS + i], w->drawn[2 * FF_BEAMS + i]};
         double wi[3];
-        ff_sphere_to_surface(n, from, wi);
+        ff_sphere_to_frame(n, b->axis[i], from, wi);
         if (!(wi[2] > FF_COS_MIN)) continue;
         for (size_t k = 0; k < 3; k++) {
             b->wi[k][kept] = wi[k];
             b->wo[k][kept] = b->wo[k][i];
         }
+        ff_sample_shares_move(&b->share, i, kept);
         w->density[kept] = w->density[i];
         w->across[kept] = w->across[i];
         w->drawn[FF_BEAMS + kept] = from[1];
@@ -161,7 +162,8 @@ static void surround_point(const ff_render_job *j, worker *w, size_t i, size_t r
     const double pixels = (double)j->o->pixels;
     double n[3], view[3], wo[3];
     if (!ff_camera_look(&j->camera, 2 * ((double)i + u[0]) / pixels - 1, 1 - 2 * ((double)row + u[1]) / pixels, n, view)) return;
-    ff_sphere_to_surface(n, view, wo);
+    b->axis[b->n] = ff_sphere_axis(n);
+    ff_sphere_to_frame(n, b->axis[b->n], view, wo);
     for (size_t k = 0; k < 3; k++) b->normal[k][b->n] = n[k], b->wo[k][b->n] = wo[k];
     for (size_t d = 0; d < DIMENSIONS; d++) b->u[d][b->n] = u[d];
     b->pixel[b->n] = i;

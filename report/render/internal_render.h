@@ -3,9 +3,9 @@
 #define FF_INTERNAL_RENDER_H
 #include "ff_render.h"
 #include "ff_interpolate.h"
-#include "ff_sample.h"
+#include "models/tools/internal_sample.h"
 
-enum { FF_BEAMS = 128 }; /* pairs of directions that are looked at together */
+enum { FF_BEAMS = FF_BLOCK }; /* pairs of directions that are looked at together */
 
 /* ---- environment.c --------------------------------------------------------------------------- */
 
@@ -46,16 +46,18 @@ void ff_surface_clear(ff_surface *s);
 /* Pairs of directions of points of the sphere, in the frames of these, and what is found there. */
 typedef struct ff_beams {
     size_t n;
-    size_t pixel[FF_BEAMS], set[FF_BEAMS]; /* whose they are */
-    double normal[3][FF_BEAMS], wo[3][FF_BEAMS], wi[3][FF_BEAMS];
+    size_t pixel[FF_BEAMS], set[FF_BEAMS];      /* whose they are */
+    double normal[3][FF_BEAMS], axis[FF_BEAMS]; /* of environments: ff_sphere_axis */
+    double wo[3][FF_BEAMS], wi[3][FF_BEAMS];
     double f[3][FF_BEAMS], pdf[FF_BEAMS]; /* red, green, blue; density of the sampler */
     double u[7][FF_BEAMS];
+    ff_sample_shares share;                /* of the views, once ff_surface_draw was there */
     unsigned char found[FF_BEAMS];         /* ff_found */
     double *values;                        /* [channels of the surface or of its sampler, the larger][FF_BEAMS] */
     size_t n_values, n_guessed, n_unknown; /* so far, of a table */
 } ff_beams;
 
-/* f, and pdf where it is wanted, of all pairs. */
+/* f, and pdf where it is wanted, of all pairs; the pdf after ff_surface_draw, for whose views it is. */
 void ff_surface_values(const ff_surface *s, ff_beams *b, int with_pdf);
 /* Draws wi by the numbers u [3][FF_BEAMS]; f, pdf. */
 void ff_surface_draw(const ff_surface *s, ff_beams *b, const double *u);

@@ -4,7 +4,6 @@
 #include "data_formats/interpolation/internal_interpolate.h"
 #include "data_formats/table/table_struct.h"
 #include "models/model_struct.h"
-#include "models/tools/internal_sample.h"
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -106,18 +105,18 @@ void ff_surface_values(const ff_surface *s, ff_beams *b, int with_pdf)
 {
     double *pdf = with_pdf ? b->pdf : NULL;
     if (s->data) {
-        if (pdf) ff_sampler_values(s->sampler, b->n, b->wo[0], b->wi[0], pdf, NULL, FF_BEAMS);
+        if (pdf) ff_sampler_values_block(s->sampler, b->n, b->wo[0], b->wi[0], &b->share, pdf, NULL, FF_BEAMS);
         look_up(s, b);
         return;
     }
-    ff_sampler_values(s->sampler, b->n, b->wo[0], b->wi[0], pdf, b->values, FF_BEAMS);
+    ff_sampler_values_block(s->sampler, b->n, b->wo[0], b->wi[0], &b->share, pdf, b->values, FF_BEAMS);
     take_colours(s, b, FF_BEAMS);
 }
 
 void ff_surface_draw(const ff_surface *s, ff_beams *b, const double *u)
 {
     double *f = b->values, *weight = b->values + s->n_drawn * FF_BEAMS;
-    ff_sampler_sample(s->sampler, b->n, b->wo[0], u, NULL, b->wi[0], b->pdf, s->data ? NULL : f, weight, FF_BEAMS);
+    ff_sampler_sample_block(s->sampler, b->n, b->wo[0], u, NULL, b->wi[0], b->pdf, s->data ? NULL : f, weight, FF_BEAMS, &b->share);
     if (s->data)
         look_up(s, b);
     else

@@ -68,7 +68,7 @@ async function tab(page) {
         await page.keyboard.press("Tab");
         seen.add(await page.evaluate(() => { const e = document.activeElement; e.dataset.tabbed = "1"; return [...document.querySelectorAll("*")].indexOf(e); }));
     }
-    const must = {fit: ["sphere-model", "flip", "exposure", "back", "incidence", "logarithmic"], comparison: ["yardstick", "picks-b", "swap", "filter", "incidence"]}[kind] || [];
+    const must = {fit: ["sphere-model", "flip", "exposure", "back", "incidence", "logarithmic"], comparison: ["yardstick", "picks-b", "swap", "filter", "incidence", "sphere-a", "sphere-b", "between"]}[kind] || [];
     for (const id of must) check(await page.evaluate(i => document.getElementById(i).dataset.tabbed === "1", id), `Tab does not come to ${id}`);
     if (must.length) check(await page.locator("#image .panels svg[data-tabbed]").count() > 0, "Tab does not come to the image slices");
     check(seen.size >= wanted - 1, `by Tab ${seen.size} of ${wanted} places are come to`);
@@ -192,36 +192,39 @@ async function brush(page) {
     check(await lit(page, "coverage") === 0, "Escape does not lift the brush");
 }
 
-async function spheres(page) {
-    if (!await page.locator("#sphere-model").count()) return false;
+/* first: what F puts in the place of the data; last: the other view of a comparison, or the same. */
+async function spheres(page, first, last) {
+    if (!await page.locator(`#${first}`).count()) return false;
     const drawn = () => page.evaluate(() => Number(document.getElementById("spheres").dataset.drawn || 0));
     const rest = async before => { for (let k = 0; k < 200 && await drawn() <= before; k++) await page.waitForTimeout(50); };
     await rest(0);
-    const before = await pixels(page, "sphere-model"), data = await pixels(page, "sphere-data");
+    const before = await pixels(page, first), data = await pixels(page, "sphere-data");
     await page.locator("h1").click();
     await page.keyboard.press("f");
     check(await page.getAttribute("#flip", "aria-pressed") === "true", "F does not flip");
-    check(await pixels(page, "sphere-data") === await pixels(page, "sphere-model"), "flipped: not the model");
+    check(await pixels(page, "sphere-data") === await pixels(page, first), "flipped: not the model");
     await page.keyboard.press("f");
     check(await pixels(page, "sphere-data") === data, "flipped back: other data");
     let n = await drawn();
-    const box = await page.locator("#sphere-model").boundingBox();
+    await page.locator(`#${first}`).scrollIntoViewIfNeeded();
+    const box = await page.locator(`#${first}`).boundingBox(), other = await pixels(page, last);
     await page.mouse.move(box.x + 60, box.y + 60);
     await page.mouse.down();
     await rest(n);
-    const pressed = await pixels(page, "sphere-model");
+    const pressed = await pixels(page, first);
     check(pressed !== before, "a light that was pressed elsewhere: the same picture");
     n = await drawn();
     await page.mouse.move(box.x + 130, box.y + 110, {steps: 4});
     await page.mouse.up();
     await rest(n);
-    const dragged = await pixels(page, "sphere-model");
+    const dragged = await pixels(page, first);
     check(dragged !== pressed, "a light that was dragged: the same picture");
+    check(await pixels(page, last) !== other, "a light that was dragged over one sphere: another stays as it was");
     n = await drawn();
-    await page.locator("#sphere-model").focus();
+    await page.locator(`#${first}`).focus();
     await page.keyboard.press("ArrowUp");
     await rest(n);
-    check(await pixels(page, "sphere-model") !== dragged, "the arrow keys do not move the light");
+    check(await pixels(page, first) !== dragged, "the arrow keys do not move the light");
     return true;
 }
 
@@ -229,10 +232,19 @@ async function spheres(page) {
 
 async function comparison(page) {
     const pair = await text(page, "#pair"), curve = await lines(page), image = await page.locator("#differ-image .panels svg").innerHTML();
+    const drawn = () => page.evaluate(() => Number(document.getElementById("spheres").dataset.drawn || 0)), n = await drawn(), b = await pixels(page, "sphere-b");
     await page.locator("#matrix td[data-fit] button").last().click();
     check(await text(page, "#pair") !== pair, "a click on a cell chooses nothing");
     check(await lines(page) !== curve, "another model: the same curves");
     check(await page.locator("#differ-image .panels").innerHTML() !== image, "another model: the same difference");
+    for (let k = 0; k < 200 && await drawn() <= n; k++) await page.waitForTimeout(50);
+    check(await pixels(page, "sphere-b") !== b, "another model: the same sphere");
+    check((await text(page, "#spheres figure:has(#sphere-b) figcaption")).startsWith("B: "), "the sphere of B does not say what it is of");
+    const between = await pixels(page, "sphere-difference");
+    await page.selectOption("#between", {label: "B less data"});
+    check(await pixels(page, "sphere-difference") !== between, "another difference: the same picture");
+    await page.selectOption("#between", {label: "B less A"});
+    check(await pixels(page, "sphere-difference") === between, "the difference chosen again: another picture");
     const order = () => page.evaluate(() => [...document.querySelectorAll("#ranking-table tbody tr")].map(r => r.dataset.fit).join(","));
     const by = await order();
     let moved = false;
@@ -272,11 +284,14 @@ await links(page);
 if (kind === "fit" || kind === "failed") {
     await sliders(page);
     await brush(page);
-    check(await spheres(page), "no spheres");
+    check(await spheres(page, "sphere-model", "sphere-model"), "no spheres");
 }
 if (kind === "fit" || kind === "in-plane") await incidences(page);
 if (kind === "failed") check(/not converge/.test(await text(page, "#verdict")), "a fit that failed does not say so");
-if (kind === "comparison") await comparison(page);
+if (kind === "comparison") {
+    check(await spheres(page, "sphere-a", "sphere-b"), "no spheres");
+    await comparison(page);
+}
 await saves(page);
 await tab(page);
 await audit(page, "after all");

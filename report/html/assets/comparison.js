@@ -157,6 +157,6 @@
     Plots.onChange(what => { if (what === "all" || what === "channel") difference(); });
     difference();
     residuals();
-    if (typeof Spheres !== "undefined") Spheres.begin(state.views);
+    Spheres.begin();
     Page.begin();
 })();

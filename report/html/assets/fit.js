@@ -85,6 +85,6 @@
     addSliders();
     fillStarts();
     Plots.begin([moved]);
-    if (typeof Spheres !== "undefined") Spheres.begin([moved]);
+    Spheres.begin();
     Page.begin();
 })();

@@ -85,7 +85,9 @@ const Sphere = (() => {
 
 const Spheres = (() => {
     const SIZE = 96, CLIP = 0.25;
-    let light = [-0.5, 0.5, Math.SQRT1_2], exposure = 0, flipped = false, views = [], canvases = {}, pending = 0;
+    /* What is drawn: data, each view by its name, a difference; of a comparison there are several differences to choose from. */
+    let light = [-0.5, 0.5, Math.SQRT1_2], exposure = 0, flipped = false, canvases = {}, pending = 0, between = null;
+    const views = () => Plots.state.views, captions = {};
 
     /* Channels of the page that make the colour, or the chosen one. */
     function channels() {
@@ -93,8 +95,8 @@ const Spheres = (() => {
         return of.length === 3 ? of : [Plots.state.channel];
     }
 
-    function modelPicture(points) {
-        const view = views[0], k = channels();
+    function modelPicture(view, points) {
+        const k = channels();
         const f = (g, out) => { for (let c = 0; c < k.length; c++) out[c] = view.at(g, k[c]); };
         /* all at once where one fit has them all */
         const fit = Plots.fitOf(view.model, k[0]), together = k.every(n => Plots.fitOf(view.model, n) === fit), compiled = view.function_(k[0]), buffer = new Float64Array(Plots.result.fits[fit].channels.length);
@@ -112,13 +114,17 @@ const Spheres = (() => {
         canvas.getContext("2d", {willReadFrequently: true}).putImageData(new ImageData(pixels, SIZE, SIZE), 0, 0);
     }
     function draw(points) {
-        const n = channels().length, model = views[0].live ? modelPicture(points) : null, data = dataPicture(points);
-        const first = flipped ? model : data;
-        canvases.data.parentElement.querySelector("figcaption").textContent = flipped ? "model (flipped)" : data ? "data" : "data: only under the light above";
-        const empty = new Uint8ClampedArray(4 * SIZE * SIZE);
-        put("data", first ? Sphere.shown(first, n, exposure, Plots.page.sphere.colours) : empty);
-        put("model", model ? Sphere.shown(model, n, exposure, Plots.page.sphere.colours) : empty);
-        put("difference", model && data ? Sphere.difference(data, model, n, exposure, CLIP) : empty);
+        const n = channels().length, pictures = {data: dataPicture(points)}, of = views(), first = of[0].name, [a, b] = between;
+        for (const view of of) pictures[view.name] = view.live ? modelPicture(view, points) : null;
+        const empty = new Uint8ClampedArray(4 * SIZE * SIZE), shown = picture => picture ? Sphere.shown(picture, n, exposure, Plots.page.sphere.colours) : empty;
+        captions.data.textContent = flipped ? `${first} (flipped)` : pictures.data ? "data" : "data: only under the light above";
+        put("data", shown(pictures[flipped ? first : "data"]));
+        for (const view of of) {
+            captions[view.name].textContent = (of.length > 1 ? `${view.name}: ${view.expression}` : view.name) + (view.live ? "" : ", not evaluated on this page");
+            put(view.name, shown(pictures[view.name]));
+        }
+        put("difference", pictures[a] && pictures[b] ? Sphere.difference(pictures[a], pictures[b], n, exposure, CLIP) : empty);
+        captions.difference.textContent = `${b} less ${a}`;
     }
     /* Coarse while something moves, fine when it rests. */
     function redraw() {
@@ -147,11 +153,11 @@ const Spheres = (() => {
         flipped = !flipped;
         Page.byId("flip").setAttribute("aria-pressed", String(flipped));
         draw(4);
-        Page.say(flipped ? "the model stands in the place of the data" : "the data stand in their place");
+        Page.say(flipped ? `${views()[0].name} stands in the place of the data` : "the data stand in their place");
     }
 
     function canvasOf(name) {
-        const canvas = Page.make("canvas", {width: SIZE, height: SIZE, tabindex: "0", role: "img", "aria-label": `${name}: a lit sphere. Drag, or use the arrow keys, to move the light; F flips data and model.`, id: `sphere-${name}`});
+        const canvas = Page.make("canvas", {width: SIZE, height: SIZE, tabindex: "0", role: "img", "aria-label": `${name}: a lit sphere. Drag, or use the arrow keys, to move the light; F flips data and ${views()[0].name}.`, id: `sphere-${name.toLowerCase()}`});
         const at = e => { const box = canvas.getBoundingClientRect(); aim(2 * (e.clientX - box.left) / box.width - 1, 1 - 2 * (e.clientY - box.top) / box.height); };
         canvas.addEventListener("pointerdown", e => { canvas.setPointerCapture(e.pointerId); at(e); });
         canvas.addEventListener("pointermove", e => { if (e.buttons & 1) at(e); });
@@ -160,27 +166,35 @@ const Spheres = (() => {
             if (step) { e.preventDefault(); turn(...step); }
         });
         canvases[name] = canvas;
-        return Page.make("figure", {}, canvas, Page.make("figcaption", {}, name));
+        captions[name] = Page.make("figcaption", {}, name);
+        return Page.make("figure", {}, canvas, captions[name]);
     }
 
-    function begin(of) {
+    /* Which difference: of two models that between them, and of each to the data. */
+    function differences() {
+        const names = views().map(v => v.name), pairs = names.length > 1 ? [[names[0], names[1]], ["data", names[0]], ["data", names[1]]] : [["data", names[0]]];
+        between = pairs[0];
+        if (pairs.length === 1) return [];
+        return [Page.make("label", {}, "difference ", Page.make("select", {id: "between", onchange: e => { between = pairs[e.target.selectedIndex]; draw(4); }}, ...pairs.map(([a, b]) => Page.make("option", {}, `${b} less ${a}`))))];
+    }
+
+    function begin() {
         const section = Page.byId("spheres");
-        views = of;
-        if (!section || !Plots.page.sphere || !(views[0].live || Plots.page.sphere.values)) return;
+        if (!section || !Plots.page.sphere || !(views().some(v => v.live) || Plots.page.sphere.values)) return;
         const range = Page.make("input", {type: "range", id: "exposure", min: -8, max: 8, step: 0.5, value: 0, oninput: e => { exposure = Number(e.target.value); shownExposure.textContent = `${exposure} EV`; draw(1); redraw(); }}), shownExposure = Page.make("output", {for: "exposure"}, "0 EV");
-        const button = Page.make("button", {type: "button", id: "flip", "aria-pressed": "false", onclick: flip}, "flip data and model (F)");
-        section.append(Page.make("div", {class: "spheres"}, canvasOf("data"), canvasOf("model"), canvasOf("difference")),
-            Page.make("div", {class: "controls"}, button, Page.make("label", {}, "exposure ", range, shownExposure), lightSaid),
-            Page.make("p", {class: "note"}, "Light of irradiance π; values beyond 1 are cut off. " + (Plots.page.sphere.values ? `The data are interpolated between ${Plots.page.sphere.theta_h} half angles, ${Plots.page.sphere.theta_d} difference angles and ${Plots.page.sphere.phi_d} azimuths. ` : "Data that know a direction of the surface are shown under the light above alone. ") + "Blue: the model is too dark."));
+        const names = views().map(v => v.name), button = Page.make("button", {type: "button", id: "flip", "aria-pressed": "false", onclick: flip}, `flip data and ${names[0]} (F)`);
+        section.append(Page.make("div", {class: "spheres"}, ...["data", ...names, "difference"].map(canvasOf)),
+            Page.make("div", {class: "controls"}, button, ...differences(), Page.make("label", {}, "exposure ", range, shownExposure), lightSaid),
+            Page.make("p", {class: "note"}, "Light of irradiance π; values beyond 1 are cut off. " + (Plots.page.sphere.values ? `The data are interpolated between ${Plots.page.sphere.theta_h} half angles, ${Plots.page.sphere.theta_d} difference angles and ${Plots.page.sphere.phi_d} azimuths. ` : "Data that know a direction of the surface are shown under the light above alone. ") + (names.length > 1 ? "Blue: what is named first is darker" : "Blue: the model is too dark") + `; the colours end at a difference of ${CLIP}.`));
         document.addEventListener("keydown", e => {
             if ((e.key === "f" || e.key === "F") && !e.ctrlKey && !e.metaKey && !e.altKey && !/^(INPUT|SELECT|TEXTAREA)$/.test(e.target.tagName)) flip();
         });
-        Plots.onChange(what => { if (what === "parameters" || what === "channel") redraw(); });
-        if (Plots.page.sphere.values && views[0].live) Page.byId("sphere-pictures").hidden = true;
+        Plots.onChange(what => { if (what === "parameters" || what === "channel" || what === "all") redraw(); });
+        if (Plots.page.sphere.values && views().every(v => v.live)) Page.byId("sphere-pictures").hidden = true;
         sayLight();
         redraw();
     }
 
-    return {begin, channels, picture: points => modelPicture(points), aim, light: () => light};
+    return {begin};
 })();
 if (typeof module !== "undefined") module.exports = Sphere;
