@@ -92,7 +92,7 @@ static int look_closer(const cli_args *args, cli_drawn_fits *d, const ff_plot_ki
     if (!(kind->takes & (FF_PLOT_RESULTS | FF_PLOT_FRESH))) return status;
     if (!(kind->takes & FF_PLOT_RESULTS)) d->trust.bootstrap = 0, d->trust.profile = 0;
     for (size_t i = 0; i < d->n && status == EXIT_DONE && d->n == 1; i++) status = cli_trust_fit(&d->trust, &d->f, d->fit, 1);
-    if (status != EXIT_DONE || d->n == 1) return status;
+    if (status != EXIT_DONE || d->n < 2) return status;
     if (d->trust.bootstrap || d->trust.profile)
         return cli_usage(
             args, "--profile and --bootstrap are of one fit: name it by --model, or draw the results of several 'fit --json'");

@@ -104,7 +104,8 @@ static double least_reflectance(const double *least)
     for (int k = 0; k < CELLS; k++) floor = fmin(floor, least[k]);
     if (isinf(floor)) return NAN;
     for (int k = 0; k < CELLS; k++) {
-        const double a = k / AZIMUTHS * step, b = a + step, solid = 0.5 * (sin(b) * sin(b) - sin(a) * sin(a)) * turn;
+        const int row = k / AZIMUTHS;
+        const double a = row * step, b = a + step, solid = 0.5 * (sin(b) * sin(b) - sin(a) * sin(a)) * turn;
         sum += solid * least_about(least, k, floor);
     }
     return sum;

@@ -120,7 +120,10 @@ static size_t ring_azimuths(const ff_cells *cells, double theta_i, double *phi_i
     const size_t j = ring_of(w->incident, theta_i, &first);
     if (j == w->incident->n_rings) return 0;
     const size_t patches = w->incident->ring[j].n_phi, n = patches < FF_CELLS_AZIMUTHS ? patches : FF_CELLS_AZIMUTHS;
-    for (size_t k = 0; k < n; k++) phi_i[k] = table_phi_i(w, 360 * (double)(k * patches / n) / (double)patches);
+    for (size_t k = 0; k < n; k++) {
+        const size_t patch = k * patches / n;
+        phi_i[k] = table_phi_i(w, 360 * (double)patch / (double)patches);
+    }
     return n;
 }
 
@@ -274,15 +277,19 @@ static ff_cells *share(ff_cells *cells)
     return cells;
 }
 
-static void release(ff_cells *cells)
+static void destroy(window_cells *w)
 {
-    window_cells *w = (window_cells *)cells;
-    if (w->owners-- > 0) return;
     free(w->incident);
     free(w->exit);
     free(w->place);
     free(w->order);
     free(w);
+}
+
+static void release(ff_cells *cells)
+{
+    window_cells *w = (window_cells *)cells;
+    if (w->owners-- == 0) destroy(w);
 }
 
 static ff_window_basis *copy_of(const ff_window_basis *b)
@@ -302,7 +309,7 @@ ff_cells *ff_window_matrix_cells(const ff_window_basis *incident, const ff_windo
     w->incident = copy_of(incident);
     w->exit = copy_of(exit);
     if (w->incident && w->exit) return &w->cells;
-    release(&w->cells);
+    destroy(w);
     return NULL;
 }
 
@@ -327,6 +334,6 @@ ff_cells *ff_window_tree_cells(int rank, int front, size_t n, ff_tree_place *pla
     if (w->order) sort_places(w, w->order, room, n);
     free(room);
     if (w->order) return &w->cells;
-    release(&w->cells);
+    destroy(w);
     return NULL;
 }
