@@ -26,10 +26,12 @@
  * says so when they do not. In which sense POI turns the plane of incidence is documented nowhere: with more than one POI a file is
  * refused.
  *
- * TIS is checked to be a number and dropped. A number of exactly 0 is taken to be unmeasured, as in the interchange format. */
+ * TIS is checked to be a number and dropped. A number of exactly 0 is taken to be unmeasured, as in the interchange format. What is
+ * written (lighttools/) has one plane of incidence and all azimuths, in the order in which files have it, TIS the integral of
+ * f cos(theta_o) over the cells of the grid. */
 #define _GNU_SOURCE
 #include "base/internal_order.h"
-#include "data_formats/table/internal_scatter_grid.h"
+#include "data_formats/formats/lighttools/internal_lighttools.h"
 #include "models/model_struct.h"
 #include <math.h>
 #include <stdio.h>
@@ -47,7 +49,7 @@ static const char *const content_name[] = {"Monochrome", "XYZ", NULL};
 static const char *const side_name[] = {"Front", "Back", NULL};
 static const char *const type_name[] = {"BRDF", "BTDF", NULL};
 static const char *const tristimulus_name[] = {"TrisX", "TrisY", "TrisZ", NULL};
-static const double phi_light = 90, phi_mirror = 270;
+static const double phi_light = FF_LIGHTTOOLS_LIGHT, phi_mirror = 270;
 
 /* One incidence of one wavelength. */
 typedef struct block {
@@ -343,22 +345,6 @@ static void mark_unmeasured(ff_table *t)
     if (zeros) ff_table_note(t, "%zu values of 0 above the horizon are taken to be unmeasured", zeros);
 }
 
-static ff_status set_weights(const lighttools *l, ff_table *t)
-{
-    const size_t *n = t->axes.n;
-    double *cell = malloc((n[0] + n[1] + n[2] + n[3]) * sizeof *cell), *of[4];
-    if (!cell) return ff_error_set(l->err, FF_ERR_MEMORY, l->path, 0, -1, "no memory for the cells of %zu samples", t->n);
-    for (int k = 0; k < 4; k++) of[k] = k ? of[k - 1] + n[k - 1] : cell;
-    ff_cells_polar(t->axes.node[0], n[0], 90, of[0]);
-    ff_cells_circle(t->axes.node[1], n[1], 0, of[1]);
-    ff_cells_polar(t->axes.node[2], n[2], 90, of[2]);
-    ff_cells_circle(t->axes.node[3], n[3], l->symmetry == PLANE_SYMMETRICAL, of[3]);
-    const double *const factor[4] = {of[0], of[1], of[2], of[3]};
-    ff_table_product_weights(t, factor);
-    free(cell);
-    return FF_OK;
-}
-
 /* Does the light of the most oblique incidence leave on the side of the mirror direction? */
 static void check_mirror_side(const lighttools *l, ff_table *t)
 {
@@ -415,7 +401,7 @@ static ff_status describe(const lighttools *l, const plan *p, ff_table *t)
     if (!l->ended)
         ff_table_note(t, "there is no DataEnd: if the file was cut, its last blocks or the end of its last number are missing");
     if (!t->weight) return FF_OK;
-    const ff_status status = set_weights(l, t);
+    const ff_status status = ff_lighttools_weigh(t, l->symmetry == PLANE_SYMMETRICAL, l->err);
     if (status == FF_OK) check_mirror_side(l, t);
     return status;
 }
@@ -425,8 +411,8 @@ static ff_status make_table(lighttools *l, const plan *p, ff_table *out)
     ff_table t;
     const size_t n[4] = {p->theta_i.n, 1, l->radial.n, l->azimuth.n};
     const double *const node[4] = {p->theta_i.value, &phi_light, l->radial.value, l->azimuth.value};
-    const int cells = n[3] > 1 && ff_largest_gap(node[3], n[3]) <= 45 && n[2] > 1;
-    ff_status status = ff_table_init_axes(FF_AXES_INCIDENT_EXIT, n, node, degree, p->wavelength.n, cells, &t, l->err);
+    ff_status status =
+        ff_table_init_axes(FF_AXES_INCIDENT_EXIT, n, node, degree, p->wavelength.n, ff_lighttools_has_cells(n, node), &t, l->err);
     if (status != FF_OK) return status;
     status = describe(l, p, &t);
     if (status == FF_OK) status = ff_table_count(&t, l->path, l->err);
@@ -469,9 +455,12 @@ static ff_status read_lighttools(const char *path, const ff_read_options *o, ff_
 const ff_format ff_format_lighttools = {
     .name = "lighttools",
     .title = "LightTools BSDF text (Light Tec MiniDiff)",
-    .extensions = ".bsdf",
+    .extensions = ".lighttools.bsdf .bsdf",
     .source = "as read by libbsdf (github.com/KimuraRyo/libbsdf) and readers of MiniDiff exports",
     .probe = probe,
     .reads = FF_READS_PART,
+    .holds = FF_HOLDS_INVALID | FF_HOLDS_NEGATIVE | FF_HOLDS_DOUBLE | FF_HOLDS_NAMES,
     .read = read_lighttools,
+    .layout = ff_lighttools_layout,
+    .write = ff_lighttools_write,
 };

@@ -247,9 +247,120 @@ static void detection(void)
         FF_CHECK(ff_format_detect(path, &f, &err) == FF_OK && strcmp(f->name, cases[k].name) == 0, "%s is taken for %s",
                  cases[k].name, f ? f->name : err.message);
     }
+}
+
+/* ---- writing --------------------------------------------------------------------------------- */
+
+/* What a format laid out, with values that differ in every sample, a few of them not measured or negative. */
+static int lay_out(size_t n_channels, const char *grid, ff_table *t)
+{
+    ff_table data;
     ff_error err = {0};
-    ff_table t = {0};
-    FF_CHECK(ff_table_write(ff_test_path("x"), "lighttools", &t, &err) == FF_ERR_UNSUPPORTED, "%s", err.message);
+    if (!FF_CHECK(ff_table_init(60, n_channels, NULL, 0, 0, &data, &err) == FF_OK, "%s", err.message)) return 0;
+    data.radians_per_unit = degree;
+    data.isotropic = 1;
+    for (size_t c = 0; c < n_channels; c++) {
+        snprintf(data.channels[c].name, FF_CHANNEL_NAME, "%zunm", 450 + 100 * c);
+        data.channels[c].wavelength_nm = 450 + 100 * (double)c;
+    }
+    for (size_t i = 0; i < data.n; i++) data.angle[0][i] = 10 + 25 * (double)(i % 3);
+    const int made = FF_CHECK(ff_format_find("lighttools")->layout(&data, grid, t, &err) == FF_OK, "%s", err.message);
+    for (size_t i = 0; i < t->n * n_channels && made; i++) t->value[i] = 0.01 + 0.1 * ff_test_uniform();
+    if (made) t->valid[5] = 0, t->value[7] = -0.02;
+    ff_table_clear(&data);
+    return made;
+}
+
+static void every_value_returns(void)
+{
+    const char *path = ff_test_path("w.lighttools.bsdf");
+    for (size_t n = 1; n < 3; n++) {
+        ff_table t, back;
+        ff_error err = {0};
+        if (!lay_out(n, n == 1 ? NULL : "incidence:0/7.5/60,azimuth:0/40/80/120/160/200/240/280/320,radial:0/11/30/85", &t)) return;
+        FF_CHECK(t.axes.n[0] == 3 && t.axes.n[1] == 1 && t.axes.n[2] == (n == 1 ? 36 : 4) && t.axes.n[3] == (n == 1 ? 73 : 9),
+                 "%zu x %zu x %zu", t.axes.n[0], t.axes.n[2], t.axes.n[3]);
+        FF_CHECK(t.axes.node[0][0] == (n == 1 ? 10 : 0) && t.axes.node[0][2] == 60, "incidences from %g to %g", t.axes.node[0][0],
+                 t.axes.node[0][2]);
+        FF_CHECK(ff_format_for_writing(path) == ff_format_find("lighttools"), "%s is not known by its name", path);
+        if (FF_CHECK(ff_table_write(path, NULL, &t, &err) == FF_OK, "%s", err.message) &&
+            FF_CHECK(ff_table_read_into(path, NULL, &back, &err) == FF_OK, "%s", err.message)) {
+            check_same_angles("written", &t, &back);
+            FF_CHECK(back.n_channels == n && strcmp(back.format, "lighttools") == 0, "%zu channels, %s", back.n_channels,
+                     back.format);
+            FF_CHECK(!strstr(back.note, "DataEnd") && !back.valid[5] && back.value[7] == -0.02, "%s", back.note);
+            for (size_t c = 0; c < n; c++) {
+                FF_CHECK(back.channels[c].wavelength_nm == t.channels[c].wavelength_nm, "%g nm", back.channels[c].wavelength_nm);
+                for (size_t i = 0; i < t.n; i++)
+                    FF_CHECK(i == 5 || (back.value[c * t.n + i] == t.value[c * t.n + i] && back.valid[i]),
+                             "sample %zu: %g, wrote %g", i, back.value[c * t.n + i], t.value[c * t.n + i]);
+            }
+            for (size_t i = 0; i < t.n; i++) FF_CHECK(back.weight[i] == t.weight[i], "weight of %zu", i);
+            ff_table_clear(&back);
+        }
+        ff_table_clear(&t);
+    }
+}
+
+/* Of a white: what all of it reflects. */
+static void integrals(void)
+{
+    const char *path = ff_test_path("white.lighttools.bsdf");
+    char line[4000];
+    ff_table t;
+    ff_error err = {0};
+    int found = 0;
+    if (!lay_out(2, NULL, &t)) return;
+    for (size_t i = 0; i < 2 * t.n; i++) t.value[i] = (i < t.n ? 0.6 : 0.3) / 3.14159265358979323846;
+    t.valid[5] = 1;
+    if (FF_CHECK(ff_table_write(path, NULL, &t, &err) == FF_OK, "%s", err.message)) {
+        FILE *f = fopen(path, "r");
+        while (f && fgets(line, sizeof line, f)) {
+            double tis;
+            if (sscanf(line, "TIS %lf", &tis) != 1) continue;
+            const double expected = found++ % 2 ? 0.3 : 0.6; /* the wavelengths of an incidence one after the other */
+            FF_CHECK(fabs(tis / expected - 1) < 1e-12, "TIS %g, expected %g", tis, expected);
+        }
+        FF_CHECK(f && found == 6, "%d values of TIS", found);
+        if (f) fclose(f);
+    }
+    ff_table_clear(&t);
+}
+
+static void not_written(ff_table *t, const char *word)
+{
+    ff_error err = {0};
+    FF_CHECK(ff_table_write(ff_test_path("x"), "lighttools", t, &err) == FF_ERR_UNSUPPORTED && strstr(err.message, word),
+             "expected '%s': %s", word, err.message);
+}
+
+static void what_is_not_written(void)
+{
+    ff_table t, other;
+    ff_error err = {0};
+    static const char *const bad[] = {"rotation:10", "", "radial:0/95", "azimuth:5,azimuth:6", "incidence:10,,"};
+    if (!lay_out(3, NULL, &t)) return;
+    for (size_t k = 0; k < sizeof bad / sizeof *bad; k++) {
+        const ff_status status = ff_format_find("lighttools")->layout(&t, bad[k], &other, &err);
+        FF_CHECK(status == (k == 2 ? FF_ERR_RANGE : FF_ERR_SYNTAX), "%s: %s", bad[k], err.message);
+        FF_CHECK(k == 2 || !strstr(strstr(err.message, "expected"), "rotation"), "%s", err.message);
+    }
+    t.channels[1].wavelength_nm = t.channels[0].wavelength_nm;
+    not_written(&t, "3 channels");
+    for (int c = 0; c < 3; c++) t.channels[c].wavelength_nm = NAN, snprintf(t.channels[c].name, FF_CHANNEL_NAME, "%c", "XYZ"[c]);
+    FF_CHECK(ff_table_write(ff_test_path("xyz.lighttools.bsdf"), NULL, &t, &err) == FF_OK, "%s", err.message);
+    if (FF_CHECK(ff_table_read_into(ff_test_path("xyz.lighttools.bsdf"), NULL, &other, &err) == FF_OK, "%s", err.message)) {
+        FF_CHECK(other.n_channels == 3 && strcmp(other.channels[1].name, "Y") == 0 && other.value[t.n + 3] == t.value[t.n + 3],
+                 "%s", other.channels[1].name);
+        ff_table_clear(&other);
+    }
+    t.axes.node[1][0] = 0;
+    not_written(&t, "resample");
+    ff_table_clear(&t);
+    if (!FF_CHECK(ff_table_init(4, 1, NULL, 0, 0, &t, &err) == FF_OK, "%s", err.message)) return;
+    for (size_t i = 0; i < 4; i++) t.valid[i] = 1;
+    not_written(&t, "resample");
+    ff_table_clear(&t);
 }
 
 static void mirror_sides(void)
@@ -266,4 +377,5 @@ static void byte_order_marks(void)
 }
 
 FF_TEST_MAIN(FF_TEST(test_values), FF_TEST(test_channels), FF_TEST(parts), FF_TEST(mirror_sides), FF_TEST(refusals),
-             FF_TEST(test_prefixes), FF_TEST(byte_order_marks), FF_TEST(bit_flips), FF_TEST(detection))
+             FF_TEST(test_prefixes), FF_TEST(byte_order_marks), FF_TEST(bit_flips), FF_TEST(detection),
+             FF_TEST(every_value_returns), FF_TEST(integrals), FF_TEST(what_is_not_written))

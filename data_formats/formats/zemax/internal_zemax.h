@@ -2,9 +2,15 @@
  * data. */
 #ifndef FF_INTERNAL_ZEMAX_H
 #define FF_INTERNAL_ZEMAX_H
-#include "data_formats/table/internal_scatter_grid.h"
+#include "data_formats/table/internal_scatter_plan.h"
 
-enum { FF_ZEMAX_ROTATION, FF_ZEMAX_INCIDENCE, FF_ZEMAX_AZIMUTH, FF_ZEMAX_RADIAL, FF_ZEMAX_AXES };
+enum {
+    FF_ZEMAX_ROTATION = FF_SCATTER_ROTATION,
+    FF_ZEMAX_INCIDENCE = FF_SCATTER_INCIDENCE,
+    FF_ZEMAX_AZIMUTH = FF_SCATTER_AZIMUTH,
+    FF_ZEMAX_RADIAL = FF_SCATTER_RADIAL,
+    FF_ZEMAX_AXES = FF_SCATTER_AXES
+};
 enum { FF_ZEMAX_PLANE_SYMMETRICAL, FF_ZEMAX_ASYMMETRICAL, FF_ZEMAX_ASYMMETRICAL_4D };
 extern const double ff_zemax_axis_most[FF_ZEMAX_AXES]; /* degrees */
 extern const char *const ff_zemax_xyz[3];              /* names of three channels */
