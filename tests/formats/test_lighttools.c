@@ -347,6 +347,7 @@ static void what_is_not_written(void)
     }
     t.channels[1].wavelength_nm = t.channels[0].wavelength_nm;
     not_written(&t, "3 channels");
+    FF_CHECK(ff_format_find("lighttools")->layout(&t, NULL, &other, &err) == FF_ERR_UNSUPPORTED, "%s", err.message);
     for (int c = 0; c < 3; c++) t.channels[c].wavelength_nm = NAN, snprintf(t.channels[c].name, FF_CHANNEL_NAME, "%c", "XYZ"[c]);
     FF_CHECK(ff_table_write(ff_test_path("xyz.lighttools.bsdf"), NULL, &t, &err) == FF_OK, "%s", err.message);
     if (FF_CHECK(ff_table_read_into(ff_test_path("xyz.lighttools.bsdf"), NULL, &other, &err) == FF_OK, "%s", err.message)) {

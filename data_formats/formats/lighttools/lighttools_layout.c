@@ -86,7 +86,8 @@ static ff_status make_layout(const ff_table *t, const ff_scatter_plan *p, ff_tab
 ff_status ff_lighttools_layout(const ff_table *t, const char *grid, ff_table *out, ff_error *err)
 {
     ff_scatter_plan p = {0};
-    ff_status status = fill_plan(t, grid, &p, err);
+    ff_status status = ff_lighttools_check_channels(t, NULL, err);
+    if (status == FF_OK) status = fill_plan(t, grid, &p, err);
     if (status == FF_OK) status = make_layout(t, &p, out, err);
     ff_scatter_plan_clear(&p);
     return status;

@@ -19,7 +19,7 @@ static int is_tristimulus(const ff_table *t)
 }
 
 /* One value for each incidence, or several that a block can name. */
-static ff_status check_channels(const char *path, const ff_table *t, ff_error *err)
+ff_status ff_lighttools_check_channels(const ff_table *t, const char *path, ff_error *err)
 {
     int named = t->n_channels > 1;
     for (size_t c = 0; c < t->n_channels && named; c++) named = t->channels[c].wavelength_nm > 0;
@@ -43,7 +43,7 @@ static ff_status check_writable(const char *path, const ff_table *t, ff_error *e
     if (t->sigma)
         return ff_error_set(err, FF_ERR_UNSUPPORTED, path, 0, -1,
                             "a file of this format has no room for the standard deviations of this table; write csv");
-    return check_channels(path, t, err);
+    return ff_lighttools_check_channels(t, path, err);
 }
 
 typedef struct writer {
