@@ -410,8 +410,9 @@ static const struct {
     unsigned bit;
     const char *name;
 } reads[] = {{FF_READS_COLUMNS, "columns"}, {FF_READS_GRID, "grid"}, {FF_READS_PART, "part"}, {FF_READS_QUANTITY, "quantity"}},
-  holds[] = {{FF_HOLDS_SIGMA, "sigma"},   {FF_HOLDS_INVALID, "invalid"}, {FF_HOLDS_NEGATIVE, "negative"}, {FF_HOLDS_NAMES, "names"},
-             {FF_HOLDS_DOUBLE, "double"}, {FF_HOLDS_WEIGHTS, "weights"}, {FF_HOLDS_MANY, "any-channels"}};
+  holds[] = {{FF_HOLDS_SIGMA, "sigma"},       {FF_HOLDS_INVALID, "invalid"}, {FF_HOLDS_NEGATIVE, "negative"},
+             {FF_HOLDS_NAMES, "names"},       {FF_HOLDS_DOUBLE, "double"},   {FF_HOLDS_WEIGHTS, "weights"},
+             {FF_HOLDS_MANY, "any-channels"}, {FF_HOLDS_NM, "wavelengths"}};
 enum { N_READS = sizeof reads / sizeof reads[0], N_HOLDS = sizeof holds / sizeof holds[0] };
 
 static void format_cell(ff_cell *out, ff_where w)

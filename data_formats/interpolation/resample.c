@@ -135,7 +135,7 @@ static void drop(ff_table *t, const ff_format *to, ff_resample_report *r)
             to->name);
     int named = 0;
     for (size_t c = 0; c < t->n_channels; c++) named |= isfinite(t->channels[c].wavelength_nm);
-    if (named && !(holds & FF_HOLDS_NAMES))
+    if (named && !(holds & (FF_HOLDS_NAMES | FF_HOLDS_NM)))
         ff_table_note(t, "names and wavelengths of the channels are dropped: the format '%s' has none", to->name);
     if (!(holds & FF_HOLDS_DOUBLE) && to->precision) ff_table_note(t, "values are rounded: %s", to->precision);
 }

@@ -215,7 +215,8 @@ enum {
     FF_HOLDS_NAMES = 1 << 3,    /**< names and wavelengths of channels                                */
     FF_HOLDS_DOUBLE = 1 << 4,   /**< the bits of every value; else `precision` says what remains      */
     FF_HOLDS_WEIGHTS = 1 << 5,  /**< solid-angle weights of scattered samples                         */
-    FF_HOLDS_MANY = 1 << 6      /**< any number of channels                                           */
+    FF_HOLDS_MANY = 1 << 6,     /**< any number of channels                                           */
+    FF_HOLDS_NM = 1 << 7        /**< wavelengths of channels, which are their names; no others        */
 };
 
 /** A format of files. Closed, immutable, static storage. */

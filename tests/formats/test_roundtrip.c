@@ -73,6 +73,9 @@ static void compare(const char *label, const ff_format *f, const ff_table *a, co
     for (size_t c = 0; c < a->n_channels && (f->holds & FF_HOLDS_NAMES) && a->n_channels == b->n_channels; c++)
         FF_CHECK(strcmp(a->channels[c].name, b->channels[c].name) == 0, "%s: channel '%s', read again '%s'", label,
                  a->channels[c].name, b->channels[c].name);
+    for (size_t c = 0; c < a->n_channels && (f->holds & FF_HOLDS_NM) && a->n_channels == b->n_channels; c++)
+        FF_CHECK(!isfinite(a->channels[c].wavelength_nm) || a->channels[c].wavelength_nm == b->channels[c].wavelength_nm,
+                 "%s: %g nm, read again %g", label, a->channels[c].wavelength_nm, b->channels[c].wavelength_nm);
     free(ia);
     free(ib);
 }
