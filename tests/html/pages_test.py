@@ -116,6 +116,28 @@ def same_samples(parts, what):
         check(sum(1 for k in range(s["even"]) if s["why"][k] == number) == result["data"]["rejected"][reason], f"{what}: {reason}")
 
 
+def units(parts, what, ways):
+    """The figure in renderers' units has what `convert` says. ways: label, convention, its name of the number, convention wanted, criterion."""
+    panels = {p["x"]["label"]: p for p in parts["units-numbers"]["panels"]}
+    check(sorted(panels) == sorted(w[0] for w in ways), f"{what}: units {sorted(panels)}")
+    fit = parts["result"]["fits"][parts["page"]["shown"]]
+    for label, convention, symbol, wanted, *by in ways:
+        panel = panels.get(label, {"y": {"names": []}})
+        check(panel["y"]["names"], f"{what}: {label}: no rows")
+        for k, row in enumerate(panel["y"]["names"]):
+            name, _, channel = row.partition("[")
+            p, s = fit["parameters"][name], panel["series"][0]
+            at = fit["channels"].index(channel.rstrip("]")) if channel else None
+            given = [v if at is None else v[at] for v in (p["value"], p["interval"])]
+            shown = [s["x"][k], *sorted((s["x_low"][k], s["x_high"][k]))]
+            own = []
+            for x in (given[0], *given[1]):
+                words = run("convert", "--from", convention, "--to", wanted, *(["--by", by[0]] if by else []), f"{symbol}={x!r}").stdout.split()
+                own.append(float(words[1]))
+            own = [own[0], *sorted(own[1:])]
+            check(all(abs(a - b) <= 6e-6 * abs(b) for a, b in zip(shown, own)), f"{what}: {label} of {row}: {shown}, not {own}")
+
+
 # ---- contents ----------------------------------------------------------------------------------------------------------------------------
 
 
@@ -132,6 +154,12 @@ def contents():
     _, parts = read(os.path.join(scratch, "cut.html"), FIT_MOST, "up to 50 degrees")
     check(parts["result"]["data"]["rejected"]["grazing"] > 20, "up to 50 degrees: hardly a sample is left out")
     same_samples(parts, "up to 50 degrees")
+    ior = ("index of refraction", "f0", "f0", "eta")
+    units(read(os.path.join(scratch, "fit.html"), FIT_MOST, "a fit")[1], "a fit", [("perceptual roughness", "ggx", "alpha", "roughness"), ("exponent of Phong", "ggx", "alpha", "phong", "peak"), ior])
+    run("fit", "small.csv", "--model", "phong+lambert", "--html", "phong.html")
+    units(read(os.path.join(scratch, "phong.html"), FIT_MOST, "phong")[1], "phong", [("perceptual roughness", "phong", "n", "roughness", "peak"), ("m of Beckmann", "phong", "n", "beckmann"), ior])
+    run("fit", "small.csv", "--model", "gtr/smith-separable/dielectric+lambert", "--html", "gtr.html")
+    units(read(os.path.join(scratch, "gtr.html"), FIT_MOST, "gtr")[1], "gtr", [("F0", "eta", "eta", "f0")])
     run("compare", "small.csv", "--ndf", "ggx,beckmann", "--html", "compare.html")
     text, parts = read(os.path.join(scratch, "compare.html"), COMPARISON_MOST, "a comparison")
     check("not told apart from the best" in text and len(parts["result"]["fits"]) > 10, "a comparison")
