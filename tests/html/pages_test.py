@@ -5,7 +5,7 @@ usage: pages_test.py FACETFIT SHARED contents|drive [--all]
 
 contents: they are HTML that closes what it opens, JSON that reads, within their limits of size, and safe whatever files and channels are
 called. drive: a browser works on a page of a fit (drive.mjs); with --all also on a comparison, a table, a MERL file, 31 channels, one
-incidence, a fit that failed, and on measured gold where SHARED has it."""
+incidence, a surface with a direction, a model that is a table, a fit that failed, and on measured gold where SHARED has it."""
 import hashlib
 import html.parser
 import json
@@ -95,6 +95,7 @@ def make_data():
     rgb = ["--set", "alpha=0.3,f0=0.5:0.4:0.3,kd=0.2"]
     run("simulate", "ggx/v-cavity+lambert", "--set", "alpha=0.45,f0=0.9:0.6:0.3,kd=0.1:0.05:0.02", "--grid", "goniometer", "--noise", "0.02", "-o", "demo.csv")
     run("simulate", "ggx+lambert", *rgb, "--grid", "goniometer:15", "--noise", "0.02", "-o", "small.csv")
+    run("simulate", "ggx+lambert", "--set", "alpha_x=0.15,alpha_y=0.5,f0=0.9:0.6:0.3,kd=0.1", "--grid", "goniometer:5", "--noise", "0.02", "-o", "turned.csv")
     many = ":".join(f"{0.3 + 0.01 * k:.2f}" for k in range(31))
     run("simulate", "ggx+lambert", "--set", f"alpha=0.2,f0={many},kd=0.1", "--grid", "goniometer:5", "--noise", "0.01", "-o", "many.csv")
     with open(os.path.join(scratch, "small.csv"), encoding="utf-8") as f:
@@ -242,6 +243,12 @@ def in_browser():
     drive("comparison", "merl-compare.html", COMPARISON_MOST)
     run("fit", "many.csv", "--html", "many.html")
     drive("fit", "many.html", FIT_MOST)
+    run("fit", "turned.csv", "--html", "turned.html")
+    drive("fit", "turned.html", FIT_MOST)
+    run("compare", "turned.csv", "--ndf", "ggx", "--masking", "smith-height-correlated,v-cavity,none", "--html", "turned-compare.html", statuses=(0, 1))
+    drive("comparison", "turned-compare.html", COMPARISON_MOST)
+    run("fit", "small.csv", "--model", "ggx+kelemen-matte", "--html", "tabled.html")
+    drive("tabled", "tabled.html", FIT_MOST)
     run("fit", "one.csv", "--html", "one.html", statuses=(0, 1))
     drive("in-plane", "one.html", FIT_MOST)
     run("fit", "demo.csv", "--model", "student-t+lambert", "--max-iterations", "1", "--html", "failed.html", statuses=(1,))
