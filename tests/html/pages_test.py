@@ -245,7 +245,7 @@ def in_browser():
     drive("fit", "many.html", FIT_MOST)
     run("fit", "turned.csv", "--html", "turned.html")
     drive("fit", "turned.html", FIT_MOST)
-    run("compare", "turned.csv", "--ndf", "ggx", "--masking", "smith-height-correlated,v-cavity,none", "--html", "turned-compare.html", statuses=(0, 1))
+    run("compare", "turned.csv", "--ndf", "ggx,beckmann", "--masking", "smith-height-correlated,v-cavity,none", "--html", "turned-compare.html", statuses=(0, 1))
     drive("comparison", "turned-compare.html", COMPARISON_MOST)
     run("fit", "small.csv", "--model", "ggx+kelemen-matte", "--html", "tabled.html")
     drive("tabled", "tabled.html", FIT_MOST)
