@@ -153,7 +153,7 @@ const Spheres = (() => {
         captions.data.textContent = flipped ? `${first} (flipped)` : pictures.data ? "data" : "data: only under the light above";
         put("data", shown(pictures[flipped ? first : "data"]));
         for (const view of of) {
-            captions[view.name].textContent = (of.length > 1 ? `${view.name}: ${view.expression}` : view.name) + (view.live ? "" : ", not evaluated on this page");
+            captions[view.name].textContent = (of.length > 1 ? `${view.name}: ${view.expression.replace(/[/+]/g, "$&\u200b")}` : view.name) + (view.live ? "" : ", not evaluated on this page");
             put(view.name, shown(pictures[view.name]));
         }
         put("difference", pictures[a] && pictures[b] ? Sphere.difference(pictures[a], pictures[b], n, exposure, CLIP) : empty);
