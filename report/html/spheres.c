@@ -54,7 +54,8 @@ static turn turn_of(double angle)
 /* -1 to 1, close to each other about 0, as peaks want it. */
 static double side_place(const grid *g, size_t k)
 {
-    const double middle = (double)(g->side / 2), x = ((double)k - middle) / middle;
+    const size_t middle = g->side / 2;
+    const double x = ((double)k - (double)middle) / (double)middle;
     return x * fabs(x);
 }
 
