@@ -207,6 +207,16 @@ def renders(build, items):
         items[f"render.{name}.wall"] = item([measured_process(line + more)[0] for _ in range(ROUNDS)], "s")
 
 
+def pages(build, items):
+    """What --html costs of a MERL file beside the fit and the comparison of 24 models: processor time with it less that without, by turns."""
+    program, path, out = os.path.join(build, "bin", "facetfit"), os.path.join(build, "bench", "merl.binary"), os.path.join(build, "bench", "page.html")
+    several = ["compare", path, "--ndf", ",".join(COMPARE_NDFS), "--masking", ",".join(COMPARE_MASKINGS)]
+    for name, words, rounds in (("fit", ["fit", path], 7), ("compare", several, ROUNDS)):
+        say("$ facetfit " + " ".join(words) + " --html " + out)
+        pairs = [(processor_time([program, *words]), processor_time([program, *words, "--html", out])) for _ in range(rounds)]
+        items[f"html.{name}.beyond"] = item([b - a for a, b in pairs], "s")
+
+
 def ratio(value, target, unit, at_least):
     return {"value": value, "target": target, "sense": "at least" if at_least else "at most", "unit": unit,
             "met": value >= target if at_least else value <= target}
@@ -230,6 +240,7 @@ def main(argv):
     read = readers(build, items)
     figures(build, items)
     renders(build, items)
+    pages(build, items)
 
     def median(name):
         return items[name]["median"]
@@ -254,6 +265,8 @@ def main(argv):
         "figure_of_seven_albedos": ratio(median("figure.albedo"), 0.05, "s", False),
         "render_light": ratio(median("render.light.wall"), 0.1, "s", False),
         "render_environment": ratio(median("render.environment.wall"), 5, "s", False),
+        "html_of_fit": ratio(median("html.fit.beyond"), 2, "s", False),
+        "html_of_compare": ratio(median("html.compare.beyond"), 2, "s", False),
         "read_slowest_text": ratio(min(read[f]["mb_per_s"] for f in TEXT_FORMATS), 150, "MB/s", True),
     }
     for name in ("merl", "exr", "rgl"):

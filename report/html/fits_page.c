@@ -159,6 +159,7 @@ static void put_parameters(ff_page *p, const ff_html_subject *s, const ff_plot_s
     ff_page_section(p, "parameters", "Parameters");
     for (size_t k = 0; k < s->r->n_fits && k < FF_HTML_CHANNELS; k++) ff_html_parameters(p, s, k);
     put_kind(p, s, &ff_plot_forest, of, "Parameters with their 95 % intervals", 1);
+    ff_html_units(p, s);
     ff_page_section_end(p);
 }
 
@@ -280,6 +281,7 @@ static void put_comparison(ff_page *p, const page_data *d)
     ff_html_parameters(p, s, s->shown);
     if (s->rival != s->shown) ff_html_parameters(p, s, s->rival);
     put_kind(p, s, &ff_plot_forest, &one, "Parameters with their 95 % intervals, best first", 1);
+    ff_html_units(p, s);
     ff_page_section_end(p);
     put_data(p, d);
     ff_html_reproduce(p, s);

@@ -77,6 +77,10 @@ ff_status ff_html_sphere_json(ff_json *j, const ff_html_subject *s);
 /* differ.c: two models over incidence and view in the plane of incidence, in standard deviations of a sample, or relative. */
 ff_status ff_html_differ(const ff_html_subject *s, size_t a, size_t b, ff_figure *fig, ff_error *err);
 
+/* units.c: a figure of the fit that the page is about, roughness and reflectance as renderers count them; none where nothing
+ * converts. */
+void ff_html_units(ff_page *p, const ff_html_subject *s);
+
 /* references.c: BibTeX of what the terms of the fits name as their sources. */
 ff_status ff_html_references(const ff_html_subject *s, FILE *out);
 

@@ -11,9 +11,11 @@ enum { TABLED = 120000 };
 static const char *const known[FF_TERM_KINDS] = {
     [FF_NDF] = " beckmann ggx student-t phong gtr vmf gaussian sgd abc kelemen-ward kelemen-phong beckmann-walter phong-walter ",
     [FF_MASKING] = " smith-masking-only smith-separable smith-height-correlated smith-direction-correlated "
-                   "smith-height-direction-correlated v-cavity kelemen hammon schlick-smith none ",
-    [FF_FRESNEL] = " schlick schlick-f82 dielectric conductor sgd none ",
-    [FF_DIFFUSE] = " lambert oren-nayar oren-nayar-qualitative eon disney disney-coupled hammon shirley-coupled abg "};
+                   "smith-height-direction-correlated v-cavity kelemen hammon schlick-smith "
+                   "disney-clearcoat none ",
+    [FF_FRESNEL] = " schlick schlick-f82 schlick-karis dielectric conductor cycles sgd none ",
+    [FF_DIFFUSE] = " lambert oren-nayar oren-nayar-qualitative eon disney disney-coupled hammon shirley-coupled abg harvey-shack "
+                   "k-correlation "};
 
 static int is_known(ff_term_kind kind, const ff_term *term)
 {

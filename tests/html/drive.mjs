@@ -1,4 +1,4 @@
-// drive.mjs KIND PAGE: a page in a browser, by pointer and by keyboard. KIND is fit, failed, in-plane, comparison or table. Every check
+// drive.mjs KIND PAGE: a page in a browser, by pointer and by keyboard. KIND is fit, failed, in-plane, tabled, comparison or table. Every check
 // that fails is printed; the status is 1 then, and 77 where browser or modules are not there.
 import {createRequire} from "node:module";
 import {existsSync, readFileSync} from "node:fs";
@@ -286,7 +286,8 @@ if (kind === "fit" || kind === "failed") {
     await brush(page);
     check(await spheres(page, "sphere-model", "sphere-model"), "no spheres");
 }
-if (kind === "fit" || kind === "in-plane") await incidences(page);
+if (kind === "fit" || kind === "in-plane" || kind === "tabled") await incidences(page);
+if (kind === "tabled") check(/does not evaluate/.test(await text(page, "#sliders")) && await page.locator("#sliders input").count() === 0, "a model that is a table has sliders, or does not say why not");
 if (kind === "failed") check(/not converge/.test(await text(page, "#verdict")), "a fit that failed does not say so");
 if (kind === "comparison") {
     check(await spheres(page, "sphere-a", "sphere-b"), "no spheres");

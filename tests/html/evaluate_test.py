@@ -51,7 +51,7 @@ def expressions(known):
         yield from (f"{n}/{m}/schlick+lambert" for n in ndfs for m in known["masking"])
     else:
         yield from (f"{n}/{'kelemen' if n.startswith('kelemen') else 'smith-height-correlated'}/schlick+lambert" for n in ndfs)
-        yield from (f"ggx/{m}/schlick+lambert" for m in known["masking"])
+        yield from (f"{'gtr' if m == 'disney-clearcoat' else 'ggx'}/{m}/schlick+lambert" for m in known["masking"])
     yield from (f"ggx/smith-separable/{f}" for f in known["fresnel"])
     yield from (f"ggx/smith-height-correlated/schlick+{d}" for d in known["diffuse"])
     yield from (f"gaussian/smith-height-correlated/schlick+{d}" for d in known["diffuse"])

@@ -5,7 +5,7 @@ usage: pages_test.py FACETFIT SHARED contents|drive [--all]
 
 contents: they are HTML that closes what it opens, JSON that reads, within their limits of size, and safe whatever files and channels are
 called. drive: a browser works on a page of a fit (drive.mjs); with --all also on a comparison, a table, a MERL file, 31 channels, one
-incidence, a fit that failed, and on measured gold where SHARED has it."""
+incidence, a surface with a direction, a model that is a table, a fit that failed, and on measured gold where SHARED has it."""
 import hashlib
 import html.parser
 import json
@@ -95,6 +95,7 @@ def make_data():
     rgb = ["--set", "alpha=0.3,f0=0.5:0.4:0.3,kd=0.2"]
     run("simulate", "ggx/v-cavity+lambert", "--set", "alpha=0.45,f0=0.9:0.6:0.3,kd=0.1:0.05:0.02", "--grid", "goniometer", "--noise", "0.02", "-o", "demo.csv")
     run("simulate", "ggx+lambert", *rgb, "--grid", "goniometer:15", "--noise", "0.02", "-o", "small.csv")
+    run("simulate", "ggx+lambert", "--set", "alpha_x=0.15,alpha_y=0.5,f0=0.9:0.6:0.3,kd=0.1", "--grid", "goniometer:5", "--noise", "0.02", "-o", "turned.csv")
     many = ":".join(f"{0.3 + 0.01 * k:.2f}" for k in range(31))
     run("simulate", "ggx+lambert", "--set", f"alpha=0.2,f0={many},kd=0.1", "--grid", "goniometer:5", "--noise", "0.01", "-o", "many.csv")
     with open(os.path.join(scratch, "small.csv"), encoding="utf-8") as f:
@@ -116,6 +117,28 @@ def same_samples(parts, what):
         check(sum(1 for k in range(s["even"]) if s["why"][k] == number) == result["data"]["rejected"][reason], f"{what}: {reason}")
 
 
+def units(parts, what, ways):
+    """The figure in renderers' units has what `convert` says. ways: label, convention, its name of the number, convention wanted, criterion."""
+    panels = {p["x"]["label"]: p for p in parts["units-numbers"]["panels"]}
+    check(sorted(panels) == sorted(w[0] for w in ways), f"{what}: units {sorted(panels)}")
+    fit = parts["result"]["fits"][parts["page"]["shown"]]
+    for label, convention, symbol, wanted, *by in ways:
+        panel = panels.get(label, {"y": {"names": []}})
+        check(panel["y"]["names"], f"{what}: {label}: no rows")
+        for k, row in enumerate(panel["y"]["names"]):
+            name, _, channel = row.partition("[")
+            p, s = fit["parameters"][name], panel["series"][0]
+            at = fit["channels"].index(channel.rstrip("]")) if channel else None
+            given = [v if at is None else v[at] for v in (p["value"], p["interval"])]
+            shown = [s["x"][k], *sorted((s["x_low"][k], s["x_high"][k]))]
+            own = []
+            for x in (given[0], *given[1]):
+                words = run("convert", "--from", convention, "--to", wanted, *(["--by", by[0]] if by else []), f"{symbol}={x!r}").stdout.split()
+                own.append(float(words[1]))
+            own = [own[0], *sorted(own[1:])]
+            check(all(abs(a - b) <= 6e-6 * abs(b) for a, b in zip(shown, own)), f"{what}: {label} of {row}: {shown}, not {own}")
+
+
 # ---- contents ----------------------------------------------------------------------------------------------------------------------------
 
 
@@ -132,6 +155,12 @@ def contents():
     _, parts = read(os.path.join(scratch, "cut.html"), FIT_MOST, "up to 50 degrees")
     check(parts["result"]["data"]["rejected"]["grazing"] > 20, "up to 50 degrees: hardly a sample is left out")
     same_samples(parts, "up to 50 degrees")
+    ior = ("index of refraction", "f0", "f0", "eta")
+    units(read(os.path.join(scratch, "fit.html"), FIT_MOST, "a fit")[1], "a fit", [("perceptual roughness", "ggx", "alpha", "roughness"), ("exponent of Phong", "ggx", "alpha", "phong", "peak"), ior])
+    run("fit", "small.csv", "--model", "phong+lambert", "--html", "phong.html")
+    units(read(os.path.join(scratch, "phong.html"), FIT_MOST, "phong")[1], "phong", [("perceptual roughness", "phong", "n", "roughness", "peak"), ("m of Beckmann", "phong", "n", "beckmann"), ior])
+    run("fit", "small.csv", "--model", "gtr/smith-separable/dielectric+lambert", "--html", "gtr.html")
+    units(read(os.path.join(scratch, "gtr.html"), FIT_MOST, "gtr")[1], "gtr", [("F0", "eta", "eta", "f0")])
     run("compare", "small.csv", "--ndf", "ggx,beckmann", "--html", "compare.html")
     text, parts = read(os.path.join(scratch, "compare.html"), COMPARISON_MOST, "a comparison")
     check("not told apart from the best" in text and len(parts["result"]["fits"]) > 10, "a comparison")
@@ -214,6 +243,12 @@ def in_browser():
     drive("comparison", "merl-compare.html", COMPARISON_MOST)
     run("fit", "many.csv", "--html", "many.html")
     drive("fit", "many.html", FIT_MOST)
+    run("fit", "turned.csv", "--html", "turned.html")
+    drive("fit", "turned.html", FIT_MOST)
+    run("compare", "turned.csv", "--ndf", "ggx,beckmann", "--masking", "smith-height-correlated,v-cavity,none", "--html", "turned-compare.html", statuses=(0, 1))
+    drive("comparison", "turned-compare.html", COMPARISON_MOST)
+    run("fit", "small.csv", "--model", "ggx+kelemen-matte", "--html", "tabled.html")
+    drive("tabled", "tabled.html", FIT_MOST)
     run("fit", "one.csv", "--html", "one.html", statuses=(0, 1))
     drive("in-plane", "one.html", FIT_MOST)
     run("fit", "demo.csv", "--model", "student-t+lambert", "--max-iterations", "1", "--html", "failed.html", statuses=(1,))

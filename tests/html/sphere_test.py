@@ -1,5 +1,6 @@
 #!/usr/bin/env python3
-"""A lit sphere drawn by the script of a page is the picture of `render`, within 1 of 255 in every pixel and channel.
+"""A lit sphere drawn by the script of a page is the picture of `render`: of a model within 1 of 255 in every pixel and channel, of data
+between whose nodes the script interpolates within a few on average, under lights that the page was not made for.
 
 usage: sphere_test.py FACETFIT ASSETS"""
 import json
@@ -15,6 +16,7 @@ import zlib
 program, assets = os.path.abspath(sys.argv[1]), os.path.abspath(sys.argv[2])
 HERE = os.path.dirname(os.path.abspath(__file__))
 SIZE = 64
+MEAN_ISOTROPIC, MEAN_TURNED = 1, 2
 failures = 0
 
 
@@ -57,34 +59,53 @@ def read_png(path):
     return width, height, step, rows
 
 
+def page_data():
+    with open(os.path.join(scratch, "page.html"), encoding="utf-8") as f:
+        return json.loads(re.search(r'<script type="application/json" id="page">(.*?)</script>', f.read(), re.S)[1])
+
+
 def compare(expression, settings, light, words):
     """The largest difference over pixels that the sphere covers whole; how many these are."""
     run("simulate", expression, "--set", settings, "--grid", "goniometer:30", "-o", "data.csv")
     run("fit", "data.csv", "--model", expression, "--html", "page.html", "--json", "fit.json")
     run("render", "fit.json", "--size", str(SIZE), "--light", words, "--background", "black", "-o", "picture.png")
-    with open(os.path.join(scratch, "page.html"), encoding="utf-8") as f:
-        page = json.loads(re.search(r'<script type="application/json" id="page">(.*?)</script>', f.read(), re.S)[1])
+    page = page_data()
     with open(os.path.join(scratch, "fit.json"), encoding="utf-8") as f:
         fit = json.load(f)["fits"][0]
     parameters = {k: p["value"] if isinstance(p["value"], list) else [p["value"]] for k, p in fit["parameters"].items()}
     with open(os.path.join(scratch, "job.json"), "w", encoding="ascii") as f:
         json.dump({"model": page["models"][0], "parameters": parameters, "channels": len(fit["channels"]), "size": SIZE, "light": light}, f)
+    differences, lit = against_picture()
+    return max(differences), len(differences) / 3, lit
+
+
+def compare_data(light, words):
+    """The mean difference of the data of page.html to data.csv."""
+    run("render", "data.csv", "--size", str(SIZE), "--light", words, "--background", "black", "-o", "picture.png")
+    sphere = page_data()["sphere"]
+    with open(os.path.join(scratch, "job.json"), "w", encoding="ascii") as f:
+        json.dump({"sphere": sphere, "channels": len(sphere["channels"]), "size": SIZE, "light": light}, f)
+    differences, _ = against_picture()
+    return sum(differences) / len(differences)
+
+
+def against_picture():
+    """What the script draws of job.json to picture.png: differences where the sphere covers a pixel whole; how many values are lit."""
     done = subprocess.run([node, os.path.join(HERE, "sphere.mjs"), assets, os.path.join(scratch, "job.json")], capture_output=True, text=True, check=True)
     got = json.loads(done.stdout)
     width, height, step, rows = read_png(os.path.join(scratch, "picture.png"))
     check((width, height) == (SIZE, SIZE), f"a picture of {width} x {height}")
-    worst = whole = lit = 0
+    differences, lit = [], 0
     for j in range(SIZE):
         for i in range(SIZE):
             at = 4 * (j * SIZE + i)
             if got[at + 3] < 255:
                 continue
-            whole += 1
             for c in range(3):
                 shown = rows[j][i * step + (c if step >= 3 else 0)]
-                worst = max(worst, abs(got[at + c] - shown))
+                differences.append(abs(got[at + c] - shown))
                 lit += shown > 20
-    return worst, whole, lit
+    return differences, lit
 
 
 def main():
@@ -99,6 +120,18 @@ def main():
     # is another light seen?
     worst, _, _ = compare(*cases[0][:2], [-0.5, 0.45, 0.74], "45,135")
     check(worst > 1, "another light is not seen")
+    # data: of an isotropic surface, and of one that has a direction
+    lights = [([-0.5, 0.5, 0.5 ** 0.5], "45,135"), ([0.7, 0.1, 0.5 ** 0.5], "0.7,0.1,0.70710678118654757")]
+    for settings, side, most in (("alpha=0.3,f0=0.9:0.6:0.3,kd=0.1", 0, MEAN_ISOTROPIC), ("alpha_x=0.2,alpha_y=0.5,f0=0.9:0.6:0.3,kd=0.1", 25, MEAN_TURNED)):
+        run("simulate", "ggx+lambert", "--set", settings, "--grid", "goniometer:5", "-o", "data.csv")
+        run("fit", "data.csv", "--html", "page.html")
+        check(page_data()["sphere"]["side"] == side, f"{settings}: other nodes")
+        for light, words in lights:
+            mean = compare_data(light, words)
+            print(f"data of {settings}, light {words}: off by {mean:.2f} of 255 on average")
+            check(mean < most, f"data of {settings}, light {words}: off by {mean:.2f}")
+        mean = compare_data([-0.5, 0.1, 0.74 ** 0.5], lights[0][1])
+        check(mean > most, f"data of {settings}: another light is not seen: {mean:.2f}")
     return failures != 0
 
 

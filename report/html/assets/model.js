@@ -132,6 +132,7 @@ const Model = (() => {
     /* ---- maskings: G of both Lambdas and the geometry g ------------------------------------------------------------------------ */
 
     const apart = (w, phi) => w * phi / (w * phi + 1);
+    const clearcoat = z => 2 * z / (z + Math.sqrt(1 / 16 + 15 / 16 * z * z)); /* of ggx, alpha = 1/4 */
     const maskings = {
         "smith-masking-only": {smith: true, G: (li, lo) => 1 / (1 + lo)},
         "smith-separable": {smith: true, G: (li, lo) => 1 / ((1 + li) * (1 + lo))},
@@ -154,6 +155,7 @@ const Model = (() => {
             const k = 0.5 * x;
             return g.iz * g.oz / ((g.iz + k * (1 - g.iz)) * (g.oz + k * (1 - g.oz)));
         }},
+        "disney-clearcoat": {G: (li, lo, g) => clearcoat(g.iz) * clearcoat(g.oz)},
         "none": {G: () => 1},
     };
 
@@ -175,6 +177,8 @@ const Model = (() => {
         },
         "dielectric": (p, c) => conductor(p[0], 0, c),
         "conductor": (p, c) => conductor(p[0], p[1], c),
+        "schlick-karis": (p, c) => { const m = 2 ** ((-5.55473 * c - 6.98316) * c); return m + (1 - m) * p[0]; },
+        "cycles": (p, c) => 1 - (1 - p[0]) * (1 - conductor(p[1], 0, c)) / (1 - ((p[1] - 1) / (p[1] + 1)) ** 2),
         "sgd": (p, c) => schlick(p[0], c) - p[1] * c,
         "none": () => 1,
     };
@@ -215,6 +219,8 @@ const Model = (() => {
         const smooth = 1.05 / Math.PI * enters(g.iz) * enters(g.oz);
         return albedo * (smooth + Math.min(alpha, 1) * (rough - smooth + albedo * 0.1159));
     }
+    /* (1 + (d / L)^2)^power, d = 2 (wi.h) sin(theta_h) */
+    const shoulder = (L, power, g) => Math.exp(power * Math.log1p(4 * g.c * g.c * g.s2 / ((1 + g.s2) * L * L)));
     /* p: parameters in the order of the term; of: {alpha, f0} of the first lobe */
     const diffuses = {
         "lambert": p => p[0] / Math.PI,
@@ -226,6 +232,8 @@ const Model = (() => {
         "hammon": (p, g, of) => hammon(p[0], of.alpha, g),
         "shirley-coupled": (p, g, of) => 1.05 / Math.PI * enters(g.iz) * enters(g.oz) * p[0] * positive(1 - of.f0),
         "abg": (p, g) => p[0] / (p[1] + Math.max(4 * g.c * g.c * g.s2 / (1 + g.s2), 1e-280) ** (0.5 * p[2])),
+        "harvey-shack": (p, g) => p[0] * shoulder(p[1], 0.5 * p[2], g),
+        "k-correlation": (p, g) => p[0] * g.iz * g.oz * shoulder(p[1], -0.5 * (p[2] + 1), g),
     };
 
     /* ---- a model --------------------------------------------------------------------------------------------------------------- */

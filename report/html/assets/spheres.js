@@ -56,37 +56,54 @@ const Sphere = (() => {
         return out;
     }
 
-    /* Values over theta_h, theta_d, phi_d (page data, "sphere"), linear between the nodes that there are. */
-    function interpolate(grid, g, out) {
-        out.fill(0);
-        if (!g) return;
-        const h = Math.acos(Math.min((g.iz + g.oz) / (2 * g.c), 1)), d = Math.acos(Math.min(g.c, 1));
-        /* phi_d: of wi about h, from the plane of h and the normal */
-        const hx = -g.sx, hy = -g.sy, across = Math.hypot(hx, hy), ux = across > 1e-12 ? hx / across : 1, uy = across > 1e-12 ? hy / across : 0;
-        const wx = g.tix * g.iz, wy = g.tiy * g.iz, along = wx * ux + wy * uy, px = along * Math.cos(h) - g.iz * Math.sin(h), py = wy * ux - wx * uy;
-        let p = Math.atan2(py, px) / Math.PI;
-        p -= Math.floor(p); /* half a turn */
-        const at = [Math.min(Math.sqrt(h / (Math.PI / 2)) * grid.theta_h, grid.theta_h - 1), Math.min(d / (Math.PI / 2) * grid.theta_d, grid.theta_d - 1), p * grid.phi_d];
-        const base = at.map(Math.floor), rest = at.map((x, k) => x - base[k]);
-        let total = 0;
-        for (let corner = 0; corner < 8; corner++) {
-            const k = [0, 1, 2].map(a => base[a] + (corner >> a & 1)), weight = [0, 1, 2].reduce((w, a) => w * (corner >> a & 1 ? rest[a] : 1 - rest[a]), 1);
-            if (!(weight > 0) || k[0] >= grid.theta_h || k[1] >= grid.theta_d) continue;
-            const node = (k[0] * grid.theta_d + k[1]) * grid.phi_d + k[2] % grid.phi_d;
-            if (grid.values[0][node] === null) continue;
-            total += weight;
-            for (let c = 0; c < grid.values.length; c++) out[c] += weight * grid.values[c][node];
-        }
-        for (let c = 0; c < grid.values.length && total > 0; c++) out[c] /= total;
+    /* The numbers of page data, "sphere", [channels][nodes]: 16 bits each, a sign and a logarithm; 0x8000 for what is not known. */
+    function decode(grid) {
+        const sizes = Float64Array.from({length: 0x8000}, (_, m) => m === 0 ? 0 : Math.exp(-grid.span * (0x7fff - m) / 0x7ffe));
+        return grid.values.map(({top, codes}) => {
+            const bytes = atob(codes);
+            return Float64Array.from({length: bytes.length / 2}, (_, k) => {
+                const code = bytes.charCodeAt(2 * k) << 8 | bytes.charCodeAt(2 * k + 1);
+                return code === 0x8000 ? NaN : (code & 0x8000 ? -top : top) * sizes[code & 0x7fff];
+            });
+        });
     }
 
-    return {render, shown, difference, interpolate};
+    /* Linear between the nodes that there are. Over theta_h, theta_d and phi_d; or, of a
+     * surface with a direction, over x and y of the half vector, theta_d and phi_d + phi_h. */
+    function interpolate(grid, values, g, out) {
+        out.fill(0);
+        if (!g) return;
+        const cos = Math.min((g.iz + g.oz) / (2 * g.c), 1), h = Math.acos(cos), sin = Math.sqrt(1 - cos * cos), d = Math.acos(Math.min(g.c, 1));
+        /* phi_d: of wi about h, from the plane of h and the normal */
+        const hx = -g.sx, hy = -g.sy, across = Math.hypot(hx, hy), ux = across > 1e-12 ? hx / across : 1, uy = across > 1e-12 ? hy / across : 0;
+        const wx = g.tix * g.iz, wy = g.tiy * g.iz, px = (wx * ux + wy * uy) * cos - g.iz * sin, py = wy * ux - wx * uy;
+        const nd = grid.theta_d, np = grid.phi_d, side = grid.side, nx = side || grid.theta_h, ny = side || 1, middle = (side - 1) / 2;
+        const place = x => Math.min(middle * (1 + Math.sign(x) * Math.sqrt(Math.abs(x))), side - 1);
+        let p = (Math.atan2(py, px) + (side ? Math.atan2(uy, ux) : 0)) / Math.PI;
+        p -= Math.floor(p); /* half a turn */
+        const ax = side ? place(ux * sin) : Math.min(Math.sqrt(h / (Math.PI / 2)) * nx, nx - 1), ay = side ? place(uy * sin) : 0;
+        const ad = Math.min(d / (Math.PI / 2) * nd, nd - 1), ap = p * np, bx = Math.floor(ax), by = Math.floor(ay), bd = Math.floor(ad), bp = Math.floor(ap);
+        const corners = side ? 16 : 8;
+        let total = 0;
+        for (let corner = 0; corner < corners; corner++) {
+            const kx = corner & 1, kd = corner >> 1 & 1, kp = corner >> 2 & 1, ky = corner >> 3;
+            const weight = (kx ? ax - bx : 1 - ax + bx) * (ky ? ay - by : 1 - ay + by) * (kd ? ad - bd : 1 - ad + bd) * (kp ? ap - bp : 1 - ap + bp);
+            if (!(weight > 0) || bx + kx >= nx || by + ky >= ny || bd + kd >= nd) continue;
+            const node = (((bx + kx) * ny + by + ky) * nd + bd + kd) * np + (bp + kp) % np;
+            if (Number.isNaN(values[0][node])) continue;
+            total += weight;
+            for (let c = 0; c < values.length; c++) out[c] += weight * values[c][node];
+        }
+        for (let c = 0; c < values.length && total > 0; c++) out[c] /= total;
+    }
+
+    return {render, shown, difference, decode, interpolate};
 })();
 
 const Spheres = (() => {
     const SIZE = 96, CLIP = 0.25;
     /* What is drawn: data, each view by its name, a difference; of a comparison there are several differences to choose from. */
-    let light = [-0.5, 0.5, Math.SQRT1_2], exposure = 0, flipped = false, canvases = {}, pending = 0, between = null;
+    let light = [-0.5, 0.5, Math.SQRT1_2], exposure = 0, flipped = false, canvases = {}, pending = 0, between = null, values = null;
     const views = () => Plots.state.views, captions = {};
 
     /* Channels of the page that make the colour, or the chosen one. */
@@ -105,8 +122,24 @@ const Spheres = (() => {
     }
     function dataPicture(points) {
         const grid = Plots.page.sphere;
-        if (!grid.values || (grid.channels.length === 1 && grid.channels[0] !== Plots.state.channel)) return null;
-        return Sphere.render((g, out) => Sphere.interpolate(grid, g, out), grid.values.length, SIZE, light, points);
+        if (!values || (grid.channels.length === 1 && grid.channels[0] !== Plots.state.channel)) return null;
+        return Sphere.render((g, out) => Sphere.interpolate(grid, values, g, out), grid.values.length, SIZE, light, points);
+    }
+
+    /* How far the nodes' values are from the data, at the samples of the page: the median of |value / sample - 1|. */
+    function offByNodes() {
+        const {page, geometry, used} = Plots, grid = page.sphere, S = page.samples, one = new Float64Array(grid.values.length), off = [];
+        for (let i = 0; i < S.even; i++) {
+            if (!used(i) || !geometry[i]) continue;
+            Sphere.interpolate(grid, values, geometry[i], one);
+            grid.channels.forEach((k, c) => { if (S.values[k][i] > 0) off.push(Math.abs(one[c] / S.values[k][i] - 1)); });
+        }
+        return off.sort((a, b) => a - b)[Math.floor(off.length / 2)];
+    }
+    function sayNodes() {
+        if (!values) return "The data are shown under the light above alone. ";
+        const grid = Plots.page.sphere, off = offByNodes(), halves = grid.side ? `${grid.side} × ${grid.side} half vectors` : `${grid.theta_h} half angles`;
+        return `The data are interpolated between nodes: ${halves}, ${grid.theta_d} difference angles, ${grid.phi_d} azimuths` + (off === undefined ? ". " : `; from the samples of the page these values are off by ${Page.number(100 * off, 2)} % (median). `);
     }
 
     function put(name, pixels) {
@@ -120,7 +153,7 @@ const Spheres = (() => {
         captions.data.textContent = flipped ? `${first} (flipped)` : pictures.data ? "data" : "data: only under the light above";
         put("data", shown(pictures[flipped ? first : "data"]));
         for (const view of of) {
-            captions[view.name].textContent = (of.length > 1 ? `${view.name}: ${view.expression}` : view.name) + (view.live ? "" : ", not evaluated on this page");
+            captions[view.name].textContent = (of.length > 1 ? `${view.name}: ${view.expression.replace(/[/+]/g, "$&\u200b")}` : view.name) + (view.live ? "" : ", not evaluated on this page");
             put(view.name, shown(pictures[view.name]));
         }
         put("difference", pictures[a] && pictures[b] ? Sphere.difference(pictures[a], pictures[b], n, exposure, CLIP) : empty);
@@ -180,17 +213,18 @@ const Spheres = (() => {
 
     function begin() {
         const section = Page.byId("spheres");
-        if (!section || !Plots.page.sphere || !(views().some(v => v.live) || Plots.page.sphere.values)) return;
+        if (!section || !(views().some(v => v.live) || Plots.page.sphere.values)) return;
+        values = Plots.page.sphere.values ? Sphere.decode(Plots.page.sphere) : null;
         const range = Page.make("input", {type: "range", id: "exposure", min: -8, max: 8, step: 0.5, value: 0, oninput: e => { exposure = Number(e.target.value); shownExposure.textContent = `${exposure} EV`; draw(1); redraw(); }}), shownExposure = Page.make("output", {for: "exposure"}, "0 EV");
         const names = views().map(v => v.name), button = Page.make("button", {type: "button", id: "flip", "aria-pressed": "false", onclick: flip}, `flip data and ${names[0]} (F)`);
         section.append(Page.make("div", {class: "spheres"}, ...["data", ...names, "difference"].map(canvasOf)),
             Page.make("div", {class: "controls"}, button, ...differences(), Page.make("label", {}, "exposure ", range, shownExposure), lightSaid),
-            Page.make("p", {class: "note"}, "Light of irradiance π; values beyond 1 are cut off. " + (Plots.page.sphere.values ? `The data are interpolated between ${Plots.page.sphere.theta_h} half angles, ${Plots.page.sphere.theta_d} difference angles and ${Plots.page.sphere.phi_d} azimuths. ` : "Data that know a direction of the surface are shown under the light above alone. ") + (names.length > 1 ? "Blue: what is named first is darker" : "Blue: the model is too dark") + `; the colours end at a difference of ${CLIP}.`));
+            Page.make("p", {class: "note"}, "Light of irradiance π; values beyond 1 are cut off. " + sayNodes() + (names.length > 1 ? "Blue: what is named first is darker" : "Blue: the model is too dark") + `; the colours end at a difference of ${CLIP}.`));
         document.addEventListener("keydown", e => {
             if ((e.key === "f" || e.key === "F") && !e.ctrlKey && !e.metaKey && !e.altKey && !/^(INPUT|SELECT|TEXTAREA)$/.test(e.target.tagName)) flip();
         });
         Plots.onChange(what => { if (what === "parameters" || what === "channel" || what === "all") redraw(); });
-        if (Plots.page.sphere.values && views().every(v => v.live)) Page.byId("sphere-pictures").hidden = true;
+        if (values && views().every(v => v.live)) Page.byId("sphere-pictures").hidden = true;
         sayLight();
         redraw();
     }
