@@ -29,14 +29,14 @@ static int read_aperture(const char *text, ff_aperture *out)
     const int square = !strcmp(end, ":square"), sides = *end == 'x', disc = !*end || !strcmp(end, ":disc");
     if (sides) end = ff_number_read(end + 1, &y);
     if (!disc && !square && !(sides && end && !*end)) return 0;
-    *out = (ff_aperture){disc ? FF_APERTURE_DISC : FF_APERTURE_RECTANGLE, x * degree, (square ? x : y) * degree};
+    *out = (ff_aperture){disc ? FF_APERTURE_DISC : FF_APERTURE_RECTANGLE, x * degree, (square ? x : y) * degree, 0};
     return x >= 0 && y >= 0 && x * degree <= FF_APERTURE_MOST && y * degree <= FF_APERTURE_MOST;
 }
 
 int cli_aperture(const cli_args *args, ff_aperture *out)
 {
     const char *text = cli_value(args, FLAG_APERTURE, NULL);
-    *out = (ff_aperture){FF_APERTURE_DISC, 0, 0};
+    *out = (ff_aperture){.outline = FF_APERTURE_DISC};
     if (text && !read_aperture(text, out))
         return cli_usage(args,
                          "--aperture %s: expected a half angle of 0 to %.3g degrees, as in 0.75, 0.75:disc or 0.75:square, or two "

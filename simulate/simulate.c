@@ -94,7 +94,7 @@ static void count_negative(ff_table *t)
 static ff_status fill(const ff_model *m, const double *shape, const double *channel, const ff_simulate_options *o, ff_table *t,
                       ff_error *err)
 {
-    const ff_aperture point = {FF_APERTURE_DISC, 0, 0};
+    const ff_aperture point = {.outline = FF_APERTURE_DISC};
     double *f = malloc((t->n_channels + 6) * BLOCK * sizeof *f), *planes[6];
     ff_status status =
         f ? FF_OK : ff_error_set(err, FF_ERR_MEMORY, NULL, 0, -1, "no memory for a block of %zu channels", t->n_channels);
