@@ -170,12 +170,13 @@ typedef struct cli_fitting {
     ff_fit_options options;
     size_t n_problems;
     ff_problem **problem;
-    int progress;      /* 1: shown on stderr                                            */
-    int keeps_samples; /* 1: the table still has its samples; else only what a report says of it */
-    ff_noise *noise;   /* of --noise-model, which the options borrow; NULL: estimated          */
-    int choose_loss;   /* 1: --loss auto; cli_fitting_open leaves the problems to cli_fitting_choose */
-    int by_noise;      /* 1: --weight noise: fitted once more, after cli_fitting_weigh                  */
-    int errors_given;  /* 1: --errors is there                                                       */
+    int progress;         /* 1: shown on stderr                                            */
+    int keeps_samples;    /* 1: the table still has its samples; else only what a report says of it */
+    ff_noise *noise;      /* of --noise-model, which the options borrow; NULL: estimated          */
+    int choose_loss;      /* 1: --loss auto; cli_fitting_open leaves the problems to cli_fitting_choose */
+    int by_noise;         /* 1: --weight noise: fitted once more, after cli_fitting_weigh                  */
+    int errors_given;     /* 1: --errors is there                                                       */
+    ff_aperture aperture; /* of --aperture, which the options borrow                                */
 } cli_fitting;
 /* Reads `path`; the n_models models are those that will be fitted. keep_samples: also where only the problems need
  * them. Exit status; close only after EXIT_DONE. */

@@ -1,12 +1,9 @@
 /* Means of a model over an aperture and a source: sums over nodes, of pairs side by side or of one pair, at the level that
  * suffices. */
 #include "internal_averaging.h"
-#include "base/internal_gauss.h"
+#include <math.h>
 #include <stdlib.h>
 #include <string.h>
-
-/* Sides of the rules whose nodes crowd where the lobe is. */
-static const int side[FF_LEVELS - FF_LEVEL_MAPPED] = {12, 16, 24, 32, 48, 64, FF_MAPPED_MOST};
 
 /* ---- memory ------------------------------------------------------------------------------------ */
 
@@ -173,24 +170,15 @@ static void sum_lanes(const ff_averaging *a, const ff_prepared *p, int level, si
 
 /* ---- nodes of one pair ----------------------------------------------------------------------------- */
 
-/* n nodes from a to b that crowd about t0 as the values of a function do that falls over `width`; by t = t0 + width sinh s, in
- * which such a function has no narrow peak (Johnston and Elliott 2005). */
-static void crowd(int n, double a, double b, double t0, double width, double *t, double *weight)
+/* Nodes from a to b that crowd about t0 as the values of a function do that falls over `width`; by t = t0 + width sinh s, in which
+ * such a function has no narrow peak (Johnston and Elliott 2005). */
+static void crowd(const ff_line *side, double a, double b, double t0, double width, double *t, double *weight)
 {
-    const double lo = asinh((a - t0) / width), hi = asinh((b - t0) / width);
-    if (n % FF_GAUSS == 0)
-        ff_gauss_panels(lo, hi, n / FF_GAUSS, t, weight);
-    else {
-        ff_gauss g;
-        ff_gauss_make(n, &g);
-        for (int i = 0; i < n; i++) {
-            t[i] = lo + 0.5 * (hi - lo) * (1 + g.x[i]);
-            weight[i] = 0.5 * (hi - lo) * g.w[i];
-        }
-    }
-    for (int i = 0; i < n; i++) {
-        weight[i] *= width * cosh(t[i]);
-        t[i] = fmin(fmax(t0 + width * sinh(t[i]), a), b);
+    const double lo = asinh((a - t0) / width), half = 0.5 * (asinh((b - t0) / width) - lo);
+    for (int i = 0; i < side->n; i++) {
+        const double e = 0.5 * exp(lo + half * (1 + side->x[i])), inverse = 0.25 / e;
+        t[i] = fmin(fmax(t0 + width * (e - inverse), a), b);
+        weight[i] = side->w[i] * half * width * (e + inverse);
     }
 }
 
@@ -203,7 +191,7 @@ static void crowd_of_disc(double radius, double v0, double width, double *psi, d
 }
 
 /* Nodes of an aperture for a view of a lobe: along u, the axis on which it is narrower, on each of the lines of equal v. */
-static size_t mapped_nodes(const ff_aperture *a, const ff_needle_view *view, int n, ff_average_work *t)
+static size_t mapped_nodes(const ff_aperture *a, const ff_needle_view *view, const ff_line *side, ff_average_work *t)
 {
     const int rectangle = a->outline == FF_APERTURE_RECTANGLE, along = view->m[0] >= view->m[2];
     const double muu = fmax(along ? view->m[0] : view->m[2], 1e-12), mvv = along ? view->m[2] : view->m[0], muv = view->m[1],
@@ -214,17 +202,17 @@ static size_t mapped_nodes(const ff_aperture *a, const ff_needle_view *view, int
     double psi, over, sum = 0;
     size_t count = 0;
     if (rectangle)
-        crowd(n, -half_v, half_v, v0, 1 / sqrt(s), t->t[0], t->tw[0]);
+        crowd(side, -half_v, half_v, v0, 1 / sqrt(s), t->t[0], t->tw[0]);
     else {
         crowd_of_disc(radius, v0, 1 / sqrt(s), &psi, &over);
-        crowd(n, -0.5 * 3.14159265358979323846, 0.5 * 3.14159265358979323846, psi, over, t->t[0], t->tw[0]);
+        crowd(side, -0.5 * 3.14159265358979323846, 0.5 * 3.14159265358979323846, psi, over, t->t[0], t->tw[0]);
     }
-    for (int i = 0; i < n; i++) {
+    for (int i = 0; i < side->n; i++) {
         const double v = rectangle ? t->t[0][i] : radius * sin(t->t[0][i]), chord = rectangle ? half_u : radius * cos(t->t[0][i]),
                      dv = rectangle ? 1 : radius * cos(t->t[0][i]), u0 = -(bu + muv * v) / muu,
                      width = sqrt((1 + s * (v - v0) * (v - v0)) / muu);
-        crowd(n, -chord, chord, u0, width, t->t[1], t->tw[1]);
-        for (int k = 0; k < n; k++, count++) {
+        crowd(side, -chord, chord, u0, width, t->t[1], t->tw[1]);
+        for (int k = 0; k < side->n; k++, count++) {
             const double u = t->t[1][k], weight = t->tw[0][i] * dv * t->tw[1][k],
                          z = rectangle ? 1 / sqrt(1 + u * u + v * v) : sqrt(fmax(1 - u * u - v * v, 0)), size = rectangle ? z : 1;
             t->p[count] = (along ? u : v) * size;
@@ -335,7 +323,7 @@ static void sum_mapped(const ff_averaging *a, const ff_prepared *p, int level, s
         if (point)
             t->p[0] = t->q[0] = 0, t->r[0] = t->w[0] = 1;
         else
-            n = mapped_nodes(&a->rules->a, &seen.view, side[level - FF_LEVEL_MAPPED], t);
+            n = mapped_nodes(&a->rules->a, &seen.view, &a->rules->side[level - FF_LEVEL_MAPPED], t);
         for (size_t first = 0; first < n; first += FF_BLOCK)
             add_nodes(p, first, n - first < FF_BLOCK ? n - first : FF_BLOCK, in->weight[i], slot, t);
     }
@@ -416,6 +404,14 @@ static size_t lanes_at(const ff_average_work *t, size_t n, int level, unsigned c
     for (size_t i = 0; i < n; i++)
         if (!t->done[i] && t->start[i] <= level) lane[count++] = (unsigned char)i;
     return count;
+}
+
+int ff_average_centres_do(const ff_averaging *a, const ff_dirs *w, size_t n, ff_average_work *t)
+{
+    int ends = 1;
+    for (size_t i = 0; i < n && ends; i++)
+        if (w->wiz[i] > FF_COS_MIN && w->woz[i] > FF_COS_MIN) (void)first_level(a, w, i, &ends, t);
+    return ends;
 }
 
 void ff_average_choose(const ff_averaging *a, const ff_dirs *w, size_t n, ff_average_work *t)

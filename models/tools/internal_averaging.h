@@ -8,7 +8,7 @@
 
 /* Orders of quadrature, each more exact than the one before: the centre alone; nodes of an aperture that serve every pair; nodes
  * that crowd where a narrow lobe is, of each pair by itself. */
-enum { FF_LEVEL_CENTRE = 0, FF_LEVEL_MAPPED = 6, FF_LEVELS = 13 };
+enum { FF_LEVEL_CENTRE = 0, FF_LEVEL_MAPPED = 6, FF_LEVELS = 14 };
 
 /* Nodes in the frame of a centre: p along theta, q across, r towards the centre; weights add up to 1, that of the centre alone to
  * the mean of r. degree: of the polynomials of p and q that come out exactly. */
@@ -18,12 +18,21 @@ typedef struct ff_rule {
     double *p, *q, *r, *weight;
 } ff_rule;
 
+enum { FF_MAPPED_MOST = 96 }; /* nodes along a side at the last level */
+
+/* n nodes and weights on [-1, 1] along a side of those that crowd. */
+typedef struct ff_line {
+    int n;
+    double x[FF_MAPPED_MOST], w[FF_MAPPED_MOST];
+} ff_line;
+
 /* The rules of an aperture and of the cone of its source. */
 typedef struct ff_rules {
     ff_aperture a;
     double tolerance; /* of a mean, between a rule and the next */
     double reach;     /* radians: how far the two take a pair from its centres at most */
     ff_rule detector[FF_LEVEL_MAPPED], source[FF_LEVEL_MAPPED];
+    ff_line side[FF_LEVELS - FF_LEVEL_MAPPED];
     double storage[];
 } ff_rules;
 
@@ -67,8 +76,6 @@ double ff_needle_stretch(const ff_needle_view *v, double radius);
 
 /* ---- means over a block ------------------------------------------------------------------------- */
 
-enum { FF_MAPPED_MOST = 96 }; /* nodes along a side at the last level */
-
 /* What a thread works in. Planes are [FF_BLOCK]. */
 typedef struct ff_average_work {
     size_t n_channels, n_columns;
@@ -102,6 +109,9 @@ typedef struct ff_averaging {
 
 /* needles NULL: those of prepared, which must outlive it. */
 void ff_averaging_make(const ff_rules *rules, const ff_prepared *prepared, const ff_needles *needles, ff_averaging *out);
+
+/* Does a bound say that the centres of all n pairs suffice? */
+int ff_average_centres_do(const ff_averaging *a, const ff_dirs *w, size_t n, ff_average_work *work);
 
 /* Chooses the level of each of n pairs, into work->level and work->error, and leaves the means in work->f. */
 void ff_average_choose(const ff_averaging *a, const ff_dirs *w, size_t n, ff_average_work *work);

@@ -25,6 +25,9 @@ static const struct {
 } disc_rule[FF_LEVEL_MAPPED] = {{0, 0, 1, 1}, {1, 4, 0, 3}, {1, 6, 1, 5}, {2, 8, 0, 7}, {3, 12, 0, 11}, {5, 20, 0, 19}};
 static const int side_rule[FF_LEVEL_MAPPED] = {1, 2, 3, 4, 6, 10};
 
+/* Along the sides of the rules whose nodes crowd where the lobe is. */
+static const int side[FF_LEVELS - FF_LEVEL_MAPPED] = {8, 12, 16, 24, 32, 48, 64, FF_MAPPED_MOST};
+
 static size_t nodes_of(ff_aperture_outline outline, int level)
 {
     if (outline == FF_APERTURE_RECTANGLE) return (size_t)(side_rule[level] * side_rule[level]);
@@ -102,6 +105,18 @@ static double radius(const ff_aperture *a)
     return a->outline == FF_APERTURE_DISC ? a->half : atan(hypot(tan(a->half), tan(a->across)));
 }
 
+static void make_side(int n, ff_line *s)
+{
+    ff_gauss g;
+    s->n = n;
+    if (n % FF_GAUSS == 0) {
+        ff_gauss_panels(-1, 1, n / FF_GAUSS, s->x, s->w);
+        return;
+    }
+    ff_gauss_make(n, &g);
+    for (int i = 0; i < n; i++) s->x[i] = g.x[i], s->w[i] = g.w[i];
+}
+
 ff_rules *ff_rules_new(const ff_aperture *a, double tolerance)
 {
     size_t n = 0;
@@ -111,6 +126,7 @@ ff_rules *ff_rules_new(const ff_aperture *a, double tolerance)
     r->a = *a;
     r->tolerance = tolerance;
     r->reach = radius(a) + a->source;
+    for (int k = 0; k < FF_LEVELS - FF_LEVEL_MAPPED; k++) make_side(side[k], &r->side[k]);
     double *next = r->storage;
     for (int k = 0; k < 2 * FF_LEVEL_MAPPED; k++) {
         const int level = k / 2;
