@@ -207,8 +207,9 @@ int cmd_eval(const cli_args *args)
     ff_error err = {0};
     if (!e) return cli_failed(FF_ERR_MEMORY, NULL);
     int status = cli_isa(args, &e->isa);
-    if (status == EXIT_DONE) status = cli_aperture(args, &e->aperture);
     if (status == EXIT_DONE) status = cli_scene_make(args, args->word[0], 1, &e->scene);
+    if (status == EXIT_DONE && (status = cli_aperture(args, &e->scene.aperture, &e->aperture)) != EXIT_DONE)
+        cli_scene_free(&e->scene);
     if (status != EXIT_DONE) {
         free(e);
         return status;

@@ -131,7 +131,7 @@ int cli_fitting_open(const cli_args *args, const char *path, const ff_model *mod
     cli_fitting f = {.path = path, .keeps_samples = keep_samples};
     ff_error err = {0};
     int status = read_options(args, &f.options, &f.choose_loss);
-    if (status == EXIT_DONE) status = cli_aperture(args, &f.aperture);
+    if (status == EXIT_DONE) status = cli_aperture(args, NULL, &f.aperture);
     f.options.aperture = &f.aperture;
     if (status == EXIT_DONE) status = read_noise(args, &f);
     if (status != EXIT_DONE) {

@@ -71,6 +71,7 @@ typedef struct cli_scene {
     double shape[FF_MAX_SHAPE];
     double *channel; /* [n_channels][model.n_channel] */
     cli_tables tables;
+    ff_aperture aperture; /* of the document that --from names; else a point */
     /* Other models that a --set may be of; one that no model has is an error. */
     const struct ff_model *others;
     size_t n_others;
@@ -217,8 +218,8 @@ typedef struct cli_trust {
     ff_difference difference;
 } cli_trust;
 
-/* --aperture. */
-int cli_aperture(const cli_args *args, ff_aperture *out);
+/* --aperture and --source; what is not given is as in `otherwise`, NULL for a point. */
+int cli_aperture(const cli_args *args, const ff_aperture *otherwise, ff_aperture *out);
 /* --saturation, --noise-floor, --negative. Exit status, as all here. */
 int cli_read_censoring(const cli_args *args, ff_fit_options *o);
 int cli_trust_read(const cli_args *args, const ff_fit_options *o, cli_trust *out);

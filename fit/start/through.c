@@ -8,6 +8,8 @@
 #define ROUGHLY 1e-4
 enum { STEPS = 25 };
 
+#define WIDER 0.7 /* and a lobe that looks as wide as this is not much narrower */
+
 static const double factors[] = {1, 0.6, 0.25, 0.08};
 
 /* The radius of the aperture, as a normal has to lean for it, in widths of the narrowest lobe. */
@@ -45,7 +47,7 @@ ff_status ff_start_through(const ff_plan *plan, ff_point *at, ff_error *err)
     const ff_effort effort = {.tolerance = ROUGHLY, .max_iterations = STEPS};
     ff_point trial = {.channel = NULL}, best = {.channel = NULL};
     ff_status status = widths(&subsample, at, &ratio);
-    const size_t n = ratio > NARROW ? sizeof factors / sizeof *factors : 1;
+    const size_t n = ratio > WIDER ? sizeof factors / sizeof *factors : ratio > NARROW ? 2 : 1;
     if (!status) status = ff_point_new(plan, &trial);
     if (!status) status = ff_point_new(plan, &best);
     best.cost2 = INFINITY;

@@ -155,7 +155,7 @@ static void clear(size_t first, size_t n, size_t P, ff_average_work *t)
 /* Means of lanes [n] by the rules of a level that serves all pairs. */
 static void sum_lanes(const ff_averaging *a, const ff_prepared *p, int level, size_t n, ff_average_work *t)
 {
-    const ff_rule *out = &a->rules->detector[level], *in = &a->rules->source[level];
+    const ff_rule *out = &a->rules->detector[a->rules->of_detector[level]], *in = &a->rules->source[a->rules->of_source[level]];
     clear(0, n, columns_of(p), t);
     for (size_t i = 0; i < in->n; i++) {
         place(t, 0, n, in->p[i], in->q[i], in->r[i]);
@@ -251,14 +251,15 @@ typedef struct sight {
     double bound;   /* the largest of any lobe, times 1 + the square of its distance */
 } sight;
 
-static sight look(const ff_averaging *a, const double wi[3], const double wo[3])
+/* of: the direction that the larger cone is about, the other one fixed. */
+static sight look(const ff_averaging *a, const double other[3], const double of[3])
 {
     sight best = {.reached = 0};
     double e[2][3];
-    axes(wo, e);
+    axes(of, e);
     for (uint32_t k = 0; k < a->needles.n; k++) {
         ff_needle_view view;
-        ff_needle_look(&a->needles.needle[k], wi, wo, e, &view);
+        ff_needle_look(&a->needles.needle[k], other, of, e, &view);
         const double stretch = ff_needle_stretch(&view, a->rules->reach);
         const int near = within_reach(&view, stretch);
         best.bound = fmax(best.bound, stretch * (1 + view.c));
@@ -270,18 +271,19 @@ static sight look(const ff_averaging *a, const double wi[3], const double wo[3])
     return best;
 }
 
-/* Adds n nodes from `first` on of the pair in lane 0 of the centres to what stands at `slot`. */
-static void add_nodes(const ff_prepared *p, size_t first, size_t n, double weight, size_t slot, ff_average_work *t)
+/* Adds n nodes from `first` on, about direction d of the pair in a lane of the centres, to what stands there. */
+static void add_nodes(const ff_prepared *p, int d, size_t first, size_t n, double weight, size_t slot, ff_average_work *t)
 {
-    const double c = t->frame[1][0][slot], s = t->frame[1][1][slot], x = t->centre[3][slot], y = t->centre[4][slot],
-                 z = t->centre[5][slot], sine = x * c + y * s;
+    const double c = t->frame[d][0][slot], s = t->frame[d][1][slot], x = t->centre[3 * d][slot], y = t->centre[3 * d + 1][slot],
+                 z = t->centre[3 * d + 2][slot], sine = x * c + y * s;
+    double(*node)[FF_BLOCK] = t->node + 3 * d, (*other)[FF_BLOCK] = t->node + 3 * (1 - d);
     for (size_t k = 0; k < n; k++) {
         const double a = t->p[first + k], b = t->q[first + k], r = t->r[first + k];
-        for (int d = 0; d < 3; d++) t->node[d][k] = t->incident[d];
-        t->node[3][k] = a * z * c - b * s + r * x;
-        t->node[4][k] = a * z * s + b * c + r * y;
-        t->node[5][k] = -a * sine + r * z;
-        t->weight[k] = weigh(weight * t->w[first + k], t->node[2][k], t->node[5][k], z);
+        for (int q = 0; q < 3; q++) other[q][k] = t->other[q];
+        node[0][k] = a * z * c - b * s + r * x;
+        node[1][k] = a * z * s + b * c + r * y;
+        node[2][k] = -a * sine + r * z;
+        t->weight[k] = weigh(weight * t->w[first + k], t->node[2][k], t->node[5][k], t->centre[5][slot]);
     }
     const ff_geometry g = begin(p, n, t);
     const size_t P = columns_of(p);
@@ -300,32 +302,22 @@ static void add_nodes(const ff_prepared *p, size_t first, size_t n, double weigh
     }
 }
 
-/* The level of the source's rule that goes with one of the detector's nodes that crowd. */
-static int source_level(int level)
-{
-    const int from = level - FF_LEVEL_MAPPED + 3;
-    return from < FF_LEVEL_MAPPED ? from : FF_LEVEL_MAPPED - 1;
-}
-
-/* The mean of the pair in a lane by nodes of its own. */
+/* The mean of the pair in a lane by nodes of its own over the larger cone, for each node of the smaller one. */
 static void sum_mapped(const ff_averaging *a, const ff_prepared *p, int level, size_t slot, ff_average_work *t)
 {
-    const ff_rule *in = &a->rules->source[source_level(level)];
-    const int point = !(a->rules->a.half > 0) && !(a->rules->a.outline == FF_APERTURE_RECTANGLE && a->rules->a.across > 0);
-    double *wi = t->incident, wo[3], centre[3], e[2][3];
+    const ff_rules *rules = a->rules;
+    const ff_rule *few = rules->smaller[level];
+    const int d = rules->crowds;
+    double of[3], centre[3], e[2][3];
     clear(slot, 1, columns_of(p), t);
-    for (int d = 0; d < 3; d++) centre[d] = t->centre[d][slot], wo[d] = t->centre[3 + d][slot];
+    for (int q = 0; q < 3; q++) centre[q] = t->centre[3 * (1 - d) + q][slot], of[q] = t->centre[3 * d + q][slot];
     axes(centre, e);
-    for (size_t i = 0; i < in->n; i++) {
-        size_t n = 1;
-        for (int d = 0; d < 3; d++) wi[d] = in->p[i] * e[0][d] + in->q[i] * e[1][d] + in->r[i] * centre[d];
-        const sight seen = look(a, wi, wo);
-        if (point)
-            t->p[0] = t->q[0] = 0, t->r[0] = t->w[0] = 1;
-        else
-            n = mapped_nodes(&a->rules->a, &seen.view, &a->rules->side[level - FF_LEVEL_MAPPED], t);
+    for (size_t i = 0; i < few->n; i++) {
+        for (int q = 0; q < 3; q++) t->other[q] = few->p[i] * e[0][q] + few->q[i] * e[1][q] + few->r[i] * centre[q];
+        const sight seen = look(a, t->other, of);
+        const size_t n = mapped_nodes(&rules->larger, &seen.view, &rules->side[level - FF_LEVEL_MAPPED], t);
         for (size_t first = 0; first < n; first += FF_BLOCK)
-            add_nodes(p, first, n - first < FF_BLOCK ? n - first : FF_BLOCK, in->weight[i], slot, t);
+            add_nodes(p, d, first, n - first < FF_BLOCK ? n - first : FF_BLOCK, few->weight[i], slot, t);
     }
 }
 
@@ -349,7 +341,7 @@ static void sum(const ff_averaging *a, const ff_prepared *p, int level, size_t n
 static int first_level(const ff_averaging *a, const ff_dirs *w, size_t i, int *ends, ff_average_work *t)
 {
     const double wi[3] = {w->wix[i], w->wiy[i], w->wiz[i]}, wo[3] = {w->wox[i], w->woy[i], w->woz[i]};
-    const sight seen = look(a, wi, wo);
+    const sight seen = a->rules->crowds ? look(a, wi, wo) : look(a, wo, wi);
     const double lower = fmin(wi[2], wo[2]), across = a->rules->reach / lower;
     t->ratio[i] = 0.5 * sqrt(seen.stretch / (1 + seen.view.c));
     t->cut[i] = lower < sin(fmin(2 * a->rules->reach, 1));
@@ -389,7 +381,9 @@ static int suffices(const ff_averaging *a, const ff_average_work *t, int level, 
     if (!(t->error[lane] <= AGREED * a->rules->tolerance)) return 0;
     if (level >= FF_LEVEL_MAPPED) return 1;
     const double ratio = fmax(term_ratio(t, k), t->ratio[lane]);
-    return pow(ratio, a->rules->detector[level - 1].degree + 2) <= a->rules->tolerance;
+    const int of_detector = a->rules->detector[level - 1].degree, of_source = a->rules->source[level - 1].degree,
+              degree = of_detector > of_source ? of_detector : of_source; /* a point has 1 */
+    return pow(ratio, degree + 2) <= a->rules->tolerance;
 }
 
 static void keep(const ff_average_work *t, const double *from, size_t k, double *to, size_t lane)
@@ -427,7 +421,7 @@ void ff_average_choose(const ff_averaging *a, const ff_dirs *w, size_t n, ff_ave
         else
             for (size_t c = 0; c < t->n_channels; c++) t->f[c * FF_BLOCK + i] = 0;
     }
-    for (int level = 0; level < FF_LEVELS; level++) {
+    for (int level = 0; level < a->rules->n_levels; level++) {
         const size_t count = lanes_at(t, n, level, t->lane);
         if (!count) continue;
         gather(w, count, t);

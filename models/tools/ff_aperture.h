@@ -41,6 +41,15 @@ typedef struct ff_aperture {
 #define FF_APERTURE_TOLERANCE 1e-7 /**< of a value, between a level and the next             */
 #define FF_APERTURE_OF_FITS   1e-4 /**< the same in a fit: little beside the noise of data   */
 
+enum { FF_APERTURE_TEXT = 80 }; /**< size of a buffer for one in words */
+
+/** Reads half angles in degrees and an outline: "0.75", "0.75:disc", "0.75:square", or "0.5x1", along theta and across it; the
+ * source stays as it is in *out. FF_ERR_SYNTAX, FF_ERR_RANGE beyond FF_APERTURE_MOST; *out is written only on FF_OK. */
+FF_API ff_status ff_aperture_parse(const char *text, ff_aperture *out);
+
+/** The same the other way, the source left out. Returns out. */
+FF_API char *ff_aperture_text(const ff_aperture *a, char out[FF_APERTURE_TEXT]);
+
 /** f as ff_model_eval gives it, averaged over the aperture about each wo and the source about each wi; a point gives the same bits
  * as that function.
  *  @param shape, channel, w, f, df, ld  as ff_model_eval; 0 where wi or the centre lies at or below the horizon

@@ -1,7 +1,7 @@
 /* Means of a composed model over an aperture and a source, block by block: what ff_aperture.h and fits are made of. */
 #ifndef FF_INTERNAL_AVERAGING_H
 #define FF_INTERNAL_AVERAGING_H
-#include "ff_aperture.h"
+#include "internal_aperture.h"
 #include "models/internal_model.h"
 
 /* ---- nodes ------------------------------------------------------------------------------------ */
@@ -32,13 +32,16 @@ typedef struct ff_rules {
     double tolerance; /* of a mean, between a rule and the next */
     double reach;     /* radians: how far the two take a pair from its centres at most */
     ff_rule detector[FF_LEVEL_MAPPED], source[FF_LEVEL_MAPPED];
+    /* of each level that serves all pairs: the rules of the two; the smaller cone needs fewer nodes */
+    int of_detector[FF_LEVEL_MAPPED], of_source[FF_LEVEL_MAPPED];
+    /* of the levels whose nodes crowd: they do over the larger cone; a rule of the smaller one goes with each */
+    int crowds; /* 0: that of the source, 1: the detector */
+    ff_aperture larger;
+    const ff_rule *smaller[FF_LEVELS];
+    int n_levels; /* up to which the nodes of both are few enough */
     ff_line side[FF_LEVELS - FF_LEVEL_MAPPED];
     double storage[];
 } ff_rules;
-
-/* Is it one, and is it more than a point? */
-int ff_aperture_valid(const ff_aperture *a);
-int ff_aperture_extended(const ff_aperture *a);
 
 /* NULL without memory. Released with free. */
 ff_rules *ff_rules_new(const ff_aperture *a, double tolerance);
@@ -85,7 +88,7 @@ typedef struct ff_average_work {
     double *now, *dnow, *before;   /* [C], [C][columns], [C] of a group of lanes                                    */
     double *least, *most;          /* [C] of the values at the nodes                                                */
     double centre[6][FF_BLOCK], node[6][FF_BLOCK], weight[FF_BLOCK], value[FF_BLOCK];
-    double incident[3];           /* of the nodes of one pair */
+    double other[3];              /* the direction about which the nodes of one pair are not */
     double frame[2][2][FF_BLOCK]; /* cosine and sine of the azimuth, of both directions                            */
     double ratio[FF_BLOCK];       /* the aperture's reach in distances over which the narrowest lobe varies */
     unsigned char lane[FF_BLOCK], start[FF_BLOCK], done[FF_BLOCK], cut[FF_BLOCK]; /* cut: the horizon is near the aperture */

@@ -117,6 +117,40 @@ static void make_side(int n, ff_line *s)
     for (int i = 0; i < n; i++) s->x[i] = g.x[i], s->w[i] = g.w[i];
 }
 
+/* The level at which a cone that is `ratio` times as large errs no more than another at `level`, about a lobe of twice its width.
+ */
+static int level_of_smaller(const ff_rule *rules, double ratio, int level, int degree)
+{
+    int k = 0;
+    while (k < level && pow(0.5 * ratio, rules[k].degree + 1) > pow(0.5, degree + 1)) k++;
+    return k;
+}
+
+enum { NODES_MOST = 20000 }; /* of a pair */
+
+/* Which rule of the detector goes with which of the source. */
+static void pair_levels(ff_rules *r, double detector)
+{
+    const double source = r->a.source, ratio = fmin(source, detector) / fmax(source, detector);
+    r->crowds = detector >= source;
+    r->larger = r->crowds ? r->a : (ff_aperture){.outline = FF_APERTURE_DISC, .half = source};
+    const ff_rule *smaller = r->crowds ? r->source : r->detector;
+    for (int k = FF_LEVEL_MAPPED; k < FF_LEVELS; k++)
+        r->smaller[k] = &smaller[level_of_smaller(smaller, ratio, FF_LEVEL_MAPPED - 1, 7 + 4 * (k - FF_LEVEL_MAPPED))];
+    r->n_levels = FF_LEVELS;
+    while (r->smaller[r->n_levels - 1]->n *
+               (size_t)(side[r->n_levels - 1 - FF_LEVEL_MAPPED] * side[r->n_levels - 1 - FF_LEVEL_MAPPED]) >
+           NODES_MOST)
+        r->n_levels--;
+    for (int k = 0; k < FF_LEVEL_MAPPED; k++) {
+        r->of_detector[k] = r->of_source[k] = k;
+        if (source < detector)
+            r->of_source[k] = level_of_smaller(r->source, source / detector, k, r->detector[k].degree);
+        else if (detector < source)
+            r->of_detector[k] = level_of_smaller(r->detector, detector / source, k, r->source[k].degree);
+    }
+}
+
 ff_rules *ff_rules_new(const ff_aperture *a, double tolerance)
 {
     size_t n = 0;
@@ -139,5 +173,6 @@ ff_rules *ff_rules_new(const ff_aperture *a, double tolerance)
         else
             detector(a, level, rule);
     }
+    pair_levels(r, r->reach - a->source);
     return r;
 }
