@@ -68,17 +68,23 @@ void ff_averaging_make(const ff_rules *rules, const ff_prepared *prepared, const
 
 static void frame_of(double x, double y, double *cos_phi, double *sin_phi)
 {
-    const double sine = hypot(x, y);
-    *cos_phi = sine > 1e-12 ? x / sine : 1;
-    *sin_phi = sine > 1e-12 ? y / sine : 0;
+    const double sine = sqrt(x * x + y * y), inverse = sine > 1e-12 ? 1 / sine : 0;
+    *cos_phi = sine > 1e-12 ? x * inverse : 1;
+    *sin_phi = y * inverse;
 }
 
-/* Centres and frames of lanes [n] of the pairs. */
+/* Centres of lanes [n] of the pairs. */
 static void gather(const ff_dirs *w, size_t n, ff_average_work *t)
 {
     const double *const from[6] = {w->wix, w->wiy, w->wiz, w->wox, w->woy, w->woz};
     for (int d = 0; d < 6; d++)
         for (size_t k = 0; k < n; k++) t->centre[d][k] = from[d][t->lane[k]];
+    for (size_t k = 0; k < n; k++) t->inverse[k] = 1 / t->centre[5][k];
+}
+
+/* And their frames. */
+static void make_frames(size_t n, ff_average_work *t)
+{
     for (int d = 0; d < 2; d++)
         for (size_t k = 0; k < n; k++)
             frame_of(t->centre[3 * d][k], t->centre[3 * d + 1][k], &t->frame[d][0][k], &t->frame[d][1][k]);
@@ -87,20 +93,21 @@ static void gather(const ff_dirs *w, size_t n, ff_average_work *t)
 /* Node (p, q, r) about the centres of incidence (d = 0) or exit (1). */
 static void place(ff_average_work *t, int d, size_t n, double p, double q, double r)
 {
-    const double *x = t->centre[3 * d], *y = t->centre[3 * d + 1], *z = t->centre[3 * d + 2], *c = t->frame[d][0],
-                 *s = t->frame[d][1];
+    const double *restrict x = t->centre[3 * d], *restrict y = t->centre[3 * d + 1], *restrict z = t->centre[3 * d + 2],
+                           *restrict c = t->frame[d][0], *restrict s = t->frame[d][1];
+    double *restrict nx = t->node[3 * d], *restrict ny = t->node[3 * d + 1], *restrict nz = t->node[3 * d + 2];
     for (size_t k = 0; k < n; k++) {
         const double sine = x[k] * c[k] + y[k] * s[k];
-        t->node[3 * d][k] = p * z[k] * c[k] - q * s[k] + r * x[k];
-        t->node[3 * d + 1][k] = p * z[k] * s[k] + q * c[k] + r * y[k];
-        t->node[3 * d + 2][k] = -p * sine + r * z[k];
+        nx[k] = p * z[k] * c[k] - q * s[k] + r * x[k];
+        ny[k] = p * z[k] * s[k] + q * c[k] + r * y[k];
+        nz[k] = -p * sine + r * z[k];
     }
 }
 
-/* What the value at a node weighs in the mean; nothing at and below the horizon. */
-static double weigh(double weight, double iz, double oz, double centre)
+/* What the value at a node weighs in the mean; nothing at and below the horizon. inverse: of the cosine of the centre. */
+static inline double weigh(double weight, double iz, double oz, double inverse)
 {
-    return iz > FF_COS_MIN && oz > FF_COS_MIN ? weight * oz / centre : 0;
+    return (iz > FF_COS_MIN ? 1.0 : 0.0) * (oz > FF_COS_MIN ? 1.0 : 0.0) * weight * oz * inverse;
 }
 
 /* The model ready at the nodes of n lanes. */
@@ -120,25 +127,37 @@ static size_t columns_of(const ff_prepared *p)
     return p->wanted.n_shape + p->wanted.n_channel;
 }
 
-/* Adds a node of each of n lanes. */
-static void add_lanes(const ff_prepared *p, size_t n, ff_average_work *t)
+/* The range of the values at the nodes, times their cosines. */
+static void widen_range(size_t n, const double *restrict weight, const double *restrict value, const double *restrict cosine,
+                        double *restrict least, double *restrict most)
+{
+    for (size_t k = 0; k < n; k++) {
+        const double v = weight[k] > 0 ? value[k] * cosine[k] : 0;
+        least[k] = v < least[k] ? v : least[k];
+        most[k] = v > most[k] ? v : most[k];
+    }
+}
+
+static void add_to(size_t n, const double *restrict a, const double *restrict b, double *restrict sum)
+{
+    for (size_t k = 0; k < n; k++) sum[k] += a[k] * b[k];
+}
+
+/* Adds a node of each of n lanes; ranges: also what the values range over. */
+static void add_lanes(const ff_prepared *p, size_t n, int ranges, ff_average_work *t)
 {
     const ff_geometry g = begin(p, n, t);
     const size_t P = columns_of(p);
     for (size_t c = 0; c < t->n_channels; c++) {
-        double *now = t->now + c * FF_BLOCK, *least = t->least + c * FF_BLOCK, *most = t->most + c * FF_BLOCK;
         p->kernels->block_value(p, &g, n, c, &t->block->block, t->value);
-        for (size_t k = 0; k < n; k++) {
-            const double v = t->weight[k] > 0 ? t->value[k] * t->node[5][k] : 0;
-            now[k] += t->weight[k] * t->value[k];
-            least[k] = v < least[k] ? v : least[k];
-            most[k] = v > most[k] ? v : most[k];
-        }
+        add_to(n, t->weight, t->value, t->now + c * FF_BLOCK);
+        if (ranges) widen_range(n, t->weight, t->value, t->node[5], t->least + c * FF_BLOCK, t->most + c * FF_BLOCK);
         if (!P) continue;
         p->kernels->block_columns(p, n, c, t->weight, &t->block->block, t->block->column);
         for (size_t j = 0; j < P; j++) {
-            double *sum = t->dnow + (c * P + j) * FF_BLOCK;
-            for (size_t k = 0; k < n; k++) sum[k] += t->block->column[j][k];
+            double *restrict sum = t->dnow + (c * P + j) * FF_BLOCK;
+            const double *restrict column = t->block->column[j];
+            for (size_t k = 0; k < n; k++) sum[k] += column[k];
         }
     }
 }
@@ -152,18 +171,30 @@ static void clear(size_t first, size_t n, size_t P, ff_average_work *t)
     }
 }
 
+static void weigh_lanes(size_t n, double weight, ff_average_work *t)
+{
+    for (size_t k = 0; k < n; k++) t->weight[k] = weigh(weight, t->node[2][k], t->node[5][k], t->inverse[k]);
+}
+
 /* Means of lanes [n] by the rules of a level that serves all pairs. */
 static void sum_lanes(const ff_averaging *a, const ff_prepared *p, int level, size_t n, ff_average_work *t)
 {
     const ff_rule *out = &a->rules->detector[a->rules->of_detector[level]], *in = &a->rules->source[a->rules->of_source[level]];
+    const int ranges = p == &a->values;
     clear(0, n, columns_of(p), t);
+    if (level == FF_LEVEL_CENTRE) {
+        for (int d = 0; d < 6; d++) memcpy(t->node[d], t->centre[d], n * sizeof *t->node[d]);
+        weigh_lanes(n, out->weight[0], t);
+        add_lanes(p, n, ranges, t);
+        return;
+    }
+    make_frames(n, t);
     for (size_t i = 0; i < in->n; i++) {
         place(t, 0, n, in->p[i], in->q[i], in->r[i]);
         for (size_t o = 0; o < out->n; o++) {
             place(t, 1, n, out->p[o], out->q[o], out->r[o]);
-            for (size_t k = 0; k < n; k++)
-                t->weight[k] = weigh(in->weight[i] * out->weight[o], t->node[2][k], t->node[5][k], t->centre[5][k]);
-            add_lanes(p, n, t);
+            weigh_lanes(n, in->weight[i] * out->weight[o], t);
+            add_lanes(p, n, ranges, t);
         }
     }
 }
@@ -283,7 +314,7 @@ static void add_nodes(const ff_prepared *p, int d, size_t first, size_t n, doubl
         node[0][k] = a * z * c - b * s + r * x;
         node[1][k] = a * z * s + b * c + r * y;
         node[2][k] = -a * sine + r * z;
-        t->weight[k] = weigh(weight * t->w[first + k], t->node[2][k], t->node[5][k], t->centre[5][slot]);
+        t->weight[k] = weigh(weight * t->w[first + k], t->node[2][k], t->node[5][k], t->inverse[slot]);
     }
     const ff_geometry g = begin(p, n, t);
     const size_t P = columns_of(p);
@@ -327,7 +358,10 @@ static void sum(const ff_averaging *a, const ff_prepared *p, int level, size_t n
     if (level < FF_LEVEL_MAPPED)
         sum_lanes(a, p, level, n, t);
     else
-        for (size_t k = 0; k < n; k++) sum_mapped(a, p, level, k, t);
+        for (size_t k = 0; k < n; k++) {
+            if (k == 0) make_frames(n, t);
+            sum_mapped(a, p, level, k, t);
+        }
 }
 
 /* ---- how many are needed ---------------------------------------------------------------------------- */

@@ -87,7 +87,7 @@ typedef struct ff_average_work {
     unsigned char level[FF_BLOCK]; /* at which each was made                                                        */
     double *now, *dnow, *before;   /* [C], [C][columns], [C] of a group of lanes                                    */
     double *least, *most;          /* [C] of the values at the nodes                                                */
-    double centre[6][FF_BLOCK], node[6][FF_BLOCK], weight[FF_BLOCK], value[FF_BLOCK];
+    double centre[6][FF_BLOCK], node[6][FF_BLOCK], weight[FF_BLOCK], value[FF_BLOCK], inverse[FF_BLOCK];
     double other[3];              /* the direction about which the nodes of one pair are not */
     double frame[2][2][FF_BLOCK]; /* cosine and sine of the azimuth, of both directions                            */
     double ratio[FF_BLOCK];       /* the aperture's reach in distances over which the narrowest lobe varies */
