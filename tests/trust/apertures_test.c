@@ -1,7 +1,8 @@
 /* apertures_test [REPEATS]: fits to what detectors of a size measure. Lobes from alpha .003 to .3, round and stretched, through
  * apertures of .1, .75 and 3 degrees, near the normal and at grazing incidence, with noise of 2 %: over REPEATS measurements the
- * mean of every parameter is the truth to a third of an error (or as well as so many repeats show), and 95 % intervals hold it in
- * 93 to 97 % of a thousand; of fewer, the band is as many standard deviations wide. */
+ * mean of every parameter is the truth to a third of an error (or, of fewer than 200, as well as so many show), and 95 % intervals
+ * hold it in at least 93 % of a thousand; of fewer, the band is as many standard deviations wide. Too wide intervals are not looked
+ * for. */
 #include "base/internal_pool.h"
 #include "fit_samples.h"
 #include "data_formats/interpolation/resample_struct.h"
