@@ -19,6 +19,9 @@ typedef struct evaluation {
     cli_scene scene;
     ff_isa isa;
     ff_aperture aperture;
+    double error[BLOCK]; /* of the means, and what came of those that are not known as well as they should be */
+    double worst;
+    size_t n_rough, n_rows;
     int terms;
     size_t n;       /* rows that wait */
     ff_table table; /* BLOCK rows, in degrees: directions come from angles as they do in a data file */
@@ -137,11 +140,16 @@ static ff_status flush(evaluation *e, ff_error *err)
     double(*d)[BLOCK] = e->direction;
     const ff_dirs w = {d[0], d[1], d[2], d[3], d[4], d[5]};
     ff_table_directions(&e->table, 0, e->n, (double *const[6]){d[0], d[1], d[2], d[3], d[4], d[5]});
-    ff_status status =
-        ff_aperture_eval(&e->aperture, &s->model, e->isa, s->n_channels, s->shape, s->channel, &w, e->n, e->f, NULL, NULL, BLOCK);
+    ff_status status = ff_aperture_eval(&e->aperture, &s->model, e->isa, s->n_channels, s->shape, s->channel, &w, e->n, e->f, NULL,
+                                        e->error, BLOCK);
     if (status == FF_OK && e->terms) status = evaluate_terms(e, &w);
     if (status != FF_OK) return ff_error_set(err, status, NULL, 0, -1, "the model cannot be evaluated");
-    for (size_t i = 0; i < e->n; i++) put_row(e, i);
+    for (size_t i = 0; i < e->n; i++) {
+        put_row(e, i);
+        e->n_rough += e->error[i] > FF_APERTURE_TOLERANCE;
+        e->worst = fmax(e->worst, e->error[i]);
+    }
+    e->n_rows += e->n;
     e->n = 0;
     return FF_OK;
 }
@@ -196,6 +204,9 @@ static int evaluate(const cli_args *args, evaluation *e)
     if (status != EXIT_DONE) return status;
     put_header(e);
     failed = evaluate_all(e, &err);
+    if (failed == FF_OK && e->n_rough)
+        cli_message("%zu of %zu means over the aperture are not known to %g of their value; the worst to %.1g", e->n_rough,
+                    e->n_rows, FF_APERTURE_TOLERANCE, e->worst);
     if (failed == FF_OK) return cli_rows_commit(&e->rows);
     cli_rows_abort(&e->rows);
     return cli_failed(failed, &err);
@@ -207,8 +218,9 @@ int cmd_eval(const cli_args *args)
     ff_error err = {0};
     if (!e) return cli_failed(FF_ERR_MEMORY, NULL);
     int status = cli_isa(args, &e->isa);
-    if (status == EXIT_DONE) status = cli_aperture(args, &e->aperture);
     if (status == EXIT_DONE) status = cli_scene_make(args, args->word[0], 1, &e->scene);
+    if (status == EXIT_DONE && (status = cli_aperture(args, &e->scene.aperture, &e->aperture)) != EXIT_DONE)
+        cli_scene_free(&e->scene);
     if (status != EXIT_DONE) {
         free(e);
         return status;

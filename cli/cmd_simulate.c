@@ -23,7 +23,7 @@ static int read_options(const cli_args *args, ff_simulate_options *o, ff_apertur
 {
     ff_simulate_options_init(o);
     int status = cli_isa(args, &o->isa);
-    if (status == EXIT_DONE) status = cli_aperture(args, aperture);
+    if (status == EXIT_DONE) status = cli_aperture(args, NULL, aperture);
     if (status != EXIT_DONE) return status;
     o->aperture = aperture;
     o->seed = cli_integer(args, FLAG_SEED, o->seed);

@@ -131,6 +131,8 @@ int cli_fitting_open(const cli_args *args, const char *path, const ff_model *mod
     cli_fitting f = {.path = path, .keeps_samples = keep_samples};
     ff_error err = {0};
     int status = read_options(args, &f.options, &f.choose_loss);
+    if (status == EXIT_DONE) status = cli_aperture(args, NULL, &f.aperture);
+    f.options.aperture = &f.aperture;
     if (status == EXIT_DONE) status = read_noise(args, &f);
     if (status != EXIT_DONE) {
         ff_noise_free(f.noise);
@@ -147,6 +149,7 @@ int cli_fitting_open(const cli_args *args, const char *path, const ff_model *mod
     if (failed == FF_OK) {
         if (!keep_samples && !f.choose_loss) release_samples(&f.table);
         *out = f;
+        out->options.aperture = &out->aperture;
         return EXIT_DONE;
     }
     cli_fitting_close(&f);

@@ -71,6 +71,7 @@ typedef struct cli_scene {
     double shape[FF_MAX_SHAPE];
     double *channel; /* [n_channels][model.n_channel] */
     cli_tables tables;
+    ff_aperture aperture; /* of the document that --from names; else a point */
     /* Other models that a --set may be of; one that no model has is an error. */
     const struct ff_model *others;
     size_t n_others;
@@ -170,12 +171,13 @@ typedef struct cli_fitting {
     ff_fit_options options;
     size_t n_problems;
     ff_problem **problem;
-    int progress;      /* 1: shown on stderr                                            */
-    int keeps_samples; /* 1: the table still has its samples; else only what a report says of it */
-    ff_noise *noise;   /* of --noise-model, which the options borrow; NULL: estimated          */
-    int choose_loss;   /* 1: --loss auto; cli_fitting_open leaves the problems to cli_fitting_choose */
-    int by_noise;      /* 1: --weight noise: fitted once more, after cli_fitting_weigh                  */
-    int errors_given;  /* 1: --errors is there                                                       */
+    int progress;         /* 1: shown on stderr                                            */
+    int keeps_samples;    /* 1: the table still has its samples; else only what a report says of it */
+    ff_noise *noise;      /* of --noise-model, which the options borrow; NULL: estimated          */
+    int choose_loss;      /* 1: --loss auto; cli_fitting_open leaves the problems to cli_fitting_choose */
+    int by_noise;         /* 1: --weight noise: fitted once more, after cli_fitting_weigh                  */
+    int errors_given;     /* 1: --errors is there                                                       */
+    ff_aperture aperture; /* of --aperture, which the options borrow                                */
 } cli_fitting;
 /* Reads `path`; the n_models models are those that will be fitted. keep_samples: also where only the problems need
  * them. Exit status; close only after EXIT_DONE. */
@@ -216,8 +218,8 @@ typedef struct cli_trust {
     ff_difference difference;
 } cli_trust;
 
-/* --aperture. */
-int cli_aperture(const cli_args *args, ff_aperture *out);
+/* --aperture and --source; what is not given is as in `otherwise`, NULL for a point. */
+int cli_aperture(const cli_args *args, const ff_aperture *otherwise, ff_aperture *out);
 /* --saturation, --noise-floor, --negative. Exit status, as all here. */
 int cli_read_censoring(const cli_args *args, ff_fit_options *o);
 int cli_trust_read(const cli_args *args, const ff_fit_options *o, cli_trust *out);

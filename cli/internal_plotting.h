@@ -37,6 +37,7 @@ typedef struct cli_subject {
     size_t n_scenes;
     cli_scene *scene;
     ff_plot_model *model;
+    ff_aperture aperture; /* of the models to come */
     char (*label)[FF_FIGURE_TEXT];
     int outcome; /* exit status of fits that did not converge */
 } cli_subject;

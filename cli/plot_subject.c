@@ -42,13 +42,14 @@ static void add_fitted(cli_subject *s, ff_fitted *f, const char *label)
 {
     if (s->tables.profile) ff_model_set_table(&f->model, s->tables.profile);
     ff_plot_model *m = new_model(s, label);
-    *m = (ff_plot_model){m->label, &f->model, f->n_channels, f->shape, f->channel, (const char(*)[FF_CHANNEL_NAME])f->channel_name,
-                         f->noise, f->outcome};
+    *m = (ff_plot_model){m->label, &f->model,  f->n_channels, f->shape, f->channel, (const char(*)[FF_CHANNEL_NAME])f->channel_name,
+                         f->noise, f->outcome, s->aperture};
 }
 
 /* The best, or with `all` the best seven. */
 static int add_document(const cli_args *args, cli_subject *s, ff_fit_document *d, int all)
 {
+    if (cli_aperture(args, &d->aperture, &s->aperture) != EXIT_DONE) return EXIT_USAGE;
     int status = s->tables.profile ? EXIT_DONE : cli_tables_read(args, &s->tables);
     if (status != EXIT_DONE || (status = room_for(s, d->n_fits)) != EXIT_DONE) return status;
     for (size_t k = 0; k < d->n_fits && k < (all ? SHOWN_FITS : 1u); k++) {
@@ -109,7 +110,8 @@ static int add_scenes(const cli_args *args, const ff_plot_choice *c, const descr
                              .model = &scene->model,
                              .n_channels = scene->n_channels,
                              .shape = scene->shape,
-                             .channel = scene->channel};
+                             .channel = scene->channel,
+                             .aperture = s->aperture};
         if (c->n_roughness && !varied) return EXIT_DONE;
     }
     return EXIT_DONE;
@@ -117,6 +119,8 @@ static int add_scenes(const cli_args *args, const ff_plot_choice *c, const descr
 
 static int add_expressions(const cli_args *args, const ff_plot_choice *c, cli_subject *s)
 {
+    const int aperture = cli_aperture(args, NULL, &s->aperture);
+    if (aperture != EXIT_DONE) return aperture;
     const size_t n = args->n_words - 1, each = c->n_roughness ? c->n_roughness : 1;
     char expression[FF_MODEL_NAME];
     described d = {.expression = expression, .n_all = n};

@@ -54,8 +54,9 @@ typedef struct ff_fitted {
 typedef struct ff_fit_document {
     char path[512], format[32]; /**< of the data                                               */
     char loss[24];
-    double max_theta;    /**< radians                                                   */
-    size_t n_fits, best; /**< at least one; the best of the first data set              */
+    double max_theta;     /**< radians                                                   */
+    ff_aperture aperture; /**< what the data are means over; a point where it says nothing */
+    size_t n_fits, best;  /**< at least one; the best of the first data set              */
     ff_fitted *fit;
     size_t *rank; /**< [n_fits], best first of each choice of channels           */
 } ff_fit_document;

@@ -2,6 +2,7 @@
 #include "base/internal_input.h"
 #include "base/internal_json.h"
 #include "ff_fit_document.h"
+#include "models/tools/internal_aperture.h"
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -253,6 +254,23 @@ static void take_ranking(const ff_json_node *ranking, ff_fit_document *d)
     d->best = d->rank[0];
 }
 
+/* A point where there is none. FF_ERR_DATA where it is none. */
+static ff_status take_aperture(place *at, const ff_json_node *n, ff_aperture *out)
+{
+    ff_aperture a = {.outline = FF_APERTURE_DISC};
+    const char *outline = ff_json_text(ff_json_member(n, "outline"));
+    *out = a;
+    if (!n) return FF_OK;
+    if (outline && !strcmp(outline, "rectangle")) a.outline = FF_APERTURE_RECTANGLE;
+    a.half = ff_json_real(ff_json_member(n, "half_deg")) * degree;
+    a.across = ff_json_real(ff_json_member(n, "across_deg")) * degree;
+    a.source = ff_json_real(ff_json_member(n, "source_deg")) * degree;
+    if (!outline || (a.outline == FF_APERTURE_DISC && strcmp(outline, "disc")) || !ff_aperture_valid(&a))
+        return wrong(at, "loss.aperture");
+    *out = a;
+    return FF_OK;
+}
+
 static ff_status take_document(place *at, const ff_json_node *root, ff_fit_document *d)
 {
     const ff_json_node *data = ff_json_member(root, "data"), *loss = ff_json_member(root, "loss"),
@@ -264,6 +282,8 @@ static ff_status take_document(place *at, const ff_json_node *root, ff_fit_docum
     d->max_theta = max_theta > 0 && max_theta <= 90 ? max_theta * degree : 90 * degree;
     const size_t n = ff_json_count(fits);
     if (n == 0) return wrong(at, "fits");
+    const ff_status aperture = take_aperture(at, ff_json_member(loss, "aperture"), &d->aperture);
+    if (aperture) return aperture;
     d->fit = calloc(n, sizeof *d->fit);
     d->rank = calloc(n, sizeof *d->rank);
     if (!d->fit || !d->rank) return no_memory(at);

@@ -3,6 +3,7 @@
 #include "internal_controls_report.h"
 #include "internal_report.h"
 #include "internal_verdict.h"
+#include "models/tools/internal_aperture.h"
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -41,6 +42,17 @@ static void put_selection(ff_json *j, const ff_report_fits *r)
 
 static void put_candidates(ff_json *j, const ff_adaptive *a);
 
+static void put_aperture(ff_json *j, const ff_aperture *a)
+{
+    const int disc = a->outline == FF_APERTURE_DISC;
+    ff_json_object(j, "aperture", FF_JSON_LINE);
+    ff_json_string(j, "outline", disc ? "disc" : "rectangle");
+    ff_json_number(j, "half_deg", ff_report_degrees(a->half));
+    ff_json_number(j, "across_deg", ff_report_degrees(disc ? a->half : a->across));
+    ff_json_number(j, "source_deg", ff_report_degrees(a->source));
+    ff_json_close(j);
+}
+
 static void put_loss(ff_json *j, const ff_fit_options *o, const ff_adaptive *adaptive)
 {
     ff_json_object(j, "loss", adaptive ? FF_JSON_BLOCK : FF_JSON_LINE);
@@ -57,6 +69,7 @@ static void put_loss(ff_json *j, const ff_fit_options *o, const ff_adaptive *ada
         ff_json_close(j);
     }
     ff_json_number(j, "max_theta_deg", ff_report_degrees(o->max_theta));
+    if (o->aperture && ff_aperture_extended(o->aperture)) put_aperture(j, o->aperture);
     if (adaptive) put_candidates(j, adaptive);
     ff_json_close(j);
 }

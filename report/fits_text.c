@@ -1,5 +1,6 @@
 /* What the texts of fits and of comparisons share: what was fitted, and parameters in short. */
 #include "internal_fits_text.h"
+#include "models/tools/internal_aperture.h"
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -9,6 +10,16 @@
 const char *ff_report_plural(size_t n)
 {
     return n == 1 ? "" : "s";
+}
+
+/* What the values are means over; nothing of points. */
+static void put_aperture(const ff_aperture *a, FILE *out)
+{
+    char text[FF_APERTURE_TEXT], number[FF_TEXT_NUMBER];
+    if (!a || !ff_aperture_extended(a)) return;
+    fprintf(out, "values are means over an aperture of %s degrees", ff_aperture_text(a, text));
+    if (a->source > 0) fprintf(out, " and a source of %s", ff_text_number(ff_report_degrees(a->source), 6, number));
+    fputs(", half angles\n", out);
 }
 
 static void put_count(FILE *out, const char **separator, size_t n, const char *what)
@@ -92,6 +103,7 @@ void ff_report_selection_text(const ff_report_fits *r, FILE *out)
     if (s.negative > 0)
         fprintf(out, "; %zu used sample%s with a negative value (kept as noise)", s.negative, ff_report_plural(s.negative));
     fputc('\n', out);
+    put_aperture(r->options->aperture, out);
     put_constraints(r->options->constraints, out);
     const ff_side odd = ff_brightest_odd(&s.brightest);
     if (odd != FF_SIDE_NONE)

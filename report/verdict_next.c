@@ -2,6 +2,7 @@
 #define _GNU_SOURCE
 #include "internal_verdict.h"
 #include "internal_fits_text.h"
+#include "models/tools/internal_aperture.h"
 #include <math.h>
 #include <string.h>
 
@@ -75,7 +76,7 @@ int ff_verdict_next_of_comparison(const ff_report_fits *r, const ff_fit_result *
 static void put_flags(const ff_report_fits *r, const ff_fit_result *f, ff_verdict *v)
 {
     const ff_fit_options *o = r->options;
-    char expression[FF_MODEL_NAME], number[FF_TEXT_NUMBER];
+    char expression[FF_MODEL_NAME], number[FF_TEXT_NUMBER], text[FF_APERTURE_TEXT];
     ff_model_expression(&f->model, expression, sizeof expression);
     ff_verdict_put(v, " --model %s", expression);
     if (o->weighting == FF_WEIGHT_NOISE)
@@ -84,6 +85,9 @@ static void put_flags(const ff_report_fits *r, const ff_fit_result *f, ff_verdic
         ff_verdict_put(v, " --loss %s", ff_loss_name((int)o->loss));
     if (fabs(ff_report_degrees(o->max_theta) - USUAL_MAX_THETA) > 1e-6)
         ff_verdict_put(v, " --max-theta %s", ff_text_number(ff_report_degrees(o->max_theta), 6, number));
+    if (o->aperture && ff_aperture_extended(o->aperture)) ff_verdict_put(v, " --aperture %s", ff_aperture_text(o->aperture, text));
+    if (o->aperture && o->aperture->source > 0)
+        ff_verdict_put(v, " --source %s", ff_text_number(ff_report_degrees(o->aperture->source), 6, number));
 }
 
 int ff_verdict_look(const ff_report_fits *r, const ff_fit_result *f, ff_verdict *v)

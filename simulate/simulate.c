@@ -94,11 +94,12 @@ static void count_negative(ff_table *t)
 static ff_status fill(const ff_model *m, const double *shape, const double *channel, const ff_simulate_options *o, ff_table *t,
                       ff_error *err)
 {
-    const ff_aperture point = {FF_APERTURE_DISC, 0, 0};
-    double *f = malloc((t->n_channels + 6) * BLOCK * sizeof *f), *planes[6];
+    const ff_aperture point = {.outline = FF_APERTURE_DISC};
+    double *f = malloc((t->n_channels + 7) * BLOCK * sizeof *f), *planes[6], *error = f ? f + (t->n_channels + 6) * BLOCK : NULL;
     ff_status status =
         f ? FF_OK : ff_error_set(err, FF_ERR_MEMORY, NULL, 0, -1, "no memory for a block of %zu channels", t->n_channels);
-    size_t raised = 0;
+    double worst = 0;
+    size_t raised = 0, rough = 0;
     for (size_t k = 0; k < 6 && f; k++) planes[k] = f + (t->n_channels + k) * BLOCK;
     for (size_t first = 0; first < t->n && status == FF_OK; first += BLOCK) {
         const size_t n = t->n - first < BLOCK ? t->n - first : BLOCK;
@@ -110,7 +111,11 @@ static ff_status fill(const ff_model *m, const double *shape, const double *chan
         ff_table_directions(t, first, n, planes);
         mark_below_horizon(t, first, n, planes[2], planes[5]);
         status = ff_aperture_eval(o->aperture ? o->aperture : &point, m, o->isa, t->n_channels, shape, channel, &w, n, f, NULL,
-                                  NULL, BLOCK);
+                                  error, BLOCK);
+        for (size_t i = 0; i < n && status == FF_OK; i++) {
+            rough += error[i] > FF_APERTURE_TOLERANCE;
+            worst = fmax(worst, error[i]);
+        }
         if (status != FF_OK) ff_error_set(err, status, NULL, 0, -1, "the model cannot be evaluated");
         for (size_t c = 0; c < t->n_channels && status == FF_OK; c++) raised += store(o, t, c, first, n, &w, f + c * BLOCK);
     }
@@ -119,6 +124,11 @@ static ff_status fill(const ff_model *m, const double *shape, const double *chan
     if (raised > 0)
         snprintf(t->note, sizeof t->note,
                  "%zu values fell below 0 by noise and are stored as 0, since the file can hold no negative measurement", raised);
+    const size_t used = strlen(t->note);
+    if (rough > 0 && status == FF_OK)
+        snprintf(t->note + used, sizeof t->note - used,
+                 "%s%zu means over the aperture are not known to %g of their value; the worst to %.1g", used ? "\n" : "", rough,
+                 FF_APERTURE_TOLERANCE, worst);
     return status;
 }
 

@@ -1,6 +1,7 @@
 /* The stage between minimisation and result: the pass that errors and statistics are made of. Of a whole H it is a pass like the
  * others, with sums of the score; of an arrowhead the influences of the samples are summed, which needs H before. */
 #include "internal_errors.h"
+#include "fit/pass/internal_evaluate.h"
 #include "fit/information/internal_storage.h"
 #include <math.h>
 #include <stdlib.h>
@@ -78,7 +79,10 @@ static ff_status influence_pass(const ff_pass *pass, const ff_arrowhead *arrowhe
     r.lanes = aligned_alloc(64, (threads * (n_sums * 8 + r.n_score) * sizeof(double) + 63) / 64 * 64);
     r.work = aligned_alloc(64, threads * sizeof *r.work);
     r.result = malloc(chunks * n_sums * sizeof(double));
-    const ff_status status = !r.kernel ? FF_ERR_UNSUPPORTED : r.lanes && r.work && r.result ? FF_OK : FF_ERR_MEMORY;
+    ff_average_work **average = NULL;
+    ff_status status = !r.kernel ? FF_ERR_UNSUPPORTED : r.lanes && r.work && r.result ? FF_OK : FF_ERR_MEMORY;
+    if (!status) status = ff_evaluate_works(pass, threads, &average);
+    for (size_t i = 0; i < threads && !status; i++) r.work[i].average = average ? average[i] : NULL;
     if (!status) ff_pool_run(p->pool, chunks, run_chunk, &r);
     memset(out, 0, n_sums * sizeof *out);
     for (size_t c = 0; c < chunks && !status; c++)
@@ -86,6 +90,7 @@ static ff_status influence_pass(const ff_pass *pass, const ff_arrowhead *arrowhe
             const double v = r.result[c * n_sums + k];
             out[k] = k == FF_STAT_MAX ? fmax(out[k], v) : out[k] + v;
         }
+    ff_average_works_free(average);
     free(r.lanes);
     free(r.work);
     free(r.result);

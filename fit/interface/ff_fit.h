@@ -22,6 +22,7 @@
  * from many threads at once. */
 #ifndef FF_FIT_H
 #define FF_FIT_H
+#include "ff_aperture.h"
 #include "ff_api.h"
 #include "ff_brightest.h"
 #include "ff_diagnosis.h"
@@ -177,6 +178,9 @@ typedef struct ff_fit_options {
     ff_error_source errors; /**< FF_ERRORS_NOISE                                                                 */
     const ff_noise *noise;  /**< the noise of the data, borrowed; NULL: estimated from the residuals. Its levels are one, or one
                                  for each channel of the problem. Also the scale of a robust loss whose robust_scale is 0 */
+    /** What the data are means over, borrowed while a problem is made; NULL or a point: values at single directions. The model is
+     * then that mean too (ff_aperture.h), to FF_APERTURE_OF_FITS of its value. */
+    const ff_aperture *aperture;
 } ff_fit_options;
 enum { FF_DENSE_CHANNELS = 8, FF_THREADS_MOST = 1024 };
 

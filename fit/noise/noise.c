@@ -51,6 +51,13 @@ ff_noise_found *ff_noise_found_copy(const ff_noise_found *found)
     return f;
 }
 
+/* Means over an aperture are known to so much of themselves: data that agree better than that tell no more for it. */
+static void add_quadrature(const struct ff_problem *p, ff_noise *noise)
+{
+    const double part = p->rules ? p->rules->tolerance : 0;
+    for (size_t k = 0; k < noise->n_levels; k++) noise->level[k].square += part * part;
+}
+
 ff_status ff_noise_find(const ff_plan *plan, const ff_point *at, ff_noise_found **out)
 {
     ff_point where;
@@ -63,6 +70,7 @@ ff_status ff_noise_find(const ff_plan *plan, const ff_point *at, ff_noise_found 
     ff_status status = ff_point_new(plan, &where);
     if (status) return status;
     status = ff_noise_estimate(plan, at, &where, &own);
+    if (!status && own) add_quadrature(plan->p, own);
     if (!status && own && !(*out = keep(plan, &where, own))) status = FF_ERR_MEMORY;
     ff_noise_free(own);
     ff_point_free(&where);

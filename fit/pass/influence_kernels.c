@@ -2,6 +2,7 @@
  * formulas. Compiled once per instruction set. The scores of a block are kept, since the influences on the channels need those on
  * the shape, and these all channels. */
 #include "internal_block.h"
+#include "internal_evaluate.h"
 #include "internal_influence.h"
 
 /* out += factor * v */
@@ -87,7 +88,6 @@ void FF_ISA_NAME(ff_influence_chunk)(const ff_pass *pass, const ff_arrowhead *ar
                                      const ff_influence_sums *sums)
 {
     const struct ff_problem *p = pass->p;
-    const ff_prepared *prepared = &pass->prepared;
     double(*score)[FF_BLOCK] = (double(*)[FF_BLOCK])sums->score, robust[8] __attribute__((aligned(64))) = {0};
     ff_influence_scratch *s = sums->work;
     s->model.d = &s->slopes;
@@ -95,15 +95,15 @@ void FF_ISA_NAME(ff_influence_chunk)(const ff_pass *pass, const ff_arrowhead *ar
         ff_geometry g;
         for (int k = 0; k < FF_G_COUNT; k++) g.plane[k] = p->geometry[k] < 0 ? NULL : ff_problem_plane(p, block, p->geometry[k]);
         cosines(&g, s->x);
-        prepared->kernels->block_shape(prepared, &g, FF_BLOCK, &s->model);
+        const double centre = ff_evaluate_begin(pass, block, &g, &s->model, s->average);
         if (arrowhead) memset(score, 0, arrowhead->S * sizeof *score);
         for (size_t c = 0; c < p->n_channels; c++) {
-            prepared->kernels->block_value(prepared, &g, FF_BLOCK, c, &s->model, s->f);
+            ff_evaluate_value(pass, &g, c, centre, &s->model, s->average, s->f);
             statistics(s->f, ff_problem_plane(p, block, p->value + (int)c), s->x, ff_problem_plane(p, block, p->sample_weight),
                        sums->stat);
             if (!arrowhead) continue;
             weighted_residuals(pass, block, c, s->x, s->f, s->r, s->j, robust);
-            prepared->kernels->block_columns(prepared, FF_BLOCK, c, s->j, &s->model, s->column);
+            ff_evaluate_columns(pass, c, s->j, centre, &s->model, s->average, s->column);
             channel_scores(arrowhead, c, s, score, score + arrowhead->S + c * arrowhead->K, sums->own);
         }
         if (!arrowhead) continue;

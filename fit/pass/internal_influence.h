@@ -26,6 +26,7 @@ void ff_arrowhead_apply(const ff_arrowhead *a, const double *score, double *infl
 
 /* What the kernel of a chunk works in, one for each thread. */
 typedef struct __attribute__((aligned(64))) ff_influence_scratch {
+    ff_average_work *average; /* NULL: samples are points */
     ff_block model;
     ff_block_slopes slopes;
     double f[FF_BLOCK], r[FF_BLOCK], j[FF_BLOCK], x[FF_BLOCK];

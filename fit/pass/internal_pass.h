@@ -4,7 +4,7 @@
 #include "base/internal_pool.h"
 #include "fit/interface/fit_struct.h"
 #include "fit/linalg/internal_linalg.h"
-#include "models/internal_model.h"
+#include "models/tools/internal_averaging.h"
 #include <math.h>
 
 /* ---- samples --------------------------------------------------------------------------------- */
@@ -25,6 +25,7 @@ struct ff_problem {
     int target;        /* plane target + c: g(y); for linear losses y                                     */
     int value;         /* plane value + c: y                                                              */
     int sample_weight; /* square root of the sample's weight alone                                        */
+    int direction;     /* first of the six planes of directions, incident ones first; -1 = absent: samples are points       */
     int side;          /* plane side + c, -1 = absent: +1 where the datum is only known to be at or above the target, -1 at or
                           below, else 0 */
     ff_loss loss;
@@ -47,6 +48,7 @@ struct ff_problem {
     /* [n_channels][n_blocks FF_BLOCK] borrowed, NULL = 1: what multiplies each residual and its derivatives, as where residuals are
      * counted in standard deviations of their own. */
     const float *factor, *own_factor; /* the latter belongs to the problem: of weights by the noise */
+    const ff_rules *rules; /* of the aperture that the values are means over, NULL = points; smaller problems borrow them */
     ff_pool *pool;
     ff_isa isa;
     /* What starts are searched on, and what they are then refined on before all samples are: see ff_problem_subsample. The last is
@@ -99,9 +101,17 @@ static inline void ff_problem_cosines(const ff_geometry *g, double *x)
 /* Columns of a channel with the residual; coordinates that all channels may share. */
 enum { FF_MAX_COLUMNS = FF_MAX_SHAPE + FF_MAX_CHANNEL_PARAMS + 1, FF_MAX_SHARED = FF_MAX_SHAPE + FF_MAX_CHANNEL_PARAMS };
 
+/* At which level each sample's mean is made, and for which lobes: an objective of which that is held is smooth. */
+typedef struct ff_levels {
+    ff_needles needles;
+    unsigned char level[]; /* [n_blocks FF_BLOCK] */
+} ff_levels;
+
 /* What one pass evaluates. Columns of a channel: the free shape parameters, the channel's free ones, and the residual. */
 typedef struct ff_pass {
     ff_prepared prepared;
+    ff_averaging *averaging; /* NULL: samples are points */
+    const ff_levels *levels; /* NULL: each block chooses its own */
     const struct ff_problem *p;
     ff_robust robust;
     double robust_scale;
@@ -149,6 +159,7 @@ ff_status ff_pass_run(const ff_pass *pass, int parallel, ff_normal *out);
 
 /* What the kernel of a chunk works in, one for each thread: too much for a stack. */
 typedef struct __attribute__((aligned(64))) ff_pass_scratch {
+    ff_average_work *average; /* NULL: samples are points */
     ff_block model;
     ff_block_slopes slopes;
     double f[FF_BLOCK], r[FF_BLOCK], j[FF_BLOCK], x[FF_BLOCK];

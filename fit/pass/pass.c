@@ -1,5 +1,5 @@
 /* A pass over all samples: chunks of blocks are shared out, summed in lanes, and merged in their order. */
-#include "internal_pass.h"
+#include "internal_evaluate.h"
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -103,12 +103,14 @@ ff_status ff_pass_run(const ff_pass *pass, int parallel, ff_normal *out)
     r.lanes = aligned_alloc(64, (threads * per_thread * sizeof(double) + 63) / 64 * 64);
     r.work = aligned_alloc(64, threads * sizeof *r.work);
     r.result = malloc(chunks * r.n_sums * sizeof(double));
-    if (!r.lanes || !r.work || !r.result || !r.kernel) {
+    ff_average_work **average = NULL;
+    if (!r.lanes || !r.work || !r.result || !r.kernel || ff_evaluate_works(pass, threads, &average)) {
         free(r.lanes);
         free(r.work);
         free(r.result);
         return r.kernel ? FF_ERR_MEMORY : FF_ERR_UNSUPPORTED;
     }
+    for (size_t i = 0; i < threads; i++) r.work[i].average = average ? average[i] : NULL;
     if (parallel)
         ff_pool_run(p->pool, chunks, run_chunk, &r);
     else
@@ -128,6 +130,7 @@ ff_status ff_pass_run(const ff_pass *pass, int parallel, ff_normal *out)
         for (size_t k = 0; k < r.n_products; k++) out->score_products[k] += *s++;
         for (size_t k = 0; k < r.n_own; k++) out->own[k] += *s++;
     }
+    ff_average_works_free(average);
     free(r.lanes);
     free(r.work);
     free(r.result);

@@ -2,6 +2,7 @@
  * Compiled once per instruction set. The lanes are the same for each, so that the sums differ by the rounding of fused products
  * only. */
 #include "internal_block.h"
+#include "internal_evaluate.h"
 
 /* ---- outer products -------------------------------------------------------------------------- */
 
@@ -114,17 +115,17 @@ static void sum_runs(size_t P, size_t length, const double *restrict score, doub
     }
 }
 
-/* x: the cosines, NULL where they are not needed. */
-static void channel_block(const ff_pass *pass, size_t block, size_t c, const ff_geometry *g, const double *x,
+/* x: the cosines, NULL where they are not needed. centre: as ff_evaluate_begin has it. */
+static void channel_block(const ff_pass *pass, size_t block, size_t c, const ff_geometry *g, const double *x, double centre,
                           const ff_chunk_sums *sums)
 {
     ff_pass_scratch *s = sums->work;
     const ff_prepared *prepared = &pass->prepared;
     const struct ff_problem *p = pass->p;
     const uint32_t n_shape = prepared->wanted.n_shape, n_channel = prepared->wanted.n_channel;
-    prepared->kernels->block_value(prepared, g, FF_BLOCK, c, &s->model, s->f);
+    ff_evaluate_value(pass, g, c, centre, &s->model, s->average, s->f);
     weighted_residuals(pass, block, c, x, s->f, s->r, s->j, sums->cost2);
-    prepared->kernels->block_columns(prepared, FF_BLOCK, c, s->j, &s->model, s->column);
+    ff_evaluate_columns(pass, c, s->j, centre, &s->model, s->average, s->column);
     const size_t n = n_shape + n_channel, m1 = n + 1;
     memcpy(s->column[n], s->r, sizeof s->r);
     gram(m1, s->column, sums->gram + c * (m1 * (m1 + 1) / 2) * 8);
@@ -150,9 +151,9 @@ void FF_ISA_NAME(ff_pass_chunk)(const ff_pass *pass, size_t first, size_t n_bloc
         ff_geometry g;
         for (int k = 0; k < FF_G_COUNT; k++) g.plane[k] = p->geometry[k] < 0 ? NULL : ff_problem_plane(p, block, p->geometry[k]);
         if (needs_x) cosines(&g, s->x);
-        prepared->kernels->block_shape(prepared, &g, FF_BLOCK, &s->model);
+        const double centre = ff_evaluate_begin(pass, block, &g, &s->model, s->average);
         if (errors) memset(sums->score, 0, P * FF_BLOCK * sizeof(double));
-        for (size_t c = 0; c < p->n_channels; c++) channel_block(pass, block, c, &g, needs_x ? s->x : NULL, sums);
+        for (size_t c = 0; c < p->n_channels; c++) channel_block(pass, block, c, &g, needs_x ? s->x : NULL, centre, sums);
         if (!errors || !P) continue;
         gram(P, (double(*)[FF_BLOCK])sums->score, sums->score_products);
         const size_t length = ff_run_length(p);

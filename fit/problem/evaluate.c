@@ -1,6 +1,7 @@
 /* The model at every sample of a point, the residual there, and what each sample adds to the objective. */
 #include "fit/losses/internal_loss.h"
 #include "fit/losses/robust/internal_robust.h"
+#include "fit/pass/internal_evaluate.h"
 #include "internal_problem.h"
 #include <math.h>
 #include <stdlib.h>
@@ -13,6 +14,7 @@ static double half_rho(ff_robust robust, double b, double residual, double unit)
 
 typedef struct evaluation {
     const ff_pass *pass;
+    ff_average_work **works; /* [threads], NULL: samples are points */
     double *model, *residual, *cost;
 } evaluation;
 
@@ -33,20 +35,19 @@ static double factor_of(const struct ff_problem *p, size_t c, size_t i)
 static void evaluate_block(void *context, size_t block, int worker)
 {
     const evaluation *e = context;
-    const ff_prepared *prepared = &e->pass->prepared;
     const struct ff_problem *p = e->pass->p;
+    ff_average_work *work = e->works ? e->works[worker] : NULL;
     const size_t first = block * FF_BLOCK, n = p->n - first < FF_BLOCK ? p->n - first : FF_BLOCK;
     ff_block scratch;
     ff_geometry g;
     double f[FF_BLOCK] __attribute__((aligned(64))), x[FF_BLOCK], of_f[FF_BLOCK];
-    (void)worker;
     scratch.d = NULL;
     for (int k = 0; k < FF_G_COUNT; k++) g.plane[k] = p->geometry[k] < 0 ? NULL : ff_problem_plane(p, block, p->geometry[k]);
     ff_problem_cosines(&g, x);
-    prepared->kernels->block_shape(prepared, &g, FF_BLOCK, &scratch);
+    const double centre = ff_evaluate_begin(e->pass, block, &g, &scratch, work);
     if (e->cost) memset(e->cost + first, 0, n * sizeof *e->cost);
     for (size_t c = 0; c < p->n_channels; c++) {
-        prepared->kernels->block_value(prepared, &g, FF_BLOCK, c, &scratch, f);
+        ff_evaluate_value(e->pass, &g, c, centre, &scratch, work, f);
         ff_loss_targets(p->loss, n, f, x, of_f);
         for (size_t i = 0; i < n; i++) {
             const double r = residual_of(p, block, c, i, of_f[i]) * factor_of(p, c, first + i);
@@ -64,15 +65,17 @@ ff_status ff_point_evaluate(const ff_plan *plan, const ff_point *at, int paralle
     ff_plan values = *plan;
     ff_pass pass;
     values.l.free = (ff_wanted){0};
-    const ff_status status = ff_plan_pass(&values, at->shape, at->channel, &pass);
+    ff_status status = ff_plan_pass(&values, at->shape, at->channel, &pass);
     if (status) return status;
-    evaluation e = {&pass, model, residual, cost};
-    if (parallel)
+    evaluation e = {&pass, NULL, model, residual, cost};
+    status = ff_evaluate_works(&pass, parallel ? (size_t)ff_pool_threads(p->pool) : 1, &e.works);
+    if (parallel && !status)
         ff_pool_run(p->pool, p->n_blocks, evaluate_block, &e);
     else
-        for (size_t block = 0; block < p->n_blocks; block++) evaluate_block(&e, block, 0);
+        for (size_t block = 0; block < p->n_blocks && !status; block++) evaluate_block(&e, block, 0);
+    ff_average_works_free(e.works);
     ff_pass_free(&pass);
-    return FF_OK;
+    return status;
 }
 
 /* ---- rows of the Jacobian -------------------------------------------------------------------- */
@@ -95,26 +98,29 @@ ff_status ff_point_visit(const ff_plan *plan, const ff_point *at, ff_visitor vis
     double f[FF_BLOCK] __attribute__((aligned(64))), j[FF_BLOCK] __attribute__((aligned(64))), x[FF_BLOCK];
     ff_pass pass;
     ff_block_work *work = ff_block_work_new(1);
-    const ff_status status = work ? ff_plan_pass(plan, at->shape, at->channel, &pass) : FF_ERR_MEMORY;
+    ff_average_work **works = NULL;
+    ff_status status = work ? ff_plan_pass(plan, at->shape, at->channel, &pass) : FF_ERR_MEMORY;
     if (status) {
         free(work);
         return status;
     }
-    const ff_prepared *prepared = &pass.prepared;
-    for (size_t block = 0; block < p->n_blocks; block++) {
+    status = ff_evaluate_works(&pass, 1, &works);
+    ff_average_work *average = works ? works[0] : NULL;
+    for (size_t block = 0; block < p->n_blocks && !status; block++) {
         const size_t first = block * FF_BLOCK, n = p->n - first < FF_BLOCK ? p->n - first : FF_BLOCK;
         ff_geometry g;
         for (int k = 0; k < FF_G_COUNT; k++) g.plane[k] = p->geometry[k] < 0 ? NULL : ff_problem_plane(p, block, p->geometry[k]);
         ff_problem_cosines(&g, x);
-        prepared->kernels->block_shape(prepared, &g, FF_BLOCK, &work->block);
+        const double centre = ff_evaluate_begin(&pass, block, &g, &work->block, average);
         for (size_t c = 0; c < p->n_channels; c++) {
-            prepared->kernels->block_value(prepared, &g, FF_BLOCK, c, &work->block, f);
+            ff_evaluate_value(&pass, &g, c, centre, &work->block, average, f);
             derivatives(p, block, c, n, f, x, j);
-            prepared->kernels->block_columns(prepared, FF_BLOCK, c, j, &work->block, work->column);
+            ff_evaluate_columns(&pass, c, j, centre, &work->block, average, work->column);
             visit(context, &(ff_visited){first, n, c, f, j, ff_problem_plane(p, block, p->value + (int)c), work->column});
         }
     }
     free(work);
+    ff_average_works_free(works);
     ff_pass_free(&pass);
-    return FF_OK;
+    return status;
 }

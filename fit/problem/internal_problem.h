@@ -16,6 +16,16 @@ void ff_problem_subsample_free(struct ff_problem *p);
 /* How many samples of `whole` sample i of p, one of its smaller problems, stands for; of the whole 1. */
 double ff_problem_stands_for(const struct ff_problem *p, const struct ff_problem *whole, size_t i);
 
+/* Takes the aperture of the options, NULL or a point for none: values are means over it from now on. FF_ERR_RANGE, FF_ERR_MEMORY.
+ */
+ff_status ff_problem_see_through(struct ff_problem *p, const ff_aperture *a, ff_error *err);
+
+/* Puts the directions of a block, six planes of FF_BLOCK, where means find them. */
+void ff_problem_put_directions(struct ff_problem *p, size_t block, const ff_dirs *w);
+
+/* Is a plan's objective made of means? */
+#define ff_plan_averages(plan) ((plan)->p->rules && !(plan)->as_points)
+
 /* Memory for blocks, aligned, in large pages where the system has them; NULL when there is none. Released with free. */
 double *ff_block_memory(size_t bytes);
 
@@ -61,7 +71,9 @@ typedef struct ff_plan {
     void *progress_context;
     const ff_penalties *penalties;             /* NULL = none                                                                  */
     const double *start_shape, *start_channel; /* NULL: to be searched for                                         */
-    int bounded; /* 1: there are constraints, which a given start is brought into                                  */
+    int as_points;           /* 1: samples are taken as points, whatever their aperture: where a start is searched         */
+    const ff_levels *levels; /* of p's samples, held; NULL: each block chooses its own                                  */
+    int bounded;             /* 1: there are constraints, which a given start is brought into                                  */
     /* of a plan made by ff_plan_new, which owns them */
     ff_model *model; /* bounds and what is held applied */
     ff_penalties *own_penalties;
@@ -85,6 +97,7 @@ ff_plan ff_plan_with(const ff_layout *l, const struct ff_problem *p, const ff_fi
 static inline ff_plan ff_plan_on(const ff_plan *plan, const struct ff_problem *p)
 {
     ff_plan other = *plan;
+    if (p != plan->p) other.levels = NULL;
     other.p = p;
     return other;
 }

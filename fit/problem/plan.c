@@ -160,11 +160,19 @@ ff_status ff_plan_pass(const ff_plan *plan, const double *shape, const double *c
     pass->deviation = NULL;
     pass->final = 0;
     pass->errors = plan->errors;
-    return ff_prepare(l->m, ff_kernels_get(p->isa), l->mode, l->n_channels, shape, channel, &l->free, p->tan2_lo, p->tan2_hi,
-                      &pass->prepared);
+    pass->levels = plan->levels;
+    pass->averaging = ff_plan_averages(plan) ? malloc(sizeof *pass->averaging) : NULL;
+    if (ff_plan_averages(plan) && !pass->averaging) return FF_ERR_MEMORY;
+    const ff_status status = ff_prepare(l->m, ff_kernels_get(p->isa), l->mode, l->n_channels, shape, channel, &l->free, p->tan2_lo,
+                                        p->tan2_hi, &pass->prepared);
+    if (pass->averaging && !status)
+        ff_averaging_make(p->rules, &pass->prepared, plan->levels ? &plan->levels->needles : NULL, pass->averaging);
+    if (status) free(pass->averaging);
+    return status;
 }
 
 void ff_pass_free(ff_pass *pass)
 {
+    free(pass->averaging);
     ff_prepared_free(&pass->prepared);
 }

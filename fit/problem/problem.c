@@ -252,6 +252,7 @@ static void build_block(void *context, size_t block, int worker)
     ff_geometry planes;
     for (int k = 0; k < FF_G_COUNT; k++) planes.plane[k] = p->geometry[k] < 0 ? NULL : ff_problem_plane(p, block, p->geometry[k]);
     ff_kernels_get(p->isa)->geometry(&w, FF_BLOCK, &planes);
+    if (p->rules) ff_problem_put_directions(p, block, &w);
     fill_targets(b, block, b->index + first, n, &g);
     for (size_t i = 0; i < FF_BLOCK; i++) {
         p->cosine[0][first + i] = (float)g.w[2][i];
@@ -336,6 +337,11 @@ static void lay_out(struct ff_problem *p, const ff_model *models, size_t n_model
     if (curved) {
         p->target = next;
         next += C;
+    }
+    p->direction = -1;
+    if (p->rules) {
+        p->direction = next;
+        next += 6;
     }
     p->side = -1;
     if (isfinite(o->saturation) || isfinite(o->noise_floor) || o->noise_sigmas > 0) {
@@ -467,6 +473,8 @@ static ff_status build_all(build *b, const ff_model *models, size_t n_models, ff
     b->weight_scale = (double)sel->used / weight;
     p->tan2_hi = fmax(1 / (cos_lo * cos_lo) - 1, 1e-12);
     p->tan2_lo = cos_hi < 1 - 1e-12 ? 1 / (cos_hi * cos_hi) - 1 : 0;
+    ff_status status = ff_problem_see_through(p, b->o->aperture, err);
+    if (status) return status;
     pack_index(b, slabs);
     if (ff_copies_leave_out(t, b->index, &sel->used, &sel->copies))
         return ff_error_set(err, FF_ERR_MEMORY, NULL, 0, -1, "out of memory");
@@ -490,7 +498,7 @@ static ff_status build_all(build *b, const ff_model *models, size_t n_models, ff
         if (b->block[k].top > sel->top) sel->at_top = 0, sel->top = b->block[k].top;
         if (b->block[k].top == sel->top) sel->at_top += b->block[k].at_top;
     }
-    ff_status status = check_size(b, err);
+    status = check_size(b, err);
     if (status) return status;
     if (sel->saturated || !ff_problem_looks_saturated(p, t, b->index)) sel->at_top = 0;
     p->spacing = ff_problem_spacing_of(t, b->index, p->n);
@@ -572,6 +580,7 @@ void ff_problem_free(ff_problem *p)
     free((float *)(uintptr_t)p->unit);
     free((float *)(uintptr_t)p->own_factor);
     free(p->cosine[0]);
+    free((ff_rules *)(uintptr_t)p->rules);
     free(p);
 }
 

@@ -27,4 +27,6 @@ ff_status ff_result_new(const ff_plan *plan, ff_fit_result *out);
 
 /* The last stage: everything that is said of an optimum whose sums the point has. errors: 1: its errors too. FF_ERR_MEMORY. */
 ff_status ff_result_fill(const ff_plan *plan, ff_point *at, int errors, ff_fit_result *r);
+/* Of lobes that detectors or the steps between samples broaden. FF_ERR_MEMORY. */
+ff_status ff_result_warn_of_narrow_lobes(const struct ff_problem *p, ff_fit_result *r);
 #endif

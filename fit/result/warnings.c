@@ -288,58 +288,6 @@ static ff_status warn_of_side(const struct ff_problem *p, ff_fit_result *r)
     return odd != FF_SIDE_NONE ? ff_warnings_say(&r->warnings, FF_WARNING_BRIGHTEST_ELSEWHERE, value) : FF_OK;
 }
 
-/* ---- lobes that are not resolved -------------------------------------------------------------- */
-
-#define DETECTOR   (1.5 * 0.017453292519943295) /* as many goniometers have: radians               */
-#define RESOLVED   2.5                          /* widths of a detector: it broadens such a lobe by 5 %                     */
-#define WELL_STEPS 2.0                          /* steps between samples: each sees the lobe but for its flanks             */
-#define FINE_STEPS 25                           /* steps that no one makes with a detector so wide                          */
-
-/* D of the lobe at normals towards an azimuth, tangents rising by a factor; where it is half of that at the normal. */
-static double half_width(const ff_fit_result *r, uint32_t lobe, double azimuth)
-{
-    enum { N = 256 };
-    double w[3][N], d[N], theta[N], shape[FF_MAX_SHAPE], channel[FF_MAX_CHANNEL_PARAMS];
-    for (int i = 0; i < N; i++) {
-        theta[i] = i ? atan(1e-4 * pow(1e5, (i - 1) / (N - 2.0))) : 0;
-        w[0][i] = sin(theta[i]) * cos(azimuth), w[1][i] = sin(theta[i]) * sin(azimuth), w[2][i] = cos(theta[i]);
-    }
-    for (uint32_t k = 0; k < r->model.n_shape; k++) shape[k] = r->shape_value[k].value;
-    for (uint32_t k = 0; k < r->model.n_channel; k++) channel[k] = r->channel_value[k].value;
-    const ff_dirs h = {w[0], w[1], w[2], w[0], w[1], w[2]};
-    const ff_terms want = {.d = d};
-    if (ff_model_terms(&r->model, FF_ISA_BEST, 1, shape, channel, lobe, 0, &h, N, &want)) return NAN;
-    int i = 1;
-    while (i < N && d[i] > 0.5 * d[0]) i++;
-    return i < N ? theta[i] : NAN;
-}
-
-/* The first parameter of a lobe's shape that was fitted; n_shape: none. */
-static uint32_t fitted_shape(const ff_fit_result *r, const ff_lobe *lobe)
-{
-    for (uint32_t k = lobe->shape0; k < lobe->shape0 + lobe->n_shape; k++)
-        if (!r->shape_value[k].held && !r->shape_value[k].weightless && !isnan(r->shape_value[k].std_error)) return k;
-    return r->model.n_shape;
-}
-
-static ff_status warn_of_narrow_lobes(const struct ff_problem *p, ff_fit_result *r)
-{
-    ff_status status = FF_OK;
-    for (uint32_t lobe = 0; lobe < r->model.n_lobes && !status; lobe++) {
-        const ff_warning_parameter named = {{FF_PARAM_SHAPE, fitted_shape(r, &r->model.lobe[lobe])}, FF_NO_CHANNEL};
-        if (named.parameter.index == r->model.n_shape) continue;
-        /* a normal that leans by an angle moves the exit by twice of it, to either side */
-        const double width = 4 * fmin(half_width(r, lobe, 0), half_width(r, lobe, 1.5707963267948966)), step = p->spacing;
-        const int by_steps = width < WELL_STEPS * step, by_detector = width < RESOLVED * DETECTOR && !(width > FINE_STEPS * step);
-        const ff_warning w = {.code = FF_WARNING_NARROW_LOBE,
-                              .n_parameters = 1,
-                              .parameter = &named,
-                              .value = {width / 0.017453292519943295, step / 0.017453292519943295}};
-        if (by_steps || by_detector) status = ff_warnings_add(&r->warnings, &w);
-    }
-    return status;
-}
-
 /* ---- the whole ------------------------------------------------------------------------------- */
 
 static ff_status warn_of_outcome(ff_fit_result *r)
@@ -362,7 +310,7 @@ ff_status ff_result_warnings(const ff_plan *plan, const ff_information *info, ff
     if (!status && turns && !r->ellipse.phi_determined)
         status = ff_warnings_say(&r->warnings, FF_WARNING_ORIENTATION_NOT_DETERMINED, NULL);
     if (!status) status = warn_of_few(l, p->selection.weighting, r);
-    if (!status && r->correlation) status = warn_of_narrow_lobes(p, r);
+    if (!status && r->correlation) status = ff_result_warn_of_narrow_lobes(p, r);
     if (!status) status = warn_of_samples(p, r);
     return status ? status : warn_of_sigma(l, p, r);
 }

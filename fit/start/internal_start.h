@@ -62,4 +62,9 @@ ff_status ff_start_channels(const ff_plan *plan, const double *shape, double *ch
 /* The stage before the minimisation: the point given or searched for on the subsample, and most of the way to the optimum, which
  * is gone on fewer samples. FF_ERR_CANCELLED, FF_ERR_MEMORY. */
 ff_status ff_start(const ff_plan *plan, ff_point *at, ff_error *err);
+/* ---- through an aperture ----------------------------------------------------------------------- */
+
+/* From a point that was found as if samples were points, where an aperture may have widened the lobes, to the best that lobes of
+ * fewer widths lead to on the subsample. FF_ERR_MEMORY, FF_ERR_CANCELLED. */
+ff_status ff_start_through(const ff_plan *plan, ff_point *at, ff_error *err);
 #endif

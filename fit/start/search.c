@@ -349,14 +349,17 @@ ff_status ff_start(const ff_plan *plan, ff_point *at, ff_error *err)
         ff_point_set(plan, plan->start_shape, plan->start_channel, at);
         if (plan->bounded) ff_layout_project(&plan->l, at->shape, at->channel);
     } else {
-        const ff_status status = look_for_start(plan, at);
+        ff_plan points = *plan; /* one search serves any aperture: what it makes of the lobes is seen to afterwards */
+        points.as_points = 1;
+        const ff_status status = look_for_start(&points, at);
         if (status == FF_ERR_CANCELLED) return ff_error_set(err, status, NULL, 0, -1, "cancelled");
         if (status == FF_ERR_INTERNAL)
             return ff_error_set(err, FF_ERR_DATA, NULL, 0, -1,
                                 "no start has a finite sum of squares above 0: the values are too large or too small to be fitted");
         if (status) return ff_error_set(err, status, NULL, 0, -1, "the search for a start failed: %s", ff_status_str(status));
     }
-    const ff_status status = approach(plan, at, err);
+    ff_status status = plan->start_shape ? FF_OK : ff_start_through(plan, at, err);
+    if (!status) status = approach(plan, at, err);
     at->iterations = at->passes = 0; /* those on all samples count */
     return status;
 }

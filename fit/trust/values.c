@@ -1,6 +1,7 @@
 /* A finished fit looked at again: values at the samples, residuals by angle, values that stand out. */
 #include "fit/losses/internal_loss.h"
 #include "fit/losses/robust/internal_robust.h"
+#include "fit/pass/internal_evaluate.h"
 #include "fit/internal_stages.h"
 #include "internal_trust.h"
 #include "data_formats/interpolation/resample_struct.h"
@@ -37,14 +38,14 @@ typedef struct chunk_bands {
 
 typedef struct banding {
     const ff_pass *pass;
+    ff_average_work **works; /* [threads], NULL: samples are points */
     const ff_places *places;
     chunk_bands *chunk; /* [chunks], merged in their order */
 } banding;
 
 /* Of the samples of one block, all channels: sums [FF_BLOCK]. */
-static void sample_sums(const ff_pass *pass, size_t block, band_sums *sums)
+static void sample_sums(const ff_pass *pass, size_t block, ff_average_work *work, band_sums *sums)
 {
-    const ff_prepared *prepared = &pass->prepared;
     const struct ff_problem *p = pass->p;
     ff_block scratch;
     ff_geometry g;
@@ -53,11 +54,11 @@ static void sample_sums(const ff_pass *pass, size_t block, band_sums *sums)
     scratch.d = NULL;
     for (int k = 0; k < FF_G_COUNT; k++) g.plane[k] = p->geometry[k] < 0 ? NULL : ff_problem_plane(p, block, p->geometry[k]);
     ff_problem_cosines(&g, x);
-    prepared->kernels->block_shape(prepared, &g, FF_BLOCK, &scratch);
+    const double centre = ff_evaluate_begin(pass, block, &g, &scratch, work);
     memset(sums, 0, FF_BLOCK * sizeof *sums);
     for (size_t c = 0; c < p->n_channels; c++) {
         const double *y = ff_problem_plane(p, block, p->value + (int)c);
-        prepared->kernels->block_value(prepared, &g, FF_BLOCK, c, &scratch, f);
+        ff_evaluate_value(pass, &g, c, centre, &scratch, work, f);
         for (size_t i = 0; i < FF_BLOCK; i++) {
             const double w = root[i] * root[i], e = (f[i] - y[i]) * x[i];
             sums[i].weight += w;
@@ -82,10 +83,9 @@ static void band_chunk(void *context, size_t chunk, int worker)
     const banding *b = context;
     const struct ff_problem *p = b->pass->p;
     band_sums sums[FF_BLOCK];
-    (void)worker;
     for (size_t block = chunk * FF_CHUNK; block < (chunk + 1) * FF_CHUNK && block < p->n_blocks; block++) {
         const size_t first = block * FF_BLOCK, n = p->n - first < FF_BLOCK ? p->n - first : FF_BLOCK;
-        sample_sums(b->pass, block, sums);
+        sample_sums(b->pass, block, b->works ? b->works[worker] : NULL, sums);
         for (int k = 0; k < FF_PLACE_COUNT; k++)
             for (size_t i = 0; i < n; i++) add_to_band(&b->chunk[chunk].band[k][b->places->band[k][first + i]], &sums[i], 1);
     }
@@ -100,11 +100,13 @@ ff_status ff_trust_bands_into(const ff_problem *p, const ff_places *places, cons
     ff_pass pass;
     ff_status status = ff_finished_open(p, o, fit, &f, err);
     if (status) return status;
-    banding work = {&pass, places, calloc(chunks, sizeof *work.chunk)};
+    banding work = {&pass, NULL, places, calloc(chunks, sizeof *work.chunk)};
     f.plan.l.free = (ff_wanted){0}; /* values alone */
     status = work.chunk ? ff_plan_pass(&f.plan, f.at.shape, f.at.channel, &pass) : FF_ERR_MEMORY;
     if (!status) {
-        ff_pool_run(p->pool, chunks, band_chunk, &work);
+        status = ff_evaluate_works(&pass, (size_t)ff_pool_threads(p->pool), &work.works);
+        if (!status) ff_pool_run(p->pool, chunks, band_chunk, &work);
+        ff_average_works_free(work.works);
         ff_pass_free(&pass);
     }
     for (int k = 0; k < FF_PLACE_COUNT && !status; k++)

@@ -27,7 +27,7 @@ static ff_status make_models(ff_html_subject *s)
         for (uint32_t l = 0; l < f->model.n_lobes; l++) f->model.lobe[l].table = s->r->fit[k].model.lobe[l].table;
         s->model[k] = (ff_plot_model){f->expression, &f->model,  f->n_channels,
                                       f->shape,      f->channel, (const char(*)[FF_CHANNEL_NAME])f->channel_name,
-                                      f->noise,      f->outcome};
+                                      f->noise,      f->outcome, s->document->aperture};
     }
     return FF_OK;
 }

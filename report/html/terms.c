@@ -1,13 +1,15 @@
 /* Models for the script: terms with the names of their parameters, as the formulas of assets/model.js take them. */
 #include "internal_html.h"
 #include "models/internal_model.h"
+#include "models/tools/internal_aperture.h"
 #include <stdlib.h>
 #include <string.h>
 
 /* Values of models that the script has no formula for, in all: samples times channels times models. */
 enum { TABLED = 120000 };
 
-/* The terms that assets/model.js has formulas for; what is not named here is shown by tabled values. */
+/* The terms that assets/model.js has formulas for; what is not named here, and means over an aperture, are shown by tabled values.
+ */
 static const char *const known[FF_TERM_KINDS] = {
     [FF_NDF] = " beckmann ggx student-t phong gtr vmf gaussian sgd abc kelemen-ward kelemen-phong beckmann-walter phong-walter ",
     [FF_MASKING] = " smith-masking-only smith-separable smith-height-correlated smith-direction-correlated "
@@ -87,7 +89,8 @@ static ff_status put_tabled(ff_json *j, const ff_html_subject *s, const ff_html_
     const ff_dirs w = {v->w, v->w + n, v->w + 2 * n, v->w + 3 * n, v->w + 4 * n, v->w + 5 * n};
     double *f = malloc((m->n_channels * n + 1) * sizeof *f);
     const ff_status status =
-        f ? ff_model_eval(m->model, s->isa, m->n_channels, m->shape, m->channel, &w, n, f, NULL, n) : FF_ERR_MEMORY;
+        f ? ff_aperture_eval(&m->aperture, m->model, s->isa, m->n_channels, m->shape, m->channel, &w, n, f, NULL, NULL, n)
+          : FF_ERR_MEMORY;
     if (!status) {
         ff_json_array(j, "tabled", FF_JSON_LINE);
         for (size_t k = 0; k < s->n_channels; k++) {
@@ -120,7 +123,7 @@ ff_status ff_html_models_json(ff_json *j, const ff_html_subject *s, const ff_htm
     for (size_t k = 0; k < s->r->n_fits && !status; k++) {
         const ff_model *m = s->model[k].model;
         const size_t size = v->n * s->n_channels;
-        const int live = is_live(m), tabled = !live && size <= room;
+        const int live = is_live(m) && !ff_aperture_extended(&s->model[k].aperture), tabled = !live && size <= room;
         ff_json_object(j, NULL, FF_JSON_LINE);
         ff_json_bool(j, "live", live);
         put_boxes(j, m);

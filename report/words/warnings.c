@@ -311,7 +311,8 @@ static void narrow_lobe(sentence *s)
     if (v[1] > 0 && v[0] < 2 * v[1])
         put(s, "and samples are %.2g degrees apart there", v[1]);
     else
-        put(s, "and detectors, which often cover 0.5 to 2 degrees, broaden that");
+        put(s, "of which a detector of 1.5 degrees across makes %.2g %%; name yours by half its angle, as in --aperture 0.75",
+            100 * v[2]);
     put(s, ": the roughness is an upper bound");
 }
 

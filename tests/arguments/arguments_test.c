@@ -132,7 +132,7 @@ static ff_status evaluate(const scene *s, ff_isa isa, const double *shape, const
 /* The same through a disc of half a degree. */
 static ff_status through(const scene *s, ff_isa isa, const double *shape, const double *channel, double z, size_t ld)
 {
-    const ff_aperture disc = {FF_APERTURE_DISC, 0.00873, 0};
+    const ff_aperture disc = {.outline = FF_APERTURE_DISC, .half = 0.00873};
     double f[2 * N_CHANNELS];
     pair p;
     pair_fill(&p, z);

@@ -70,6 +70,7 @@ fit paint.csv --noise-model relative=0.02,floor=0.001,cos_i=-1
 fit paint.csv --bootstrap 20 --cut-off 0 --seed 3
 fit paint.csv --cut-off 60 --loss log --robust cauchy
 fit paint.csv --robust huber:0.1
+fit paint.csv --aperture 0.5x0.3 --source 0.1
 fit paint.csv --shape axis --bound alpha=0.05:0.9,f0[r]=0:0.95 --prior f0=0.5+-0.2,alpha_x=0.3+-0.2 --tie kd,alpha_y=alpha_x --energy-conserving
 fit paint.csv --fix f0[g]=0.45 --prior f0[r]=0.1+-0.0001
 fit paint.csv --fix f0=0.4:0.5:0.6 --saturation 5 --noise-floor 0.01 --negative drop

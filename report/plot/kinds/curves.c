@@ -116,7 +116,7 @@ static ff_status one_lobe(const ff_plot_model *m, ff_isa isa, uint32_t l, size_t
     if (!values) return FF_ERR_MEMORY;
     ff_model_lobe_alone(m->model, l, m->n_channels, m->shape, m->channel, &alone, shape, values);
     ff_model_weights(m->model, m->shape, weight, NULL);
-    const ff_status status = ff_model_eval(&alone, isa, m->n_channels, shape, values, w, n, planes, NULL, n);
+    const ff_status status = ff_aperture_eval(&m->aperture, &alone, isa, m->n_channels, shape, values, w, n, planes, NULL, NULL, n);
     for (size_t i = 0; i < n && !status; i++) own[i] = weight[l] * planes[channel * n + i];
     if (status) ff_error_set(err, status, NULL, 0, -1, "the lobe cannot be evaluated by itself: %s", ff_status_str(status));
     free(values);
@@ -127,8 +127,9 @@ ff_status ff_plot_evaluate(const ff_plot_model *m, ff_isa isa, size_t channel, c
                            double *const *lobes, double *base, ff_error *err)
 {
     double *planes = malloc((m->n_channels * n + 1) * sizeof *planes), *own = malloc((n + 1) * sizeof *own);
-    ff_status status =
-        planes && own ? ff_model_eval(m->model, isa, m->n_channels, m->shape, m->channel, w, n, planes, NULL, n) : FF_ERR_MEMORY;
+    ff_status status = planes && own ? ff_aperture_eval(&m->aperture, m->model, isa, m->n_channels, m->shape, m->channel, w, n,
+                                                        planes, NULL, NULL, n)
+                                     : FF_ERR_MEMORY;
     if (status && status != FF_ERR_MEMORY)
         ff_error_set(err, status, NULL, 0, -1, "%s cannot be evaluated: %s", m->label, ff_status_str(status));
     for (size_t i = 0; i < n && !status; i++) {

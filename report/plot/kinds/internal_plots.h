@@ -18,6 +18,7 @@ typedef struct ff_plot_model {
     const char (*channel_name)[FF_CHANNEL_NAME]; /* [n_channels]; NULL: they have none    */
     const ff_noise *noise;                       /* of the data it was fitted to; NULL    */
     const char *outcome;                         /* of its fit; NULL                      */
+    ff_aperture aperture;                        /* of the data it was fitted to; else a point */
 } ff_plot_model;
 
 /* What a figure is made of. What is not there is NULL or 0; a kind says what it needs. */
