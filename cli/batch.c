@@ -354,7 +354,9 @@ static int finish(batch *b)
     const cli_args *args = b->args;
     if (b->progress) cli_progress_end();
     sync_results(b);
-    int status = cli_batch_say(&b->jobs, b->rows, &b->shard, "");
+    const cli_batch_state state = {&b->jobs, b->rows, &b->shard};
+    cli_batch_say(&state);
+    int status = cli_batch_state_status(&state);
     if (b->kept) cli_message("%zu of them were done before", b->kept);
     if (b->lost.code) {
         status = cli_failed(b->lost.code, &b->lost);

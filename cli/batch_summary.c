@@ -1,5 +1,7 @@
 /* The summary of a batch, and what is said of it. */
+#define _GNU_SOURCE /* strsep */
 #include "internal_batching.h"
+#include "report/internal_text.h"
 #include <stdlib.h>
 #include <string.h>
 
@@ -44,22 +46,14 @@ int cli_summary_write(const cli_args *args, const batch_jobs *jobs, const batch_
 
 /* ---- in words -------------------------------------------------------------------------------- */
 
-/* "a.csv: found ..." once, where the message begins with the name. */
-static void say_failure(const char *path, const char *message)
+/* "a.csv: found ..." once, where the message begins with the name; what was said before the reason goes first. */
+static void put_failure(const char *path, const char *message, FILE *out)
 {
     const size_t n = strlen(path);
-    char *line = strdup(message && *message ? message : "failed without a word");
-    if (!line) {
-        cli_message("%s: failed", path);
-        return;
-    }
-    for (char *c = line; *c; c++)
-        if (*c == '\n') *c = c[1] ? ';' : '\0';
-    if (!strncmp(line, path, n) && line[n] == ':')
-        cli_message("%s", line);
-    else
-        cli_message("%s: %s", path, line);
-    free(line);
+    if (!message || !*message) message = "failed without a word";
+    if (strncmp(message, path, n) != 0 || message[n] != ':') fprintf(out, "%s: ", path);
+    for (const char *c = message; *c; c++) fputs(*c == '\n' ? "; " : (char[2]){*c, '\0'}, out);
+    fputc('\n', out);
 }
 
 static int is_answer(const batch_rows *r)
@@ -69,19 +63,36 @@ static int is_answer(const batch_rows *r)
     return 1;
 }
 
-int cli_batch_say(const batch_jobs *jobs, const batch_rows *rows, const batch_shard *shard, const char *what)
+ff_status cli_batch_state_write(const void *state, FILE *out)
 {
+    const cli_batch_state *s = state;
     size_t of_state[BATCH_STATES] = {0}, n = 0, unsettled = 0;
-    for (size_t i = 0; i < jobs->inputs.n; i++) {
-        if (!batch_shard_has(shard, i)) continue;
-        const batch_rows *r = &rows[i];
+    for (size_t i = 0; i < s->jobs->inputs.n; i++) {
+        const batch_rows *r = &s->rows[i];
+        const char *path = s->jobs->inputs.at[i].path;
+        if (!batch_shard_has(s->shard, i)) continue;
         of_state[r->state]++;
         n++;
-        if (r->state == BATCH_FAILED) say_failure(jobs->inputs.at[i].path, r->message);
-        if (r->state == BATCH_MISSING) cli_message("%s: missing", jobs->inputs.at[i].path);
+        if (r->state == BATCH_FAILED) put_failure(path, r->message, out);
+        if (r->state == BATCH_MISSING) fprintf(out, "%s: missing\n", path);
         unsettled += r->state == BATCH_DONE && !is_answer(r);
     }
-    cli_message("%s%zu file%s: %zu done, of which %zu did not converge, %zu failed, %zu missing", what, n, n == 1 ? "" : "s",
-                of_state[BATCH_DONE], unsettled, of_state[BATCH_FAILED], of_state[BATCH_MISSING]);
-    return of_state[BATCH_FAILED] || of_state[BATCH_MISSING] ? EXIT_ANSWER_IS_NO : EXIT_DONE;
+    fprintf(out, "%zu file%s: %zu done, of which %zu did not converge; %zu failed, %zu missing\n", n, n == 1 ? "" : "s",
+            of_state[BATCH_DONE], unsettled, of_state[BATCH_FAILED], of_state[BATCH_MISSING]);
+    return FF_OK;
+}
+
+int cli_batch_state_status(const cli_batch_state *s)
+{
+    for (size_t i = 0; i < s->jobs->inputs.n; i++)
+        if (batch_shard_has(s->shard, i) && s->rows[i].state != BATCH_DONE) return EXIT_ANSWER_IS_NO;
+    return EXIT_DONE;
+}
+
+void cli_batch_say(const cli_batch_state *s)
+{
+    char *text, *line;
+    if (ff_text_capture(cli_batch_state_write, s, &text) == FF_OK)
+        for (char *rest = text; (line = strsep(&rest, "\n")) && *line;) cli_message("%s", line);
+    free(text);
 }

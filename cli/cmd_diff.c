@@ -7,10 +7,19 @@ typedef struct difference {
     batch_changes changes;
 } difference;
 
+static void put_counts(const difference *d, FILE *out)
+{
+    const size_t rows = d->changes.n_rows, n = d->changes.n;
+    fprintf(out, "%zu row%s in both, %zu change%s\n", rows, rows == 1 ? "" : "s", n, n == 1 ? "" : "s");
+}
+
 static ff_status write_changes(const void *context, FILE *out)
 {
     const difference *d = context;
-    return batch_changes_table(&d->changes, (ff_table_form)cli_word(d->args, FLAG_TABLE, FF_TABLE_TEXT), &d->args->style, out);
+    const ff_table_form form = (ff_table_form)cli_word(d->args, FLAG_TABLE, FF_TABLE_TEXT);
+    const ff_status status = batch_changes_table(&d->changes, form, &d->args->style, out);
+    if (form == FF_TABLE_TEXT) put_counts(d, out);
+    return status;
 }
 
 static int compare(difference *d)
@@ -22,7 +31,6 @@ static int compare(difference *d)
     if (failed != FF_OK) return cli_failed(failed, &err);
     const int status = cli_write(d->args, "-", write_changes, d);
     if (status != EXIT_DONE) return status;
-    cli_message("%zu rows are in both, %zu changes", d->changes.n_rows, d->changes.n);
     return d->changes.n ? EXIT_ANSWER_IS_NO : EXIT_DONE;
 }
 

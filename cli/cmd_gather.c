@@ -86,8 +86,15 @@ static int gather(gathered *g)
     if (failed != FF_OK) return cli_failed(failed, &err);
     int status = cli_summary_write(g->args, &g->jobs, g->rows, &all);
     if (status == EXIT_DONE && json) status = cli_write(g->args, json, write_json, g);
+    const cli_batch_state state = {&g->jobs, g->rows, &all};
+    const char *summary = cli_value(g->args, FLAG_SUMMARY, "");
+    const int is_taken = !strcmp(summary, "-") || (json && !strcmp(json, "-"));
+    if (status == EXIT_DONE && is_taken)
+        cli_batch_say(&state);
+    else if (status == EXIT_DONE)
+        status = cli_write(g->args, "-", cli_batch_state_write, &state);
     if (status == EXIT_DONE) status = cli_outputs_commit(g->args);
-    return status == EXIT_DONE ? cli_batch_say(&g->jobs, g->rows, &all, "") : status;
+    return status == EXIT_DONE ? cli_batch_state_status(&state) : status;
 }
 
 int cmd_gather(const cli_args *args)

@@ -26,8 +26,16 @@ void cli_batch_args_free(cli_batch_args_of *of);
 /* Runs `command` for every file. */
 int cli_batch_run(const cli_args *args, int (*command)(const cli_args *args));
 
-/* What was done, and what was not, as messages; the exit status of it. */
-int cli_batch_say(const batch_jobs *jobs, const batch_rows *rows, const batch_shard *shard, const char *what);
+/* How far a batch, or a shard of it, has come. */
+typedef struct cli_batch_state {
+    const batch_jobs *jobs;
+    const batch_rows *rows; /* [jobs->inputs.n] */
+    const batch_shard *shard;
+} cli_batch_state;
+/* What failed, and why, what is missing, and counts; a line each. */
+ff_status cli_batch_state_write(const void *state, FILE *out);
+void cli_batch_say(const cli_batch_state *s);         /* the same as messages                     */
+int cli_batch_state_status(const cli_batch_state *s); /* is there a result of every file? */
 /* Is the name of --summary one that can be written? */
 int cli_summary_check(const cli_args *args);
 /* --summary, where it is given. */

@@ -73,7 +73,7 @@ typedef struct cli_place {
     cli_words *meaning; /* of the i-th of `words`; NULL where they say it themselves */
 } cli_place;
 
-enum { CLI_PLACES = 2, CLI_EXAMPLES = 3 };
+enum { CLI_PLACES = 2, CLI_EXAMPLES = 4 };
 typedef struct cli_command {
     cli_command_id id;
     const char *name;
