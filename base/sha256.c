@@ -19,6 +19,14 @@ static uint32_t turned(uint32_t x, int by)
     return x >> by | x << (32 - by);
 }
 
+/* One of the 64 steps, in which the eight words change places: their names do, and the words stay. */
+static inline void take_step(uint32_t a, uint32_t b, uint32_t c, uint32_t *d, uint32_t e, uint32_t f, uint32_t g, uint32_t *h, uint32_t w)
+{
+    const uint32_t one = *h + (turned(e, 6) ^ turned(e, 11) ^ turned(e, 25)) + (g ^ (e & (f ^ g))) + w;
+    *d += one;
+    *h = one + (turned(a, 2) ^ turned(a, 13) ^ turned(a, 22)) + ((a & b) | (c & (a | b)));
+}
+
 static void take_block(ff_sha256 *s)
 {
     uint32_t w[64], v[8];
@@ -29,14 +37,15 @@ static void take_block(ff_sha256 *s)
         w[i] = w[i - 16] + (turned(w[i - 15], 7) ^ turned(w[i - 15], 18) ^ w[i - 15] >> 3) + w[i - 7] +
                (turned(w[i - 2], 17) ^ turned(w[i - 2], 19) ^ w[i - 2] >> 10);
     memcpy(v, s->state, sizeof v);
-    for (int i = 0; i < 64; i++) {
-        const uint32_t a = v[0], e = v[4];
-        const uint32_t one =
-            v[7] + (turned(e, 6) ^ turned(e, 11) ^ turned(e, 25)) + ((e & v[5]) ^ (~e & v[6])) + constant[i] + w[i];
-        const uint32_t two = (turned(a, 2) ^ turned(a, 13) ^ turned(a, 22)) + ((a & v[1]) ^ (a & v[2]) ^ (v[1] & v[2]));
-        memmove(v + 1, v, 7 * sizeof *v);
-        v[4] += one;
-        v[0] = one + two;
+    for (int i = 0; i < 64; i += 8) {
+        take_step(v[0], v[1], v[2], &v[3], v[4], v[5], v[6], &v[7], constant[i] + w[i]);
+        take_step(v[7], v[0], v[1], &v[2], v[3], v[4], v[5], &v[6], constant[i + 1] + w[i + 1]);
+        take_step(v[6], v[7], v[0], &v[1], v[2], v[3], v[4], &v[5], constant[i + 2] + w[i + 2]);
+        take_step(v[5], v[6], v[7], &v[0], v[1], v[2], v[3], &v[4], constant[i + 3] + w[i + 3]);
+        take_step(v[4], v[5], v[6], &v[7], v[0], v[1], v[2], &v[3], constant[i + 4] + w[i + 4]);
+        take_step(v[3], v[4], v[5], &v[6], v[7], v[0], v[1], &v[2], constant[i + 5] + w[i + 5]);
+        take_step(v[2], v[3], v[4], &v[5], v[6], v[7], v[0], &v[1], constant[i + 6] + w[i + 6]);
+        take_step(v[1], v[2], v[3], &v[4], v[5], v[6], v[7], &v[0], constant[i + 7] + w[i + 7]);
     }
     for (int i = 0; i < 8; i++) s->state[i] += v[i];
 }
