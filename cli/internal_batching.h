@@ -2,7 +2,7 @@
 #ifndef FF_INTERNAL_BATCHING_H
 #define FF_INTERNAL_BATCHING_H
 #include "internal_cli.h"
-#include "batch/internal_batch.h"
+#include "cli/batch/internal_batch.h"
 
 /* Is each FILE a material of its own? */
 int cli_batch_wanted(const cli_args *args);

@@ -1,6 +1,6 @@
 /* Closed lists of words, most of them from the registries of the library, and the nearest word of a list. */
 #include "internal_flags.h"
-#include "batch/internal_batch.h"
+#include "cli/batch/internal_batch.h"
 #include "ff_render.h"
 #include "targets/files/internal_files.h"
 #include "targets/snippets/internal_snippet.h"
