@@ -20,7 +20,8 @@ static uint32_t turned(uint32_t x, int by)
 }
 
 /* One of the 64 steps, in which the eight words change places: their names do, and the words stay. */
-static inline void take_step(uint32_t a, uint32_t b, uint32_t c, uint32_t *d, uint32_t e, uint32_t f, uint32_t g, uint32_t *h, uint32_t w)
+static inline void take_step(uint32_t a, uint32_t b, uint32_t c, uint32_t *d, uint32_t e, uint32_t f, uint32_t g, uint32_t *h,
+                             uint32_t w)
 {
     const uint32_t one = *h + (turned(e, 6) ^ turned(e, 11) ^ turned(e, 25)) + (g ^ (e & (f ^ g))) + w;
     *d += one;
