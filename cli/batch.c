@@ -335,6 +335,7 @@ static int open_folder(batch *b)
         b->log = -1;
         return cli_failed(failed, &err);
     }
+    batch_parts_remove(&b->jobs, b->folder, &b->shard);
     failed = batch_jobs_write(&b->jobs, b->folder, &err);
     if (failed == FF_OK && cli_given(b->args, FLAG_RESUME)) failed = batch_journal_read(b->folder, &b->known, &err);
     return failed == FF_OK ? EXIT_DONE : cli_failed(failed, &err);

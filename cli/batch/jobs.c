@@ -5,8 +5,10 @@
 #include "base/internal_input.h"
 #include "base/internal_kept.h"
 #include "base/internal_output.h"
+#include <dirent.h>
 #include <stdlib.h>
 #include <string.h>
+#include <unistd.h>
 
 static const char file_name[] = "jobs.tsv", title[] = "facetfit jobs 1";
 enum { MOST_WORDS = 4096 };
@@ -206,4 +208,37 @@ int batch_shard_parse(const char *text, batch_shard *out)
 int batch_shard_has(const batch_shard *s, size_t job)
 {
     return job % s->count == s->index - 1;
+}
+
+/* ---- what a kill leaves ---------------------------------------------------------------------- */
+
+static const char part[] = ".part-";
+
+static int is_part(const struct dirent *entry)
+{
+    return strstr(entry->d_name, part) != NULL;
+}
+
+/* Others may be at their own results at this moment. */
+static int is_ours(const batch_jobs *jobs, const batch_shard *s, const char *name)
+{
+    for (size_t i = 0; i < jobs->inputs.n; i++) {
+        const char *own = jobs->inputs.at[i].name;
+        const size_t n = strlen(own);
+        if (batch_shard_has(s, i) && !strncmp(name, own, n) && !strncmp(name + n, part, sizeof part - 1)) return 1;
+    }
+    return 0;
+}
+
+void batch_parts_remove(const batch_jobs *jobs, const char *folder, const batch_shard *s)
+{
+    struct dirent **entry = NULL;
+    const int n = scandir(folder, &entry, is_part, NULL);
+    for (int i = 0; i < n; i++) {
+        char *path = is_ours(jobs, s, entry[i]->d_name) ? batch_path(folder, entry[i]->d_name) : NULL;
+        if (path) unlink(path);
+        free(path);
+        free(entry[i]);
+    }
+    if (n >= 0) free(entry);
 }

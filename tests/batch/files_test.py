@@ -102,9 +102,12 @@ def again():
     lib.write("again/m0002.csv", b"# another\n" + lib.bases[4])  # changed meanwhile
     lib.write("resumed/m0003.csv.json", lib.read("resumed", "m0003.csv.json")[:-9])  # cut
     os.remove(lib.at("resumed", "m0004.csv.json"))  # lost
+    lib.write("resumed/m0005.csv.json.part-1-0", b"{")  # what a kill leaves
+    lib.write("resumed/other.json.part-1-0", b"{")  # of somebody else
     lib.write("resumed/journal.tsv", journal[:-20])  # half a line, of m0007 or another
     cut = journal.splitlines()[-1].split(b"\t")[0].decode()
     lib.run("fit", "again", "-o", "resumed", "--resume", "--summary", "third.csv", expected=0)
+    lib.check([n for n in os.listdir(lib.at("resumed")) if ".part-" in n] == ["other.json.part-1-0"], "parts of results that a kill left")
     after = state("resumed")
     changed = {name for name in after if after[name] != before.get(name)}
     lib.check(changed == {"m0002.csv.json", "m0003.csv.json", "m0004.csv.json", cut}, f"done again: {sorted(changed)}")
