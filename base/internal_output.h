@@ -39,13 +39,15 @@ extern "C" {
 
 typedef struct ff_outputs ff_outputs;
 
-/** An output between open and commit or abort. Write to `file`; the rest is to be looked at only. */
+/** An output between open and commit or abort. Write to `file`; the rest but for is_unsynced is to be looked at only. */
 typedef struct ff_output {
     FILE *file;       /**< buffered, binary; never closed by the caller                          */
     char *target;     /**< where the content will be, symbolic links followed; NULL for "-"      */
     char *temporary;  /**< name of the unfinished file; NULL for "-", devices and pipes          */
     mode_t mode;      /**< permissions that it has when it is finished                           */
     ff_outputs *with; /**< those that it belongs to; NULL: none                                  */
+    int is_unsynced;  /**< 1, set by the caller: a power failure may take its bytes, of thousands of files that whoever wrote them
+                         checks by their sums and syncs at once; a process that is killed takes none     */
 } ff_output;
 
 /** Outputs that appear together or not at all. Zeroed is empty; to be looked at only. */

@@ -287,7 +287,7 @@ static int finish_file(ff_output *out)
     if (fflush(out->file) != 0) reason = errno;
     if (!reason && earlier) reason = reason_of_earlier(out);
     if (!reason && out->temporary && fchmod(fileno(out->file), out->mode) != 0) reason = errno;
-    if (!reason && out->temporary && fsync(fileno(out->file)) != 0) reason = errno;
+    if (!reason && out->temporary && !out->is_unsynced && fsync(fileno(out->file)) != 0) reason = errno;
     if (fclose(out->file) != 0 && !reason) reason = errno;
     out->file = NULL;
     return reason;
@@ -364,7 +364,7 @@ static ff_status commit_all(ff_output *out, size_t n, ff_error *err)
     ff_status status = FF_OK;
     const size_t n_named = give_names(out, n, &reason);
     for (size_t i = 0; i < n_named; i++)
-        if (out[i].temporary) sync_folder(out[i].target);
+        if (out[i].temporary && !out[i].is_unsynced) sync_folder(out[i].target);
     if (n_named < n) {
         status = fail_incomplete(&out[n_named], reason, err);
         name_those_in_place(out, n_named, err);

@@ -1,6 +1,6 @@
 /* facetfit compare FILE: every combination on the same samples. */
 #define _GNU_SOURCE
-#include "internal_cli.h"
+#include "internal_batching.h"
 #include <stdlib.h>
 #include <string.h>
 
@@ -169,7 +169,7 @@ static int compare(const cli_args *args, cli_fitting *f, const cli_combinations 
     return status;
 }
 
-int cmd_compare(const cli_args *args)
+static int compare_file(const cli_args *args)
 {
     cli_tables tables;
     cli_fitting f;
@@ -195,4 +195,11 @@ int cmd_compare(const cli_args *args)
     cli_constraints_free(&constraints);
     cli_tables_free(&tables);
     return status;
+}
+
+int cmd_compare(const cli_args *args)
+{
+    const int status = cli_batch_words_check(args);
+    if (status != EXIT_DONE) return status;
+    return cli_batch_wanted(args) ? cli_batch_run(args, compare_file) : compare_file(args);
 }

@@ -1,5 +1,5 @@
 /* facetfit fit FILE: one model. */
-#include "internal_cli.h"
+#include "internal_batching.h"
 #include <string.h>
 #include <stdlib.h>
 
@@ -265,7 +265,7 @@ static int fit_for_renderer(const cli_args *args)
     return status;
 }
 
-int cmd_fit(const cli_args *args)
+static int fit_file(const cli_args *args)
 {
     if (cli_given(args, FLAG_FOR)) return fit_for_renderer(args);
     const char *expression = cli_value(args, FLAG_MODEL, "ggx+lambert");
@@ -294,4 +294,11 @@ int cmd_fit(const cli_args *args)
     cli_constraints_free(&constraints);
     cli_tables_free(&tables);
     return status;
+}
+
+int cmd_fit(const cli_args *args)
+{
+    const int status = cli_batch_words_check(args);
+    if (status != EXIT_DONE) return status;
+    return cli_batch_wanted(args) ? cli_batch_run(args, fit_file) : fit_file(args);
 }

@@ -71,7 +71,7 @@ static int read_options(const cli_args *args, ff_fit_options *o, int *choose_los
     o->shape = (ff_shape)cli_word(args, FLAG_SHAPE, FF_SHAPE_AUTO);
     o->channels = (ff_channel_mode)cli_word(args, FLAG_CHANNELS, FF_CHANNELS_RGB);
     if (cli_given(args, FLAG_MAX_THETA)) o->max_theta = cli_number(args, FLAG_MAX_THETA, 80) * pi / 180;
-    o->threads = (int)cli_integer(args, FLAG_THREADS, 0);
+    o->threads = args->job ? args->job->threads : (int)cli_integer(args, FLAG_THREADS, 0);
     o->max_iterations = (int)cli_integer(args, FLAG_MAX_ITERATIONS, (uint64_t)o->max_iterations);
     o->mean_slope = cli_switch(args, FLAG_MEAN_SLOPE, 0);
     return *choose_loss ? check_auto(args, o) : EXIT_DONE;
@@ -138,7 +138,7 @@ int cli_fitting_open(const cli_args *args, const char *path, const ff_model *mod
         ff_noise_free(f.noise);
         return status;
     }
-    f.progress = cli_progress_wanted(args);
+    f.progress = !args->job && cli_progress_wanted(args);
     if ((status = cli_read(args, f.path, 1, &f.table)) != EXIT_DONE ||
         (status = diagnose(args, f.path, &f.table, f.options.max_theta)) != EXIT_DONE) {
         ff_table_clear(&f.table);
@@ -280,5 +280,6 @@ ff_report_fits cli_fitting_report(const cli_args *args, const cli_fitting *f, co
                             .problem = (const ff_problem *const *)f->problem,
                             .n_fits = n_fits,
                             .fit = fit,
-                            .style = &args->style};
+                            .style = &args->style,
+                            .without_times = !cli_switch(args, FLAG_TIMES, 1)};
 }

@@ -43,7 +43,8 @@ cli_words cli_words_loss, cli_words_loss_auto, cli_meaning_loss, cli_words_robus
     cli_words_azimuth, cli_words_phi, cli_words_angles, cli_words_monotone, cli_words_negative, cli_words_ndf, cli_words_masking,
     cli_words_masking_one, cli_words_fresnel, cli_words_diffuse, cli_words_model, cli_words_read, cli_words_written, cli_words_grid,
     cli_words_reduce, cli_words_from, cli_words_to, cli_words_for, cli_words_export, cli_words_by, cli_words_table, cli_words_color,
-    cli_words_shell, cli_words_plot, cli_meaning_plot, cli_words_tone, cli_words_background, cli_words_environment;
+    cli_words_shell, cli_words_plot, cli_meaning_plot, cli_words_tone, cli_words_background, cli_words_environment, cli_words_sort,
+    cli_words_names;
 
 int cli_words_find(cli_words *words, const char *word, size_t length); /* index, -1 = none of them */
 size_t cli_words_count(cli_words *words);
@@ -72,7 +73,7 @@ typedef struct cli_place {
     cli_words *meaning; /* of the i-th of `words`; NULL where they say it themselves */
 } cli_place;
 
-enum { CLI_PLACES = 2, CLI_EXAMPLES = 3 };
+enum { CLI_PLACES = 2, CLI_EXAMPLES = 4 };
 typedef struct cli_command {
     cli_command_id id;
     const char *name;
@@ -105,6 +106,7 @@ typedef enum cli_group {
     GROUP_NOISE,
     GROUP_FIGURE,
     GROUP_OUTPUT,
+    GROUP_BATCH,
     GROUP_RUN,
     GROUP_COUNT
 } cli_group;
@@ -156,6 +158,12 @@ const char *cli_flag_name(cli_flag_id flag);
 
 /* ---- a command line --------------------------------------------------------------------------------------------------------*/
 
+/* What a command is told that runs for one of many files. */
+typedef struct cli_job {
+    int threads; /* of its fits, in place of --threads                */
+    FILE *json;  /* takes its JSON; nothing else is written by it     */
+} cli_job;
+
 /* A command line taken apart. Words are those of argv. */
 typedef struct cli_args {
     const cli_command *command;
@@ -166,6 +174,7 @@ typedef struct cli_args {
     ff_report_head head;        /* the whole command line         */
     ff_report_style style;      /* of text on stdout              */
     struct ff_outputs *outputs; /* of the command                 */
+    const cli_job *job;         /* NULL: it is the only one       */
 } cli_args;
 
 /* Takes argv apart for `command` (argv[0] is its first word); every value is one of its kind. Exit status; cli_args_free
@@ -251,7 +260,10 @@ extern volatile sig_atomic_t cli_progress_is_shown;
 
 /* ---- messages --------------------------------------------------------------------------------------------------------------*/
 
-void cli_message(const char *format, ...) __attribute__((format(printf, 1, 2)));                    /* "facetfit: ..." on stderr */
+void cli_message(const char *format, ...) __attribute__((format(printf, 1, 2))); /* "facetfit: ..." on stderr */
+/* From here on what this thread says goes to `out`, a line each, without "facetfit: ", and hints at --help nowhere; NULL: to stderr
+ * again. */
+void cli_messages_into(FILE *out);
 int cli_usage(const cli_args *args, const char *format, ...) __attribute__((format(printf, 2, 3))); /* with a hint; EXIT_USAGE */
 int cli_exit_status(ff_status status);
 int cli_failed(ff_status status, const ff_error *err); /* message and exit status */

@@ -52,6 +52,13 @@ static ff_status write_line(const void *text, FILE *out)
     return FF_OK;
 }
 
+static _Thread_local FILE *listener;
+
+void cli_messages_into(FILE *out)
+{
+    listener = out;
+}
+
 /* Names and values are whatever the person, a script or an archive gave: none of it speaks to the terminal. */
 static void put_message(const char *format, va_list args)
 {
@@ -59,6 +66,11 @@ static void put_message(const char *format, va_list args)
     char *text = message_of(format, args);
     if (!text) vsnprintf(cut, sizeof cut, format, args);
     if (text) shorten_words(text);
+    if (listener) {
+        fprintf(listener, "%s\n", text ? text : cut);
+        free(text);
+        return;
+    }
     /* in a file or a pipe a message is one line, which can be looked for */
     const ff_report_style style = {.width = isatty(STDERR_FILENO) ? cli_terminal_width(STDERR_FILENO) : 0};
     if (ff_report_fold(write_line, text ? text : cut, &style, stderr)) write_line(text ? text : cut, stderr);
@@ -79,7 +91,7 @@ int cli_usage(const cli_args *args, const char *format, ...)
     va_start(list, format);
     put_message(format, list);
     va_end(list);
-    cli_message("see 'facetfit %s --help'", args->command->name);
+    if (!listener) cli_message("see 'facetfit %s --help'", args->command->name);
     return EXIT_USAGE;
 }
 

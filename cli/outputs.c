@@ -82,6 +82,10 @@ static ff_status write_table(const void *context, FILE *out)
 int cli_report(const cli_args *args, const cli_form *form, const void *context)
 {
     const table_job job = {form, (ff_table_form)cli_word(args, FLAG_TABLE, FF_TABLE_TEXT), context};
+    if (args->job) {
+        const ff_status failed = form->json(context, args->job->json);
+        return failed == FF_OK ? EXIT_DONE : cli_failed(failed, NULL);
+    }
     if (job.as == FF_TABLE_TEXT) return cli_write_both(args, form->json, form->text, context);
     const char *path = cli_value(args, FLAG_JSON, NULL);
     int status = path ? cli_write(args, path, form->json, context) : EXIT_DONE;

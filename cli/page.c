@@ -86,7 +86,9 @@ static ff_status put_page(const void *none, FILE *out)
     fputs(
         "# Commands and flags\n\n`facetfit man --markdown` writes this page from the definitions in `cli/commands.def` and "
         "`cli/flags.def`; do not edit it.\n\nThe examples run in a folder with `paint.csv`, three channels of a painted surface, "
-        "and `directions.csv`, pairs of directions.\n\nValues: numbers are decimal, with an exponent where you like; angles are in "
+        "`grey.csv`, another with one, `fits`, a folder of fits of both with `old.csv` and `new.csv`, two summaries "
+        "of it, and `directions.csv`, pairs of directions.\n\nValues: numbers are decimal, with an exponent where you like; angles "
+        "are in "
         "degrees; a file `-` is standard input or output. An assignment is `P=V`: `f0=0.04`. `P=a:b:c` gives one value per "
         "channel, "
         "`P[r]=V` names one channel, `P=LO:HI` is a range where a flag takes one, and `P={a,b,c}` a list of values where a command "

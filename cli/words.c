@@ -1,5 +1,6 @@
 /* Closed lists of words, most of them from the registries of the library, and the nearest word of a list. */
 #include "internal_flags.h"
+#include "cli/batch/internal_batch.h"
 #include "ff_render.h"
 #include "targets/files/internal_files.h"
 #include "targets/snippets/internal_snippet.h"
@@ -116,6 +117,11 @@ const char *cli_words_environment(size_t i)
 {
     static const char *const words[] = {"uniform", "sky"};
     return i < sizeof words / sizeof *words ? words[i] : NULL;
+}
+
+const char *cli_words_sort(size_t i)
+{
+    return batch_order_name(i);
 }
 
 const char *cli_words_plot(size_t i)
@@ -261,6 +267,7 @@ const char *cli_words_by(size_t i)
 OWN_WORDS(negative, "keep", "drop")
 OWN_WORDS(grid, "merl", "goniometer", "scattered")
 OWN_WORDS(reduce, "srgb", "bands", "channels", "mean")
+OWN_WORDS(names, "file", "path")
 OWN_WORDS(shell, "bash", "zsh", "fish")
 
 /* ---- looking words up ------------------------------------------------------------------------ */

@@ -107,6 +107,7 @@ typedef struct ff_report_fits {
     const ff_adaptive *adaptive;      /**< how the loss was chosen, where it was; else NULL; fit is its chosen one */
     size_t rows;                      /**< of a comparison's text, at most; 0 = all            */
     const ff_report_style *style;     /**< of text; NULL = plain                               */
+    int without_times;                /**< 1: the JSON says nothing of how long it took: equal fits, equal bytes */
 } ff_report_fits;
 
 /** Objectives that are no further apart, relative to the lower, are equal. Those of two instruction sets differ by up to 4e-13 of

@@ -403,7 +403,7 @@ static void put_fit(ff_json *j, const ff_report_fits *r, size_t i)
     ff_json_string(j, "outcome", ff_outcome_name((int)f->outcome));
     ff_json_integer(j, "iterations", f->iterations);
     ff_json_integer(j, "passes", f->passes);
-    ff_json_number(j, "time_s", f->time_s);
+    ff_json_number(j, "time_s", r->without_times ? NAN : f->time_s);
     ff_json_object(j, "parameters", FF_JSON_BLOCK);
     put_shape(j, f);
     put_channels(j, f);

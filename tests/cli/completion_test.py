@@ -66,7 +66,7 @@ with tempfile.TemporaryDirectory() as directory:
             (["facetfit", "co"], ["compare", "convert", "completion"]),
             (["facetfit", ""], commands + ["help", "--help", "--version"]),
             (["facetfit", "fit", "--los"], ["--loss"]),
-            (["facetfit", "fit", "--no-"], ["--no-progress"]),
+            (["facetfit", "fit", "--no-"], ["--no-times", "--no-keep-going", "--no-progress"]),
             (["facetfit", "fit", "--loss", "c"], ["cosine", "cube-root"]),
             (["facetfit", "fit", "--loss", "=", "c"], ["cosine", "cube-root"]),
             (["facetfit", "fit", "--loss", "="], ["cosine", "log", "cube-root", "relative", "plain", "ln", "auto"]),

@@ -7,7 +7,7 @@ import sys
 import tempfile
 
 program = os.path.abspath(sys.argv[1])
-GROUPS = ["Data", "Model", "Weights", "Retrieval", "Trust", "Conversion", "View", "Noise", "Figure", "Output", "Running"]
+GROUPS = ["Data", "Model", "Weights", "Retrieval", "Trust", "Conversion", "View", "Noise", "Figure", "Output", "Many files", "Running"]
 failures = []
 environment = dict(os.environ, PATH=os.path.dirname(program) + os.pathsep + os.environ["PATH"], LC_ALL="C")
 
@@ -41,7 +41,7 @@ def check_form(command, text):
     for body in re.split(r"^\w+:\n", text[examples.end():], flags=re.M)[1:]:
         check(re.match(r" +(-\w, )?--", body), f"{command}: a heading without flags")
     lines = [line.strip() for line in examples.group(1).splitlines()]
-    check(2 <= len(lines) <= 3, f"{command}: {len(lines)} examples")
+    check(2 <= len(lines) <= 4, f"{command}: {len(lines)} examples")
     check(all(line.startswith(f"facetfit {command} ") or line == f"facetfit {command}" for line in lines),
           f"{command}: an example of another command: {lines}")
     return lines
@@ -50,7 +50,10 @@ def check_form(command, text):
 def prepare(directory):
     subprocess.run(["sh", "-ec", "facetfit simulate ggx+lambert --set alpha=0.3,f0=0.05:0.06:0.04,kd=0.3:0.2:0.1 --noise 0.01 -o paint.csv\n"
                     "printf 'theta_i,phi_i,theta_o,phi_o\\n30,0,30,180\\n45,0,20,90\\n' > directions.csv\n"
-                    "facetfit fit paint.csv --json fit.json"],
+                    "facetfit simulate ggx+lambert --set alpha=0.2,kd=0.2 --noise 0.01 --grid goniometer:15 -o grey.csv\n"
+                    "facetfit fit paint.csv --json fit.json\n"
+                    "facetfit fit paint.csv grey.csv -o fits --summary old.csv\n"
+                    "cp old.csv new.csv"],
                    cwd=directory, env=environment, check=True)
 
 

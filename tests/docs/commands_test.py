@@ -23,6 +23,8 @@ MEASURED = ("facetfit simulate ggx/v-cavity+lambert --set alpha=0.25,f0=0.6:0.5:
             "--noise 0.03 --seed 5 -o measured.astm")
 # The flags page is written by the program; its examples are about such files.
 GIVEN = {"README.md": [MEASURED], "docs/fitting.md": [MEASURED], "docs/flags.md": ["facetfit simulate ggx+lambert --set alpha=0.3,f0=0.05:0.06:0.04,kd=0.3:0.2:0.1 --noise 0.01 -o paint.csv",
+                           "facetfit simulate ggx+lambert --set alpha=0.2,kd=0.2 --noise 0.01 --grid goniometer:15 -o grey.csv",
+                           "facetfit fit paint.csv grey.csv -o fits --summary old.csv && cp old.csv new.csv",
                            "printf 'theta_i,phi_i,theta_o,phi_o\\n30,0,30,180\\n' > directions.csv"]}
 COMMAND = re.compile(r"^(\$ )?(?:build/bin/)?(facetfit .*)$")
 TOLERANCE = 0.006

@@ -69,7 +69,7 @@ PLAIN = {"fit": ["good.csv"], "compare": ["good.csv", "--ndf", "ggx", "--masking
          "convert": ["--from", "beckmann", "--to", "phong", "m=0.25"], "sample": ["ggx", "--theta", "30", "-n", "5"], "models": [], "formats": [], "man": [],
          "completion": ["bash"], "plot": ["slice", "good.csv", "-o", "out.svg"],
          "render": ["ggx", "--size", "8", "--samples", "4", "-o", "out.png"],
-         "export": ["fit.json", "--to", "blender", "-o", "out.py"]}
+         "export": ["fit.json", "--to", "blender", "-o", "out.py"], "gather": ["fits", "--summary", "out.csv"], "diff": ["old.csv", "old.csv"]}
 
 
 def lay_out(folder, program):
@@ -81,6 +81,7 @@ def lay_out(folder, program):
         if made.returncode:
             shutil.copy(at("good.csv"), at(name))
     subprocess.run([program, "fit", "good.csv", "--json", "fit.json"], cwd=folder, stdout=subprocess.PIPE, stderr=subprocess.PIPE)
+    subprocess.run([program, "fit", "good.csv", "rgb.csv", "-o", "fits", "--summary", "old.csv"], cwd=folder, stdout=subprocess.PIPE, stderr=subprocess.PIPE)
     with open(at("table.csv"), "w") as f:
         f.write("theta_deg,D\n0,1\n30,0.5\n60,0.1\n90,0\n")
     with open(at("zeros.csv"), "w") as f:

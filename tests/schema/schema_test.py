@@ -96,6 +96,7 @@ fit paint.csv --for usd --channels mean
 fit grey.csv --for blender:dielectric --fix eta=1.5
 fit paint.csv --for mitsuba:plastic --model ggx/v-cavity/schlick-f82+oren-nayar
 compare grey.csv --for gltf,unreal
+?gather library
 export made.json --to blender -o out.py
 export made.json --to gltf -o out.gltf
 export made.json --to c -o out.h
@@ -257,6 +258,9 @@ def prepare(directory):
     check(p.returncode == 0, "ndf -o: %s" % p.stderr)
     p = says("fit", "paint.csv", "--json", "made.json", cwd=directory)
     check(p.returncode == 0, "fit --json: %s" % p.stderr)
+    p = says("fit", "paint.csv", "grey.csv", "exact.csv", "nothing.csv", "-o", "library", "--shape", "isotropic", cwd=directory)
+    check(p.returncode == 1, "fit -o: %s" % p.stderr)
+    os.remove(os.path.join(directory, "library", "grey.csv.json"))
 
 
 @functools.lru_cache(None)
