@@ -79,8 +79,8 @@ typedef struct batch_shard {
 /* "3/8": 0 when it is none. */
 int batch_shard_parse(const char *text, batch_shard *out);
 int batch_shard_has(const batch_shard *s, size_t job);
-/* Removes what a run of this shard that was killed left of results that it was writing, "NAME.part-...": for whoever has its journal
- * open, and before anything is written. */
+/* Removes what a run of this shard that was killed left of results that it was writing, "NAME.part-...": for whoever has its
+ * journal open, and before anything is written. */
 void batch_parts_remove(const batch_jobs *jobs, const char *folder, const batch_shard *s);
 
 /* ---- the journal -----------------------------------------------------------------------------------------------------------*/

@@ -25,7 +25,7 @@ static ff_status draw(const ff_plot_kind *kind, ff_error *err)
     const ff_fitted *f = &d->fit[0];
     const ff_plot_model m = {"model",  &f->model,  f->n_channels,
                              f->shape, f->channel, (const char(*)[FF_CHANNEL_NAME])f->channel_name,
-                             f->noise, f->outcome};
+                             f->noise, f->outcome, {0}};
     const ff_plot_subject s = {.max_theta = 1.4, .n_models = 1, .model = &m, .document = d};
     const ff_plot_choice choice = {.log = -1};
     ff_figure_init(&fig);
