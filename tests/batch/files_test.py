@@ -39,11 +39,29 @@ def one_by_one(folder):
         os.remove(lib.at(name))
 
 
+def check_row(row, document):
+    """A row of a table says what the document says of its best fit."""
+    fit = document["fits"][document["ranking"][0]]
+    several = len(fit["channels"]) > 1
+    for name, p in fit["parameters"].items():
+        listed = isinstance(p["value"], list)
+        for k, channel in enumerate(fit["channels"] if listed else [""]):
+            key = f"{name}[{channel}]" if listed and several else name
+            value, error = (p["value"][k], p["std_error"][k]) if listed else (p["value"], p["std_error"])
+            same = not row.get(key) if p["held"] else float(row[key]) == value and (float(row[key + "_error"]) if row[key + "_error"] else None) == error
+            lib.check(same, f"{row['file']}: {key} is {row.get(key)}, {row.get(key + '_error')} in the table, {value}, {error} in the document")
+    lib.check(float(row["explained"]) == fit["explained"]["share"] and int(row["samples"]) == document["data"]["used"], f"{row['file']}: shares")
+    lib.check(row["warnings"].split() == [w["code"] for w in fit["warnings"]], f"{row['file']}: warnings")
+    lib.check(row["verdict"].split() == [v["code"] for v in document["verdict"]], f"{row['file']}: verdict")
+
+
 def same_summary():
     lib.fill(12)
     lib.run("fit", "lib", "-o", "one", "--jobs", "1", "--summary", "one.csv", expected=0, said=["12 files: 12 done"])
     one_by_one("one")
     expected, results = lib.read("one.csv"), lib.results("one")
+    for row in rows(expected):
+        check_row(row, json.loads(results[row["json"]]))
     lib.check(len(results) == 12 and len(rows(expected)) == 12, "12 results and rows")
     names = sorted(os.listdir(lib.at("lib")))
     lib.write("list", "\n".join("lib/" + name for name in names).encode() + b"\n")
@@ -102,6 +120,7 @@ def again():
     lib.write("again/m0002.csv", b"# another\n" + lib.bases[4])  # changed meanwhile
     lib.write("resumed/m0003.csv.json", lib.read("resumed", "m0003.csv.json")[:-9])  # cut
     os.remove(lib.at("resumed", "m0004.csv.json"))  # lost
+    lib.write("resumed/m0001.csv.json", re.sub(rb'"rmse": 0', b'"rmse": 1', lib.read("resumed", "m0001.csv.json")))  # a document still, and another
     lib.write("resumed/m0005.csv.json.part-1-0", b"{")  # what a kill leaves
     lib.write("resumed/other.json.part-1-0", b"{")  # of somebody else
     lib.write("resumed/journal.tsv", journal[:-20])  # half a line, of m0007 or another
@@ -110,12 +129,23 @@ def again():
     lib.check([n for n in os.listdir(lib.at("resumed")) if ".part-" in n] == ["other.json.part-1-0"], "parts of results that a kill left")
     after = state("resumed")
     changed = {name for name in after if after[name] != before.get(name)}
-    lib.check(changed == {"m0002.csv.json", "m0003.csv.json", "m0004.csv.json", cut}, f"done again: {sorted(changed)}")
+    lib.check(changed == {"m0001.csv.json", "m0002.csv.json", "m0003.csv.json", "m0004.csv.json", cut}, f"done again: {sorted(changed)}")
+    lib.run("fit", "again", "-o", "resumed", "--resume", expected=0, said=["8 of them were done before"])  # no line is lost in the half one
     lib.run("fit", "again", "-o", "fresh", "--summary", "fresh.csv", expected=0)
     lib.check(lib.read("fresh.csv") == lib.read("third.csv") and lib.results("fresh") == lib.results("resumed"), "as an undisturbed run")
     lib.run("fit", "again", "-o", "resumed", "--resume", "--loss", "log", expected=0)
     lib.check(all(state("resumed")[name] != after[name] for name in after), "another loss is another command")
     lib.run("fit", "again", "-o", "resumed", "--resume", "--jobs", "1", "--loss", "log", expected=0, said=["8 of them were done before"])
+
+
+def without_answer():
+    """A fit that does not converge is a result, and the answer is no; so it is when it was done before."""
+    lib.fill(3, "slow")
+    words = ["fit", "slow", "-o", "limited", "--model", "student-t+beckmann+lambert", "--max-iterations", "1", "--summary", "limited.csv"]
+    for more in ([], ["--resume"]):
+        lib.run(*words, *more, expected=1, said=["3 done, of which 2 did not converge; 0 failed"])
+        for row in rows(lib.read("limited.csv")):
+            lib.check((row["outcome"] == "limit") == ("did not converge" in row["message"]), f"{row['file']}: {row['outcome']}, {row['message']}")
 
 
 def names():
@@ -245,6 +275,8 @@ def sorted_ones():
     lib.run("fit", "o", "-o", "sorted", "--summary", "v.csv", "--sort", "verdict", expected=1)
     first = rows(lib.read("v.csv"))
     lib.check(first[0]["file"] == "o/bad.csv" and first[1]["file"] == "o/a_poor.csv", f"worst first: {[r['file'] for r in first]}")
+    shares = [float(row["explained"]) for row in first if row["quality"] == "good"]
+    lib.check(len(shares) == 5 and shares == sorted(shares), f"of good ones the worst first: {shares}")
     lib.run("fit", "o", "-o", "sorted", "--resume", "--summary", "w.csv", "--sort", "residual", expected=1)
     values = [float(row["rmse"]) for row in rows(lib.read("w.csv")) if row["rmse"]]
     lib.check(len(values) == 6 and values == sorted(values, reverse=True), f"by residual: {values}")
@@ -266,6 +298,7 @@ def compared():
 same_summary()
 damaged()
 again()
+without_answer()
 names()
 refused()
 shards()
