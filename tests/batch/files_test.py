@@ -133,6 +133,9 @@ def again():
     lib.run("fit", "again", "-o", "resumed", "--resume", expected=0, said=["8 of them were done before"])  # no line is lost in the half one
     lib.run("fit", "again", "-o", "fresh", "--summary", "fresh.csv", expected=0)
     lib.check(lib.read("fresh.csv") == lib.read("third.csv") and lib.results("fresh") == lib.results("resumed"), "as an undisturbed run")
+    lib.write("fresh/journal.tsv", lib.read("fresh", "journal.tsv")[:-20])  # the next line must not go on in the half one
+    for n in (7, 8):
+        lib.run("fit", "again", "-o", "fresh", "--resume", expected=0, said=[f"{n} of them were done before"])
     lib.run("fit", "again", "-o", "resumed", "--resume", "--loss", "log", expected=0)
     lib.check(all(state("resumed")[name] != after[name] for name in after), "another loss is another command")
     lib.run("fit", "again", "-o", "resumed", "--resume", "--jobs", "1", "--loss", "log", expected=0, said=["8 of them were done before"])
