@@ -3,6 +3,7 @@
 
 The JSON of each is, to the byte, what the command makes that it holds; the summary is the same in whatever order files are done, in shards
 and after a stop; what fails is named with its reason and holds up nothing; nothing that is read is written."""
+import base64
 import csv
 import fcntl
 import io
@@ -10,9 +11,11 @@ import json
 import os
 import re
 import signal
+import struct
 import subprocess
 import sys
 import time
+import urllib.parse
 
 from batches import Library
 
@@ -287,6 +290,43 @@ def sorted_ones():
     lib.check([r["file"] for r in file_order] == sorted(r["file"] for r in file_order), "by file")
 
 
+def pages():
+    """--html: a page of each file, and an index of them, the worst first, that leads to each and shows a sphere; nothing from elsewhere."""
+    lib.fill(4, "p")
+    strange = 'p/<i>&"%.csv'
+    lib.write(strange, b"# strange\n" + lib.bases[1])
+    lib.write("p/zero.csv", b"")
+    lib.run("fit", "p", "-o", "without", "--summary", "without.csv", expected=1)
+    lib.run("fit", "p", "-o", "pages", "--html", "pages/index.html", "--summary", "pages/s.csv", "--jobs", "2", expected=1)
+    lib.check(lib.results("pages") == lib.results("without") and lib.read("pages", "s.csv") == lib.read("without.csv"), "pages change results")
+    index = lib.read("pages", "index.html").decode()
+    links = [urllib.parse.unquote(link) for link in re.findall(r'href="([^"]*)"', index)]
+    lib.check(len(links) == 5 and all(os.path.exists(lib.at("pages", link)) for link in links), f"links of the index: {links}")
+    for link in links:
+        lib.check(lib.read("pages", link).lower().startswith(b"<!doctype html>"), f"{link} is no page")
+    pictures = re.findall(r'src="data:image/png;base64,([A-Za-z0-9+/=]*)"', index)
+    lib.check(len(pictures) == 5 and len(set(pictures)) >= 4, f"{len(pictures)} spheres")
+    for picture in pictures:
+        data = base64.b64decode(picture)
+        lib.check(data[:8] == b"\x89PNG\r\n\x1a\n" and struct.unpack(">II", data[16:24]) == (48, 48), "a sphere is no PNG of 48 by 48")
+    lib.check(not re.search(r"(?:src|href)=\"(?:https?:)?//|<script|<i>", index), "the index asks for something, or text became markup")
+    lib.check(index.index("zero.csv") < index.index("<a href"), "what failed is first")
+    before = state("pages")
+    os.remove(lib.at("pages", "m0001.csv.html"))
+    lib.run("fit", "p", "-o", "pages", "--html", "pages/index.html", "--resume", expected=1, said=["4 of them were done before"])
+    lib.check(lib.read("pages", "index.html").decode() == index and os.path.exists(lib.at("pages", "m0001.csv.html")), "a page that was lost")
+    lib.check({n for n in before if state("pages")[n] != before[n]} == {"m0001.csv.json"}, "the others are left alone")
+    lib.run("gather", "pages", "--html", "pages/gathered.html", expected=1)
+    lib.check(lib.read("pages", "gathered.html").decode() == index, "the index of gather is another")
+    lib.run("gather", "pages", "--html", "above.html", expected=1)
+    above = [urllib.parse.unquote(link) for link in re.findall(r'href="([^"]*)"', lib.read("above.html").decode())]
+    lib.check(above == ["pages/" + link for link in links], f"from above: {above}")
+    os.makedirs(lib.at("beside"))
+    lib.run("gather", "pages", "--html", "beside/x.html", expected=1)
+    beside = [urllib.parse.unquote(link) for link in re.findall(r'href="([^"]*)"', lib.read("beside", "x.html").decode())]
+    lib.check(beside == [os.path.realpath(lib.at("pages", link)) for link in links], f"from beside: {beside}")
+
+
 def compared():
     lib.fill(4, "c")
     flags = ["--ndf", "ggx,beckmann", "--masking", "smith-separable", "--channels", "each"]
@@ -308,5 +348,6 @@ shards()
 interrupted()
 differences()
 sorted_ones()
+pages()
 compared()
 sys.exit(lib.end())
