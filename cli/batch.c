@@ -2,6 +2,7 @@
  * folder. What a job says is kept with it; what was done is in the journal of the folder. */
 #define _GNU_SOURCE
 #include "internal_batching.h"
+#include "base/internal_errno.h"
 #include "base/internal_kept.h"
 #include "base/internal_pool.h"
 #include <errno.h>
@@ -311,7 +312,8 @@ static int make_folder(const char *folder)
     if (errno == EEXIST)
         ff_error_set(&err, FF_ERR_WRITE, folder, 0, -1, "is no folder, expected one for the results");
     else
-        ff_error_set(&err, FF_ERR_WRITE, folder, 0, -1, "the folder cannot be made: %s", strerror(errno));
+        ff_error_set(&err, FF_ERR_WRITE, folder, 0, -1, "the folder cannot be made: %s",
+                     ff_errno_text(errno, (char[FF_ERRNO_TEXT]){""}));
     return cli_failed(FF_ERR_WRITE, &err);
 }
 

@@ -104,15 +104,18 @@ ff_status batch_index_html(const void *index, FILE *out)
 {
     const batch_index *x = index;
     size_t n = 0;
+    const size_t n_files = x->s.inputs->n;
+    const char *s = n_files == 1 ? "" : "s";
     batch_line *l = batch_lines_of(&x->s, &n);
     if (!l) return FF_ERR_MEMORY;
     fprintf(
         out,
         "<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf-8\">\n"
         "<meta http-equiv=\"Content-Security-Policy\" content=\"default-src 'none'; img-src data:; style-src 'unsafe-inline'\">\n"
-        "<meta name=\"viewport\" content=\"width=device-width\">\n<title>facetfit: %zu files</title>\n<style>%s</style></head>\n"
-        "<body><h1>%zu files</h1>\n<p>The worst first. <code>",
-        x->s.inputs->n, style, x->s.inputs->n);
+        "<meta name=\"viewport\" content=\"width=device-width\">\n<title>%zu file%s, by "
+        "facetfit</title>\n<style>%s</style></head>\n"
+        "<body><h1>%zu file%s</h1>\n<p>The worst first. <code>",
+        n_files, s, style, n_files, s);
     for (size_t k = 0; k < x->s.head.n_command; k++) {
         fputs(k ? " " : "", out);
         put_text(x->s.head.command[k], out);
