@@ -2,6 +2,7 @@
  * folder. What a job says is kept with it; what was done is in the journal of the folder. */
 #define _GNU_SOURCE
 #include "internal_batching.h"
+#include "base/internal_errno.h"
 #include "base/internal_kept.h"
 #include "base/internal_pool.h"
 #include <errno.h>
@@ -24,8 +25,8 @@ typedef struct batch {
     batch_rows *rows; /* [jobs.inputs.n], each written by its own job         */
     int *answer;      /* [jobs.inputs.n] exit status of each                  */
     size_t *mine, n_mine;
-    int keep_going, progress;
-    pthread_mutex_t mutex; /* of what follows                                 */
+    int keep_going, progress, pages; /* pages: each file has one, and there is an index of them */
+    pthread_mutex_t mutex;           /* of what follows                                 */
     volatile int stop;
     size_t done, failed, kept;
     double shown;
@@ -44,8 +45,8 @@ static double now(clockid_t clock)
 /* What one job brings about. */
 typedef struct outcome {
     batch_entry entry;
-    char *said, *json; /* to be freed   */
-    size_t n_json;
+    char *said, *json, *page; /* to be freed */
+    size_t n_json, n_page;
     batch_rows rows;
 } outcome;
 
@@ -68,16 +69,17 @@ static char *read_whole(const char *path, size_t *n)
 }
 
 /* Is there a result of an earlier run, of the same file and command, that is still as it was written? Then its rows. */
-static int take_earlier(const batch *b, size_t i, const char *path, outcome *o)
+static int take_earlier(const batch *b, size_t i, const char *path, const char *page, outcome *o)
 {
     const batch_entry *e = batch_journal_find(&b->known, b->jobs.inputs.at[i].name, o->entry.job);
     char sum[FF_SHA256_TEXT];
     ff_error err;
     size_t n;
-    if (!e || e->status > EXIT_ANSWER_IS_NO || strcmp(e->input, o->entry.input) != 0) return 0;
+    if (!e || e->status > EXIT_ANSWER_IS_NO || strcmp(e->input, o->entry.input) != 0 || (page && access(page, R_OK) != 0)) return 0;
     char *text = read_whole(path, &n);
     if (text) sum_of(text, n, sum);
     const int same = text && !strcmp(sum, e->output) && batch_rows_of(text, n, path, &o->rows, &err) == FF_OK;
+    if (same && page) o->rows.picture = batch_thumbnail(text, n);
     free(text);
     if (!same) return 0;
     o->entry.status = e->status;
@@ -86,16 +88,16 @@ static int take_earlier(const batch *b, size_t i, const char *path, outcome *o)
 }
 
 /* The command itself, whose JSON and messages are kept. */
-static int run_command(const batch *b, size_t i, const char *path, int threads, outcome *o)
+static int run_command(const batch *b, size_t i, const char *path, const char *page, int threads, outcome *o)
 {
-    ff_kept json, said;
-    FILE *json_stream = ff_kept_open(&json), *said_stream = ff_kept_open(&said);
+    ff_kept json, said, html;
+    FILE *json_stream = ff_kept_open(&json), *said_stream = ff_kept_open(&said), *html_stream = ff_kept_open(&html);
     cli_batch_args_of of;
     ff_outputs outputs = {0};
-    const cli_job job = {threads, json_stream};
+    const cli_job job = {threads, json_stream, html_stream};
     int status = EXIT_INTERNAL;
-    const ff_status ready = cli_batch_args(b->args, &b->jobs, i, path, &of);
-    if (ready == FF_OK && json_stream && said_stream) {
+    const ff_status ready = cli_batch_args(b->args, &b->jobs, i, path, page, &of);
+    if (ready == FF_OK && json_stream && said_stream && html_stream) {
         of.args.outputs = &outputs;
         of.args.job = &job;
         cli_messages_into(said_stream);
@@ -104,20 +106,23 @@ static int run_command(const batch *b, size_t i, const char *path, int threads, 
         ff_outputs_abort(&outputs);
     }
     cli_batch_args_free(&of);
-    const int whole = (ff_kept_close(&json, json_stream) == FF_OK) & (ff_kept_close(&said, said_stream) == FF_OK);
+    const int whole = (ff_kept_close(&json, json_stream) == FF_OK) & (ff_kept_close(&said, said_stream) == FF_OK) &
+                      (ff_kept_close(&html, html_stream) == FF_OK);
+    o->page = html.text;
+    o->n_page = html.n;
     o->json = json.text;
     o->n_json = json.n;
     o->said = said.text;
     return whole ? status : EXIT_INTERNAL;
 }
 
-static ff_status write_result(const outcome *o, const char *path, ff_error *err)
+static ff_status write_result(const char *text, size_t n, const char *path, ff_error *err)
 {
     ff_output out;
     const ff_status status = ff_output_open(path, &out, err);
     if (status != FF_OK) return status;
     out.is_unsynced = 1; /* its sum is in the journal, and the file system is synced at the end */
-    fwrite(o->json, 1, o->n_json, out.file);
+    fwrite(text, 1, n, out.file);
     return ff_output_commit(&out, err);
 }
 
@@ -135,13 +140,13 @@ static void replace_said(outcome *o, const char *words)
     o->said = strdup(words);
 }
 
-static void run_anew(const batch *b, size_t i, const char *path, int threads, outcome *o)
+static void run_anew(const batch *b, size_t i, const char *path, const char *page, int threads, outcome *o)
 {
     const char *input = b->jobs.inputs.at[i].path;
     struct stat before = {.st_size = -1};
     ff_error err = {0};
     const int known = stat(input, &before) == 0;
-    o->entry.status = run_command(b, i, path, threads, o);
+    o->entry.status = run_command(b, i, path, page, threads, o);
     if (o->entry.status > EXIT_ANSWER_IS_NO || !o->n_json) return;
     if (known && !is_unchanged(&before, input)) {
         o->entry.status = EXIT_INPUT;
@@ -151,6 +156,7 @@ static void run_anew(const batch *b, size_t i, const char *path, int threads, ou
         replace_said(o, err.message);
     } else {
         sum_of(o->json, o->n_json, o->entry.output);
+        if (page) o->rows.picture = batch_thumbnail(o->json, o->n_json);
     }
 }
 
@@ -171,12 +177,13 @@ static char *message_of(const outcome *o)
 }
 
 /* Result and journal belong together: a signal finds both or none. What cannot be written ends the batch. */
-static void keep(batch *b, const char *path, int is_new, outcome *o)
+static void keep(batch *b, const char *path, const char *page, int is_new, outcome *o)
 {
     ff_error err = {0};
     ff_status status = FF_OK;
     batch_hold();
-    if (is_new && has_result(o)) status = write_result(o, path, &err);
+    if (is_new && has_result(o) && page) status = write_result(o->page, o->n_page, page, &err);
+    if (is_new && has_result(o) && status == FF_OK) status = write_result(o->json, o->n_json, path, &err);
     pthread_mutex_lock(&b->mutex);
     if (is_new && status == FF_OK && !b->lost.code) status = batch_log_add(b->log, b->folder, &o->entry, &err);
     if (status != FF_OK && !b->lost.code) {
@@ -218,24 +225,28 @@ static void run_job(void *context, size_t k, int threads)
     const batch_input *in = &b->jobs.inputs.at[i];
     const double began = now(CLOCK_MONOTONIC);
     outcome o = {.entry = {.name = in->name}, .rows = {.state = BATCH_MISSING}};
-    char *path = batch_path(b->folder, in->name);
+    char *path = batch_path(b->folder, in->name), *page_name = b->pages ? batch_page_name(in->name) : NULL;
+    char *page = page_name ? batch_path(b->folder, page_name) : NULL;
     if (!ff_sha256_file(in->path, o.entry.input)) strcpy(o.entry.input, "-");
     batch_job_key(&b->jobs, i, o.entry.job);
-    const int is_new = !path || !take_earlier(b, i, path, &o);
-    if (path && is_new) run_anew(b, i, path, threads, &o);
+    const int is_new = !path || !take_earlier(b, i, path, page, &o);
+    if (path && is_new) run_anew(b, i, path, page, threads, &o);
     if (!path) o.entry.status = EXIT_INTERNAL;
     char *message = message_of(&o);
     o.entry.message = message;
     o.entry.seconds = now(CLOCK_MONOTONIC) - began;
     o.entry.ended = now(CLOCK_REALTIME);
     o.rows.state = has_result(&o) ? BATCH_DONE : BATCH_FAILED;
-    keep(b, path, is_new, &o);
+    keep(b, path, page, is_new, &o);
     count(b, &o, is_new);
     b->rows[i] = o.rows;
     b->rows[i].message = message;
     b->answer[i] = o.entry.status;
     free(o.said);
     free(o.json);
+    free(o.page);
+    free(page);
+    free(page_name);
     free(path);
 }
 
@@ -301,7 +312,8 @@ static int make_folder(const char *folder)
     if (errno == EEXIST)
         ff_error_set(&err, FF_ERR_WRITE, folder, 0, -1, "is no folder, expected one for the results");
     else
-        ff_error_set(&err, FF_ERR_WRITE, folder, 0, -1, "the folder cannot be made: %s", strerror(errno));
+        ff_error_set(&err, FF_ERR_WRITE, folder, 0, -1, "the folder cannot be made: %s",
+                     ff_errno_text(errno, (char[FF_ERRNO_TEXT]){""}));
     return cli_failed(FF_ERR_WRITE, &err);
 }
 
@@ -366,7 +378,8 @@ static int finish(batch *b)
     }
     for (size_t i = 0; i < b->jobs.inputs.n; i++)
         if (b->answer[i] != EXIT_DONE) status = EXIT_ANSWER_IS_NO;
-    const int written = cli_summary_write(args, &b->jobs, b->rows, &b->shard);
+    int written = cli_summary_write(args, &b->jobs, b->rows, &b->shard);
+    if (written == EXIT_DONE) written = cli_index_write(args, b->folder, &b->jobs, b->rows, &b->shard);
     return written == EXIT_DONE ? status : written;
 }
 
@@ -404,6 +417,7 @@ int cli_batch_run(const cli_args *args, int (*command)(const cli_args *args))
                .log = -1,
                .keep_going = cli_switch(args, FLAG_KEEP_GOING, 1),
                .progress = cli_progress_wanted(args),
+               .pages = cli_given(args, FLAG_HTML) > 0,
                .mutex = PTHREAD_MUTEX_INITIALIZER};
     status = run(&b);
     for (size_t i = 0; i < b.jobs.inputs.n && b.rows; i++) batch_rows_free(&b.rows[i]);

@@ -4,6 +4,7 @@
 #include "report/internal_text.h"
 #include <stdlib.h>
 #include <string.h>
+#include <unistd.h>
 
 static int ends_in(const char *path, const char *end)
 {
@@ -14,7 +15,7 @@ static int ends_in(const char *path, const char *end)
 int cli_summary_check(const cli_args *args)
 {
     const char *path = cli_value(args, FLAG_SUMMARY, NULL);
-    if (!path && cli_given(args, FLAG_SORT) && !cli_given(args, FLAG_JSON))
+    if (!path && cli_given(args, FLAG_SORT) && !cli_given(args, FLAG_JSON) && !cli_given(args, FLAG_HTML))
         return cli_usage(args, "--sort is the order of the summary: say with --summary FILE where it goes");
     if (!path || !strcmp(path, "-") || ends_in(path, ".csv") || ends_in(path, ".json")) return EXIT_DONE;
     return cli_usage(args, "--summary %s: expected NAME.csv or NAME.json, or '-' for CSV on standard output", path);
@@ -40,6 +41,56 @@ int cli_summary_write(const cli_args *args, const batch_jobs *jobs, const batch_
     if (!head) return cli_failed(FF_ERR_MEMORY, NULL);
     const batch_summary s = cli_summary_of(args, jobs, rows, shard, head);
     const int status = cli_write(args, path, ends_in(path, ".json") ? batch_summary_json : batch_summary_csv, &s);
+    free(head);
+    return status;
+}
+
+/* ---- the index ------------------------------------------------------------------------------- */
+
+/* From the folder of the page to that of the results: both as they were named, where neither leads upwards. To be freed. */
+static char *way_between(const char *page, const char *folder)
+{
+    const char *slash = strrchr(page, '/');
+    char *way = NULL;
+    const size_t own = slash ? (size_t)(slash + 1 - page) : 0;
+    if (slash && !strncmp(page, folder, own - 1) &&
+        (folder[own - 1] == '\0' || folder[own - 1] == '/')) /* the page lies above it */
+        folder += folder[own - 1] ? own : own - 1;
+    else if (slash && folder[0] != '/') {
+        char *real = realpath(folder, NULL);
+        if (real && asprintf(&way, "%s/", real) < 0) way = NULL;
+        free(real);
+        return way;
+    }
+    return asprintf(&way, "%s%s", folder, *folder && folder[strlen(folder) - 1] != '/' ? "/" : "") < 0 ? NULL : way;
+}
+
+static void find_pages(const char *folder, const batch_jobs *jobs, char *has_page)
+{
+    for (size_t i = 0; i < jobs->inputs.n; i++) {
+        char *name = batch_page_name(jobs->inputs.at[i].name), *path = name ? batch_path(folder, name) : NULL;
+        has_page[i] = path && access(path, R_OK) == 0;
+        free(path);
+        free(name);
+    }
+}
+
+int cli_index_write(const cli_args *args, const char *folder, const batch_jobs *jobs, const batch_rows *rows,
+                    const batch_shard *shard)
+{
+    const char *path = cli_value(args, FLAG_HTML, NULL);
+    if (!path) return EXIT_DONE;
+    const char **head = malloc((jobs->n_words + 1) * sizeof *head);
+    char *has_page = calloc(jobs->inputs.n + 1, 1), *way = way_between(path, folder);
+    int status = head && has_page && way ? EXIT_DONE : cli_failed(FF_ERR_MEMORY, NULL);
+    if (status == EXIT_DONE) {
+        find_pages(folder, jobs, has_page);
+        batch_index index = {cli_summary_of(args, jobs, rows, shard, head), way, has_page};
+        if (!cli_given(args, FLAG_SORT)) index.s.order = BATCH_BY_VERDICT;
+        status = cli_write(args, path, batch_index_html, &index);
+    }
+    free(way);
+    free(has_page);
     free(head);
     return status;
 }

@@ -6,10 +6,11 @@
 #include <string.h>
 
 /* What says how a batch runs and where things go, and has no part in a result. */
-static const cli_flag_id own[] = {FLAG_OUTPUT, FLAG_SUMMARY, FLAG_SORT,     FLAG_JOBS, FLAG_RESUME, FLAG_KEEP_GOING, FLAG_SHARD,
-                                  FLAG_NAMES,  FLAG_THREADS, FLAG_PROGRESS, FLAG_WIDE, FLAG_COLOR,  FLAG_FORCE,      FLAG_TIMES};
+static const cli_flag_id own[] = {FLAG_OUTPUT,     FLAG_SUMMARY, FLAG_SORT,  FLAG_JOBS,    FLAG_RESUME,
+                                  FLAG_KEEP_GOING, FLAG_SHARD,   FLAG_NAMES, FLAG_THREADS, FLAG_PROGRESS,
+                                  FLAG_WIDE,       FLAG_COLOR,   FLAG_HTML,  FLAG_FORCE,   FLAG_TIMES};
 /* What writes one file of one result. */
-static const cli_flag_id single[] = {FLAG_JSON, FLAG_TABLE, FLAG_RESIDUALS, FLAG_HTML};
+static const cli_flag_id single[] = {FLAG_JSON, FLAG_TABLE, FLAG_RESIDUALS};
 static const cli_flag_id batch_only[] = {FLAG_SUMMARY, FLAG_SORT, FLAG_JOBS, FLAG_RESUME, FLAG_KEEP_GOING, FLAG_SHARD, FLAG_NAMES};
 
 #define COUNT(array) (sizeof(array) / sizeof *(array))
@@ -93,9 +94,10 @@ static void put_head(const batch_jobs *jobs, const batch_input *in, const char *
     head[(*n)++] = in->path;
 }
 
-ff_status cli_batch_args(const cli_args *args, const batch_jobs *jobs, size_t i, const char *json, cli_batch_args_of *out)
+ff_status cli_batch_args(const cli_args *args, const batch_jobs *jobs, size_t i, const char *json, const char *page,
+                         cli_batch_args_of *out)
 {
-    const size_t room = args->n_given + 2;
+    const size_t room = args->n_given + 3;
     *out = (cli_batch_args_of){.head = malloc((jobs->n_words + 8) * sizeof *out->head),
                                .flag = malloc(room * sizeof *out->flag),
                                .value = malloc(room * sizeof *out->value),
@@ -112,6 +114,9 @@ ff_status cli_batch_args(const cli_args *args, const batch_jobs *jobs, size_t i,
     out->value[n++] = "no";
     out->flag[n] = FLAG_JSON;
     out->value[n++] = json;
+    out->flag[n] = FLAG_HTML;
+    out->value[n] = page;
+    n += page != NULL;
     out->args = (cli_args){.command = args->command,
                            .n_words = 1,
                            .n_given = n,

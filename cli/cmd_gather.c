@@ -22,7 +22,7 @@ static char *read_whole(const char *path, size_t *n)
 }
 
 /* What was written for e, if it still is what was written. */
-static ff_status take_result(const batch_entry *e, const char *path, batch_rows *out)
+static ff_status take_result(const batch_entry *e, const char *path, int with_picture, batch_rows *out)
 {
     char sum[FF_SHA256_TEXT];
     size_t n;
@@ -35,6 +35,7 @@ static ff_status take_result(const batch_entry *e, const char *path, batch_rows 
         ff_sha256_add(&s, text, n);
         ff_sha256_text(&s, sum);
         status = strcmp(sum, e->output) ? FF_ERR_DATA : batch_rows_of(text, n, path, out, &err);
+        if (status == FF_OK && with_picture) out->picture = batch_thumbnail(text, n);
     }
     free(text);
     return status;
@@ -53,7 +54,7 @@ static ff_status gather_one(gathered *g, const char *folder, size_t i)
     } else {
         char *path = batch_path(folder, g->jobs.inputs.at[i].name);
         if (!path) return FF_ERR_MEMORY;
-        const ff_status status = take_result(e, path, out);
+        const ff_status status = take_result(e, path, cli_given(g->args, FLAG_HTML) > 0, out);
         free(path);
         if (status == FF_ERR_MEMORY) return status;
         if (status != FF_OK) out->state = BATCH_MISSING;
@@ -85,6 +86,7 @@ static int gather(gathered *g)
     for (size_t i = 0; i < g->jobs.inputs.n && failed == FF_OK; i++) failed = gather_one(g, folder, i);
     if (failed != FF_OK) return cli_failed(failed, &err);
     int status = cli_summary_write(g->args, &g->jobs, g->rows, &all);
+    if (status == EXIT_DONE) status = cli_index_write(g->args, folder, &g->jobs, g->rows, &all);
     if (status == EXIT_DONE && json) status = cli_write(g->args, json, write_json, g);
     const cli_batch_state state = {&g->jobs, g->rows, &all};
     const char *summary = cli_value(g->args, FLAG_SUMMARY, "");

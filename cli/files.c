@@ -161,8 +161,18 @@ static int check_table(const cli_args *args)
                      cli_value(args, FLAG_TABLE, NULL));
 }
 
+/* Does it lie in the folder of -o, which the command will make? */
+static int is_in_new_folder(const cli_args *args, const char *path)
+{
+    struct stat st;
+    const char *folder = cli_flag_of(FLAG_OUTPUT, args->command).kind == KIND_FOLDER ? cli_value(args, FLAG_OUTPUT, NULL) : NULL;
+    const size_t n = folder ? strlen(folder) : 0;
+    if (!n || stat(folder, &st) == 0 || strncmp(path, folder, n) != 0 || (folder[n - 1] != '/' && path[n] != '/')) return 0;
+    return !strchr(path + n + (path[n] == '/'), '/');
+}
+
 /* What cannot be written is said before anything is computed. A pipe is not touched: whoever reads it would see its end. */
-static int check_can_be_written(const named_file *f)
+static int check_can_be_written(const cli_args *args, const named_file *f)
 {
     struct stat st;
     ff_output out;
@@ -170,6 +180,7 @@ static int check_can_be_written(const named_file *f)
     const int there = stat(f->path, &st) == 0;
     if (f->use != KIND_OUTPUT_FILE || !strcmp(f->path, "-") || (there && !S_ISREG(st.st_mode) && !S_ISDIR(st.st_mode)))
         return EXIT_DONE;
+    if (is_in_new_folder(args, f->path)) return EXIT_DONE;
     const ff_status status = ff_output_open(f->path, &out, &err);
     if (status != FF_OK) return cli_failed(status, &err);
     ff_output_abort(&out);
@@ -187,7 +198,7 @@ int cli_files_check(const cli_args *args)
             if (j != i && take(args, j, &b) && collide(args, &a, &b)) return refuse(args, &a, &b);
     }
     for (size_t i = 0; i < PLACES; i++) {
-        const int failed = take(args, i, &a) ? check_can_be_written(&a) : EXIT_DONE;
+        const int failed = take(args, i, &a) ? check_can_be_written(args, &a) : EXIT_DONE;
         if (failed) return failed;
     }
     return EXIT_DONE;

@@ -14,13 +14,15 @@ ff_status cli_batch_words(const cli_args *args, batch_jobs *jobs);
 /* --shard, or what Slurm says. */
 int cli_batch_shard(const cli_args *args, batch_shard *out);
 
-/* The command line of one job, whose JSON goes to the path `json`. To be freed whatever the status. */
+/* The command line of one job, whose JSON goes to the path `json`, and its page to `page`; NULL: there is none. To be freed
+ * whatever the status. */
 typedef struct cli_batch_args_of {
     cli_args args;
     const char **head, **value, *word;
     int *flag;
 } cli_batch_args_of;
-ff_status cli_batch_args(const cli_args *args, const batch_jobs *jobs, size_t i, const char *json, cli_batch_args_of *out);
+ff_status cli_batch_args(const cli_args *args, const batch_jobs *jobs, size_t i, const char *json, const char *page,
+                         cli_batch_args_of *out);
 void cli_batch_args_free(cli_batch_args_of *of);
 
 /* Runs `command` for every file. */
@@ -40,6 +42,9 @@ int cli_batch_state_status(const cli_batch_state *s); /* is there a result of ev
 int cli_summary_check(const cli_args *args);
 /* --summary, where it is given. */
 int cli_summary_write(const cli_args *args, const batch_jobs *jobs, const batch_rows *rows, const batch_shard *shard);
+/* --html, where it is given: the index of the folder. */
+int cli_index_write(const cli_args *args, const char *folder, const batch_jobs *jobs, const batch_rows *rows,
+                    const batch_shard *shard);
 /* The same as the command's --json. */
 batch_summary cli_summary_of(const cli_args *args, const batch_jobs *jobs, const batch_rows *rows, const batch_shard *shard,
                              const char **head);

@@ -161,7 +161,8 @@ const char *cli_flag_name(cli_flag_id flag);
 /* What a command is told that runs for one of many files. */
 typedef struct cli_job {
     int threads; /* of its fits, in place of --threads                */
-    FILE *json;  /* takes its JSON; nothing else is written by it     */
+    FILE *json;  /* takes its JSON                                    */
+    FILE *html;  /* and its page, with --html; nothing else is written by it */
 } cli_job;
 
 /* A command line taken apart. Words are those of argv. */

@@ -27,6 +27,7 @@ static ff_status write_page(const void *context, FILE *out)
 static int write_where_asked(const page *p)
 {
     const char *path = cli_value(p->args, FLAG_HTML, NULL);
+    if (path && p->args->job) return write_page(p, p->args->job->html) == FF_OK ? EXIT_DONE : EXIT_INTERNAL;
     return path ? cli_write(p->args, path, write_page, p) : EXIT_DONE;
 }
 

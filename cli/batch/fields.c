@@ -45,3 +45,9 @@ char *batch_path(const char *folder, const char *name)
     const size_t n = strlen(folder);
     return asprintf(&path, "%s%s%s", folder, n && folder[n - 1] == '/' ? "" : "/", name) < 0 ? NULL : path;
 }
+
+char *batch_page_name(const char *json)
+{
+    char *name;
+    return asprintf(&name, "%.*s.html", (int)(strlen(json) - strlen(".json")), json) < 0 ? NULL : name;
+}

@@ -5,7 +5,7 @@
  *  a process that is killed leaves at most half a line, which is passed over. Shards write a journal each.
  *
  *  Nothing here knows what a job does: cli/batch.c runs the command. Files in the order of their calls: fields < inputs < jobs <
- *  journal; rows < summary < changes; engine.
+ *  journal; rows < summary < changes, index; thumbnail; engine.
  *  Errors   FF_ERR_MEMORY everywhere, and what is said. Outputs are written only on FF_OK unless they are to be freed all the same.
  *  Threads  what is not said to be for many belongs to one at a time. */
 #ifndef FF_INTERNAL_BATCH_H
@@ -133,6 +133,7 @@ typedef struct batch_row {
 typedef struct batch_rows {
     batch_state state;
     char *message; /* what was said, NULL: nothing */
+    char *picture; /* batch_thumbnail, NULL: none  */
     size_t n;
     batch_row *row; /* [n]                         */
 } batch_rows;
@@ -154,8 +155,34 @@ typedef struct batch_summary {
     batch_order order; /* by file: that of the jobs; else the worst first          */
 } batch_summary;
 
+/* A line of the table: a row of a job, NULL where it has none. */
+typedef struct batch_line {
+    size_t job;
+    const batch_rows *rows;
+    const batch_row *row;
+    double badness;
+} batch_line;
+/* In their order; to be freed. NULL: no memory. */
+batch_line *batch_lines_of(const batch_summary *s, size_t *n);
+
 ff_status batch_summary_csv(const void *summary, FILE *out);
 ff_status batch_summary_json(const void *summary, FILE *out); /* FF_SCHEMA_SUMMARY */
+
+/* ---- the index -------------------------------------------------------------------------------------------------------------*/
+
+enum { BATCH_THUMBNAIL = 48 };
+/* A lit sphere of the best fit of a document, text [n]: a PNG of so many pixels as base64, to be freed. NULL where there is none.
+ */
+char *batch_thumbnail(const char *text, size_t n);
+/* "a.csv.html" of "a.csv.json", to be freed; NULL: no memory. */
+char *batch_page_name(const char *json);
+
+typedef struct batch_index {
+    batch_summary s;
+    const char *way;      /* from the page to the folder, "" or with '/' at its end            */
+    const char *has_page; /* [inputs->n] not 0: the file has one in the folder; NULL: none has */
+} batch_index;
+ff_status batch_index_html(const void *index, FILE *out);
 
 /* ---- two tables ------------------------------------------------------------------------------------------------------------*/
 

@@ -76,7 +76,7 @@ static ff_status read_one(const char *path, batch_journal *j, ff_error *err)
     size_t length;
     ff_status status = ff_lines_open(path, &lines, err);
     if (status != FF_OK) return status;
-    while ((status = ff_lines_next(&lines, &text, &length, err)) == FF_OK && text && !lines.unterminated) {
+    while ((status = ff_lines_next(&lines, &text, &length, err)) == FF_OK && text) {
         status = keep_line(j, text, err);
         if (status != FF_OK) break;
     }

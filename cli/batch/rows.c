@@ -30,6 +30,7 @@ void batch_rows_free(batch_rows *r)
     for (size_t i = 0; i < r->n; i++) row_free(&r->row[i]);
     free(r->row);
     free(r->message);
+    free(r->picture);
     *r = (batch_rows){.n = 0};
 }
 

@@ -13,16 +13,8 @@ const char *batch_order_name(size_t i)
 
 /* ---- the order of rows ----------------------------------------------------------------------- */
 
-/* A line of the table: row of a job, NULL where it has none. */
-typedef struct line {
-    size_t job;
-    const batch_rows *rows;
-    const batch_row *row;
-    double badness;
-} line;
-
 /* How much a person should look at it: 5 no result, ... 0 good. */
-static double badness_of_verdict(const line *l)
+static double badness_of_verdict(const batch_line *l)
 {
     static const char *const quality[] = {"good", "fair", "poor"};
     if (!l->row) return l->rows->state == BATCH_FAILED ? 6 : 5;
@@ -32,7 +24,7 @@ static double badness_of_verdict(const line *l)
     return 3; /* nothing could be said */
 }
 
-static double badness_of(const line *l, batch_order order)
+static double badness_of(const batch_line *l, batch_order order)
 {
     if (order == BATCH_BY_VERDICT) return badness_of_verdict(l);
     return !l->row || isnan(l->row->rmse) ? INFINITY : l->row->rmse;
@@ -40,7 +32,7 @@ static double badness_of(const line *l, batch_order order)
 
 static int worst_first(const void *a, const void *b)
 {
-    const line *p = a, *q = b;
+    const batch_line *p = a, *q = b;
     if (p->badness != q->badness) return p->badness < q->badness ? 1 : -1;
     if (p->job != q->job) return p->job > q->job ? 1 : -1;
     return (p->row > q->row) - (p->row < q->row);
@@ -49,24 +41,24 @@ static int worst_first(const void *a, const void *b)
 /* Of verdicts that say the same the worse described first, of those the order of the files. */
 static int worst_verdict_first(const void *a, const void *b)
 {
-    const line *p = a, *q = b;
+    const batch_line *p = a, *q = b;
     const double x = p->row && !isnan(p->row->explained) ? p->row->explained : -INFINITY;
     const double y = q->row && !isnan(q->row->explained) ? q->row->explained : -INFINITY;
     if (p->badness == q->badness && x != y) return x > y ? 1 : -1;
     return worst_first(a, b);
 }
 
-static line *lines_of(const batch_summary *s, size_t *n)
+batch_line *batch_lines_of(const batch_summary *s, size_t *n)
 {
     size_t most = 0;
     for (size_t i = 0; i < s->inputs->n; i++) most += s->rows[i].n ? s->rows[i].n : 1;
-    line *l = malloc((most + 1) * sizeof *l);
+    batch_line *l = malloc((most + 1) * sizeof *l);
     *n = 0;
     for (size_t i = 0; i < s->inputs->n && l; i++) {
         if (!batch_shard_has(s->shard, i)) continue;
         const batch_rows *r = &s->rows[i];
-        if (!r->n) l[(*n)++] = (line){i, r, NULL, 0};
-        for (size_t k = 0; k < r->n; k++) l[(*n)++] = (line){i, r, &r->row[k], 0};
+        if (!r->n) l[(*n)++] = (batch_line){i, r, NULL, 0};
+        for (size_t k = 0; k < r->n; k++) l[(*n)++] = (batch_line){i, r, &r->row[k], 0};
     }
     if (!l || s->order == BATCH_BY_FILE) return l;
     for (size_t k = 0; k < *n; k++) l[k].badness = badness_of(&l[k], s->order);
@@ -156,7 +148,7 @@ static void put_values(const batch_row *r, const columns *c, const batch_value *
     }
 }
 
-static void put_line(const batch_summary *s, const line *l, FILE *out)
+static void put_line(const batch_summary *s, const batch_line *l, FILE *out)
 {
     static const batch_row nothing = {.samples = NAN, .explained = NAN, .objective = NAN, .rmse = NAN};
     const batch_row *r = l->row ? l->row : &nothing;
@@ -193,7 +185,7 @@ ff_status batch_summary_csv(const void *summary, FILE *out)
     const batch_summary *s = summary;
     columns c = {.n = 0};
     size_t n = 0;
-    line *l = lines_of(s, &n);
+    batch_line *l = batch_lines_of(s, &n);
     const int there = l && columns_of(s, &c);
     const batch_value **room = malloc((c.n + 1) * sizeof *room);
     if (there && room) put_heads(&c, out);
@@ -251,7 +243,7 @@ ff_status batch_summary_json(const void *summary, FILE *out)
     const batch_summary *s = summary;
     ff_json j;
     size_t n = 0;
-    line *l = lines_of(s, &n);
+    batch_line *l = batch_lines_of(s, &n);
     if (!l) return FF_ERR_MEMORY;
     ff_json_begin(&j, out);
     ff_json_object(&j, NULL, FF_JSON_BLOCK);

@@ -3,6 +3,7 @@
 
 The JSON of each is, to the byte, what the command makes that it holds; the summary is the same in whatever order files are done, in shards
 and after a stop; what fails is named with its reason and holds up nothing; nothing that is read is written."""
+import base64
 import csv
 import fcntl
 import io
@@ -10,9 +11,11 @@ import json
 import os
 import re
 import signal
+import struct
 import subprocess
 import sys
 import time
+import urllib.parse
 
 from batches import Library
 
@@ -39,11 +42,29 @@ def one_by_one(folder):
         os.remove(lib.at(name))
 
 
+def check_row(row, document):
+    """A row of a table says what the document says of its best fit."""
+    fit = document["fits"][document["ranking"][0]]
+    several = len(fit["channels"]) > 1
+    for name, p in fit["parameters"].items():
+        listed = isinstance(p["value"], list)
+        for k, channel in enumerate(fit["channels"] if listed else [""]):
+            key = f"{name}[{channel}]" if listed and several else name
+            value, error = (p["value"][k], p["std_error"][k]) if listed else (p["value"], p["std_error"])
+            same = not row.get(key) if p["held"] else float(row[key]) == value and (float(row[key + "_error"]) if row[key + "_error"] else None) == error
+            lib.check(same, f"{row['file']}: {key} is {row.get(key)}, {row.get(key + '_error')} in the table, {value}, {error} in the document")
+    lib.check(float(row["explained"]) == fit["explained"]["share"] and int(row["samples"]) == document["data"]["used"], f"{row['file']}: shares")
+    lib.check(row["warnings"].split() == [w["code"] for w in fit["warnings"]], f"{row['file']}: warnings")
+    lib.check(row["verdict"].split() == [v["code"] for v in document["verdict"]], f"{row['file']}: verdict")
+
+
 def same_summary():
     lib.fill(12)
     lib.run("fit", "lib", "-o", "one", "--jobs", "1", "--summary", "one.csv", expected=0, said=["12 files: 12 done"])
     one_by_one("one")
     expected, results = lib.read("one.csv"), lib.results("one")
+    for row in rows(expected):
+        check_row(row, json.loads(results[row["json"]]))
     lib.check(len(results) == 12 and len(rows(expected)) == 12, "12 results and rows")
     names = sorted(os.listdir(lib.at("lib")))
     lib.write("list", "\n".join("lib/" + name for name in names).encode() + b"\n")
@@ -102,6 +123,7 @@ def again():
     lib.write("again/m0002.csv", b"# another\n" + lib.bases[4])  # changed meanwhile
     lib.write("resumed/m0003.csv.json", lib.read("resumed", "m0003.csv.json")[:-9])  # cut
     os.remove(lib.at("resumed", "m0004.csv.json"))  # lost
+    lib.write("resumed/m0001.csv.json", re.sub(rb'"rmse": 0', b'"rmse": 1', lib.read("resumed", "m0001.csv.json")))  # a document still, and another
     lib.write("resumed/m0005.csv.json.part-1-0", b"{")  # what a kill leaves
     lib.write("resumed/other.json.part-1-0", b"{")  # of somebody else
     lib.write("resumed/journal.tsv", journal[:-20])  # half a line, of m0007 or another
@@ -110,12 +132,26 @@ def again():
     lib.check([n for n in os.listdir(lib.at("resumed")) if ".part-" in n] == ["other.json.part-1-0"], "parts of results that a kill left")
     after = state("resumed")
     changed = {name for name in after if after[name] != before.get(name)}
-    lib.check(changed == {"m0002.csv.json", "m0003.csv.json", "m0004.csv.json", cut}, f"done again: {sorted(changed)}")
+    lib.check(changed == {"m0001.csv.json", "m0002.csv.json", "m0003.csv.json", "m0004.csv.json", cut}, f"done again: {sorted(changed)}")
+    lib.run("fit", "again", "-o", "resumed", "--resume", expected=0, said=["8 of them were done before"])  # no line is lost in the half one
     lib.run("fit", "again", "-o", "fresh", "--summary", "fresh.csv", expected=0)
     lib.check(lib.read("fresh.csv") == lib.read("third.csv") and lib.results("fresh") == lib.results("resumed"), "as an undisturbed run")
+    lib.write("fresh/journal.tsv", lib.read("fresh", "journal.tsv")[:-20])  # the next line must not go on in the half one
+    for n in (7, 8):
+        lib.run("fit", "again", "-o", "fresh", "--resume", expected=0, said=[f"{n} of them were done before"])
     lib.run("fit", "again", "-o", "resumed", "--resume", "--loss", "log", expected=0)
     lib.check(all(state("resumed")[name] != after[name] for name in after), "another loss is another command")
     lib.run("fit", "again", "-o", "resumed", "--resume", "--jobs", "1", "--loss", "log", expected=0, said=["8 of them were done before"])
+
+
+def without_answer():
+    """A fit that does not converge is a result, and the answer is no; so it is when it was done before."""
+    lib.fill(3, "slow")
+    words = ["fit", "slow", "-o", "limited", "--model", "student-t+beckmann+lambert", "--max-iterations", "1", "--summary", "limited.csv"]
+    for more in ([], ["--resume"]):
+        lib.run(*words, *more, expected=1, said=["3 done, of which 2 did not converge; 0 failed"])
+        for row in rows(lib.read("limited.csv")):
+            lib.check((row["outcome"] == "limit") == ("did not converge" in row["message"]), f"{row['file']}: {row['outcome']}, {row['message']}")
 
 
 def names():
@@ -245,11 +281,50 @@ def sorted_ones():
     lib.run("fit", "o", "-o", "sorted", "--summary", "v.csv", "--sort", "verdict", expected=1)
     first = rows(lib.read("v.csv"))
     lib.check(first[0]["file"] == "o/bad.csv" and first[1]["file"] == "o/a_poor.csv", f"worst first: {[r['file'] for r in first]}")
+    shares = [float(row["explained"]) for row in first if row["quality"] == "good"]
+    lib.check(len(shares) == 5 and shares == sorted(shares), f"of good ones the worst first: {shares}")
     lib.run("fit", "o", "-o", "sorted", "--resume", "--summary", "w.csv", "--sort", "residual", expected=1)
     values = [float(row["rmse"]) for row in rows(lib.read("w.csv")) if row["rmse"]]
     lib.check(len(values) == 6 and values == sorted(values, reverse=True), f"by residual: {values}")
     file_order = rows(lib.run("gather", "sorted", "--summary", "-", expected=1).stdout)
     lib.check([r["file"] for r in file_order] == sorted(r["file"] for r in file_order), "by file")
+
+
+def pages():
+    """--html: a page of each file, and an index of them, the worst first, that leads to each and shows a sphere; nothing from elsewhere."""
+    lib.fill(4, "p")
+    strange = 'p/<i>&"%.csv'
+    lib.write(strange, b"# strange\n" + lib.bases[1])
+    lib.write("p/zero.csv", b"")
+    lib.run("fit", "p", "-o", "without", "--summary", "without.csv", expected=1)
+    lib.run("fit", "p", "-o", "pages", "--html", "pages/index.html", "--summary", "pages/s.csv", "--jobs", "2", expected=1)
+    lib.check(lib.results("pages") == lib.results("without") and lib.read("pages", "s.csv") == lib.read("without.csv"), "pages change results")
+    index = lib.read("pages", "index.html").decode()
+    links = [urllib.parse.unquote(link) for link in re.findall(r'href="([^"]*)"', index)]
+    lib.check(len(links) == 5 and all(os.path.exists(lib.at("pages", link)) for link in links), f"links of the index: {links}")
+    for link in links:
+        lib.check(lib.read("pages", link).lower().startswith(b"<!doctype html>"), f"{link} is no page")
+    pictures = re.findall(r'src="data:image/png;base64,([A-Za-z0-9+/=]*)"', index)
+    lib.check(len(pictures) == 5 and len(set(pictures)) >= 4, f"{len(pictures)} spheres")
+    for picture in pictures:
+        data = base64.b64decode(picture)
+        lib.check(data[:8] == b"\x89PNG\r\n\x1a\n" and struct.unpack(">II", data[16:24]) == (48, 48), "a sphere is no PNG of 48 by 48")
+    lib.check(not re.search(r"(?:src|href)=\"(?:https?:)?//|<script|<i>", index), "the index asks for something, or text became markup")
+    lib.check(index.index("zero.csv") < index.index("<a href"), "what failed is first")
+    before = state("pages")
+    os.remove(lib.at("pages", "m0001.csv.html"))
+    lib.run("fit", "p", "-o", "pages", "--html", "pages/index.html", "--resume", expected=1, said=["4 of them were done before"])
+    lib.check(lib.read("pages", "index.html").decode() == index and os.path.exists(lib.at("pages", "m0001.csv.html")), "a page that was lost")
+    lib.check({n for n in before if state("pages")[n] != before[n]} == {"m0001.csv.json"}, "the others are left alone")
+    lib.run("gather", "pages", "--html", "pages/gathered.html", expected=1)
+    lib.check(lib.read("pages", "gathered.html").decode() == index, "the index of gather is another")
+    lib.run("gather", "pages", "--html", "above.html", expected=1)
+    above = [urllib.parse.unquote(link) for link in re.findall(r'href="([^"]*)"', lib.read("above.html").decode())]
+    lib.check(above == ["pages/" + link for link in links], f"from above: {above}")
+    os.makedirs(lib.at("beside"))
+    lib.run("gather", "pages", "--html", "beside/x.html", expected=1)
+    beside = [urllib.parse.unquote(link) for link in re.findall(r'href="([^"]*)"', lib.read("beside", "x.html").decode())]
+    lib.check(beside == [os.path.realpath(lib.at("pages", link)) for link in links], f"from beside: {beside}")
 
 
 def compared():
@@ -266,11 +341,13 @@ def compared():
 same_summary()
 damaged()
 again()
+without_answer()
 names()
 refused()
 shards()
 interrupted()
 differences()
 sorted_ones()
+pages()
 compared()
 sys.exit(lib.end())

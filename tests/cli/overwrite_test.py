@@ -14,7 +14,7 @@ import sys
 import tempfile
 
 program = os.path.abspath(sys.argv[1])
-FILE_WORDS = {"FILE", "FILE|-", "[FILE|-]", "IN", "OUT", "TABLE", "DIR", "SOURCE", "FIT"}
+FILE_WORDS = {"FILE", "FILE|-", "[FILE|-]", "IN", "OUT", "TABLE", "SOURCE", "FIT"}
 INPUTS = {("fit", "FILE"), ("compare", "FILE"), ("ndf", "FILE"), ("info", "FILE"), ("eval", "FILE"), ("resample", "IN"),
           ("fit", "--ndf-table"), ("compare", "--ndf-table"), ("eval", "--ndf-table"), ("simulate", "--ndf-table"),
           ("furnace", "--ndf-table"), ("sample", "--ndf-table"), ("plot", "SOURCE"), ("plot", "--ndf-table"), ("plot", "--from"),

@@ -21,6 +21,7 @@ LINES = {
     "fit": ["fit data.csv --residuals r.csv --json j.json", "fit data.csv --profile --json j.json", "fit data.csv --channels each --loss cosine --json j.json", "fit data.csv --bootstrap 30 --seed 5 --json j.json",
             "fit data.csv --weight noise --reach 5 --json j.json", "fit data.csv --robust cauchy --cut-off 40 --json j.json"],
     "compare": ["compare data.csv --ndf ggx,beckmann,student-t --masking smith-separable,v-cavity --fresnel schlick --diffuse lambert --cross-validate 4 --json j.json"],
+    "gather": ["gather fits --summary s.csv --html i.html"], "diff": ["diff old.csv old.csv"],
     "ndf": ["ndf data.csv -o t.csv --json j.json"],
     "resample": ["resample data.csv out.exr --json j.json", "resample data.csv out.utia --to utia"],
     "plot": ["plot %s %s -o p.csv" % kind for kind in KINDS.items()] + ["plot slice data.csv -o p.svg", "plot slice data.csv -o p.pdf"],
@@ -86,6 +87,7 @@ def main():
     with open("directions.csv", "w", encoding="ascii") as f:
         f.write("theta_i,phi_i,theta_o,phi_o\n" + "".join("%d,0,30,180\n" % i for i in range(90)))
     subprocess.run([program, "fit", "data.csv", "--json", "fit.json"], check=True, stdout=subprocess.DEVNULL)
+    subprocess.run([program, "fit", "data.csv", "-o", "fits", "--summary", "old.csv"], check=True, stderr=subprocess.DEVNULL)
     kinds = re.findall(r"^ {28}([a-z]+) *", run(["plot", "--help"])[1].decode().partition("What KIND can be:")[2].partition("\n\n")[0], re.M)
     if {k for k in kinds if k} - set(KINDS) - {"correlationcorrelations"}:
         fail("kinds of figures that are not tried: %s" % (set(kinds) - set(KINDS)))

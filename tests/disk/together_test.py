@@ -27,6 +27,7 @@ COMMANDS = {
     "ndf": ["ndf in.csv -o {--output:.csv} --json {--json}", "ndf in.csv --table csv -o {--output:.csv} --json {--json}",
             "ndf in.csv -o - --json {--json}"],
     "info": ["info in.csv --json {--json}"],
+    "gather": ["gather fits --json {--json} --summary {--summary:.csv} --html {--html:.html}"],
     "formats": ["formats --json {--json}"],
     "models": ["models --json {--json}"],
     "convert": ["convert --list --json {--json}", "convert --from beckmann --to phong m=0.25 --json {--json}"],
@@ -225,12 +226,13 @@ def try_line(name, line, absent):
 
 def outputs_of(command):
     text = run([command, "--help"]).stdout.decode()
-    return set(re.findall(r"^(?:      |  -\w, )(--[a-z-]+)", text, re.M)) & OUTPUT_FLAGS | {w for w in text.splitlines()[0].split() if w == "OUT"}
+    return set(re.findall(r"^(?:      |  -\w, )(--[a-z-]+)(?![a-z-]| DIR)", text, re.M)) & OUTPUT_FLAGS | {w for w in text.splitlines()[0].split() if w == "OUT"}
 
 
 def main():
     subprocess.run([program, *SIMULATE.split()], check=True)
     run("fit in.csv --model ggx+lambert --json fit.json".split())
+    run("fit in.csv --model ggx+lambert -o fits".split())
     with open("directions.csv", "w", encoding="ascii") as f:
         f.write("theta_i,phi_i,theta_o,phi_o\n30,0,30,180\n")
     formats = run(["formats", "--json", "-"]).stdout.decode()
