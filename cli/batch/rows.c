@@ -57,7 +57,10 @@ static char *join(const ff_json_node *list, tells *tell, size_t problem)
         fprintf(stream, "%s%s", last ? " " : "", text);
         last = text;
     }
-    return ff_kept_close(&kept, stream) == FF_OK ? kept.text : NULL;
+    if (ff_kept_close(&kept, stream) != FF_OK) return NULL;
+    char *text = strdup(kept.text); /* of thousands of rows: no longer than it has to be */
+    free(kept.text);
+    return text;
 }
 
 static const char *tell_channel(const ff_json_node *item, size_t problem)
