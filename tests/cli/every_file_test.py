@@ -118,7 +118,7 @@ def make(program, folder, failures):
         if not f["writes"] or f["name"] == "merl":
             continue
         path = os.path.join(written, "written." + f["extensions"].split()[0].lstrip("."))
-        one = ["--reduce", "mean"] if f["name"] in ("zemax", "fred", "anisotropicbsdf", "openmaterial") else []  # these have one channel
+        one = ["--reduce", "mean"] if f["name"] in ("zemax", "fred", "anisotropicbsdf", "openmaterial", "lighttools") else []  # these have one channel
         status, _, said = run(program, "resample", paths["mbsdf"], path, "--to", f["name"], *one)
         if status != 0:
             failures.append(f"resample to {f['name']}: exit status {status}: {said}")
