@@ -15,6 +15,9 @@ ff_status ff_lighttools_weigh(ff_table *t, int mirrored, ff_error *err);
 /* Has the table the axes of a file: one plane of incidence, the light at FF_LIGHTTOOLS_LIGHT, azimuths from 0 to 360 degrees? */
 int ff_lighttools_is_layout(const ff_table *t);
 
+/* Are the channels named X, Y and Z? */
+int ff_lighttools_is_xyz(const ff_table *t);
+
 /* FF_ERR_UNSUPPORTED for channels that a file of this format cannot name. */
 ff_status ff_lighttools_check_channels(const ff_table *t, const char *path, ff_error *err);
 

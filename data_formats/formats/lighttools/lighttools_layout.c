@@ -28,6 +28,30 @@ ff_status ff_lighttools_weigh(ff_table *t, int mirrored, ff_error *err)
     return FF_OK;
 }
 
+/* ---- channels -------------------------------------------------------------------------------- */
+
+int ff_lighttools_is_xyz(const ff_table *t)
+{
+    static const char *const xyz[3] = {"X", "Y", "Z"};
+    int same = t->n_channels == 3;
+    for (size_t c = 0; c < 3 && same; c++) same = strcmp(t->channels[c].name, xyz[c]) == 0;
+    return same;
+}
+
+/* One value for each incidence, or several that a block can name. */
+ff_status ff_lighttools_check_channels(const ff_table *t, const char *path, ff_error *err)
+{
+    int named = t->n_channels > 1;
+    for (size_t c = 0; c < t->n_channels && named; c++) named = t->channels[c].wavelength_nm > 0;
+    for (size_t c = 1; c < t->n_channels && named; c++)
+        for (size_t b = 0; b < c && named; b++) named = t->channels[b].wavelength_nm != t->channels[c].wavelength_nm;
+    if (t->n_channels == 1 || named || ff_lighttools_is_xyz(t)) return FF_OK;
+    return ff_error_set(err, FF_ERR_UNSUPPORTED, path, 0, -1,
+                        "found %zu channels ('%s' first), but a file of this format has one, the tristimulus values X, Y and Z, or "
+                        "wavelengths, each another; write one file per channel, or csv",
+                        t->n_channels, t->channels[0].name);
+}
+
 /* ---- for data -------------------------------------------------------------------------------- */
 
 static const ff_scatter_limits limits = {

@@ -8,29 +8,7 @@
 #include <string.h>
 
 static const double degree = 3.14159265358979323846 / 180;
-static const char *const xyz[3] = {"X", "Y", "Z"};
 enum { THETA_I, THETA_O = 2, PHI_O };
-
-static int is_tristimulus(const ff_table *t)
-{
-    int same = t->n_channels == 3;
-    for (size_t c = 0; c < 3 && same; c++) same = strcmp(t->channels[c].name, xyz[c]) == 0;
-    return same;
-}
-
-/* One value for each incidence, or several that a block can name. */
-ff_status ff_lighttools_check_channels(const ff_table *t, const char *path, ff_error *err)
-{
-    int named = t->n_channels > 1;
-    for (size_t c = 0; c < t->n_channels && named; c++) named = t->channels[c].wavelength_nm > 0;
-    for (size_t c = 1; c < t->n_channels && named; c++)
-        for (size_t b = 0; b < c && named; b++) named = t->channels[b].wavelength_nm != t->channels[c].wavelength_nm;
-    if (t->n_channels == 1 || named || is_tristimulus(t)) return FF_OK;
-    return ff_error_set(err, FF_ERR_UNSUPPORTED, path, 0, -1,
-                        "found %zu channels ('%s' first), but a file of this format has one, the tristimulus values X, Y and Z, or "
-                        "wavelengths, each another; write one file per channel, or csv",
-                        t->n_channels, t->channels[0].name);
-}
 
 static ff_status check_writable(const char *path, const ff_table *t, ff_error *err)
 {
@@ -106,12 +84,12 @@ static void write_block(const writer *w, size_t incidence, size_t c)
     fputs("\nAOI\t", file);
     put_number(file, file_angle(t, THETA_I, incidence), '\n');
     fputs("POI\t0\nSide\tFront\n", file);
-    if (isfinite(t->channels[c].wavelength_nm) && !is_tristimulus(t)) {
+    if (isfinite(t->channels[c].wavelength_nm) && !ff_lighttools_is_xyz(t)) {
         fputs("Wavelength\t", file);
         put_number(file, t->channels[c].wavelength_nm, '\n');
     }
     fputs("ScatterType\tBRDF\n", file);
-    if (is_tristimulus(t)) fprintf(file, "TristimulusValue\tTris%s\n", xyz[c]);
+    if (ff_lighttools_is_xyz(t)) fprintf(file, "TristimulusValue\tTris%c\n", "XYZ"[c]);
     fputs("TIS\t", file);
     put_number(file, integral(w, c, first), '\n');
     for (size_t a = 0; a < n_azimuth; a++)
@@ -127,7 +105,7 @@ static ff_status write_text(const char *path, writer *w, ff_outputs *with, ff_er
     if (status != FF_OK) return status;
     w->file = out.file;
     fprintf(out.file, "# BSDF data\nSource\tMeasured\nSymmetry\tAsymmetric\nSpectralContent\t%s\n",
-            is_tristimulus(t) ? "XYZ" : "Monochrome");
+            ff_lighttools_is_xyz(t) ? "XYZ" : "Monochrome");
     put_axis(out.file, t, "ScatterAzimuth", PHI_O);
     put_axis(out.file, t, "ScatterRadial", THETA_O);
     fputs("DataBegin\n", out.file);
