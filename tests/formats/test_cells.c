@@ -389,7 +389,7 @@ static void a_loss_is_seen(void)
     ff_interpolant *p = NULL;
     ff_resample_options_init(&o);
     if (!reads(make_matrix(0, 0), NULL, &t)) return;
-    if (FF_CHECK(ff_resample_into(&t, ff_format_find("merl"), &o, &made, &r, NULL) == FF_OK, "merl")) {
+    if (FF_CHECK(ff_resample_into(&t, ff_format_find("zemax"), &o, &made, &r, NULL) == FF_OK, "zemax")) {
         for (size_t i = 0; i < made.n * made.n_channels; i++) made.value[i] *= 0.9;
         FF_CHECK(ff_interpolant_new(&t, 0, &p, NULL) == FF_OK && ff_energy_compare(&t, p, &made, &e, NULL) == FF_OK, "no energy");
         FF_CHECK(fabs((1 - e.lost) - 0.9 * (1 - r.lost)) < 1e-9, "lost %g, before %g", e.lost, r.lost);
