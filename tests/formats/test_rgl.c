@@ -1095,22 +1095,23 @@ static void fill_lobe(double ax, double ay, ff_table *t)
 }
 
 static void check_parts(const char *label, const ff_table *t, size_t incidence);
-static void check_horizon(const char *label, const ff_rgl *r, double ax, double ay);
+static double check_horizon(const char *label, const ff_rgl *r, double ax, double ay);
 
-/* Through a layout and a file: at the samples to float precision, between them as the worst and the mean say. */
-static void test_layout(const char *label, const ff_table *from, const char *grid, double ax, double ay, double mean_most)
+/* Through a layout and a file: at the samples to float precision, between them as the worst and the mean say. Returns the error
+ * near the horizon, INFINITY where there was no file. */
+static double test_layout(const char *label, const ff_table *from, const char *grid, double ax, double ay, double mean_most)
 {
     const ff_format *rgl = ff_format_find("rgl");
     const char *path = ff_test_path("lobe.bsdf");
     ff_table t, back;
     ff_rgl *r;
     ff_error err = {0};
-    if (!FF_CHECK(rgl->layout(from, grid, &t, &err) == FF_OK, "%s: %s", label, err.message)) return;
+    if (!FF_CHECK(rgl->layout(from, grid, &t, &err) == FF_OK, "%s: %s", label, err.message)) return INFINITY;
     for (size_t i = 0; i < t.n; i++) FF_CHECK(t.valid[i] == 1 && t.value[i] == 0, "%s: an empty table", label);
     check_parts(label, &t, 2);
     fill_lobe(ax, ay, &t);
     FF_CHECK(ff_table_write(path, NULL, &t, &err) == FF_OK, "%s: %s", label, err.message);
-    if (!FF_CHECK(ff_table_read_into(path, NULL, &back, &err) == FF_OK, "%s: %s", label, err.message)) return;
+    if (!FF_CHECK(ff_table_read_into(path, NULL, &back, &err) == FF_OK, "%s: %s", label, err.message)) return INFINITY;
     check_same_angles(label, &t, &back);
     size_t above = 0;
     double worst = 0, covered = 0;
@@ -1126,8 +1127,8 @@ static void test_layout(const char *label, const ff_table *from, const char *gri
     /* Near the horizon a part goes to the colours below it, which are 0. */
     FF_CHECK(above > 0.8 * (double)t.n && fabs(covered / (4 * pi * pi) - 1) < 0.03, "%s: %zu of %zu above the horizon, weights %g",
              label, above, t.n, covered / (4 * pi * pi));
-    if (!FF_CHECK(ff_rgl_open(path, &r, &err) == FF_OK, "%s: %s", label, err.message)) return;
-    check_horizon(label, r, ax, ay);
+    if (!FF_CHECK(ff_rgl_open(path, &r, &err) == FF_OK, "%s: %s", label, err.message)) return INFINITY;
+    const double at_horizon = check_horizon(label, r, ax, ay);
     check_weights(label, &back);
     printf("%s: samples add up to reflectances within %.2g\n", label, check_sums(label, &back, r, 1e-3));
     double between = 0, mean = 0;
@@ -1147,6 +1148,7 @@ static void test_layout(const char *label, const ff_table *from, const char *gri
     ff_rgl_free(r);
     ff_table_clear(&back);
     ff_table_clear(&t);
+    return at_horizon;
 }
 
 /* Each cell of a layout has the same part of the visible normals: (H-1) (W-1) times its solid angle times ndf / (4 sigma) is 1. */
@@ -1176,9 +1178,9 @@ static void check_parts(const char *label, const ff_table *t, size_t incidence)
     free(memory);
 }
 
-/* Near the horizon the function goes on instead of falling to what lies below: nowhere to less than half. How far it is off
- * otherwise is the grid's affair, a few steps wide there, and that of the samples that it was laid out for. */
-static void check_horizon(const char *label, const ff_rgl *r, double ax, double ay)
+/* Near the horizon the function goes on instead of falling to what lies below: nowhere to less than half. Returns how far it is
+ * off in the mean. */
+static double check_horizon(const char *label, const ff_rgl *r, double ax, double ay)
 {
     enum { ELEVATIONS = 20, AZIMUTHS = 180 };
     double mean = 0;
@@ -1192,7 +1194,8 @@ static void check_horizon(const char *label, const ff_rgl *r, double ax, double 
         fallen += f[0] < lobe(ax, ay, wi, wo) / 2;
     }
     printf("%s: %.3g in the mean near the horizon, %d directions fallen\n", label, mean, fallen);
-    FF_CHECK(fallen == 0 && mean < 0.5, "%s: %d directions fallen, %g in the mean near the horizon", label, fallen, mean);
+    FF_CHECK(fallen == 0, "%s: %d directions fallen", label, fallen);
+    return mean;
 }
 
 /* A table to lay out for: pairs of directions all over. */
@@ -1212,8 +1215,9 @@ static void layouts(void)
     ff_table t, out;
     ff_error err = {0};
     scattered(0.3, 0.3, 3, &t);
-    test_layout("ggx 0.3", &t, NULL, 0.3, 0.3, 0.05);
-    test_layout("ggx 0.3, 24x64", &t, "24x64", 0.3, 0.3, 0.01);
+    const double near = test_layout("ggx 0.3", &t, NULL, 0.3, 0.3, 0.05),
+                 nearer = test_layout("ggx 0.3, 24x64", &t, "24x64", 0.3, 0.3, 0.01);
+    FF_CHECK(near < 0.25 && nearer < near / 2, "%g near the horizon, %g on a finer grid", near, nearer);
     static const struct {
         const char *grid;
         ff_status code;
@@ -1247,14 +1251,18 @@ static void layouts(void)
     ff_table_clear(&t);
 
     scattered(0.25, 0.5, 1, &t);
-    test_layout("anisotropic ggx 0.25, 0.5, 17x10x32", &t, "17x10x32", 0.25, 0.5, 0.05);
+    /* what is linear between nodes is off by the square of their distance: a quarter on half of it */
+    const double coarse = test_layout("anisotropic ggx 0.25, 0.5, 17x10x32", &t, "17x10x32", 0.25, 0.5, 0.05),
+                 fine = test_layout("anisotropic ggx 0.25, 0.5, 33x20x64", &t, "33x20x64", 0.25, 0.5, 0.02);
+    FF_CHECK(fine < 0.1 && coarse < 4 * 0.1 && fine < coarse / 2, "%g near the horizon, %g on a grid twice as fine", coarse, fine);
     FF_CHECK(rgl->layout(&t, "2x8x32", &out, &err) == FF_ERR_RANGE && strstr(err.message, "3 to 512 azimuths"), "%s", err.message);
     ff_table_clear(&t);
 
     scattered(0.4, 0.4, 4, &t);
     FF_CHECK(rgl->layout(&t, NULL, &out, &err) == FF_ERR_UNSUPPORTED && strstr(err.message, "4 channels"), "%s", err.message);
     for (size_t c = 0; c < 4; c++) t.channels[c].wavelength_nm = 400 + 50.5 * (double)c;
-    test_layout("four wavelengths", &t, "8x32", 0.4, 0.4, 0.05);
+    const double four = test_layout("four wavelengths", &t, "8x32", 0.4, 0.4, 0.05);
+    FF_CHECK(four < 0.25, "%g near the horizon", four);
     if (FF_CHECK(rgl->layout(&t, "8x32", &out, &err) == FF_OK, "%s", err.message)) {
         FF_CHECK(out.n_channels == 4 && strcmp(out.channels[1].name, "450.5nm") == 0 && out.channels[3].wavelength_nm == 551.5,
                  "%s", out.channels[1].name);
