@@ -58,16 +58,6 @@ static void sum_of(const char *bytes, size_t n, char out[FF_SHA256_TEXT])
     ff_sha256_text(&s, out);
 }
 
-static char *read_whole(const char *path, size_t *n)
-{
-    struct stat st;
-    FILE *in = fopen(path, "rb");
-    char *text = in && fstat(fileno(in), &st) == 0 && S_ISREG(st.st_mode) ? malloc((size_t)st.st_size + 1) : NULL;
-    *n = text ? fread(text, 1, (size_t)st.st_size + 1, in) : 0;
-    if (in) (void)fclose(in);
-    return text;
-}
-
 /* Is there a result of an earlier run, of the same file and command, that is still as it was written? Then its rows. */
 static int take_earlier(const batch *b, size_t i, const char *path, const char *page, outcome *o)
 {
@@ -76,7 +66,7 @@ static int take_earlier(const batch *b, size_t i, const char *path, const char *
     ff_error err;
     size_t n;
     if (!e || e->status > EXIT_ANSWER_IS_NO || strcmp(e->input, o->entry.input) != 0 || (page && access(page, R_OK) != 0)) return 0;
-    char *text = read_whole(path, &n);
+    char *text = batch_read_whole(path, &n);
     if (text) sum_of(text, n, sum);
     const int same = text && !strcmp(sum, e->output) && batch_rows_of(text, n, path, &o->rows, &err) == FF_OK;
     if (same && page) o->rows.picture = batch_thumbnail(text, n);

@@ -2,7 +2,6 @@
 #include "internal_batching.h"
 #include <stdlib.h>
 #include <string.h>
-#include <sys/stat.h>
 
 typedef struct gathered {
     const cli_args *args;
@@ -11,16 +10,6 @@ typedef struct gathered {
     batch_rows *rows;
 } gathered;
 
-static char *read_whole(const char *path, size_t *n)
-{
-    struct stat st;
-    FILE *in = fopen(path, "rb");
-    char *text = in && fstat(fileno(in), &st) == 0 && S_ISREG(st.st_mode) ? malloc((size_t)st.st_size + 1) : NULL;
-    *n = text ? fread(text, 1, (size_t)st.st_size + 1, in) : 0;
-    if (in) (void)fclose(in);
-    return text;
-}
-
 /* What was written for e, if it still is what was written. */
 static ff_status take_result(const batch_entry *e, const char *path, int with_picture, batch_rows *out)
 {
@@ -28,7 +17,7 @@ static ff_status take_result(const batch_entry *e, const char *path, int with_pi
     size_t n;
     ff_sha256 s;
     ff_error err;
-    char *text = read_whole(path, &n);
+    char *text = batch_read_whole(path, &n);
     ff_status status = text ? FF_OK : FF_ERR_OPEN;
     if (status == FF_OK) {
         ff_sha256_init(&s);

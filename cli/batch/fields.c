@@ -1,7 +1,9 @@
 /* Lines of fields with tabs between. */
 #define _GNU_SOURCE /* asprintf */
 #include "internal_batch.h"
+#include <stdlib.h>
 #include <string.h>
+#include <sys/stat.h>
 
 static const char escaped[] = "\t\n\r\\", letters[] = "tnr\\";
 
@@ -50,4 +52,14 @@ char *batch_page_name(const char *json)
 {
     char *name;
     return asprintf(&name, "%.*s.html", (int)(strlen(json) - strlen(".json")), json) < 0 ? NULL : name;
+}
+
+char *batch_read_whole(const char *path, size_t *n)
+{
+    struct stat st;
+    FILE *in = fopen(path, "rb");
+    char *text = in && fstat(fileno(in), &st) == 0 && S_ISREG(st.st_mode) ? malloc((size_t)st.st_size + 1) : NULL;
+    *n = text ? fread(text, 1, (size_t)st.st_size + 1, in) : 0;
+    if (in) (void)fclose(in);
+    return text;
 }

@@ -8,7 +8,8 @@
 
 static const char style[] =
     "body{font:15px/1.4 system-ui,sans-serif;margin:2em auto;max-width:70em;padding:0 1em;color:#222;background:#fff}"
-    "table{border-collapse:collapse;width:100%}td,th{padding:.3em .6em;text-align:left;vertical-align:top;"
+    "table{border-collapse:collapse;width:100%}td{overflow-wrap:break-word}td,th{padding:.3em "
+    ".6em;text-align:left;vertical-align:top;"
     "border-bottom:1px solid #ddd}td.n{text-align:right;font-variant-numeric:tabular-nums}.failed,.missing,.poor{color:#a11}"
     ".fair{color:#850}.good{color:#161}small{color:#555}"
     "@media(prefers-color-scheme:dark){body{color:#ddd;background:#181818}td,th{border-color:#444}a{color:#8bf}"
@@ -63,14 +64,31 @@ static void put_values(const batch_row *r, FILE *out)
 {
     enum { SHOWN = 8 };
     char value[FF_TEXT_NUMBER], error[FF_TEXT_NUMBER];
-    for (size_t k = 0; k < r->n_values && k < SHOWN; k++) {
+    size_t shown = 0, more = 0;
+    for (size_t k = 0; k < r->n_values; k++) {
+        if (r->value[k].tied) continue; /* it says what another says */
+        if (shown == SHOWN) {
+            more++;
+            continue;
+        }
         ff_text_with_error(r->value[k].value, r->value[k].error, value, error);
-        fputs(k ? ", " : "", out);
+        fputs(shown++ ? ", " : "", out);
         put_text(r->value[k].name, out);
         fprintf(out, "&nbsp;%s", value);
         if (r->value[k].error > 0) fprintf(out, "&nbsp;±&nbsp;%s", error);
     }
-    if (r->n_values > SHOWN) fprintf(out, ", and %zu more", r->n_values - SHOWN);
+    if (more) fprintf(out, ", and %zu more", more);
+}
+
+/* A name that may be wrapped between its terms. */
+static void put_model(const char *model, FILE *out)
+{
+    char term[2] = "";
+    for (; *model; model++) {
+        term[0] = *model;
+        put_text(term, out);
+        if (*model == '/' || *model == '+') fputs("<wbr>", out);
+    }
 }
 
 static void put_row(const batch_index *x, const batch_line *l, FILE *out)
@@ -86,15 +104,18 @@ static void put_row(const batch_index *x, const batch_line *l, FILE *out)
     fputs("</td><td>", out);
     put_link(x, l->job, out);
     if (r) fputs("<br><small>", out);
-    if (r) put_text(r->model, out);
+    if (r) put_model(r->model, out);
     if (r) fputs("</small>", out);
     fprintf(out, "</td><td class=\"%s\">", word);
     put_text(word, out);
-    fprintf(out, "</td><td class=\"n\">%s</td><td>",
-            r && isfinite(r->explained) ? ff_text_fixed(100 * r->explained, 2, share) : "");
-    if (r) put_values(r, out);
-    fputs("</td><td><small>", out);
-    if (r) put_text(r->warnings, out);
+    if (r) {
+        fprintf(out, "</td><td class=\"n\">%s</td><td>", isfinite(r->explained) ? ff_text_fixed(100 * r->explained, 2, share) : "");
+        put_values(r, out);
+        fputs("</td><td><small>", out);
+        put_text(r->warnings, out);
+    } else {
+        fputs("</td><td colspan=\"3\"><small>", out); /* a message is long */
+    }
     if (of->message) fputs(r && *r->warnings ? "<br>" : "", out);
     put_text(of->message ? of->message : "", out);
     fputs("</small></td></tr>\n", out);

@@ -24,6 +24,8 @@ void batch_field_put(const char *text, FILE *out);
 size_t batch_fields(char *line, char **field, size_t most);
 /* "FOLDER/NAME", to be freed; NULL: no memory. */
 char *batch_path(const char *folder, const char *name);
+/* The bytes of a regular file, *n of them, to be freed; NULL: there is none, or no memory. */
+char *batch_read_whole(const char *path, size_t *n);
 
 /* ---- inputs ----------------------------------------------------------------------------------------------------------------*/
 
@@ -119,6 +121,7 @@ const char *batch_state_name(int state);
 typedef struct batch_value {
     char *name; /* "alpha_x", "f0[r]"                       */
     double value, error;
+    int tied; /* 1: it follows another parameter */
 } batch_value;
 
 /* What the table says of one problem of a file: of its best fit. */

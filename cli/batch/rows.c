@@ -106,7 +106,7 @@ static int is_held(const ff_json_node *parameter)
 
 static int add_value(batch_row *r, char *name, const ff_json_node *value, const ff_json_node *error)
 {
-    r->value[r->n_values++] = (batch_value){name, ff_json_real(value), ff_json_real(error)};
+    r->value[r->n_values++] = (batch_value){name, ff_json_real(value), ff_json_real(error), 0};
     return name != NULL;
 }
 
@@ -144,6 +144,7 @@ static ff_status take_parameters(const ff_json_node *fit, batch_row *r)
         if (is_held(p)) continue;
         there = ff_json_kind_of(value) == FF_JSON_ARRAY ? add_channels(r, ff_json_name(p), value, error, channels)
                                                         : add_value(r, strdup(ff_json_name(p)), value, error);
+        if (r->n_values) r->value[r->n_values - 1].tied = ff_json_is_true(ff_json_member(p, "tied"));
     }
     return r->value && there ? FF_OK : FF_ERR_MEMORY;
 }

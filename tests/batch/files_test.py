@@ -311,6 +311,8 @@ def pages():
         lib.check(data[:8] == b"\x89PNG\r\n\x1a\n" and struct.unpack(">II", data[16:24]) == (48, 48), "a sphere is no PNG of 48 by 48")
     lib.check(not re.search(r"(?:src|href)=\"(?:https?:)?//|<script|<i>", index), "the index asks for something, or text became markup")
     lib.check(index.index("zero.csv") < index.index("<a href"), "what failed is first")
+    lib.check(re.search(r"zero\.csv</td><td class=\"failed\">failed</td><td colspan=\"3\"><small>[^<]", index), "the message of what failed has room")
+    lib.check(index.count("alpha_x&nbsp;") == 5 and "alpha_y" not in index, "a parameter that follows another is said twice")
     before = state("pages")
     os.remove(lib.at("pages", "m0001.csv.html"))
     lib.run("fit", "p", "-o", "pages", "--html", "pages/index.html", "--resume", expected=1, said=["4 of them were done before"])
