@@ -103,10 +103,9 @@ static double least_reflectance(const double *least)
     double sum = 0, floor = INFINITY;
     for (int k = 0; k < CELLS; k++) floor = fmin(floor, least[k]);
     if (isinf(floor)) return NAN;
-    for (int k = 0; k < CELLS; k++) {
-        const int row = k / AZIMUTHS;
+    for (int row = 0; row < POLAR; row++) {
         const double a = row * step, b = a + step, solid = 0.5 * (sin(b) * sin(b) - sin(a) * sin(a)) * turn;
-        sum += solid * least_about(least, k, floor);
+        for (int k = row * AZIMUTHS; k < (row + 1) * AZIMUTHS; k++) sum += solid * least_about(least, k, floor);
     }
     return sum;
 }
@@ -130,7 +129,8 @@ ff_status ff_brightest_find(const ff_table *t, double max_theta, ff_brightest *o
         b.theta_i[row] = l.theta_i[row];
         b.count[b.side[row]]++;
     }
-    for (size_t k = 0; k < t->n_channels * ROWS; k++) b.reflects = fmax(b.reflects, least_reflectance(l.least + k * CELLS));
+    for (size_t k = 0; k < t->n_channels * ROWS; k++)
+        if (!isnan(l.theta_i[k % ROWS])) b.reflects = fmax(b.reflects, least_reflectance(l.least + k * CELLS));
     free(l.least);
     *out = b;
     return FF_OK;

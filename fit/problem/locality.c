@@ -6,7 +6,7 @@
 #include <string.h>
 
 /* More samples than this are left as they are: gathering them from all over the table takes several times as long as all else. */
-enum { MOST_ORDERED = 100000, LOOK_SLAB = 2048, CODE_BITS = 18 };
+enum { MOST_ORDERED = 100000, LOOK_SLAB = 2048, CODE_BITS = 18, DIGIT_BITS = 9, DIGITS = 1 << DIGIT_BITS };
 static const double pi = 3.14159265358979323846;
 
 /* The bits of `dims` numbers of CODE_BITS / dims bits, in turn. */
@@ -57,26 +57,36 @@ static void look_at(void *context, size_t slab, int worker)
     }
 }
 
+/* The samples by a digit of their codes, those of one digit in the order that they have (Knuth, volume 3, 5.2.5). */
+static void sort_by_digit(const uint32_t *code, int shift, const uint32_t *from, uint32_t *to, size_t n)
+{
+    size_t start[DIGITS + 1] = {0};
+    for (size_t i = 0; i < n; i++) start[(code[from[i]] >> shift & (DIGITS - 1)) + 1]++;
+    for (size_t d = 0; d < DIGITS; d++) start[d + 1] += start[d];
+    for (size_t i = 0; i < n; i++) to[start[code[from[i]] >> shift & (DIGITS - 1)]++] = from[i];
+}
+
 ff_status ff_order_by_place(const ff_table *t, ff_pool *pool, uint32_t *index, size_t n)
 {
     if (t->grid || t->axes.kind != FF_AXES_NONE || n < 2 || n > MOST_ORDERED) return FF_OK;
     look l = {t, index, n, malloc(n * sizeof *l.code), malloc(n)};
-    uint32_t *sorted = malloc(n * sizeof *sorted);
-    size_t *start = calloc(((size_t)1 << CODE_BITS) + 1, sizeof *start), moved = 0;
-    const ff_status status = l.code && l.moved && sorted && start ? FF_OK : FF_ERR_MEMORY;
+    uint32_t *place = malloc(n * sizeof *place), *half = malloc(n * sizeof *half);
+    size_t moved = 0;
+    const ff_status status = l.code && l.moved && place && half ? FF_OK : FF_ERR_MEMORY;
     if (!status) {
         ff_pool_run(pool, (n + LOOK_SLAB - 1) / LOOK_SLAB, look_at, &l);
         for (size_t i = 0; i < n; i++) moved += l.moved[i];
     }
-    if (!status && moved > n / 2) { /* no scans; a counting sort, which keeps the file's order of what is in one place */
-        for (size_t i = 0; i < n; i++) start[l.code[i] + 1]++;
-        for (size_t c = 0; c < (size_t)1 << CODE_BITS; c++) start[c + 1] += start[c];
-        for (size_t i = 0; i < n; i++) sorted[start[l.code[i]]++] = index[i];
-        memcpy(index, sorted, n * sizeof *index);
+    if (!status && moved > n / 2) { /* no scans; what is in one place keeps the file's order */
+        for (size_t i = 0; i < n; i++) place[i] = (uint32_t)i;
+        sort_by_digit(l.code, 0, place, half, n);
+        sort_by_digit(l.code, DIGIT_BITS, half, place, n);
+        for (size_t i = 0; i < n; i++) half[i] = index[place[i]];
+        memcpy(index, half, n * sizeof *index);
     }
     free(l.code);
     free(l.moved);
-    free(sorted);
-    free(start);
+    free(place);
+    free(half);
     return status;
 }
