@@ -13,27 +13,47 @@ static int paeth(int left, int above, int corner)
     return a <= b && a <= c ? left : b <= c ? above : corner;
 }
 
-/* Row `at`, the one above it (NULL: zeros), filtered; the sum of the bytes' sizes as signed ones. */
-static unsigned long filter_row(int filter, size_t n, size_t pixel, const unsigned char *at, const unsigned char *above,
-                                unsigned char *out)
+/* What `filter` takes a byte for. */
+static inline int guess(int filter, int left, int above, int corner)
+{
+    switch (filter) {
+    case 0: return 0;
+    case 1: return left;
+    case 2: return above;
+    case 3: return (left + above) / 2;
+    default: return paeth(left, above, corner);
+    }
+}
+
+/* Row `at`, the one above it, filtered; the sum of the bytes' sizes as signed ones. The filter is a constant where this is inlined. */
+static inline unsigned long filter_by(int filter, size_t n, size_t pixel, const unsigned char *at, const unsigned char *above,
+                                      unsigned char *out)
 {
     unsigned long sum = 0;
-    for (size_t k = 0; k < n; k++) {
-        const int left = k < pixel ? 0 : at[k - pixel], up = above ? above[k] : 0,
-                  corner = k < pixel || !above ? 0 : above[k - pixel];
-        const int guess[FILTERS] = {0, left, up, (left + up) / 2, paeth(left, up, corner)};
-        out[k] = (unsigned char)(at[k] - guess[filter]);
-        sum += out[k] < 128 ? out[k] : 256u - out[k];
-    }
+    for (size_t k = 0; k < pixel; k++) out[k] = (unsigned char)(at[k] - guess(filter, 0, above[k], 0));
+    for (size_t k = pixel; k < n; k++) out[k] = (unsigned char)(at[k] - guess(filter, at[k - pixel], above[k], above[k - pixel]));
+    for (size_t k = 0; k < n; k++) sum += out[k] < 128 ? out[k] : 256u - out[k];
     return sum;
 }
 
-/* All rows, each after the number of its filter; scratch [2][width]. */
+static unsigned long filter_row(int filter, size_t n, size_t pixel, const unsigned char *at, const unsigned char *above,
+                                unsigned char *out)
+{
+    switch (filter) {
+    case 0: return filter_by(0, n, pixel, at, above, out);
+    case 1: return filter_by(1, n, pixel, at, above, out);
+    case 2: return filter_by(2, n, pixel, at, above, out);
+    case 3: return filter_by(3, n, pixel, at, above, out);
+    default: return filter_by(4, n, pixel, at, above, out);
+    }
+}
+
+/* All rows, each after the number of its filter; scratch [2][width], its second row zeros: what is above the first. */
 static void filter_rows(size_t width, size_t ny, size_t pixel, const unsigned char *pixels, unsigned char *scratch,
                         unsigned char *out)
 {
     for (size_t r = 0; r < ny; r++) {
-        const unsigned char *at = pixels + r * width, *above = r ? at - width : NULL;
+        const unsigned char *at = pixels + r * width, *above = r ? at - width : scratch + width;
         unsigned char *row = out + r * (width + 1);
         unsigned long least = 0;
         for (int f = 0; f < FILTERS; f++) {
@@ -74,7 +94,7 @@ ff_status ff_png_encode(size_t nx, size_t ny, size_t channels, const unsigned ch
 {
     const size_t width = nx * channels, raw = ny * (width + 1);
     uLongf packed = compressBound((uLong)raw);
-    unsigned char *rows = malloc(raw), *scratch = malloc(width), *out = malloc(HEAD + CHUNK + packed + END), *at = out;
+    unsigned char *rows = malloc(raw), *scratch = calloc(2, width), *out = malloc(HEAD + CHUNK + packed + END), *at = out;
     if (rows && scratch && out) {
         filter_rows(width, ny, channels, pixels, scratch, rows);
         at = put_head(out, nx, ny, channels);

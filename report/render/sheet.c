@@ -95,7 +95,8 @@ static void shown(const page *p, const ff_render_cell *c, const float *rgba, dou
         for (int k = 0; k < 3; k++) out[k] = (double)((colour >> (16 - 8 * k)) & 255) / 255;
         return;
     }
-    for (int k = 0; k < 3; k++) out[k] = ff_render_tone_of(p->s->tone, (double)rgba[k] / cover * p->factor);
+    for (int k = 0; k < 3; k++)
+        out[k] = k && rgba[k] == rgba[k - 1] ? out[k - 1] : ff_render_tone_of(p->s->tone, (double)rgba[k] / cover * p->factor);
 }
 
 static void put_cell(page *p, const ff_render_cell *c, size_t left, size_t top)
