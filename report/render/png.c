@@ -17,15 +17,21 @@ static int paeth(int left, int above, int corner)
 static inline int guess(int filter, int left, int above, int corner)
 {
     switch (filter) {
-    case 0: return 0;
-    case 1: return left;
-    case 2: return above;
-    case 3: return (left + above) / 2;
-    default: return paeth(left, above, corner);
+    case 0:
+        return 0;
+    case 1:
+        return left;
+    case 2:
+        return above;
+    case 3:
+        return (left + above) / 2;
+    default:
+        return paeth(left, above, corner);
     }
 }
 
-/* Row `at`, the one above it, filtered; the sum of the bytes' sizes as signed ones. The filter is a constant where this is inlined. */
+/* Row `at`, the one above it, filtered; the sum of the bytes' sizes as signed ones. The filter is a constant where this is inlined.
+ */
 static inline unsigned long filter_by(int filter, size_t n, size_t pixel, const unsigned char *at, const unsigned char *above,
                                       unsigned char *out)
 {
@@ -40,11 +46,16 @@ static unsigned long filter_row(int filter, size_t n, size_t pixel, const unsign
                                 unsigned char *out)
 {
     switch (filter) {
-    case 0: return filter_by(0, n, pixel, at, above, out);
-    case 1: return filter_by(1, n, pixel, at, above, out);
-    case 2: return filter_by(2, n, pixel, at, above, out);
-    case 3: return filter_by(3, n, pixel, at, above, out);
-    default: return filter_by(4, n, pixel, at, above, out);
+    case 0:
+        return filter_by(0, n, pixel, at, above, out);
+    case 1:
+        return filter_by(1, n, pixel, at, above, out);
+    case 2:
+        return filter_by(2, n, pixel, at, above, out);
+    case 3:
+        return filter_by(3, n, pixel, at, above, out);
+    default:
+        return filter_by(4, n, pixel, at, above, out);
     }
 }
 
