@@ -17,6 +17,8 @@ static ff_status write_text(const void *report, FILE *out)
 static int looks_at_samples(const cli_args *args)
 {
     return cli_given(args, FLAG_BOOTSTRAP) || cli_given(args, FLAG_REACH) || cli_given(args, FLAG_RESIDUALS) ||
+           cli_given(args, FLAG_SCALE_UNCERTAINTY) || cli_given(args, FLAG_OFFSET_UNCERTAINTY) ||
+           cli_given(args, FLAG_ANGLE_UNCERTAINTY) || cli_given(args, FLAG_APERTURE_UNCERTAINTY) ||
            strcmp(cli_value(args, FLAG_ROBUST, "none"), "none") || cli_given(args, FLAG_JSON) || cli_given(args, FLAG_HTML) ||
            !strcmp(cli_value(args, FLAG_ERRORS, ""), "incidences") || !strcmp(cli_value(args, FLAG_WEIGHT, ""), "noise");
 }

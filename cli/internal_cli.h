@@ -210,7 +210,9 @@ typedef struct cli_trust {
     int cut_off_given;     /* 1: asked for                         */
     const char *residuals; /* file; NULL: none                     */
     double reach;          /* radians; below 0: not asked for      */
-    int by_angle;          /* 1: residuals by angle of a fit, where the samples are kept */
+    ff_budget_options instrument;
+    int has_instrument; /* 1: something was stated of it        */
+    int by_angle;       /* 1: residuals by angle of a fit, where the samples are kept */
     size_t n_fits, n_places;
     ff_report_trust *each; /* [n_fits]                             */
     ff_places *places;     /* [n_places] one for each problem      */

@@ -35,6 +35,23 @@ int cli_read_censoring(const cli_args *args, ff_fit_options *o)
     return EXIT_DONE;
 }
 
+/* What is stated of the instrument. */
+static int read_instrument(const cli_args *args, const ff_fit_options *o, cli_trust *t)
+{
+    ff_budget_options *u = &t->instrument;
+    ff_budget_options_init(u);
+    u->scale = cli_number(args, FLAG_SCALE_UNCERTAINTY, 0);
+    u->offset = cli_number(args, FLAG_OFFSET_UNCERTAINTY, 0) * degree;
+    u->angle = cli_number(args, FLAG_ANGLE_UNCERTAINTY, 0) * degree;
+    u->aperture = cli_number(args, FLAG_APERTURE_UNCERTAINTY, 0) * degree;
+    t->has_instrument = u->scale > 0 || u->offset > 0 || u->angle > 0 || u->aperture > 0;
+    if (u->aperture > 0 && !(o->aperture && o->aperture->half > 0))
+        return cli_usage(args, "--aperture-uncertainty is of an aperture: give it with --aperture");
+    if (t->has_instrument && o->robust != FF_ROBUST_NONE)
+        return cli_usage(args, "what an instrument adds is found for sums of squares: leave out --robust, or the uncertainties");
+    return EXIT_DONE;
+}
+
 int cli_trust_read(const cli_args *args, const ff_fit_options *o, cli_trust *out)
 {
     const double highest = o->max_theta / degree;
@@ -54,8 +71,9 @@ int cli_trust_read(const cli_args *args, const ff_fit_options *o, cli_trust *out
     if (t.bootstrap && t.profile) return cli_usage(args, "--profile and --bootstrap both find the intervals: give one of them");
     if (t.cut_off_given && !(cut_off < highest - 1e-9))
         return cli_usage(args, "--cut-off %g: expected an angle below that of --max-theta, %g", cut_off, highest);
-    *out = t;
-    return EXIT_DONE;
+    const int status = read_instrument(args, o, &t);
+    if (status == EXIT_DONE) *out = t;
+    return status;
 }
 
 /* ---- after the fits -------------------------------------------------------------------------- */
@@ -123,6 +141,17 @@ static ff_status look_at_fit(cli_trust *t, cli_fitting *f, size_t problem, ff_fi
     return status == FF_OK ? look_at_explained(f, problem, fit, each, err) : status;
 }
 
+static ff_status look_at_instrument(const cli_trust *t, const cli_fitting *f, size_t problem, const ff_fit_result *fit,
+                                    ff_report_trust *each, ff_error *err)
+{
+    if (!t->has_instrument) return FF_OK;
+    const ff_status status = ff_trust_budget_into(f->problem[problem], &f->table, &t->places[problem], &f->options, fit,
+                                                  &t->instrument, &each->budget, err);
+    each->has_budget = status == FF_OK;
+    each->uncertainties = t->instrument;
+    return status;
+}
+
 static ff_status look_at_residuals(cli_trust *t, cli_fitting *f, size_t problem, const ff_fit_result *fit, ff_report_trust *each,
                                    ff_error *err)
 {
@@ -165,12 +194,13 @@ static ff_status look_ahead(cli_trust *t, cli_fitting *f, size_t problem, const 
 int cli_trust_fit(cli_trust *t, cli_fitting *f, ff_fit_result *fit, size_t n_fits)
 {
     ff_error err = {0};
-    const int needs_places =
-        t->by_angle || t->bootstrap || t->residuals || t->reach >= 0 || f->options.errors == FF_ERRORS_INCIDENCES;
+    const int needs_places = t->by_angle || t->bootstrap || t->residuals || t->reach >= 0 || t->has_instrument ||
+                             f->options.errors == FF_ERRORS_INCIDENCES;
     ff_status status = begin(t, f, n_fits, needs_places, &err);
     say(f, t->bootstrap ? "bootstrap" : t->profile ? "profile" : "residuals");
     for (size_t i = 0; i < n_fits && status == FF_OK; i++) {
         status = look_at_fit(t, f, i, &fit[i], &t->each[i], &err);
+        if (status == FF_OK) status = look_at_instrument(t, f, i, &fit[i], &t->each[i], &err);
         if (status == FF_OK && t->places && t->by_angle) status = look_at_residuals(t, f, i, &fit[i], &t->each[i], &err);
         if (status == FF_OK && t->places && t->reach >= 0) status = look_ahead(t, f, i, fit, i, i, &err);
     }
@@ -233,7 +263,10 @@ void cli_trust_report(const cli_trust *t, ff_report_fits *r)
 
 void cli_trust_free(cli_trust *t)
 {
-    for (size_t i = 0; i < t->n_fits && t->each; i++) ff_cut_off_clear(&t->each[i].cut_off);
+    for (size_t i = 0; i < t->n_fits && t->each; i++) {
+        ff_cut_off_clear(&t->each[i].cut_off);
+        ff_budget_clear(&t->each[i].budget);
+    }
     for (size_t i = 0; i < t->n_places; i++) ff_places_clear(&t->places[i]);
     free(t->each);
     free(t->places);

@@ -58,7 +58,7 @@ ff_status ff_report_fold(ff_status (*write)(const void *context, FILE *out), con
 
 /** What is known of a fit beyond its result; a part that is not there was not asked for. */
 typedef struct ff_report_trust {
-    int has_bands, has_versus, has_cut_off, has_bootstrap, has_outliers, has_explained, has_next;
+    int has_bands, has_versus, has_cut_off, has_bootstrap, has_outliers, has_explained, has_next, has_budget;
     ff_bands bands;
     ff_versus versus; /**< against the best of its problem: all 0 for that one      */
     ff_cut_off cut_off;
@@ -67,6 +67,8 @@ typedef struct ff_report_trust {
     ff_explained explained;
     ff_next next;      /**< of the best fit of its problem                              */
     size_t next_rival; /**< the fit that it is to be told from; itself: none            */
+    ff_budget budget;
+    ff_budget_options uncertainties; /**< that it is of                                              */
 } ff_report_trust;
 
 /** For which renderer a fit was made. */

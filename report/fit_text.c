@@ -428,6 +428,7 @@ static ff_status put_fit(const ff_report_fits *r, size_t i, FILE *out)
     if (status == FF_OK) status = put_residual(f, r->style, out);
     if (status == FF_OK && r->target) status = ff_report_controls_text(r, i, out);
     ff_report_trust_of_fit(r, i, out);
+    if (status == FF_OK) status = ff_report_budget_text(r, i, out);
     if (f->warnings.n > 0) fputc('\n', out);
     ff_report_fit_warnings(r, i, out);
     return status;

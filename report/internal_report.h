@@ -38,7 +38,8 @@ const ff_model_param *ff_report_followed(const ff_fit_result *f, const ff_fit_va
 const char *ff_report_channel_param(const ff_problem *p, const ff_fit_result *f, uint32_t k, size_t c, char out[FF_REPORT_NAME]);
 
 /* Parts of the reports of fits that say how far these can be trusted: trust_text.c, trust_json.c. */
-void ff_report_trust_of_fit(const ff_report_fits *r, size_t i, FILE *out); /* lines under a fit                      */
+void ff_report_trust_of_fit(const ff_report_fits *r, size_t i, FILE *out);     /* lines under a fit                      */
+ff_status ff_report_budget_text(const ff_report_fits *r, size_t i, FILE *out); /* likewise; nothing where there is none      */
 void ff_report_outliers_text(const ff_report_fits *r, size_t i, FILE *out);
 ff_status ff_report_bands_text(const ff_report_fits *r, const size_t *row, size_t n, FILE *out); /* of the fits row [n] */
 void ff_report_trust_json(ff_json *j, const ff_report_fits *r, size_t i); /* keys of a fit's open object            */

@@ -75,6 +75,31 @@ static void put_cut_off(ff_json *j, const ff_problem *p, const ff_fit_result *f,
     ff_json_close(j);
 }
 
+/* What was stated of the instrument, and what it adds. */
+static void put_budget(ff_json *j, const ff_problem *p, const ff_fit_result *f, const ff_budget *b, const ff_budget_options *u)
+{
+    ff_json_object(j, "uncertainty_budget", FF_JSON_BLOCK);
+    ff_json_object(j, "of", FF_JSON_LINE);
+    ff_json_number(j, "scale", u->scale);
+    ff_json_number(j, "offset_deg", ff_report_degrees(u->offset));
+    ff_json_number(j, "angle_deg", ff_report_degrees(u->angle));
+    ff_json_number(j, "aperture_deg", ff_report_degrees(u->aperture));
+    ff_json_close(j);
+    ff_json_array(j, "parameters", FF_JSON_BLOCK);
+    for (size_t k = 0; k < b->n_columns; k++) {
+        char name[FF_REPORT_NAME];
+        ff_json_object(j, NULL, FF_JSON_LINE);
+        ff_json_string(j, "name", ff_report_column_name(p, f, k, name));
+        ff_json_number(j, "random", b->random[k]);
+        for (int s = 0; s < FF_BUDGET_SOURCES; s++)
+            if (b->by[s]) ff_json_number(j, ff_budget_source_name(s), b->by[s][k]);
+        ff_json_number(j, "combined", b->combined[k]);
+        ff_json_close(j);
+    }
+    ff_json_close(j);
+    ff_json_close(j);
+}
+
 static void put_bootstrap(ff_json *j, const ff_bootstrap *b)
 {
     ff_json_object(j, "bootstrap", FF_JSON_LINE);
@@ -137,6 +162,7 @@ void ff_report_trust_json(ff_json *j, const ff_report_fits *r, size_t i)
     if (t->has_versus) put_versus(j, &t->versus);
     if (t->has_bands) put_bands(j, &t->bands);
     if (t->has_cut_off) put_cut_off(j, p, f, &t->cut_off);
+    if (t->has_budget) put_budget(j, p, f, &t->budget, &t->uncertainties);
     if (t->has_bootstrap) put_bootstrap(j, &t->bootstrap);
     if (t->has_outliers) put_outliers(j, p, &t->outliers);
 }

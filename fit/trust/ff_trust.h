@@ -177,6 +177,56 @@ FF_API ff_status ff_trust_cut_off(const ff_problem *p, const ff_fit_options *o, 
                                   ff_cut_off **out, ff_error *err);
 FF_API void ff_cut_off_free(ff_cut_off *c); /**< NULL is allowed */
 
+/* ---- what the instrument adds ----------------------------------------------------------------- */
+
+/** Standard uncertainties of what an instrument says of itself; 0: none. Fill with ff_budget_options_init, then change. */
+typedef struct ff_budget_options {
+    size_t size;
+    double scale;    /**< of all values together, relative, in [0, 1]: the calibration                                       */
+    double offset;   /**< of the zero of each angular scale, radians in [0, 0.1]: one for all angles of incidence, one for all of
+                          the detector. In the plane of incidence, away from the light counting up                        */
+    double angle;    /**< of each polar angle by itself, radians in [0, 0.1]: every setting of the incidence, every reading of the
+                          detector                                                                                        */
+    double aperture; /**< of the half angle of the aperture, radians in [0, 0.1]                                             */
+} ff_budget_options;
+FF_API void ff_budget_options_init_size(ff_budget_options *u, size_t size);
+static inline void ff_budget_options_init(ff_budget_options *u)
+{
+    ff_budget_options_init_size(u, sizeof *u);
+}
+
+/** What an uncertainty of a parameter comes from. */
+typedef enum ff_budget_source {
+    FF_BUDGET_SCALE = 0,
+    FF_BUDGET_INCIDENCE_OFFSET = 1,
+    FF_BUDGET_DETECTOR_OFFSET = 2,
+    FF_BUDGET_INCIDENCES = 3, /**< each setting of the incidence by itself */
+    FF_BUDGET_READINGS = 4,   /**< each reading of the detector by itself: it scatters the data, so that the random error has it
+                                   already, and `combined` does not count it again */
+    FF_BUDGET_APERTURE = 5
+} ff_budget_source;
+enum { FF_BUDGET_SOURCES = 6 };
+FF_API const char *ff_budget_source_name(int source); /**< "scale", "incidence_offset", ...; NULL for a number that is none */
+
+/** A table of contributions. Made by ff_trust_budget and only looked at; later versions may have more members at its end. */
+typedef struct ff_budget {
+    size_t n_columns;              /**< parameters with a standard error                                                     */
+    double *random;                /**< [n_columns] the standard error of the fit                                            */
+    double *by[FF_BUDGET_SOURCES]; /**< [n_columns] standard uncertainties by column of fit; NULL where the source has none   */
+    double *combined;              /**< [n_columns] root of the sum of squares of the two                                    */
+} ff_budget;
+
+/** What do the uncertainties of the instrument add to each parameter? The law of propagation (JCGM 100:2008, 5.1.2): by how much
+ * the optimum moves, to first order, where the data are what the model reads at angles, through an aperture or with a scale that
+ * are off by one standard uncertainty. Contributions count as independent.
+ *  @param t  the table that p was made from, unchanged
+ *  *out is written only on FF_OK; release it with ff_budget_free. FF_ERR_RANGE for an uncertainty that is none; FF_ERR_UNSUPPORTED
+ *  with a robust loss, for the uncertainty of an aperture that is a point, and for single angles where a fit has more than 512
+ *  parameters; FF_ERR_MEMORY. */
+FF_API ff_status ff_trust_budget(const ff_problem *p, const ff_table *t, const ff_places *places, const ff_fit_options *o,
+                                 const ff_fit_result *fit, const ff_budget_options *u, ff_budget **out, ff_error *err);
+FF_API void ff_budget_free(ff_budget *b); /**< NULL is allowed */
+
 /* ---- comparison ------------------------------------------------------------------------------ */
 
 /** What a fit differs from the best by, positive where the best is better.

@@ -33,6 +33,9 @@ ff_status ff_trust_bootstrap_into(const ff_problem *p, const ff_places *places, 
 ff_status ff_trust_cut_off_into(const ff_problem *p, const ff_fit_options *o, const ff_fit_result *fit, double max_theta,
                                 ff_cut_off *out, ff_error *err);
 void ff_cut_off_clear(ff_cut_off *c);
+ff_status ff_trust_budget_into(const ff_problem *p, const ff_table *t, const ff_places *places, const ff_fit_options *o,
+                               const ff_fit_result *fit, const ff_budget_options *u, ff_budget *out, ff_error *err);
+void ff_budget_clear(ff_budget *b);
 
 ff_status ff_trust_next_into(const ff_problem *p, const ff_table *t, const ff_places *places, const ff_fit_options *o,
                              const ff_fit_result *fit, const ff_fit_result *rival, double reach, ff_next *out, ff_error *err);

@@ -464,12 +464,19 @@ static void init_read(const scene *s, void *o)
     (void)s;
     ff_read_options_init(o);
 }
+
+static void init_uncertainties(const scene *s, void *o)
+{
+    (void)s;
+    ff_budget_options_init(o);
+}
 #define INIT_ff_fit_options      init_fit
 #define INIT_ff_ndf_options      init_ndf
 #define INIT_ff_simulate_options init_simulate
 #define INIT_ff_resample_options init_resample
 #define INIT_ff_render_options   init_render
 #define INIT_ff_read_options     init_read
+#define INIT_ff_budget_options   init_uncertainties
 
 /* ---- the list -------------------------------------------------------------------------------- */
 
@@ -519,7 +526,7 @@ typedef struct probe {
         __VA_ARGS__                                                                                                                \
     }
 #define OPTIONS(function, type, flags, ...)                                                                                        \
-    static ff_status JOIN3(with_, function, _options)(scene * s, void *options)                                                    \
+    static ff_status JOIN3(with_, function, _##type)(scene * s, void *options)                                                     \
     {                                                                                                                              \
         type *o = options;                                                                                                         \
         (void)s;                                                                                                                   \
@@ -599,7 +606,7 @@ static const struct {
     ff_status (*call)(scene *s, void *o);
     void (*init)(const scene *s, void *o);
 } options[] = {
-#define OPTIONS(function, type, flags, ...) {#function, #type, flags, JOIN3(with_, function, _options), INIT_##type},
+#define OPTIONS(function, type, flags, ...) {#function, #type, flags, JOIN3(with_, function, _##type), INIT_##type},
 #include "arguments.def"
 };
 

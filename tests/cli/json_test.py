@@ -138,6 +138,12 @@ def trust(path):
     check_bands(f["residual_bands"])
     keys(f["cut_off"], "max_theta_deg used parameters", "cut-off")
     check(f["cut_off"]["max_theta_deg"] == 70 and all(number(p["value"]) for p in f["cut_off"]["parameters"]), "cut-off")
+    b = document("fit", path, "--scale-uncertainty", "0.02", "--angle-uncertainty", "0.1")["fits"][0]["uncertainty_budget"]
+    keys(b, "of parameters", "budget")
+    check(b["of"] == {"scale": 0.02, "offset_deg": 0, "angle_deg": 0.1, "aperture_deg": 0}, "what was stated: %s" % b["of"])
+    for p in b["parameters"]:
+        keys(p, "name random scale incidences readings combined", "budget of a parameter")
+        check(abs(p["combined"] ** 2 - p["random"] ** 2 - p["scale"] ** 2 - p["incidences"] ** 2) < 1e-9 * p["combined"] ** 2, "sum of %s" % p)
     f = document("fit", path, "--bootstrap", "40", "--cut-off", "0")["fits"][0]
     check_trust(f, "bootstrap")
     check("cut_off" not in f and f["bootstrap"]["repeats"] == 40 and f["bootstrap"]["failed"] == 0, "bootstrap %s" % f["bootstrap"])
