@@ -175,8 +175,11 @@ static void vuong_cell(ff_cell *out, ff_where w)
 {
     const ranking *t = w.of;
     if (fit_at(t, w.row) == best_at(t, w.row)) return;
-    const double z = versus_at(t, w.row)->vuong_z;
-    if (!isnan(z)) ff_cell_number(out, z, 3); /* else no test was possible */
+    const ff_versus *v = versus_at(t, w.row);
+    char number[FF_TEXT_NUMBER], text[FF_TEXT_NUMBER + 4];
+    if (isnan(v->vuong_z)) return; /* no test was possible */
+    snprintf(text, sizeof text, "%s%s", ff_text_number(v->vuong_z, 3, number), v->by_parameter ? " w" : "");
+    ff_cell_rounded(out, v->vuong_z, text);
 }
 
 /* How probable so large a difference is where there is none. */
@@ -508,6 +511,22 @@ static int is_untested(const ff_report_fits *r, size_t p)
     return v && v->weighted && v->incidences < 3;
 }
 
+/* What z and delta AIC are of, where the table shows that they are not what a reader would take them for. */
+static void put_measures(const ff_report_fits *r, FILE *out)
+{
+    int by_parameter = 0, against_order = 0;
+    for (size_t i = 0; i < r->n_fits; i++) {
+        const ff_versus *v = ff_report_versus(r, &r->fit[i]);
+        by_parameter |= v && v->by_parameter;
+        against_order |= v && v->weighted && v->aic < -2;
+    }
+    if (by_parameter) fputs("w: z of the parameter that the best model has more than this one (Wald's test)\n", out);
+    if (against_order)
+        fputs(
+            "delta AIC below 0: in standard deviations of the data's noise this model is nearer; the rows are ranked by the loss\n",
+            out);
+}
+
 static void put_legend(const ff_report_fits *r, FILE *out)
 {
     int any = 0, tied = 0;
@@ -519,6 +538,7 @@ static void put_legend(const ff_report_fits *r, FILE *out)
     if (any) fputs("! on its bound\n", out);
     if (tied) fputs("~ cannot be told apart from the best by these data", out);
     if (tied) fputs(is_untested(r, 0) ? "\n" : "; * is the simplest of them\n", out);
+    put_measures(r, out);
     for (size_t p = 0; p < r->n_problems && r->trust; p++) {
         const ff_versus *v = ff_report_versus(r, &r->fit[p * (r->n_fits / r->n_problems)]);
         put_no_better(r, p, out);

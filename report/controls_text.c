@@ -104,7 +104,7 @@ static void error_cell(ff_cell *out, ff_where w)
 static void interval_cell(ff_cell *out, ff_where w)
 {
     const controls *t = w.of;
-    char low[FF_TEXT_NUMBER], high[FF_TEXT_NUMBER], rest[FF_TEXT_NUMBER];
+    char low[FF_TEXT_NUMBER], high[FF_TEXT_NUMBER];
     if (setting_at(t, w.row)) return;
     const ff_control_estimate e = estimate_at(t, w.row);
     if (isnan(e.low)) {
@@ -112,9 +112,7 @@ static void interval_cell(ff_cell *out, ff_where w)
         return;
     }
     const double width = e.high > e.low ? 0.25 * (e.high - e.low) : NAN;
-    ff_text_with_error(e.low, width, low, rest);
-    ff_text_with_error(e.high, width, high, rest);
-    ff_cell_text(out, "%.40s to %.40s", low, high);
+    ff_cell_text(out, "%.40s to %.40s", ff_text_within(e.low, width, low), ff_text_within(e.high, width, high));
 }
 
 static void unit_cell(ff_cell *out, ff_where w)

@@ -150,12 +150,10 @@ static void error_cell(ff_cell *out, ff_where w)
 /* "0.19 to 0.21", with the digits that its width deserves; "-" where there is none. */
 static const char *interval_cell(const ff_fit_value *v, char out[2 * FF_TEXT_NUMBER])
 {
-    char low[FF_TEXT_NUMBER], high[FF_TEXT_NUMBER], rest[FF_TEXT_NUMBER];
+    char low[FF_TEXT_NUMBER], high[FF_TEXT_NUMBER];
     if (v->interval == FF_INTERVAL_NONE || v->tied) return strcpy(out, "-");
     const double width = v->high > v->low ? 0.25 * (v->high - v->low) : NAN;
-    ff_text_with_error(v->low, width, low, rest);
-    ff_text_with_error(v->high, width, high, rest);
-    snprintf(out, 2 * FF_TEXT_NUMBER, "%.40s to %.40s", low, high);
+    snprintf(out, 2 * FF_TEXT_NUMBER, "%.40s to %.40s", ff_text_within(v->low, width, low), ff_text_within(v->high, width, high));
     return out;
 }
 

@@ -35,6 +35,9 @@ const char *ff_text_number(double x, int significant, char out[FF_TEXT_NUMBER]);
 const char *ff_text_fixed(double x, int decimals, char out[FF_TEXT_NUMBER]);
 /* Value and standard error, both cut at the second digit of the error; six digits and "-" where the error is not known. */
 void ff_text_with_error(double value, double error, char out[FF_TEXT_NUMBER], char out_error[FF_TEXT_NUMBER]);
+/* An end of an interval, or the value in it, that is `width` away from the other end: as many digits as ff_text_with_error, and
+ * more where the number itself is so much smaller that nothing but zeros would be left of it. */
+const char *ff_text_within(double x, double width, char out[FF_TEXT_NUMBER]);
 /* The shortest text that reads back as the same double; "nan", "inf", "-inf". */
 const char *ff_text_exact(double x, char out[FF_TEXT_NUMBER]);
 

@@ -175,3 +175,10 @@ void ff_text_with_error(double value, double error, char out[FF_TEXT_NUMBER], ch
     }
     ff_text_fixed(value, decimals, out);
 }
+
+const char *ff_text_within(double x, double width, char out[FF_TEXT_NUMBER])
+{
+    char rest[FF_TEXT_NUMBER];
+    ff_text_with_error(x, x != 0 ? fmin(width, fabs(x)) : width, out, rest);
+    return out;
+}

@@ -69,6 +69,7 @@ static void put_cut_off(ff_json *j, const ff_problem *p, const ff_fit_result *f,
         ff_json_string(j, "name", ff_report_column_name(p, f, k, name));
         ff_json_number(j, "value", c->value[k]);
         ff_json_number(j, "move_in_errors", c->move[k]);
+        ff_json_number(j, "move_in_fit_errors", c->shift[k]);
         ff_json_close(j);
     }
     ff_json_close(j);

@@ -84,25 +84,32 @@ static void put_bootstrap(const ff_bootstrap *b, FILE *out)
         fputs("  there are too few incident directions to reweight them: errors that a whole one shares are not in these\n", out);
 }
 
+static int has_moved(const ff_cut_off *c, size_t k)
+{
+    return fabs(c->move[k]) > c->limit && fabs(c->shift[k]) > FF_CUT_OFF_MATTERS;
+}
+
 static void put_cut_off(const ff_report_fits *r, size_t i, FILE *out)
 {
     const ff_fit_result *f = &r->fit[i];
     const ff_cut_off *c = &r->trust[i].cut_off;
     const ff_problem *p = r->problem[i / (r->n_fits / r->n_problems)];
-    char limit[FF_TEXT_NUMBER], usual[FF_TEXT_NUMBER], name[FF_REPORT_NAME], a[FF_TEXT_NUMBER], b[FF_TEXT_NUMBER];
+    char limit[FF_TEXT_NUMBER], usual[FF_TEXT_NUMBER], name[FF_REPORT_NAME], a[FF_TEXT_NUMBER], b[FF_TEXT_NUMBER],
+        chance[FF_TEXT_NUMBER];
     size_t moved = 0;
     ff_text_number(ff_report_degrees(c->max_theta), 4, limit);
-    for (size_t k = 0; k < c->n_columns; k++) moved += fabs(c->move[k]) > c->limit;
+    for (size_t k = 0; k < c->n_columns; k++) moved += (size_t)has_moved(c, k);
     if (moved == 0) {
         fprintf(out, "  up to %s degrees (%zu samples) no parameter moves by more than its errors\n", limit, c->used);
         return;
     }
-    fprintf(out, "  warning: with samples up to %s instead of %s degrees (%zu) parameters move by more than their errors:\n", limit,
+    fprintf(out, "  warning: with samples up to %s instead of %s degrees (%zu) parameters move by more than by chance:\n", limit,
             ff_text_number(ff_report_degrees(r->options->max_theta), 4, usual), c->used);
     for (size_t k = 0; k < c->n_columns; k++)
-        if (fabs(c->move[k]) > c->limit)
-            fprintf(out, "    %s is %s, %s%s of its errors\n", ff_report_column_name(p, f, k, name),
-                    ff_text_number(c->value[k], 5, a), c->move[k] > 0 ? "+" : "", ff_text_number(c->move[k], 2, b));
+        if (has_moved(c, k))
+            fprintf(out, "    %s is %s, %s%s of its errors; leaving these samples out moves it by %s by chance\n",
+                    ff_report_column_name(p, f, k, name), ff_text_number(c->value[k], 5, a), c->shift[k] > 0 ? "+" : "",
+                    ff_text_number(c->shift[k], 2, b), ff_text_number(fabs(c->shift[k] / c->move[k]), 2, chance));
 }
 
 void ff_report_trust_of_fit(const ff_report_fits *r, size_t i, FILE *out)

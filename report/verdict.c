@@ -33,7 +33,9 @@ static int say_quality(const ff_report_fits *r, const ff_fit_result *f, ff_verdi
     v->quality = ff_quality_of(e);
     if (v->quality == FF_QUALITY_UNKNOWN) return 0;
     ff_verdict_put(v, "%s fit: it explains %s of the data", word[v->quality], share_text(e->share, share));
-    if (!isnan(e->bright_error))
+    if (e->bright_error > 2)
+        ff_verdict_put(v, ", and where they are bright half of the values are off by more than twice as much as they are");
+    else if (!isnan(e->bright_error))
         ff_verdict_put(v, ", and where they are bright half of the values are within %s%s %% of it",
                        e->bright_error < 5e-4 ? "less than " : "", percent(e->bright_error, error));
     if (isnan(e->worst_mean) || fabs(e->worst_mean) < 0.005) return 1;
@@ -48,16 +50,14 @@ static int say_quality(const ff_report_fits *r, const ff_fit_result *f, ff_verdi
 /* "0.198 (95 %: 0.186 to 0.211)" */
 static void put_value(ff_verdict *out, const char *name, const ff_fit_value *v)
 {
-    char value[FF_TEXT_NUMBER], low[FF_TEXT_NUMBER], high[FF_TEXT_NUMBER], rest[FF_TEXT_NUMBER];
+    char value[FF_TEXT_NUMBER], low[FF_TEXT_NUMBER], high[FF_TEXT_NUMBER];
     const double width = v->interval != FF_INTERVAL_NONE && v->high > v->low ? 0.5 * (v->high - v->low) : NAN;
     if (isnan(width)) {
         ff_verdict_put(out, "%s %s", name, ff_text_number(v->value, 3, value));
         return;
     }
-    ff_text_with_error(v->value, width, value, rest);
-    ff_text_with_error(v->low, width, low, rest);
-    ff_text_with_error(v->high, width, high, rest);
-    ff_verdict_put(out, "%s %s (95 %%: %s to %s)", name, value, low, high);
+    ff_verdict_put(out, "%s %s (95 %%: %s to %s)", name, ff_text_within(v->value, width, value), ff_text_within(v->low, width, low),
+                   ff_text_within(v->high, width, high));
 }
 
 static int is_isotropic(const ff_fit_result *f)

@@ -383,7 +383,7 @@ static void profile_free(profile *q)
 
 static void check_lambda(const profile *q, const char *what)
 {
-    static const double as[] = {0.01, 0.1, 0.3, 0.7, 1, 1.6, 2.5, 3, 4, 6, 10, 17, 26, 30};
+    static const double as[] = {0.01, 0.02, 0.05, 0.1, 0.2, 0.3, 0.5, 0.7, 1, 1.3, 1.6, 2, 2.5, 3, 4, 6, 10, 17, 26, 30};
     long checked = 0;
     double worst = 0;
     for (size_t i = 0; i < sizeof as / sizeof *as; i++) {

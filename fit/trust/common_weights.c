@@ -10,7 +10,8 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { FEWEST_INCIDENCES = 3, STEPS = 50 };
+enum { FEWEST_INCIDENCES = 3, ENOUGH_SIGNS = 5, STEPS = 50 };
+#define HOPELESS  2.0 /* times the sum of squares in standard deviations */
 #define TOLERANCE 1e-7
 
 /* All models on the samples that noise is estimated on. */
@@ -270,6 +271,17 @@ static double independent_leaders(const field *f, const ff_versus *out)
     return n > 0 ? fmax(n * n / fmax(squares, 1e-300), 1) : 1;
 }
 
+/* Student's t of a few sums over incidences knows their scatter badly, and where a model fails at some incidences more than at
+ * others it sees nothing but that. One that is worse at every incidence, of which the probability is 2^-n where neither is better,
+ * and that leaves twice as much, is worse. */
+static int is_hopeless(const field *f, size_t k, const ff_versus *v)
+{
+    const double *sums = f->sums + k * f->places->n_directions;
+    int everywhere = v->incidences >= ENOUGH_SIGNS && f->total[k] >= HOPELESS * f->total[f->best];
+    for (size_t g = 0; g < v->incidences && everywhere; g++) everywhere = sums[g] > 0;
+    return everywhere;
+}
+
 static ff_status test_all(const field *f, ff_versus *out)
 {
     for (size_t k = 0; k < f->n; k++) {
@@ -285,7 +297,7 @@ static ff_status test_all(const field *f, ff_versus *out)
         if (status) return status;
     }
     const double level = 1 - pow(1 - FF_VERSUS_LEVEL, 1 / independent_leaders(f, out));
-    for (size_t k = 0; k < f->n; k++) out[k].told_apart = k != f->best && out[k].vuong_p < level;
+    for (size_t k = 0; k < f->n; k++) out[k].told_apart = k != f->best && (out[k].vuong_p < level || is_hopeless(f, k, &out[k]));
     return FF_OK;
 }
 

@@ -14,6 +14,7 @@ void ff_cut_off_clear(ff_cut_off *c)
 {
     free(c->value);
     free(c->move);
+    free(c->shift);
     memset(c, 0, sizeof *c);
 }
 
@@ -64,6 +65,7 @@ static ff_status fill(const ff_plan *plan, ff_point *at, const ff_fit_result *fi
         const double moved = fabs(value[k] - v->value) > CUT_ROUNDING * fabs(v->value) ? value[k] - v->value : 0;
         out->value[v->column] = value[k];
         out->move[v->column] = info->determined[k] && variance > 0 ? moved / sqrt(variance) : NAN;
+        out->shift[v->column] = moved / v->std_error;
         if (step) *near &= fabs(out->move[v->column]) < CUT_NEAR;
     }
     free(info);
@@ -109,7 +111,8 @@ ff_status ff_trust_cut_off_into(const ff_problem *p, const ff_fit_options *o, co
            least = INFINITY;
     c.value = malloc((c.n_columns + 1) * sizeof *c.value);
     c.move = malloc((c.n_columns + 1) * sizeof *c.move);
-    if (!multiplier || !difference || !c.value || !c.move) status = FF_ERR_MEMORY;
+    c.shift = malloc((c.n_columns + 1) * sizeof *c.shift);
+    if (!multiplier || !difference || !c.value || !c.move || !c.shift) status = FF_ERR_MEMORY;
     const float lowest = (float)(cos(max_theta) * (1 - 1e-6));
     for (size_t i = 0; i < p->n && !status; i++) {
         const int inside = fminf(p->cosine[0][i], p->cosine[1][i]) >= lowest;

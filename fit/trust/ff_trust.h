@@ -168,7 +168,10 @@ typedef struct ff_cut_off {
                                standard error, which samples in both do not add to; where errors rest on the residuals alone in
                                units of the error there, which what is wrong beyond the limit does not enlarge */
     double limit;         /**< |move| beyond which one of all is seen in 5 % of measurements where nothing moves */
+    double *shift;        /**< [n_columns] the same difference in standard errors of the fit to all samples */
 } ff_cut_off;
+#define FF_CUT_OFF_MATTERS                                                                                                         \
+    (1.0 / 3) /**< |shift| below which a move, chance or not, is nothing to who uses the number with its error */
 
 /** The same fit with a lower limit of theta: which parameters move by more than their errors? max_theta in radians, in
  * (0, pi/2]: FF_ERR_RANGE. FF_ERR_DATA when too few samples are left. *out is written only on FF_OK; release it with

@@ -57,7 +57,7 @@ static void geometry(const ff_dirs *w, size_t n, const ff_geometry *g)
     if (p[FF_G_TOX]) memcpy(p[FF_G_TOX], tox, n * sizeof *tox);
     if (p[FF_G_TOY]) memcpy(p[FF_G_TOY], toy, n * sizeof *toy);
     if (p[FF_G_K])
-        for (size_t i = 0; i < n; i++) { /* hz^-2 = 1 + |s|^2 */
+        for (size_t i = 0; i < n; i++) { /* 1 / (4 cos theta_i cos theta_o cos^4 theta_h), with hz^-2 = 1 + |s|^2 */
             const double inv_hz2 = 1 + sx[i] * sx[i] + sy[i] * sy[i];
             p[FF_G_K][i] = 0.25 * inv_iz[i] * inv_oz[i] * inv_hz2 * inv_hz2 * up[i];
         }
@@ -258,7 +258,7 @@ static void lobe(const ff_lobe_pass *pass, const ff_geometry *g, size_t n, ff_lo
     double *restrict dx = !dS ? NULL : masking->uses_alpha ? dS[FF_D_AX] : masking->term.n_params ? dS[FF_D_MASKING] : NULL;
     lobe_stages(pass, g, n, own ? d : NULL, dx != NULL, t);
     const double norm = norm_of(&pass->s), *restrict K = g->plane[FF_G_K];
-    for (size_t i = 0; i < n; i++) S[i] = norm * t->p[i] * t->G[i] * K[i];
+    for (size_t i = 0; i < n; i++) S[i] = norm * t->p[i] * t->G[i] * K[i]; /* D G / (4 cos cos); D = norm p cos^-4 theta_h */
     if (pass->mode == FF_TILTED_MODE)
         for (size_t i = 0; i < n; i++) S[i] = S[i] * t->seen[i] * t->inv_deno[i];
     if (!dS || !d) return; /* derivatives come with the work that they need */
