@@ -4,54 +4,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* Fits each model to each problem. A combination that these options rule out (V-cavity with a mean slope) is left out with a
- * message; anything else ends the comparison. fit [n_problems n_models]. */
-static ff_status fit_all(cli_fitting *f, const cli_combinations *all, ff_fit_result *fit, ff_report_target *target, size_t *n_fits,
-                         ff_error *err)
-{
-    const ff_model *model = all->model;
-    const size_t n_models = all->n;
-    size_t models = n_models;
-    for (size_t p = 0; p < f->n_problems; p++) {
-        for (size_t m = 0; m < n_models; m++) {
-            char expression[FF_MODEL_NAME], label[FF_MODEL_NAME + 64];
-            ff_model_expression(&model[m], expression, sizeof expression);
-            snprintf(label, sizeof label, "%zu of %zu: %s", p * n_models + m + 1, f->n_problems * n_models, expression);
-            const ff_status status = cli_fitting_run(f, p, &model[m], label, &fit[*n_fits], err);
-            if (status == FF_OK) {
-                if (all->target) target[*n_fits] = all->target[m];
-                (*n_fits)++;
-            } else if (status == FF_ERR_UNSUPPORTED) {
-                if (p == 0) cli_message("left out %s: %s", expression, err->message);
-            } else {
-                return status;
-            }
-        }
-        if (p == 0) models = *n_fits;
-    }
-    return models > 0 ? FF_OK : ff_error_set(err, FF_ERR_UNSUPPORTED, NULL, 0, -1, "no combination is left to compare");
-}
-
-/* Weighs every problem by the noise of the model that makes its data most likely, and fits all of them again. */
-static ff_status fit_by_noise(cli_fitting *f, const cli_combinations *all, ff_fit_result *fit, ff_report_target *target,
-                              size_t *n_fits, ff_error *err)
-{
-    const size_t models = *n_fits / f->n_problems;
-    int any = 0;
-    for (size_t p = 0; p < f->n_problems; p++) {
-        int weighed = 0;
-        size_t best = 0;
-        ff_status status = ff_trust_likeliest_into(f->problem[p], &f->options, fit + p * models, models, &best, err);
-        if (status == FF_OK) status = cli_fitting_weigh(f, p, &fit[p * models + best], &weighed, err);
-        if (status != FF_OK) return status;
-        any |= weighed;
-    }
-    if (!any) return FF_OK;
-    for (size_t i = 0; i < *n_fits; i++) ff_fit_result_clear(&fit[i]);
-    *n_fits = 0;
-    return fit_all(f, all, fit, target, n_fits, err);
-}
-
 static ff_status write_json(const void *report, FILE *out)
 {
     return ff_report_fits_json(report, out);
@@ -97,21 +49,17 @@ static int say_outcomes(const ff_report_fits *r)
     return status;
 }
 
-/* Models are compared by one objective: where the scale of a robust loss is to be estimated, the model that bends most does it for
- * all. */
-static ff_status share_scale(cli_fitting *f, const ff_model *model, size_t n_models, ff_error *err)
+/* Every model, on every problem; of a renderer's materials also whose they are. */
+static ff_status fit_all(cli_fitting *f, const cli_combinations *all, ff_fit_result *fit, ff_report_target *target, size_t *n,
+                         ff_error *err)
 {
-    static const char *const flexible[] = {"student-t", "gtr", "sgd", "ggx"};
-    const ff_model *by = model;
-    if (f->options.robust == FF_ROBUST_NONE || f->options.robust_scale > 0) return FF_OK;
-    for (size_t k = sizeof flexible / sizeof *flexible; k-- > 0;)
-        for (size_t m = 0; m < n_models; m++)
-            if (model[m].lobe[0].ndf == ff_term_find(FF_NDF, flexible[k])) by = &model[m];
-    for (size_t p = 0; p < f->n_problems; p++) {
-        const ff_status status = cli_fitting_scale(f, p, by, err);
-        if (status != FF_OK) return status;
-    }
-    return FF_OK;
+    const ff_fitting d = cli_fitting_data(f);
+    size_t *which = malloc((all->n * f->n_problems + 1) * sizeof *which);
+    if (!which) return FF_ERR_MEMORY;
+    const ff_status status = ff_fitting_fit_all(&d, all->model, all->n, fit, which, n, err);
+    for (size_t i = 0; i < *n && all->target; i++) target[i] = all->target[which[i]];
+    free(which);
+    return status;
 }
 
 /* Comparisons with the best fits, their residuals by angle and, where asked for, by sample. */
@@ -133,7 +81,6 @@ static int look_closer(const cli_args *args, const ff_report_fits *r, ff_fit_res
 
 static int compare(const cli_args *args, cli_fitting *f, const cli_combinations *all)
 {
-    const ff_model *model = all->model;
     const size_t n_models = all->n;
     ff_error err = {0};
     size_t n = 0;
@@ -142,9 +89,7 @@ static int compare(const cli_args *args, cli_fitting *f, const cli_combinations 
     if (status != EXIT_DONE) return status;
     ff_fit_result *fit = calloc(n_models * f->n_problems + 1, sizeof *fit);
     ff_report_target *target = calloc(n_models * f->n_problems + 1, sizeof *target);
-    ff_status failed = fit && target ? share_scale(f, model, n_models, &err) : FF_ERR_MEMORY;
-    if (failed == FF_OK) failed = fit_all(f, all, fit, target, &n, &err);
-    if (failed == FF_OK && f->by_noise) failed = fit_by_noise(f, all, fit, target, &n, &err);
+    const ff_status failed = fit && target ? fit_all(f, all, fit, target, &n, &err) : FF_ERR_MEMORY;
     if (failed == FF_OK) {
         ff_report_fits report = cli_fitting_report(args, f, fit, n);
         if (all->target) report.target = target;

@@ -35,33 +35,6 @@ static ff_status write_scene(const void *context, FILE *out)
     return s->file->write(s->scene, out);
 }
 
-/* Controls of the refit, within what the renderer takes; what that changes is lost. */
-static ff_status take_controls(ff_refit *r, double *control)
-{
-    const size_t n = ff_control_count(r->material), C = r->n_channels;
-    int cut = 0;
-    for (size_t k = 0; k < n; k++)
-        for (size_t c = 0; c < C; c++) {
-            const ff_control *of = &r->material->control[k];
-            const double x = ff_control_value(of, &r->model, r->shape, r->channel, c, NULL, NULL),
-                         in = fmin(fmax(x, of->lo), of->hi);
-            cut |= in != x && (c == 0 || of->is_color);
-            control[k * C + c] = in;
-        }
-    if (!cut || r->n_lost == FF_LOST_MOST) return FF_OK;
-    double shape[FF_MAX_SHAPE], *channel = malloc((C * r->model.n_channel + 1) * sizeof *channel);
-    if (!channel) return FF_ERR_MEMORY;
-    memcpy(shape, r->shape, r->model.n_shape * sizeof *shape);
-    memcpy(channel, r->channel, C * r->model.n_channel * sizeof *channel);
-    ff_material_parameters(r->material, &r->model, C, control, shape, channel);
-    const ff_surface before = {&r->model, C, r->shape, r->channel}, after = {&r->model, C, shape, channel};
-    ff_lost *lost = &r->lost[r->n_lost++];
-    snprintf(lost->what, sizeof lost->what, "controls: beyond what the renderer takes as the nearest that it does");
-    lost->share = ff_surface_difference(&before, &after);
-    free(channel);
-    return FF_OK;
-}
-
 static ff_status write_json(const void *report, FILE *out)
 {
     return ff_report_export_json(report, out);
@@ -86,7 +59,7 @@ static int report(const job *j)
 static int export_refit(job *j, const ff_target *t, const ff_scene_file *file, ff_refit *r)
 {
     double control[FF_TARGET_CONTROLS * 3];
-    const ff_status failed = take_controls(r, control);
+    const ff_status failed = ff_refit_controls(r, control);
     if (failed != FF_OK) return cli_failed(failed, NULL);
     const ff_scene scene = {t, r->material, r->n_channels, control, j->args->head.version};
     j->report.target = t;

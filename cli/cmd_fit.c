@@ -40,7 +40,7 @@ static int look_at_free(const cli_fitting *f, const cli_trust *trust, size_t n, 
     ff_error err = {0};
     for (size_t i = 0; i < n && target; i++) {
         const ff_status status =
-            ff_trust_bands_into(f->problem[i], &trust->places[i], &f->options, target[i].free, &bands[i], &err);
+            ff_trust_bands_into(f->problem[i], &trust->looks.places[i], &f->options, target[i].free, &bands[i], &err);
         if (status != FF_OK) return cli_failed(status, &err);
         target[i].free_bands = &bands[i];
     }
@@ -76,33 +76,17 @@ static int finish(const cli_args *args, cli_fitting *f, ff_fit_result *fit, size
     return status;
 }
 
-/* The fit anew with weights by the noise that it has found. */
-static ff_status fit_by_noise(cli_fitting *f, size_t problem, const ff_model *model, const char *expression, ff_fit_result *fit,
-                              ff_error *err)
-{
-    int weighed = 0;
-    ff_fit_result again;
-    ff_status status = cli_fitting_weigh(f, problem, fit, &weighed, err);
-    if (status != FF_OK || !weighed) return status;
-    status = cli_fitting_run(f, problem, model, expression, &again, err);
-    if (status != FF_OK) return status;
-    ff_fit_result_clear(fit);
-    *fit = again;
-    return FF_OK;
-}
-
 /* One fit for each choice of channels, with the loss that was asked for. */
-static int fit_all(const cli_args *args, cli_fitting *f, const ff_model *model, const char *expression)
+static int fit_all(const cli_args *args, cli_fitting *f, const ff_model *model)
 {
+    const ff_fitting d = cli_fitting_data(f);
     ff_error err = {0};
     size_t n = 0;
     ff_fit_result *fit = calloc(f->n_problems, sizeof *fit);
     ff_status failed = fit ? FF_OK : FF_ERR_MEMORY;
     while (failed == FF_OK && n < f->n_problems) {
-        failed = cli_fitting_scale(f, n, model, &err);
-        if (failed == FF_OK) failed = cli_fitting_run(f, n, model, expression, &fit[n], &err);
+        failed = ff_fitting_fit(&d, n, model, &fit[n], &err);
         n += failed == FF_OK;
-        if (failed == FF_OK && f->by_noise) failed = fit_by_noise(f, n - 1, model, expression, &fit[n - 1], &err);
     }
     const int status = failed == FF_OK ? finish(args, f, fit, n, NULL, NULL) : cli_failed(failed, &err);
     for (size_t i = 0; i < n; i++) ff_fit_result_clear(&fit[i]);
@@ -152,14 +136,9 @@ static ff_status fit_model(cli_fitting *f, const ff_model *m, ff_fit_result *fit
 /* The free model first, by which the data are weighed where they are weighed by their noise. */
 static ff_status fit_free(cli_fitting *f, const ff_model *m, ff_fit_result *fit, size_t *n, ff_error *err)
 {
-    char expression[FF_MODEL_NAME];
-    ff_model_expression(m, expression, sizeof expression);
-    for (*n = 0; *n < f->n_problems;) {
-        ff_status status = cli_fitting_scale(f, *n, m, err);
-        if (status == FF_OK) status = cli_fitting_run(f, *n, m, expression, &fit[*n], err);
-        if (status != FF_OK) return status;
-        (*n)++;
-        if (f->by_noise) status = fit_by_noise(f, *n - 1, m, expression, &fit[*n - 1], err);
+    const ff_fitting d = cli_fitting_data(f);
+    for (*n = 0; *n < f->n_problems; (*n)++) {
+        const ff_status status = ff_fitting_fit(&d, *n, m, &fit[*n], err);
         if (status != FF_OK) return status;
     }
     return FF_OK;
@@ -291,7 +270,7 @@ static int fit_file(const cli_args *args)
         return status;
     }
     f.options.constraints = &constraints.c;
-    status = f.choose_loss ? fit_adaptive(args, &f, &model, expression) : fit_all(args, &f, &model, expression);
+    status = f.choose_loss ? fit_adaptive(args, &f, &model, expression) : fit_all(args, &f, &model);
     cli_fitting_close(&f);
     cli_constraints_free(&constraints);
     cli_tables_free(&tables);

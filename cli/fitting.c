@@ -79,22 +79,6 @@ static int read_options(const cli_args *args, ff_fit_options *o, int *choose_los
 
 /* ---- data ------------------------------------------------------------------------------------ */
 
-static ff_status make_problems(cli_fitting *f, const ff_model *models, size_t n_models, ff_error *err)
-{
-    const int each = f->options.channels == FF_CHANNELS_EACH;
-    const size_t wanted = each ? f->table.n_channels : 1;
-    ff_fit_options o = f->options;
-    f->problem = calloc(wanted, sizeof *f->problem);
-    if (!f->problem) return FF_ERR_MEMORY;
-    if (each) o.channels = FF_CHANNELS_RGB;
-    for (; f->n_problems < wanted; f->n_problems++) {
-        if (each) o.only_channel = (int)f->n_problems;
-        const ff_status status = ff_problem_make(&f->table, models, n_models, &o, &f->problem[f->n_problems], err);
-        if (status != FF_OK) return status;
-    }
-    return FF_OK;
-}
-
 /* The table's values are in the problems now; what the report needs of it is small. */
 static void release_samples(ff_table *t)
 {
@@ -145,7 +129,8 @@ int cli_fitting_open(const cli_args *args, const char *path, const ff_model *mod
         ff_noise_free(f.noise);
         return status;
     }
-    const ff_status failed = f.choose_loss ? FF_OK : make_problems(&f, models, n_models, &err);
+    const ff_status failed =
+        f.choose_loss ? FF_OK : ff_fitting_problems(&f.table, models, n_models, &f.options, &f.problem, &f.n_problems, &err);
     if (failed == FF_OK) {
         if (!keep_samples && !f.choose_loss) release_samples(&f.table);
         *out = f;
@@ -184,42 +169,46 @@ static void begin_progress(const cli_fitting *f, const char *label, char *words,
     cli_progress_show("%s", words);
 }
 
-/* The options of one problem: each alone has one channel. */
-static ff_fit_options options_of(const cli_fitting *f, size_t problem)
-{
-    ff_fit_options o = f->options;
-    if (o.channels == FF_CHANNELS_EACH) {
-        o.channels = FF_CHANNELS_RGB;
-        o.only_channel = (int)problem;
-    }
-    return o;
-}
-
-ff_status cli_fitting_scale(cli_fitting *f, size_t problem, const ff_model *m, ff_error *err)
-{
-    const ff_fit_options o = options_of(f, problem);
-    if (o.robust == FF_ROBUST_NONE || o.robust_scale > 0) return FF_OK;
-    return ff_problem_estimate_scale(f->problem[problem], m, &o, err);
-}
-
 ff_status cli_fitting_run(cli_fitting *f, size_t problem, const ff_model *m, const char *label, ff_fit_result *out, ff_error *err)
 {
     char words[FF_MODEL_NAME + 64];
-    ff_fit_options o = options_of(f, problem);
+    ff_fit_options o = f->options;
     begin_progress(f, label, words, &o);
-    ff_status status = ff_problem_fit_into(f->problem[problem], m, &o, out, err);
+    const ff_fitting d = {.path = f->path, .options = &o, .n_problems = f->n_problems, .problem = f->problem};
+    const ff_status status = ff_fitting_run(&d, problem, m, out, err);
     if (f->progress) cli_progress_end();
-    if (status == FF_ERR_DATA && !err->path[0]) snprintf(err->path, sizeof err->path, "%s", f->path);
     return status;
 }
 
-ff_status cli_fitting_weigh(cli_fitting *f, size_t problem, const ff_fit_result *by, int *weighed, ff_error *err)
+static ff_status run(void *fitting, size_t problem, const ff_model *m, const char *label, ff_fit_result *out, ff_error *err)
 {
-    const ff_fit_options o = options_of(f, problem);
-    *weighed = by->noise != NULL;
-    if (*weighed) return ff_problem_weigh_by_noise(f->problem[problem], &o, by, err);
-    cli_message("the first fit leaves nothing but rounding: there is no noise to weigh by, and weights are as by default");
-    return FF_OK;
+    return cli_fitting_run(fitting, problem, m, label, out, err);
+}
+
+static void hear(void *fitting, const char *sentence)
+{
+    (void)fitting;
+    cli_message("%s", sentence);
+}
+
+static void show_busy(void *fitting, const char *what)
+{
+    if (((const cli_fitting *)fitting)->progress) cli_progress_show("%s", what);
+}
+
+ff_fitting cli_fitting_data(cli_fitting *f)
+{
+    return (ff_fitting){.path = f->path,
+                        .table = &f->table,
+                        .options = &f->options,
+                        .n_problems = f->n_problems,
+                        .problem = f->problem,
+                        .keeps_samples = f->keeps_samples,
+                        .errors_given = f->errors_given,
+                        .run = run,
+                        .note = hear,
+                        .busy = show_busy,
+                        .context = f};
 }
 
 ff_status cli_fitting_choose(cli_fitting *f, const ff_model *m, const char *label, ff_adaptive *out, ff_error *err)

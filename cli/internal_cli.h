@@ -7,6 +7,7 @@
 #include "models/model_struct.h"
 #include "base/internal_output.h"
 #include "fit/picture/picture_struct.h"
+#include "fit/fitting/internal_fitting.h"
 #include "ff_report.h"
 #include "ff_status.h"
 #include "data_formats/table/table_struct.h"
@@ -184,12 +185,11 @@ typedef struct cli_fitting {
 int cli_fitting_open(const cli_args *args, const char *path, const ff_model *models, size_t n_models, int keep_samples,
                      cli_fitting *out);
 void cli_fitting_close(cli_fitting *f);
-/* Where the scale of a robust loss is to be estimated: by m, for all fits to this problem. */
-ff_status cli_fitting_scale(cli_fitting *f, size_t problem, const ff_model *m, ff_error *err);
+/* What the fits are made of, for ff_fitting_fit and the like: they show their progress, and what they note is a message. It borrows
+ * f. */
+ff_fitting cli_fitting_data(cli_fitting *f);
 /* One fit with its progress; `label` names it there. */
 ff_status cli_fitting_run(cli_fitting *f, size_t problem, const ff_model *m, const char *label, ff_fit_result *out, ff_error *err);
-/* Weighs a problem by the noise that a fit to it has found; *weighed 0: there is none, which is said. */
-ff_status cli_fitting_weigh(cli_fitting *f, size_t problem, const ff_fit_result *by, int *weighed, ff_error *err);
 /* --loss auto: every loss, and the choice among them, which the options have afterwards. The problem is `out`'s. */
 ff_status cli_fitting_choose(cli_fitting *f, const ff_model *m, const char *label, ff_adaptive *out, ff_error *err);
 /* Says so when the fit did not converge; EXIT_DONE or EXIT_ANSWER_IS_NO. */
@@ -203,21 +203,8 @@ ff_report_fits cli_fitting_report(const cli_args *args, const cli_fitting *f, co
 
 /* What the flags ask for, and what came of it. Zero is a legal one to free. */
 typedef struct cli_trust {
-    size_t bootstrap, folds; /* 0: none                              */
-    uint64_t seed;
-    int profile;
-    double cut_off;        /* radians; 0: none                     */
-    int cut_off_given;     /* 1: asked for                         */
-    const char *residuals; /* file; NULL: none                     */
-    double reach;          /* radians; below 0: not asked for      */
-    ff_budget_options instrument;
-    int has_instrument; /* 1: something was stated of it        */
-    int by_angle;       /* 1: residuals by angle of a fit, where the samples are kept */
-    size_t n_fits, n_places;
-    ff_report_trust *each; /* [n_fits]                             */
-    ff_places *places;     /* [n_places] one for each problem      */
-    int has_difference;
-    ff_difference difference;
+    ff_looks looks;
+    const char *residuals; /* file; NULL: none */
 } cli_trust;
 
 /* --aperture and --source; what is not given is as in `otherwise`, NULL for a point. */

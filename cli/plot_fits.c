@@ -35,35 +35,14 @@ static int choose_models(const cli_args *args, int many, cli_drawn_fits *d)
     return status == EXIT_DONE ? cli_names_known(args, d->models.model, d->models.n) : status;
 }
 
-/* A model that these options rule out is left out, as `compare` does. */
+/* As `fit` does it, and of several models as `compare` does. */
 static ff_status fit_models(cli_drawn_fits *d, ff_error *err)
 {
-    d->n = 0;
-    for (size_t m = 0; m < d->models.n; m++) {
-        char expression[FF_MODEL_NAME];
-        ff_model_expression(&d->models.model[m], expression, sizeof expression);
-        ff_status status = d->n == 0 ? cli_fitting_scale(&d->f, 0, &d->models.model[m], err) : FF_OK;
-        if (status == FF_OK) status = cli_fitting_run(&d->f, 0, &d->models.model[m], expression, &d->fit[d->n], err);
-        if (status == FF_OK)
-            d->n++;
-        else if (status != FF_ERR_UNSUPPORTED || d->models.n == 1)
-            return status;
-        else
-            cli_message("left out %s: %s", expression, err->message);
-    }
-    return d->n ? FF_OK : ff_error_set(err, FF_ERR_UNSUPPORTED, NULL, 0, -1, "no combination is left to draw");
-}
-
-/* Once more with weights by the noise of the likeliest of them. */
-static ff_status fit_by_noise(cli_drawn_fits *d, ff_error *err)
-{
-    int weighed = 0;
-    size_t best = 0;
-    ff_status status = ff_trust_likeliest_into(d->f.problem[0], &d->f.options, d->fit, d->n, &best, err);
-    if (status == FF_OK) status = cli_fitting_weigh(&d->f, 0, &d->fit[best], &weighed, err);
-    if (status != FF_OK || !weighed) return status;
-    for (size_t i = 0; i < d->n; i++) ff_fit_result_clear(&d->fit[i]);
-    return fit_models(d, err);
+    const ff_fitting data = cli_fitting_data(&d->f);
+    if (d->models.n > 1) return ff_fitting_fit_all(&data, d->models.model, d->models.n, d->fit, NULL, &d->n, err);
+    const ff_status status = ff_fitting_fit(&data, 0, d->models.model, d->fit, err);
+    d->n = status == FF_OK;
+    return status;
 }
 
 /* Through the text, which is what a program gets too. */
@@ -87,13 +66,13 @@ static ff_status make_document(const cli_args *args, cli_drawn_fits *d, ff_error
 static int look_closer(const cli_args *args, cli_drawn_fits *d, const ff_plot_kind *kind)
 {
     int status = cli_trust_read(args, &d->f.options, &d->trust);
-    d->trust.cut_off = 0;
-    d->trust.by_angle = (kind->takes & (FF_PLOT_BY_ANGLE | FF_PLOT_FRESH)) != 0;
+    d->trust.looks.cut_off = 0;
+    d->trust.looks.by_angle = (kind->takes & (FF_PLOT_BY_ANGLE | FF_PLOT_FRESH)) != 0;
     if (!(kind->takes & (FF_PLOT_RESULTS | FF_PLOT_FRESH))) return status;
-    if (!(kind->takes & FF_PLOT_RESULTS)) d->trust.bootstrap = 0, d->trust.profile = 0;
+    if (!(kind->takes & FF_PLOT_RESULTS)) d->trust.looks.bootstrap = 0, d->trust.looks.profile = 0;
     for (size_t i = 0; i < d->n && status == EXIT_DONE && d->n == 1; i++) status = cli_trust_fit(&d->trust, &d->f, d->fit, 1);
     if (status != EXIT_DONE || d->n < 2) return status;
-    if (d->trust.bootstrap || d->trust.profile)
+    if (d->trust.looks.bootstrap || d->trust.looks.profile)
         return cli_usage(
             args, "--profile and --bootstrap are of one fit: name it by --model, or draw the results of several 'fit --json'");
     ff_report_fits report = cli_fitting_report(args, &d->f, d->fit, d->n);
@@ -118,7 +97,6 @@ int cli_fits_draw(const cli_args *args, const char *path, const ff_plot_kind *ki
     d->f.options.constraints = &d->constraints.c;
     d->fit = calloc(d->models.n, sizeof *d->fit);
     ff_status failed = d->fit ? fit_models(d, &err) : FF_ERR_MEMORY;
-    if (failed == FF_OK && d->f.by_noise) failed = fit_by_noise(d, &err);
     if (failed != FF_OK) return cli_failed(failed, &err);
     if ((status = look_closer(args, d, kind)) != EXIT_DONE) return status;
     failed = make_document(args, d, &err);

@@ -187,7 +187,7 @@ static int fit_data(const cli_args *args, const ff_plot_kind *kind, const char *
     s->subject.problem = d->f.problem[0];
     s->subject.options = &d->f.options;
     s->subject.fit = &d->fit[0];
-    s->subject.places = d->trust.n_places ? &d->trust.places[0] : NULL;
+    s->subject.places = d->trust.looks.n_places ? &d->trust.looks.places[0] : NULL;
     for (size_t i = 0; i < d->n; i++) {
         const int outcome = cli_fitting_say_outcome(&d->fit[i]);
         if (d->n == 1 || i == d->document->best) s->outcome = outcome;

@@ -64,6 +64,9 @@ static inline ff_model_param *ff_model_param_of(ff_model *m, ff_param_ref ref)
 /* FF_ERR_UNKNOWN with the names that exist. */
 ff_status ff_model_unknown_param(const ff_model *m, const char *name, ff_error *err);
 
+/* As ff_model_check, of the values alone: the profile of a `tabulated` lobe may be missing yet. */
+ff_status ff_model_check_values(const ff_model *m, size_t n_channels, const double *shape, const double *channel, ff_error *err);
+
 /* Is name "alpha" or "lobe2.alpha", standing for two axes that the model has? Then their names go to x, y. 0 also for a parameter
  * that is called so itself. */
 int ff_model_alpha_axes(const ff_model *m, const char *name, char x[FF_PARAM_NAME], char y[FF_PARAM_NAME]);

@@ -213,7 +213,7 @@ ff_status ff_model_set(const ff_model *m, size_t n_channels, const char *assignm
     return status;
 }
 
-ff_status ff_model_check(const ff_model *m, size_t n_channels, const double *shape, const double *channel, ff_error *err)
+ff_status ff_model_check_values(const ff_model *m, size_t n_channels, const double *shape, const double *channel, ff_error *err)
 {
     if (n_channels == 0) return ff_error_set(err, FF_ERR_RANGE, NULL, 0, -1, "a model of no channels, expected at least one");
     for (uint32_t k = 0; k < m->n_shape; k++)
@@ -230,9 +230,17 @@ ff_status ff_model_check(const ff_model *m, size_t n_channels, const double *sha
             return ff_error_set(err, FF_ERR_UNSUPPORTED, NULL, 0, -1,
                                 "%s is undefined with a mean slope (found %g, %g); use a Smith form or slope_x = slope_y = 0",
                                 masking->name, pass.s.x0, pass.s.y0);
+    }
+    return FF_OK;
+}
+
+ff_status ff_model_check(const ff_model *m, size_t n_channels, const double *shape, const double *channel, ff_error *err)
+{
+    const ff_status status = ff_model_check_values(m, n_channels, shape, channel, err);
+    for (uint32_t l = 0; l < m->n_lobes && !status; l++) {
         if (ff_ndf_at(m->lobe[l].ndf)->needs_values && !m->lobe[l].table)
             return ff_error_set(err, FF_ERR_UNSUPPORTED, NULL, 0, -1, "%s needs the table of its profile",
                                 ff_ndf_at(m->lobe[l].ndf)->term.name);
     }
-    return FF_OK;
+    return status;
 }

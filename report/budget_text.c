@@ -66,7 +66,7 @@ static void put_stated(const ff_budget_options *u, FILE *out)
 
 ff_status ff_report_budget_text(const ff_report_fits *r, size_t i, FILE *out)
 {
-    const ff_report_trust *trust = r->trust ? &r->trust[i] : NULL;
+    const ff_fit_trust *trust = r->trust ? &r->trust[i] : NULL;
     if (!trust || !trust->has_budget) return FF_OK;
     const budget_table t = {r->problem[i / (r->n_fits / r->n_problems)], &r->fit[i], &trust->budget};
     ff_column column[FF_BUDGET_SOURCES + 3];

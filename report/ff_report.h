@@ -13,6 +13,7 @@
 #include "ff_json.h"
 #include "fit/ndf/ndf_struct.h"
 #include "fit/picture/picture_struct.h"
+#include "fit/fitting/internal_fitting.h"
 #include "data_formats/interpolation/resample_struct.h"
 #include "fit/trust/trust_struct.h"
 #include "report/words/words_struct.h"
@@ -56,21 +57,6 @@ typedef struct ff_report_style {
 ff_status ff_report_fold(ff_status (*write)(const void *context, FILE *out), const void *context, const ff_report_style *style,
                          FILE *out);
 
-/** What is known of a fit beyond its result; a part that is not there was not asked for. */
-typedef struct ff_report_trust {
-    int has_bands, has_versus, has_cut_off, has_bootstrap, has_outliers, has_explained, has_next, has_budget;
-    ff_bands bands;
-    ff_versus versus; /**< against the best of its problem: all 0 for that one      */
-    ff_cut_off cut_off;
-    ff_bootstrap bootstrap;
-    ff_outliers outliers;
-    ff_explained explained;
-    ff_next next;      /**< of the best fit of its problem                              */
-    size_t next_rival; /**< the fit that it is to be told from; itself: none            */
-    ff_budget budget;
-    ff_budget_options uncertainties; /**< that it is of                                              */
-} ff_report_trust;
-
 /** For which renderer a fit was made. */
 typedef struct ff_report_target {
     const ff_target *target;
@@ -101,7 +87,7 @@ typedef struct ff_report_fits {
     const ff_problem *const *problem; /**< [n_problems]                                      */
     size_t n_fits;                    /**< a multiple of n_problems                          */
     const ff_fit_result *fit;         /**< [n_fits]                                          */
-    const ff_report_trust *trust;     /**< [n_fits], NULL = none                              */
+    const ff_fit_trust *trust;        /**< [n_fits], NULL = none                              */
     const ff_report_target *target;   /**< [n_fits], NULL: for none                           */
     size_t folds;                     /**< of the cross-validation; 0 = none                  */
     const ff_places *places;          /**< [n_problems], NULL where nothing needed them        */
@@ -112,13 +98,7 @@ typedef struct ff_report_fits {
     int without_times;                /**< 1: the JSON says nothing of how long it took: equal fits, equal bytes */
 } ff_report_fits;
 
-/** Objectives that are no further apart, relative to the lower, are equal. Those of two instruction sets differ by up to 4e-13 of
- *  it; of models that differ, by 1e-7 and more. */
-#define FF_REPORT_TIE 1e-9
-
-/** Indices of the fits of problem p by rising objective, into rank [n_fits / n_problems]. Of those equal to the best of them, but
- * for FF_REPORT_TIE, the one with fewer parameters goes first, then the one whose name does. Fits that leave residuals of less than
- *  FF_REPORT_TIE of the largest value are all equal: exact. */
+/** As ff_fits_rank, of the fits of problem p: their numbers among all, into rank [n_fits / n_problems]. */
 void ff_report_rank(const ff_report_fits *r, size_t p, size_t *rank);
 
 /** Warnings of s: a line each, "  warning: ...", or the key "warnings" of the open object of j, an array of {"code", "severity",

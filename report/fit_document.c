@@ -2,6 +2,7 @@
 #include "base/internal_input.h"
 #include "base/internal_json.h"
 #include "ff_fit_document.h"
+#include "models/internal_model.h"
 #include "models/tools/internal_aperture.h"
 #include <math.h>
 #include <stdio.h>
@@ -229,7 +230,7 @@ static ff_status take_fit(const place *at, const ff_json_node *node, ff_fitted *
     f->channel_value = calloc(f->n_channels * f->model.n_channel + 1, sizeof *f->channel_value);
     if (!f->channel || !f->shape_value || !f->channel_value) return no_memory(at);
     if ((status = take_shape(at, parameters, f)) || (status = take_channels(at, parameters, f))) return status;
-    if (ff_model_check(&f->model, f->n_channels, f->shape, f->channel, at->err)) {
+    if (ff_model_check_values(&f->model, f->n_channels, f->shape, f->channel, at->err)) {
         char why[FF_ERROR_MESSAGE / 2];
         snprintf(why, sizeof why, "%.*s", (int)sizeof why - 1, at->err ? at->err->message : "");
         return ff_error_set(at->err, FF_ERR_DATA, at->path, 0, -1,

@@ -451,7 +451,7 @@ static void put_next(ff_json *j, const ff_report_fits *r)
     if (!any) return;
     ff_json_array(j, "measure_next", FF_JSON_BLOCK);
     for (size_t i = 0; i < r->n_fits; i++) {
-        const ff_report_trust *t = &r->trust[i];
+        const ff_fit_trust *t = &r->trust[i];
         const ff_problem *p = r->problem[i / (r->n_fits / r->n_problems)];
         const ff_next *next = &t->next;
         if (!t->has_next) continue;

@@ -156,7 +156,7 @@ void ff_report_trust_json(ff_json *j, const ff_report_fits *r, size_t i)
 {
     const ff_fit_result *f = &r->fit[i];
     const ff_problem *p = r->problem[i / (r->n_fits / r->n_problems)];
-    const ff_report_trust *t = r->trust ? &r->trust[i] : NULL;
+    const ff_fit_trust *t = r->trust ? &r->trust[i] : NULL;
     put_information(j, f);
     if (!t) return;
     if (t->has_explained) put_explained(j, &t->explained);

@@ -390,7 +390,7 @@ static void put_incidences(const ff_next *next, ff_verdict *v)
 static int say_measure(const ff_report_fits *r, const ff_fit_result *f, ff_verdict *v)
 {
     const ff_fit_result *best = ff_report_best(r, (size_t)(f - r->fit) / ff_verdict_models(r));
-    const ff_report_trust *t = r->trust ? &r->trust[best - r->fit] : NULL;
+    const ff_fit_trust *t = r->trust ? &r->trust[best - r->fit] : NULL;
     char now[FF_TEXT_NUMBER], then[FF_TEXT_NUMBER];
     v->code = FF_VERDICT_MEASURE;
     if (!t || !t->has_next || t->next.n == 0) return 0;

@@ -21,7 +21,7 @@ size_t ff_verdict_models(const ff_report_fits *r)
 
 const ff_explained *ff_verdict_explained(const ff_report_fits *r, const ff_fit_result *f)
 {
-    const ff_report_trust *t = r->trust ? &r->trust[f - r->fit] : NULL;
+    const ff_fit_trust *t = r->trust ? &r->trust[f - r->fit] : NULL;
     return t && t->has_explained ? &t->explained : NULL;
 }
 

@@ -172,7 +172,7 @@ static double moved(double x, double y, double error_x, double error_y)
 {
     const double error = hypot(isnan(error_x) ? 0 : error_x, isnan(error_y) ? 0 : error_y), difference = fabs(x - y);
     if (error > 0) return difference / error;
-    return difference > FF_REPORT_TIE * fmax(fabs(x), fabs(y)) ? INFINITY : 0;
+    return difference > FF_FITS_TIE * fmax(fabs(x), fabs(y)) ? INFINITY : 0;
 }
 
 static ff_status compare_values(const batch_table *before, const batch_table *after, char **x, char **y, double limit,

@@ -212,7 +212,7 @@ typedef struct batch_changes {
     batch_change *change;   /* [n] in the order of the new table, then what only the old one has */
 } batch_changes;
 
-/* limit: how many errors make a move; a parameter that has none moved where it differs by more than FF_REPORT_TIE of it. The tables
+/* limit: how many errors make a move; a parameter that has none moved where it differs by more than FF_FITS_TIE of it. The tables
  * must outlive the changes, which are to be freed whatever the status. */
 ff_status batch_changes_find(const batch_table *before, const batch_table *after, double limit, batch_changes *out);
 void batch_changes_free(batch_changes *c);

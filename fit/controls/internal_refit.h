@@ -36,6 +36,10 @@ ff_status ff_refit_make(const ff_target *t, const ff_material *material, const f
                         ff_refit *out, ff_error *err);
 void ff_refit_clear(ff_refit *r);
 
+/* The controls of the refit, [ff_control_count][n_channels], within what the renderer takes; what that changes is added to what is
+ * lost. FF_ERR_MEMORY. */
+ff_status ff_refit_controls(ff_refit *r, double *control);
+
 /* Adds what is lost when `to` takes the place of s, each for itself. */
 ff_status ff_lost_find(const ff_surface *s, const ff_material *m, const ff_model *to, ff_refit *out);
 /* rms of the difference over rms of a, both times cos(theta_i), over the directions of a goniometer. NaN where one cannot be

@@ -21,6 +21,10 @@ enum { FF_HTML_FIT_MOST = 1000000, FF_HTML_COMPARISON_MOST = 2000000 };
  *  @param isa     of evaluations */
 ff_status ff_html_fits_write(const ff_report_fits *r, const char *sha256, ff_isa isa, FILE *out, ff_error *err);
 
+/** Writes the core of such a page as a part of another one: verdict, ranking of a comparison, parameters. It has no script and no
+ * style but its own few lines. */
+ff_status ff_html_summary_write(const ff_report_fits *r, ff_isa isa, FILE *out, ff_error *err);
+
 /** Writes the page of a table. */
 ff_status ff_html_table_write(const ff_report_head *head, const char *path, const ff_table *t, const char *sha256, FILE *out,
                               ff_error *err);

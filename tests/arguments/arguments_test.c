@@ -451,6 +451,54 @@ static void init_resample(const scene *s, void *o)
     ff_resample_options_init(o);
 }
 
+/* The number of the last name of a list. */
+static double last_of(const char *(*name)(size_t i))
+{
+    size_t n = 0;
+    while (name(n)) n++;
+    return (double)n - 1;
+}
+
+/* What a call writes of text: nothing where it failed. */
+static ff_content kept;
+
+static ff_status content_of(ff_status status)
+{
+    const int touched = status && kept.text;
+    ff_content_clear(&kept);
+    return touched ? TOUCHED : status;
+}
+
+/* Refits and folds are as many as there is time for. */
+static ff_status study_with(const scene *s, ff_study_options *o)
+{
+    o->bootstrap = AT_MOST(o->bootstrap, 20);
+    NEW(ff_study, ff_study_free, ff_study_new(s->table, (const ff_model *[]){s->model}, 1, &s->options, o, &out, &err))
+}
+
+/* Of a study, of a table, of a model. */
+static ff_status drawn(const scene *s, const char *kind, ff_plot_options *o)
+{
+    static const double thirty[32] = {30};
+    const ff_plotted one = {"a", s->model, N_CHANNELS, s->shape, s->channel};
+    o->incidence = thirty;
+    if (!strcmp(kind, "residuals")) return content_of(ff_study_plot(s->study, kind, o, &kept, &err));
+    if (!strcmp(kind, "coverage")) return content_of(ff_table_plot(s->table, kind, o, &kept, &err));
+    return content_of(ff_models_plot(&one, 1, kind, o, &kept, &err));
+}
+
+static void init_study(const scene *s, void *o)
+{
+    (void)s;
+    ff_study_options_init(o);
+}
+
+static void init_plot(const scene *s, void *o)
+{
+    (void)s;
+    ff_plot_options_init(o);
+}
+
 static void init_render(const scene *s, void *o)
 {
     (void)s;
@@ -465,7 +513,7 @@ static void init_read(const scene *s, void *o)
     ff_read_options_init(o);
 }
 
-static void init_uncertainties(const scene *s, void *o)
+static void init_budget(const scene *s, void *o)
 {
     (void)s;
     ff_budget_options_init(o);
@@ -475,8 +523,10 @@ static void init_uncertainties(const scene *s, void *o)
 #define INIT_ff_simulate_options init_simulate
 #define INIT_ff_resample_options init_resample
 #define INIT_ff_render_options   init_render
+#define INIT_ff_study_options    init_study
+#define INIT_ff_plot_options     init_plot
 #define INIT_ff_read_options     init_read
-#define INIT_ff_budget_options   init_uncertainties
+#define INIT_ff_budget_options   init_budget
 
 /* ---- the list -------------------------------------------------------------------------------- */
 
@@ -526,7 +576,7 @@ typedef struct probe {
         __VA_ARGS__                                                                                                                \
     }
 #define OPTIONS(function, type, flags, ...)                                                                                        \
-    static ff_status JOIN3(with_, function, _##type)(scene * s, void *options)                                                     \
+    static ff_status JOIN3(with_, function, _of_##type)(scene * s, void *options)                                                  \
     {                                                                                                                              \
         type *o = options;                                                                                                         \
         (void)s;                                                                                                                   \
@@ -606,7 +656,7 @@ static const struct {
     ff_status (*call)(scene *s, void *o);
     void (*init)(const scene *s, void *o);
 } options[] = {
-#define OPTIONS(function, type, flags, ...) {#function, #type, flags, JOIN3(with_, function, _##type), INIT_##type},
+#define OPTIONS(function, type, flags, ...) {#function, #type, flags, JOIN3(with_, function, _of_##type), INIT_##type},
 #include "arguments.def"
 };
 

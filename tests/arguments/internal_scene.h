@@ -17,6 +17,7 @@
 #include "ff_rgl.h"
 #include "ff_sample.h"
 #include "ff_simulate.h"
+#include "ff_study.h"
 #include "ff_spectral.h"
 #include "ff_survey.h"
 #include "ff_trust.h"
@@ -43,6 +44,7 @@ typedef struct scene {
     ff_noise *noise; /* of N_CHANNELS levels */
     ff_ndf_options ndf_options;
     ff_ndf_result *ndf;
+    ff_study *study; /* of the first model */
 } scene;
 
 /* Makes it; 0 with a message when a step fails, which a test counts. */
@@ -89,6 +91,7 @@ static int scene_make(scene *s)
     if (!status) status = ff_fit_adaptive(s->table, s->model, &s->options, &s->adaptive, &err);
     if (!status) status = ff_ndf_problem_new(s->table, &s->ndf_options, &s->ndf_problem, &err);
     if (!status) status = ff_ndf_retrieve(s->ndf_problem, &s->ndf_options, &s->ndf, &err);
+    if (!status) status = ff_study_new(s->table, both, 1, &s->options, NULL, &s->study, &err);
     if (!status) s->n = ff_table_samples(s->table);
     ff_model_free(beckmann);
     return FF_CHECK(status == FF_OK, "the scene: %s", err.message);
@@ -96,6 +99,7 @@ static int scene_make(scene *s)
 
 static void scene_free(scene *s)
 {
+    ff_study_free(s->study);
     ff_ndf_result_free(s->ndf);
     ff_problem_free(s->ndf_problem);
     ff_adaptive_free(s->adaptive);

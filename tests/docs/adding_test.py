@@ -31,7 +31,7 @@ def check(condition, text):
 
 def copy_sources(to):
     """What the build needs: the tests and benchmarks stay behind."""
-    folders = ["base", "models", "targets", "data_formats", "simulate", "fit", "report", "cli", "cmake", "docs"]
+    folders = ["base", "models", "targets", "data_formats", "simulate", "fit", "report", "cli", "python", "cmake", "docs"]
     for name in folders:
         shutil.copytree(os.path.join(SOURCE, name), os.path.join(to, name))
     shutil.copy(os.path.join(SOURCE, "CMakeLists.txt"), to)

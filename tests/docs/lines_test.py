@@ -11,7 +11,7 @@ import sys
 
 TOP = os.path.abspath(sys.argv[1])
 WIDTH, README_LINES = 100, 120
-SOURCES = (".c", ".h", ".cpp", ".def")
+SOURCES = (".c", ".h", ".cpp", ".def")  # and the Python package
 NAMED = re.compile(r"^[\w./-]+\.(?:c|h|cpp|def|py|cmake|svg|md|transcript)$")
 FLAGS_OF_OTHERS = {"--array", "--install", "--prefix", "--cflags", "--libs", "--output-on-failure", "--update"}
 # Placeholders of a naming rule (`ff_x_new`), and what a recipe adds or a user of the library would write.
@@ -119,7 +119,7 @@ def check_names(page, text, files, code, flags, new):
 
 
 files = all_files()
-code = "\n".join(read(path) for path in sorted(files) if path.endswith(SOURCES))
+code = "\n".join(read(path) for path in sorted(files) if path.endswith(SOURCES) or path.startswith("python/facetfit/"))
 code += "\n".join(os.path.basename(path) for path in files)  # ff_fit.h
 flags = set(re.findall(r'"(--[a-z-]+)"', code)) | {"--" + name for name in re.findall(r'^FLAG\w*\([^"]*"([a-z-]+)"', read("cli/flags.def"), re.M)}
 flags |= {"--help", "--version"}

@@ -14,7 +14,7 @@ typedef struct made {
     ff_fit_result fit[MODELS];
     ff_fit_options options;
     ff_places places;
-    ff_report_trust trust[MODELS];
+    ff_fit_trust trust[MODELS];
     ff_report_fits report;
 } made;
 

@@ -100,7 +100,9 @@ static void tolerated(void)
                                            {"\"max_theta_deg\": 70", "\"max_theta_deg\": 1e9"},
                                            {"\"noise\": {", "\"noise\": null, \"was\": {"},
                                            {"\"residual_bands\": {", "\"residual_bands\": [1], \"was\": {"},
-                                           {"\"n\": 7", "\"n\": -7"}};
+                                           {"\"n\": 7", "\"n\": -7"},
+                                           /* its profile is given to the model that was read */
+                                           {"ggx/v-cavity/schlick+lambert", "tabulated/v-cavity/schlick+lambert"}};
     for (size_t k = 0; k < sizeof cases / sizeof *cases; k++) {
         ff_fit_document *d = NULL;
         ff_error err = {0};

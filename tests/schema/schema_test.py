@@ -64,6 +64,7 @@ fit paint.csv --channels mean --profile --free ks
 fit paint.csv --errors noise --cut-off 60
 fit paint.csv --weight noise
 fit paint.csv --reach 60 --cut-off 0
+fit paint.csv --scale-uncertainty 0.02 --offset-uncertainty 0.05 --angle-uncertainty 0.1 --aperture 1 --aperture-uncertainty 0.05 --cut-off 0
 fit grey.csv --reach 70
 fit coarse.csv --reach 80
 fit paint.csv --noise-model relative=0.02,floor=0.001,cos_i=-1
