@@ -1,5 +1,5 @@
 /* facetfit simulate EXPR -o FILE: a data set from a model, at directions that have a name, or at those that the format has. */
-#include "internal_cli.h"
+#include "internal_walking.h"
 #include "simulate/simulate_struct.h"
 #include <stdio.h>
 #include <string.h>
@@ -19,7 +19,7 @@ static int read_noise(const cli_args *args, ff_simulate_options *o, ff_noise **n
     return EXIT_DONE;
 }
 
-static int read_options(const cli_args *args, ff_simulate_options *o, ff_aperture *aperture)
+static int read_options(const cli_args *args, ff_simulate_options *o, ff_aperture *aperture, ff_walk_options *walk)
 {
     ff_simulate_options_init(o);
     int status = cli_isa(args, &o->isa);
@@ -28,7 +28,9 @@ static int read_options(const cli_args *args, ff_simulate_options *o, ff_apertur
     o->aperture = aperture;
     o->seed = cli_integer(args, FLAG_SEED, o->seed);
     o->sigma = cli_switch(args, FLAG_SIGMA, 0);
-    return EXIT_DONE;
+    status = cli_walk_read(args, 10000, "all", walk);
+    if (cli_given(args, FLAG_WALK)) o->walk = walk;
+    return status;
 }
 
 /* Whether --grid names directions of its own; otherwise the words are those of the format. */
@@ -73,6 +75,7 @@ static int simulate(const cli_args *args, const char *path, const ff_format *for
     if (status) return status;
     o->nonnegative = format->layout && !(format->holds & FF_HOLDS_NEGATIVE);
     failed = make_table(&scene, format, grid, o, named, &table, &err);
+    if (o->walk && o->walk->progress) cli_progress_end();
     cli_scene_free(&scene);
     if (failed != FF_OK) return cli_failed(failed, &err);
     failed = ff_table_write_with(path, format->name, &table, args->outputs, &err);
@@ -89,8 +92,9 @@ int cmd_simulate(const cli_args *args)
     ff_simulate_options o;
     ff_noise *noise = NULL;
     ff_aperture aperture;
+    ff_walk_options walk;
     if (!path) return cli_usage(args, "-o FILE is missing: where to write");
-    int status = read_options(args, &o, &aperture);
+    int status = read_options(args, &o, &aperture, &walk);
     if (!status) status = read_noise(args, &o, &noise);
     if (!status) status = cli_format_for_writing(args, FLAG_FORMAT, path, &format);
     if (!status) status = simulate(args, path, format, &o);
