@@ -9,7 +9,11 @@ typedef struct ff_simulated {
         *error; /* [n_planes][t->n] in 1/sr, 0 where a direction is below the horizon; one allocation, f the caller's to free */
 } ff_simulated;
 
-/* Those of a walk on the surface of m, where o asks for one; else *out stays as it is. Errors as ff_walk_new and ff_walk_values. */
-ff_status ff_simulated_walk(const ff_model *m, size_t n_channels, const double *shape, const double *channel,
-                            const ff_simulate_options *o, const ff_table *t, ff_simulated *out, ff_error *err);
+/* The groups of orders that o asks for; NULL and *n = 1 where values are those of the model. */
+const ff_orders *ff_simulated_orders(const ff_simulate_options *o, size_t *n);
+
+/* Values of a walk or of a surface, where o asks for one; else *out stays as it is. Errors as ff_walk_new and ff_walk_values, and
+ * those of a surface. */
+ff_status ff_simulated_values(const ff_model *m, size_t n_channels, const double *shape, const double *channel,
+                              const ff_simulate_options *o, const ff_table *t, ff_simulated *out, ff_error *err);
 #endif

@@ -31,11 +31,13 @@ static void name_colour(size_t n, size_t c, char out[FF_CHANNEL_NAME / 2])
 /* With several groups of orders their names, and before those of colours where there are any: "2+", "2+_r". */
 static void name_channels(const ff_simulate_options *o, ff_table *t)
 {
-    const size_t n_orders = o->walk ? o->walk->n_orders : 1, n = t->n_channels / n_orders;
+    size_t n_orders;
+    const ff_orders *orders = ff_simulated_orders(o, &n_orders);
+    const size_t n = t->n_channels / n_orders;
     for (size_t c = 0; c < t->n_channels; c++) {
         char order[FF_CHANNEL_NAME / 4] = "", colour[FF_CHANNEL_NAME / 2];
         name_colour(n, c % n, colour);
-        if (n_orders > 1) ff_orders_name(o->walk->orders[c / n], order, sizeof order);
+        if (n_orders > 1) ff_orders_name(orders[c / n], order, sizeof order);
         snprintf(t->channels[c].name, FF_CHANNEL_NAME, "%s%s%s", order, n_orders > 1 && n > 1 ? "_" : "",
                  n_orders > 1 && n == 1 ? "" : colour);
     }
@@ -181,11 +183,13 @@ static ff_status check_options(const ff_simulate_options *o, size_t n_channels, 
     if (o->noise && ff_noise_level_count(o->noise) != 1 && ff_noise_level_count(o->noise) != n_channels)
         return ff_error_set(err, FF_ERR_RANGE, NULL, 0, -1, "a noise model of %zu channels, expected one of %zu",
                             ff_noise_level_count(o->noise), n_channels);
-    if (o->sigma && !o->noise && o->relative == 0 && o->floor == 0 && !o->walk)
+    if (o->sigma && !o->noise && o->relative == 0 && o->floor == 0 && !o->walk && !o->surface)
         return ff_error_set(err, FF_ERR_RANGE, NULL, 0, -1,
                             "without noise there is no sigma to write: give a relative noise, a noise floor or a noise model");
-    if (o->walk && o->aperture && (o->aperture->half > 0 || o->aperture->source > 0))
-        return ff_error_set(err, FF_ERR_UNSUPPORTED, NULL, 0, -1, "a walk is seen from points, through no aperture");
+    if (o->walk && o->surface) return ff_error_set(err, FF_ERR_RANGE, NULL, 0, -1, "a walk and a surface, expected one of them");
+    if ((o->walk || o->surface) && o->aperture && (o->aperture->half > 0 || o->aperture->source > 0))
+        return ff_error_set(err, FF_ERR_UNSUPPORTED, NULL, 0, -1,
+                            "paths of light go from point to point, or to the cones of a surface, through no other aperture");
     if (!ff_isa_available(o->isa))
         return ff_error_set(err, FF_ERR_UNSUPPORTED, NULL, 0, -1, "this processor has no %s", ff_isa_name(o->isa));
     return FF_OK;
@@ -196,7 +200,8 @@ ff_status ff_simulate_into(const ff_model *m, size_t n_channels, const double *s
 {
     ff_table t;
     ff_simulated known = {0};
-    const size_t n_orders = o->walk ? o->walk->n_orders : 1;
+    size_t n_orders;
+    (void)ff_simulated_orders(o, &n_orders);
     ff_status status = check_options(o, n_channels * n_orders, err);
     if (status == FF_OK) status = ff_model_check(m, n_channels, shape, channel, err);
     if (status != FF_OK) return status;
@@ -204,7 +209,7 @@ ff_status ff_simulate_into(const ff_model *m, size_t n_channels, const double *s
     status = ff_sampling_table(&o->sampling, o->seed, isotropic, n_channels * n_orders, o->sigma, &t, err);
     if (status != FF_OK) return status;
     name_channels(o, &t);
-    status = ff_simulated_walk(m, n_channels, shape, channel, o, &t, &known, err);
+    status = ff_simulated_values(m, n_channels, shape, channel, o, &t, &known, err);
     if (status == FF_OK) status = fill(m, shape, channel, o, &known, &t, err);
     free(known.f);
     if (status != FF_OK) {
@@ -255,7 +260,7 @@ static ff_status fill_layout(const ff_model *m, size_t n_channels, const double 
     double *channels = channels_for(m, n_channels, channel, t->n_channels);
     if (!channels) return ff_error_set(err, FF_ERR_MEMORY, NULL, 0, -1, "no memory for %zu channels", t->n_channels);
     ff_status status = add_sigma(o, t, err);
-    if (status == FF_OK) status = ff_simulated_walk(m, n_channels, shape, channel, o, t, &known, err);
+    if (status == FF_OK) status = ff_simulated_values(m, n_channels, shape, channel, o, t, &known, err);
     if (status == FF_OK) status = fill(m, shape, channels, o, &known, t, err);
     free(known.f);
     for (size_t c = 0; c < t->n_channels && status == FF_OK; c++)
@@ -286,7 +291,9 @@ ff_status ff_simulate_layout_into(const ff_model *m, size_t n_channels, const do
 {
     ff_simulate_options plain_options;
     ff_table plain, made = {0};
-    const size_t n_planes = n_channels * (o->walk ? o->walk->n_orders : 1);
+    size_t n_orders;
+    (void)ff_simulated_orders(o, &n_orders);
+    const size_t n_planes = n_channels * n_orders;
     if (!to->layout) return ff_simulate_into(m, n_channels, shape, channel, o, out, err);
     ff_status status = check_options(o, n_planes, err);
     if (status != FF_OK) return status;

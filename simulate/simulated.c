@@ -49,29 +49,59 @@ static void spread(const pairs *p, size_t n_samples, size_t n_planes, double *va
     }
 }
 
-ff_status ff_simulated_walk(const ff_model *m, size_t n_channels, const double *shape, const double *channel,
-                            const ff_simulate_options *o, const ff_table *t, ff_simulated *out, ff_error *err)
+const ff_orders *ff_simulated_orders(const ff_simulate_options *o, size_t *n)
+{
+    *n = o->walk ? o->walk->n_orders : o->surface ? o->surface->n_orders : 1;
+    return o->walk ? o->walk->orders : o->surface ? o->surface->orders : NULL;
+}
+
+/* f [2 n_planes][t->n]: values, then errors, of the pairs in a row. */
+static ff_status by_walk(const ff_model *m, size_t n_channels, const double *shape, const double *channel, const ff_walk_options *o,
+                         const ff_dirs *w, size_t n, double *f, double *error, size_t ld, ff_error *err)
 {
     ff_walk *walk;
-    pairs p;
-    if (!o->walk) return FF_OK;
-    const size_t n_planes = n_channels * o->walk->n_orders;
-    ff_status status = ff_walk_new(m, n_channels, shape, channel, o->walk, &walk, err);
+    ff_status status = ff_walk_new(m, n_channels, shape, channel, o, &walk, err);
     if (status) return status;
-    status = pairs_of(t, &p, err);
-    if (!status) {
-        double *f = malloc(2 * n_planes * t->n * sizeof *f);
-        const ff_dirs w = {p.w[0], p.w[1], p.w[2], p.w[3], p.w[4], p.w[5]};
-        status = f ? ff_walk_values(walk, &w, p.n, 0, f, f + n_planes * t->n, t->n, err)
-                   : ff_error_set(err, FF_ERR_MEMORY, NULL, 0, -1, "no memory for %zu values", n_planes * t->n);
-        if (!status) {
-            spread(&p, t->n, n_planes, f);
-            *out = (ff_simulated){n_planes, f, f + n_planes * t->n};
-        } else {
-            free(f);
-        }
-        pairs_free(&p);
-    }
+    status = ff_walk_values(walk, w, n, 0, f, error, ld, err);
     ff_walk_free(walk);
+    return status;
+}
+
+static ff_status by_rays(const ff_model *m, size_t n_channels, const double *shape, const double *channel,
+                         const ff_height_field_options *o, const ff_dirs *w, size_t n, int isotropic, double *f, double *error,
+                         size_t ld, ff_error *err)
+{
+    ff_height_field *surface;
+    ff_status status = ff_height_field_new(m, n_channels, shape, channel, o, &surface, err);
+    if (status) return status;
+    status = ff_height_field_values(surface, w, n, isotropic, f, error, ld, err);
+    ff_height_field_free(surface);
+    return status;
+}
+
+ff_status ff_simulated_values(const ff_model *m, size_t n_channels, const double *shape, const double *channel,
+                              const ff_simulate_options *o, const ff_table *t, ff_simulated *out, ff_error *err)
+{
+    pairs p;
+    size_t n_orders;
+    if (!ff_simulated_orders(o, &n_orders)) return FF_OK;
+    const size_t n_planes = n_channels * n_orders;
+    ff_status status = pairs_of(t, &p, err);
+    if (status) return status;
+    double *f = malloc(2 * n_planes * t->n * sizeof *f), *error = f ? f + n_planes * t->n : NULL;
+    const ff_dirs w = {p.w[0], p.w[1], p.w[2], p.w[3], p.w[4], p.w[5]};
+    if (!f)
+        status = ff_error_set(err, FF_ERR_MEMORY, NULL, 0, -1, "no memory for %zu values", n_planes * t->n);
+    else if (o->walk)
+        status = by_walk(m, n_channels, shape, channel, o->walk, &w, p.n, f, error, t->n, err);
+    else
+        status = by_rays(m, n_channels, shape, channel, o->surface, &w, p.n, t->isotropic, f, error, t->n, err);
+    if (!status) {
+        spread(&p, t->n, n_planes, f);
+        *out = (ff_simulated){n_planes, f, error};
+    } else {
+        free(f);
+    }
+    pairs_free(&p);
     return status;
 }
