@@ -277,7 +277,7 @@ ff_status ff_heights_read(const char *path, const double pitch[2], double unit, 
     if (!isnan(pitch[1])) s.dy = pitch[1];
     if (!status && !(s.dx > 0 && s.dy > 0 && isfinite(s.dx) && isfinite(s.dy)))
         status = ff_error_set(err, FF_ERR_DATA, path, 0, -1,
-                              "nothing says how far apart its heights are; --pitch DX:DY does, in their unit");
+                              "nothing says how far apart its heights are, in their unit: give their pitch");
     if (status) {
         free(s.h);
         return status;
