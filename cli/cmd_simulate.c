@@ -1,5 +1,5 @@
 /* facetfit simulate EXPR -o FILE: a data set from a model, at directions that have a name, or at those that the format has. */
-#include "internal_cli.h"
+#include "internal_walking.h"
 #include "simulate/simulate_struct.h"
 #include <stdio.h>
 #include <string.h>
@@ -19,7 +19,8 @@ static int read_noise(const cli_args *args, ff_simulate_options *o, ff_noise **n
     return EXIT_DONE;
 }
 
-static int read_options(const cli_args *args, ff_simulate_options *o, ff_aperture *aperture)
+static int read_options(const cli_args *args, ff_simulate_options *o, ff_aperture *aperture, ff_walk_options *walk,
+                        ff_height_field_options *surface)
 {
     ff_simulate_options_init(o);
     int status = cli_isa(args, &o->isa);
@@ -28,6 +29,15 @@ static int read_options(const cli_args *args, ff_simulate_options *o, ff_apertur
     o->aperture = aperture;
     o->seed = cli_integer(args, FLAG_SEED, o->seed);
     o->sigma = cli_switch(args, FLAG_SIGMA, 0);
+    status = cli_walk_read(args, cli_given(args, FLAG_SURFACE) ? 4000000 : 10000, "all", walk);
+    if (!status) status = cli_surface_read(args, walk, surface);
+    if (cli_given(args, FLAG_WALK)) o->walk = walk;
+    if (!cli_given(args, FLAG_SURFACE) || status) return status;
+    o->surface = surface;
+    if (aperture->across != aperture->half && cli_given(args, FLAG_APERTURE))
+        return cli_usage(args, "--surface counts in cones: --aperture DEG");
+    if (aperture->half > 0) surface->aperture = aperture->half;
+    *aperture = (ff_aperture){.outline = FF_APERTURE_DISC};
     return EXIT_DONE;
 }
 
@@ -73,6 +83,7 @@ static int simulate(const cli_args *args, const char *path, const ff_format *for
     if (status) return status;
     o->nonnegative = format->layout && !(format->holds & FF_HOLDS_NEGATIVE);
     failed = make_table(&scene, format, grid, o, named, &table, &err);
+    if ((o->walk && o->walk->progress) || (o->surface && o->surface->progress)) cli_progress_end();
     cli_scene_free(&scene);
     if (failed != FF_OK) return cli_failed(failed, &err);
     failed = ff_table_write_with(path, format->name, &table, args->outputs, &err);
@@ -89,8 +100,10 @@ int cmd_simulate(const cli_args *args)
     ff_simulate_options o;
     ff_noise *noise = NULL;
     ff_aperture aperture;
+    ff_walk_options walk;
+    ff_height_field_options surface;
     if (!path) return cli_usage(args, "-o FILE is missing: where to write");
-    int status = read_options(args, &o, &aperture);
+    int status = read_options(args, &o, &aperture, &walk, &surface);
     if (!status) status = read_noise(args, &o, &noise);
     if (!status) status = cli_format_for_writing(args, FLAG_FORMAT, path, &format);
     if (!status) status = simulate(args, path, format, &o);

@@ -62,6 +62,7 @@ enum {
     C_MEASURED = C_FITTING | C(ndf),
     C_READS = C_MEASURED | C(info) | C(resample) | C(render),
     C_SCENE = C(eval) | C(simulate) | C(furnace) | C(sample) | C(plot) | C(render),
+    C_PATHS = C(simulate) | C(furnace),
     C_BATCH = C(fit) | C(compare),
     C_REPORTS = C(fit) | C(compare) | C(ndf) | C(info) | C(models) | C(formats) | C(diff),
     C_ALL = (1u << COMMAND_COUNT) - 1,
@@ -75,9 +76,11 @@ static const cli_flag flags[FLAG_COUNT] = {
 };
 
 static const char *const groups[GROUP_COUNT] = {
-    [GROUP_DATA] = "Data",     [GROUP_MODEL] = "Model",           [GROUP_WEIGHTS] = "Weights",  [GROUP_RETRIEVAL] = "Retrieval",
-    [GROUP_TRUST] = "Trust",   [GROUP_CONVERSION] = "Conversion", [GROUP_VIEW] = "View",        [GROUP_NOISE] = "Noise",
-    [GROUP_FIGURE] = "Figure", [GROUP_OUTPUT] = "Output",         [GROUP_BATCH] = "Many files", [GROUP_RUN] = "Running",
+    [GROUP_DATA] = "Data",           [GROUP_MODEL] = "Model",   [GROUP_WEIGHTS] = "Weights",
+    [GROUP_RETRIEVAL] = "Retrieval", [GROUP_TRUST] = "Trust",   [GROUP_CONVERSION] = "Conversion",
+    [GROUP_VIEW] = "View",           [GROUP_NOISE] = "Noise",   [GROUP_PATHS] = "Paths of light",
+    [GROUP_FIGURE] = "Figure",       [GROUP_OUTPUT] = "Output", [GROUP_BATCH] = "Many files",
+    [GROUP_RUN] = "Running",
 };
 
 const char *cli_group_name(int group)

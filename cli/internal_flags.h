@@ -44,7 +44,7 @@ cli_words cli_words_loss, cli_words_loss_auto, cli_meaning_loss, cli_words_robus
     cli_words_masking_one, cli_words_fresnel, cli_words_diffuse, cli_words_model, cli_words_read, cli_words_written, cli_words_grid,
     cli_words_reduce, cli_words_from, cli_words_to, cli_words_for, cli_words_export, cli_words_by, cli_words_table, cli_words_color,
     cli_words_shell, cli_words_plot, cli_meaning_plot, cli_words_tone, cli_words_background, cli_words_environment, cli_words_sort,
-    cli_words_names;
+    cli_words_names, cli_words_surface, cli_words_facets, cli_words_descent;
 
 int cli_words_find(cli_words *words, const char *word, size_t length); /* index, -1 = none of them */
 size_t cli_words_count(cli_words *words);
@@ -104,6 +104,7 @@ typedef enum cli_group {
     GROUP_CONVERSION,
     GROUP_VIEW,
     GROUP_NOISE,
+    GROUP_PATHS,
     GROUP_FIGURE,
     GROUP_OUTPUT,
     GROUP_BATCH,

@@ -268,6 +268,9 @@ OWN_WORDS(negative, "keep", "drop")
 OWN_WORDS(grid, "merl", "goniometer", "scattered")
 OWN_WORDS(reduce, "srgb", "bands", "channels", "mean")
 OWN_WORDS(names, "file", "path")
+OWN_WORDS(surface, "gaussian", "exponential", "power-law")
+OWN_WORDS(facets, "mirror", "lambert", "coupled")
+OWN_WORDS(descent, "projected", "symmetric")
 OWN_WORDS(shell, "bash", "zsh", "fish")
 
 /* ---- looking words up ------------------------------------------------------------------------ */

@@ -96,6 +96,22 @@ static ff_status check_lobe(const ff_lobe *lobe, ff_error *err)
     return FF_OK;
 }
 
+/* Is the lobe one of those that a base is made for? */
+static ff_status check_only(const ff_model *m, const ff_diffuse *base, ff_error *err)
+{
+    const char *ndf = m->n_lobes ? ff_ndf_at(m->lobe[0].ndf)->term.name : "", *masking = "smith-height-correlated";
+    int known = 0;
+    for (const char *const *name = base->only; *name; name++) known |= !strcmp(*name, ndf);
+    if (known && m->n_lobes == 1 && !strcmp(ff_masking_at(m->lobe[0].masking)->term.name, masking)) return FF_OK;
+    char names[80] = "";
+    for (const char *const *name = base->only; *name; name++) {
+        const size_t used = strlen(names);
+        snprintf(names + used, sizeof names - used, "%s%s", used ? " or " : "", *name);
+    }
+    return ff_error_set(err, FF_ERR_UNSUPPORTED, NULL, 0, -1, "%s is made for one lobe of %s with the masking %s", base->term.name,
+                        names, masking);
+}
+
 /* Does a base have what it is coupled to? */
 static ff_status check_base(const ff_model *m, const ff_diffuse *base, ff_error *err)
 {
@@ -105,7 +121,7 @@ static ff_status check_base(const ff_model *m, const ff_diffuse *base, ff_error 
     if ((base->couples & FF_COUPLE_ALPHA) && ff_ndf_at(m->lobe[0].ndf)->alpha_own < 0)
         return ff_error_set(err, FF_ERR_UNSUPPORTED, NULL, 0, -1, "%s reads the roughness alpha of the first lobe, and %s has none",
                             base->term.name, ff_ndf_at(m->lobe[0].ndf)->term.name);
-    return FF_OK;
+    return base->only ? check_only(m, base, err) : FF_OK;
 }
 
 ff_status ff_model_finish(ff_model *m, ff_error *err)

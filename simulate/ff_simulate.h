@@ -11,7 +11,9 @@
 #include "ff_api.h"
 #include "ff_model.h"
 #include "ff_noise.h"
+#include "ff_height_field.h"
 #include "ff_table.h"
+#include "ff_walk.h"
 #ifdef __cplusplus
 extern "C" {
 #endif
@@ -43,14 +45,19 @@ typedef struct ff_simulate_options {
     double relative;      /**< standard deviation of the multiplicative noise, >= 0; 0                        */
     double floor;         /**< standard deviation of the additive noise, 1/sr, >= 0; 0                        */
     uint64_t seed;        /**< of the noise and of scattered directions; 1                                    */
-    int sigma;            /**< 1: the table carries the standard deviation of every value; needs noise. A value of exactly 0
-                               under multiplicative noise alone has none: its sample is marked invalid        */
-    int nonnegative;      /**< 1: a value below 0 becomes 0 and the note counts them: for files that hold no negative values  */
-    ff_isa isa;           /**< FF_ISA_BEST                                                                    */
+    int sigma; /**< 1: the table carries the standard deviation of every value; needs noise, a walk or a surface. A value of exactly
+                  0 under multiplicative noise alone has none: its sample is marked invalid        */
+    int nonnegative; /**< 1: a value below 0 becomes 0 and the note counts them: for files that hold no negative values  */
+    ff_isa isa;      /**< FF_ISA_BEST                                                                    */
     const volatile int *cancel; /**< polled; not NULL and != 0 ends with FF_ERR_CANCELLED                        */
     const ff_noise *noise; /**< NULL: relative and floor; else these are 0. Values are independent, whatever it says of neighbours
                                 and channels. Of one level, or as many as channels; borrowed                    */
     const ff_aperture *aperture; /**< of the detector, borrowed; NULL: a point                                  */
+    const ff_walk_options *walk; /**< borrowed: values are those of a walk on the surface of the model (ff_walk.h), each with its
+                                      standard error, to which noise is added; the table has n_orders times as many channels,
+                                      order by order, and no aperture. NULL: values of the model                     */
+    const ff_height_field_options *surface; /**< the same of rays on a surface (ff_height_field.h), where `walk` is NULL; its own
+                                            aperture is that of the values                                                       */
 } ff_simulate_options;
 
 /** Writes the defaults into options of `size` bytes, the caller's sizeof, and nothing beyond. */

@@ -1,26 +1,8 @@
 /* Random numbers that are a function of their index. Nothing here calls the mathematical library except sqrt, which is exact, and
  * the file is compiled without fused multiply-add: the same bits on every machine. */
 #include "simulate_struct.h"
-#include "internal_philox.h"
+#include "base/internal_philox.h"
 #include <math.h>
-
-void ff_philox(const uint32_t counter[4], const uint32_t key[2], uint32_t out[4])
-{
-    uint32_t c0 = counter[0], c1 = counter[1], c2 = counter[2], c3 = counter[3], k0 = key[0], k1 = key[1];
-    for (int round = 0; round < 10; round++) {
-        const uint64_t p0 = UINT64_C(0xD2511F53) * c0, p1 = UINT64_C(0xCD9E8D57) * c2;
-        c0 = (uint32_t)(p1 >> 32) ^ c1 ^ k0;
-        c1 = (uint32_t)p1;
-        c2 = (uint32_t)(p0 >> 32) ^ c3 ^ k1;
-        c3 = (uint32_t)p0;
-        k0 += 0x9E3779B9;
-        k1 += 0xBB67AE85;
-    }
-    out[0] = c0;
-    out[1] = c1;
-    out[2] = c2;
-    out[3] = c3;
-}
 
 double ff_random_uniform(uint64_t seed, uint32_t stream, uint64_t index)
 {

@@ -431,6 +431,7 @@ static void shared_and_coupled(void)
         "ggx/smith-height-correlated/conductor+ggx/smith-separable/shared+kulla-conty+lambert",
         "beckmann+ggx/smith-separable/schlick-f82+kelemen-matte+kulla-conty",
         "ggx/hammon+hammon+eon",
+        "ggx/smith-height-correlated/conductor+multiple-scattering+lambert",
         "gtr+vmf/v-cavity/dielectric+mikkelsen-coupled",
         "ggx/smith-height-direction-correlated/sgd+shirley-coupled+oren-nayar",
         "cook-torrance",

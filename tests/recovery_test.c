@@ -425,6 +425,7 @@ static void curved_terms(void)
         {"ggx+mikkelsen-coupled", "alpha=0.3 f0=0.3:0.2:0.1 kd=0.6:0.3:0.1"},
         {"ggx/v-cavity+kelemen-matte", "alpha=0.3 f0=0.3:0.2:0.1 kd=0.6:0.3:0.1"},
         {"ggx+kulla-conty", "alpha=0.7 f0=0.9:0.6:0.3"},
+        {"beckmann+multiple-scattering", "alpha=0.75 f0=0.9:0.6:0.3"},
     };
     for (size_t i = 0; i < sizeof trials / sizeof *trials; i++) {
         experiment e = experiment_make(trials[i][0], trials[i][1], 3, 20000, 0, 1e-4);

@@ -1,7 +1,7 @@
 /* Simulated data: the generator against published vectors, moments of the noise, values equal to the model's, seeds, files. */
 #include "ff_test.h"
 #include "simulate/simulate_struct.h"
-#include "simulate/internal_philox.h"
+#include "base/internal_philox.h"
 #include <stdint.h>
 
 typedef struct scene {

@@ -573,7 +573,10 @@ static void check_derivatives(const ff_diffuse *t, uint64_t *seed)
         {FF_DD_F0, (t->couples & FF_COUPLE_F0) != 0, &probe.in.f0, 0, 1},
         {FF_DD_AI, albedo, ai, 0, 1},
         {FF_DD_AO, albedo, ao, 0.01, 1},
-        {FF_DD_MEAN, strcmp(t->term.name, "kelemen-matte") == 0 || strcmp(t->term.name, "kulla-conty") == 0, &probe.in.mean, 0, 1},
+        {FF_DD_MEAN,
+         strcmp(t->term.name, "kelemen-matte") == 0 || strcmp(t->term.name, "kulla-conty") == 0 ||
+             strcmp(t->term.name, "multiple-scattering") == 0,
+         &probe.in.mean, 0, 1},
         {FF_DD_F_AVERAGE, (t->couples & FF_COUPLE_LOSS) != 0, &probe.in.f_average, 0, 1},
         {FF_DD_FRESNEL, (t->couples & FF_COUPLE_FRESNEL) != 0, F, 0, 1},
         {FF_DD_LOBE, (t->couples & FF_COUPLE_LOBE) != 0, lobe, 0, 10}};

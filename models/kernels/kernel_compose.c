@@ -111,6 +111,7 @@ static void part_input(const ff_prepared *p, size_t n, size_t c, uint32_t at, ff
     for (uint32_t k = 0; k < term->term.n_params; k++)
         in->params[k] = term->term.params[k].flags & FF_PARAM_PER_CHANNEL ? *channel++ : p->base_param[part->base][k];
     in->alpha = p->alpha;
+    in->ndf = p->m->n_lobes ? p->kernels->ndf[p->lobe[part->lobe < 0 ? 0 : part->lobe].ndf] : NULL;
     in->f0 = p->f0 ? p->f0[f0_at(p, c, part)] : 0;
     in->ai = b->ai;
     in->ao = b->ao;

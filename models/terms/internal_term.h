@@ -150,6 +150,7 @@ typedef struct ff_diffuse_input {
     double f_average;      /* FF_COUPLE_LOSS: 2 integral F(mu) mu dmu                                        */
     const double *fresnel; /* [n] FF_COUPLE_FRESNEL: ks F of the first lobe                                  */
     const double *lobe;    /* [n] FF_COUPLE_LOBE: ks F D G / (4 iz oz) of the lobe                           */
+    const ff_ndf *ndf;     /* of the lobe, or of the first one; NULL without lobes                           */
 } ff_diffuse_input;
 
 /* Derivatives of a diffuse term: by its own parameters, then these. */
@@ -158,7 +159,9 @@ enum { FF_DD_ALPHA = 8, FF_DD_F0, FF_DD_AI, FF_DD_AO, FF_DD_MEAN, FF_DD_F_AVERAG
 typedef struct ff_diffuse {
     ff_term term;
     uint32_t planes;
-    uint32_t couples; /* FF_COUPLE_... */
+    uint32_t couples;        /* FF_COUPLE_... */
+    const char *const *only; /* distributions that it is made for, NULL after the last: of one lobe, whose masking is
+                                smith-height-correlated. NULL: any */
     /* f in 1/sr (the caller zeroes what is below the horizon) and d f / d input, d[FF_DD_COUNT] planes, each or d itself NULL
      * where it is not wanted. */
     void (*eval)(const ff_diffuse_input *in, const ff_geometry *g, size_t n, double *restrict f, double *const *d);

@@ -260,6 +260,31 @@ static ff_status exr_layers(size_t n)
     return ff_render_exr("/dev/null", &one, n, layer, &err);
 }
 
+static ff_status walk(const scene *s, size_t n_channels, const double *shape, const double *channel, const ff_walk_options *o)
+{
+    ff_walk_options own;
+    ff_walk_options_init(&own);
+    if (o) own = *o;
+    if (own.facets == FF_FACETS_MIRROR) own.facets = FF_FACETS_COUPLED; /* the scene has a base */
+    NEW(ff_walk, ff_walk_free, ff_walk_new(s->model, n_channels, shape, channel, &own, &out, &err))
+}
+
+static ff_status walk_values(const scene *s, double z, uint64_t first, size_t ld)
+{
+    const double x = sqrt(fmax(1 - z * z, 0)), zero = 0;
+    const ff_dirs w = {&x, &zero, &z, &zero, &x, &z};
+    double f[N_CHANNELS * 2] = {NOTHING, 0}, error[N_CHANNELS * 2];
+    return untouched(ff_walk_values(s->walk, &w, 1, first, f, error, ld, &err), f[0]);
+}
+
+static ff_status walk_lobe(const scene *s, double z)
+{
+    const double wi[3] = {sqrt(fmax(1 - z * z, 0)), 0, z};
+    ff_lobe_mean lobe[N_CHANNELS];
+    lobe[0].albedo = NOTHING;
+    return untouched(ff_walk_lobe(s->walk, wi, lobe, NULL, &err), lobe[0].albedo);
+}
+
 enum {
     WITH_CHECK,
     WITH_CLAIMS,
@@ -270,6 +295,7 @@ enum {
     WITH_FURNACE,
     WITH_SAMPLER,
     WITH_SIMULATE,
+    WITH_WALK,
     WITH_START,
     WITH_BALL,
     WITH_BALL_OF_TABLE,
@@ -298,6 +324,8 @@ static ff_status with(const scene *s, int what, const double *shape, const doubl
         return sampler(s, shape, channel);
     case WITH_SIMULATE:
         return simulate(s, N_CHANNELS, shape, channel);
+    case WITH_WALK:
+        return walk(s, N_CHANNELS, shape, channel, NULL);
     case WITH_START:
         return start(s, shape, channel);
     case WITH_BALL:
@@ -437,6 +465,12 @@ static void init_ndf(const scene *s, void *o)
     memcpy(o, &s->ndf_options, sizeof s->ndf_options);
 }
 
+static void init_walk(const scene *s, void *o)
+{
+    (void)s;
+    ff_walk_options_init(o);
+}
+
 static void init_simulate(const scene *s, void *o)
 {
     (void)s;
@@ -521,6 +555,7 @@ static void init_budget(const scene *s, void *o)
 #define INIT_ff_fit_options      init_fit
 #define INIT_ff_ndf_options      init_ndf
 #define INIT_ff_simulate_options init_simulate
+#define INIT_ff_walk_options     init_walk
 #define INIT_ff_resample_options init_resample
 #define INIT_ff_render_options   init_render
 #define INIT_ff_study_options    init_study

@@ -22,6 +22,7 @@
 #include "ff_survey.h"
 #include "ff_trust.h"
 #include "ff_version.h"
+#include "ff_walk.h"
 #include "ff_words.h"
 
 enum { N_CHANNELS = 2, N_SHAPE_MOST = 16, N_CHANNEL_MOST = 16 };
@@ -39,6 +40,7 @@ typedef struct scene {
     ff_places *places;
     ff_interpolant *interpolant;
     ff_sampler *sampler;
+    ff_walk *walk; /* of coupled facets, a few paths */
     ff_picture *picture;
     ff_adaptive *adaptive;
     ff_noise *noise; /* of N_CHANNELS levels */
@@ -70,6 +72,11 @@ static int scene_make(scene *s)
         ff_model_defaults(s->model, N_CHANNELS, s->shape, s->channel);
         status = ff_model_set(s->model, N_CHANNELS, "alpha=0.3", s->shape, s->channel, &err);
     }
+    ff_walk_options walk;
+    ff_walk_options_init(&walk);
+    walk.facets = FF_FACETS_COUPLED;
+    walk.paths = 20;
+    walk.threads = 1;
     made.sampling.step_deg = 15;
     made.relative = 0.01;
     made.floor = 1e-3;
@@ -87,6 +94,7 @@ static int scene_make(scene *s)
     if (!status) status = ff_places_new(s->problem, s->table, &s->places, &err);
     if (!status) status = ff_interpolant_new(s->table, 0, &s->interpolant, &err);
     if (!status) status = ff_sampler_new(s->model, FF_ISA_BEST, N_CHANNELS, s->shape, s->channel, &s->sampler, &err);
+    if (!status) status = ff_walk_new(s->model, N_CHANNELS, s->shape, s->channel, &walk, &s->walk, &err);
     if (!status) status = ff_picture_new(s->table, &s->options, &s->picture, &err);
     if (!status) status = ff_fit_adaptive(s->table, s->model, &s->options, &s->adaptive, &err);
     if (!status) status = ff_ndf_problem_new(s->table, &s->ndf_options, &s->ndf_problem, &err);
@@ -104,6 +112,7 @@ static void scene_free(scene *s)
     ff_problem_free(s->ndf_problem);
     ff_adaptive_free(s->adaptive);
     ff_picture_free(s->picture);
+    ff_walk_free(s->walk);
     ff_sampler_free(s->sampler);
     ff_interpolant_free(s->interpolant);
     ff_places_free(s->places);

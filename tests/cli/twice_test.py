@@ -13,7 +13,7 @@ FOLDER = tempfile.TemporaryDirectory()  # where a flag that is taken would write
 VALUES = ["1", "20", "30", "0.5", "text", "csv", "merl", "rgb", "srgb", "ggx", "smith-uncorrelated", "schlick", "lambert", "none", "log",
           "huber", "sample", "noise", "isotropic", "scalar", "brdf", "d", "D", "slopes", "keep", "drop", "x=1", "f0=0.5", "f0", "f0=0.1:0.5",
           "beckmann", "phong", "relative=0.1", "30,0", "goniometer", "bash", "zemax", "never", "black", "out.png", "blender", "mirror",
-          "clockwise", "radians", "decimal=comma", "file"]
+          "clockwise", "radians", "decimal=comma", "file", "projected", "1-2"]
 EXAMPLE = {"fit": ["FILE"], "compare": ["FILE"], "ndf": ["FILE"], "info": ["FILE"], "resample": ["FILE", "OUT"], "convert": [],
            "eval": ["ggx"], "simulate": ["ggx"], "furnace": ["ggx"], "sample": ["ggx"], "render": ["ggx"], "export": ["FILE"]}
 

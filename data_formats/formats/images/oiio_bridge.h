@@ -42,7 +42,7 @@ enum { FF_IMAGE_READER = 1 };
 /** Symbol of the module. */
 extern const ff_image_reader ff_image_reader_v1;
 
-/** Opens the module, which stays open; image_module.c says where it is looked for. FF_ERR_UNSUPPORTED when it is not there. */
+/** Opens the module, which stays open; internal_module.h says where it is looked for. FF_ERR_UNSUPPORTED when it is not there. */
 ff_status ff_image_reader_get(const ff_image_reader **out, ff_error *err);
 
 #ifdef __cplusplus
