@@ -90,9 +90,9 @@ static int run_command(const batch *b, size_t i, const char *path, const char *p
     if (ready == FF_OK && json_stream && said_stream && html_stream) {
         of.args.outputs = &outputs;
         of.args.job = &job;
-        cli_messages_into(said_stream);
+        (void)cli_messages_into(said_stream);
         status = b->command(&of.args);
-        cli_messages_into(NULL);
+        (void)cli_messages_into(NULL);
         ff_outputs_abort(&outputs);
     }
     cli_batch_args_free(&of);

@@ -75,17 +75,33 @@ static const cli_flag flags[FLAG_COUNT] = {
 #undef FLAG
 };
 
-static const char *const groups[GROUP_COUNT] = {
-    [GROUP_DATA] = "Data",           [GROUP_MODEL] = "Model",   [GROUP_WEIGHTS] = "Weights",
-    [GROUP_RETRIEVAL] = "Retrieval", [GROUP_TRUST] = "Trust",   [GROUP_CONVERSION] = "Conversion",
-    [GROUP_VIEW] = "View",           [GROUP_NOISE] = "Noise",   [GROUP_PATHS] = "Paths of light",
-    [GROUP_FIGURE] = "Figure",       [GROUP_OUTPUT] = "Output", [GROUP_BATCH] = "Many files",
-    [GROUP_RUN] = "Running",
+static const struct {
+    const char *name;
+    cli_bearing bearing;
+} groups[GROUP_COUNT] = {
+    [GROUP_DATA] = {"Data", BEARS_RESULT},
+    [GROUP_MODEL] = {"Model", BEARS_RESULT},
+    [GROUP_WEIGHTS] = {"Weights", BEARS_RESULT},
+    [GROUP_RETRIEVAL] = {"Retrieval", BEARS_RESULT},
+    [GROUP_TRUST] = {"Trust", BEARS_QUESTION},
+    [GROUP_CONVERSION] = {"Conversion", BEARS_OUTPUT},
+    [GROUP_VIEW] = {"View", BEARS_OUTPUT},
+    [GROUP_NOISE] = {"Noise", BEARS_RESULT},
+    [GROUP_PATHS] = {"Paths of light", BEARS_RESULT},
+    [GROUP_FIGURE] = {"Figure", BEARS_OUTPUT},
+    [GROUP_OUTPUT] = {"Output", BEARS_OUTPUT},
+    [GROUP_BATCH] = {"Many files", BEARS_OUTPUT},
+    [GROUP_RUN] = {"Running", BEARS_OUTPUT},
 };
 
 const char *cli_group_name(int group)
 {
-    return groups[group];
+    return groups[group].name;
+}
+
+cli_bearing cli_flag_bearing(const cli_flag *flag)
+{
+    return flag->bears ? (cli_bearing)(flag->bears - 1) : groups[flag->group].bearing;
 }
 
 const cli_flag *cli_flag_at(cli_flag_id flag)

@@ -270,5 +270,7 @@ ff_report_fits cli_fitting_report(const cli_args *args, const cli_fitting *f, co
                             .n_fits = n_fits,
                             .fit = fit,
                             .style = &args->style,
+                            .again = cli_again,
+                            .again_context = args,
                             .without_times = !cli_switch(args, FLAG_TIMES, 1)};
 }

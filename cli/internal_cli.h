@@ -103,11 +103,20 @@ int cli_combine(const cli_args *args, const cli_tables *tables, const char *all_
  * them. Exit status; model and target are to be freed whatever it is. */
 int cli_renderers_read(const cli_args *args, int several, cli_combinations *out);
 
+/* ---- a command line for another command ---------------------------------------------------------------------------------------*/
+
+/* An ff_report_again of a cli_args, of `fit` or `compare`. Which flags go along is said by their groups and their commands; of what
+ * they say of parameters, that of parameters which the other command has. */
+int cli_again(const void *args, const char *command, const ff_report_change *change, size_t n, char *out, size_t size);
+
 /* ---- measured data -----------------------------------------------------------------------------------------------------------*/
 
 /* Reads `path` with the options of the flags, reduced as --reduce says; notes as messages when with_notes. Exit status; the table
  * is to be freed after EXIT_DONE. */
 int cli_read(const cli_args *args, const char *path, int with_notes, ff_table *out);
+
+/* Does the command read several FILEs as one measurement? */
+int cli_joins_files(const cli_command *command);
 
 /* The format to write `path` in: by the flag, or by its extension; CSV for "-". Exit status. */
 int cli_format_for_writing(const cli_args *args, cli_flag_id flag, const char *path, const ff_format **out);

@@ -113,6 +113,13 @@ typedef enum cli_group {
 } cli_group;
 const char *cli_group_name(int group);
 
+/* What flags of a group bear on: a command line that does the same to the same data has those of BEARS_RESULT. */
+typedef enum cli_bearing {
+    BEARS_RESULT,   /* what is read, and what is found in it              */
+    BEARS_QUESTION, /* what else is asked of that                         */
+    BEARS_OUTPUT    /* what is written, drawn or converted; how it is run */
+} cli_bearing;
+
 typedef enum cli_flag_id {
 #define FLAG(id, ...) FLAG_##id,
 #include "flags.def"
@@ -144,6 +151,8 @@ typedef struct cli_flag {
     const char *help;      /* one line, without the default                                            */
     const char *more;      /* what the man page adds; NULL = nothing                                   */
     const char *otherwise; /* what it is when it is not given, as shown; NULL where that says nothing  */
+    int bears;             /* cli_bearing + 1, where it is not that of the group */
+    int chooses;           /* 1: it says which models: a command line for another model has none of these */
     int repeatable;        /* 1: all that are given count; 0: it is given once, or is a switch, of which the last one counts */
     int negatable;         /* 1: --no-NAME too                                                         */
     const char *without;   /* the value when none follows, as the last word or before a flag; NULL = one must */
@@ -152,6 +161,7 @@ typedef struct cli_flag {
 } cli_flag;
 
 const cli_flag *cli_flag_at(cli_flag_id flag);
+cli_bearing cli_flag_bearing(const cli_flag *flag);                 /* of one as a command has it */
 int cli_flag_has(const cli_flag *flag, const cli_command *command); /* does it belong to the command? */
 /* The flag as the command has it. */
 cli_flag cli_flag_of(cli_flag_id flag, const cli_command *command);
@@ -265,7 +275,7 @@ extern volatile sig_atomic_t cli_progress_is_shown;
 void cli_message(const char *format, ...) __attribute__((format(printf, 1, 2))); /* "facetfit: ..." on stderr */
 /* From here on what this thread says goes to `out`, a line each, without "facetfit: ", and hints at --help nowhere; NULL: to stderr
  * again. */
-void cli_messages_into(FILE *out);
+FILE *cli_messages_into(FILE *out); /* returns where they went before */
 int cli_usage(const cli_args *args, const char *format, ...) __attribute__((format(printf, 2, 3))); /* with a hint; EXIT_USAGE */
 int cli_exit_status(ff_status status);
 int cli_failed(ff_status status, const ff_error *err); /* message and exit status */

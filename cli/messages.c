@@ -54,9 +54,11 @@ static ff_status write_line(const void *text, FILE *out)
 
 static _Thread_local FILE *listener;
 
-void cli_messages_into(FILE *out)
+FILE *cli_messages_into(FILE *out)
 {
+    FILE *before = listener;
     listener = out;
+    return before;
 }
 
 /* Names and values are whatever the person, a script or an archive gave: none of it speaks to the terminal. */

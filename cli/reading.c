@@ -30,11 +30,11 @@ static ff_status reduce(const char *to, ff_table *t, ff_error *err)
     return failed;
 }
 
-/* The files that are one measurement: all that a command is given which reads nothing else. */
-static size_t count_files(const cli_args *args)
+/* All that a command is given which reads nothing else. */
+int cli_joins_files(const cli_command *command)
 {
-    const cli_command_id id = args->command->id;
-    return id == COMMAND_fit || id == COMMAND_compare || id == COMMAND_ndf || id == COMMAND_info ? args->n_words : 1;
+    const cli_command_id id = command->id;
+    return id == COMMAND_fit || id == COMMAND_compare || id == COMMAND_ndf || id == COMMAND_info;
 }
 
 int cli_read(const cli_args *args, const char *path, int with_notes, ff_table *out)
@@ -44,7 +44,7 @@ int cli_read(const cli_args *args, const char *path, int with_notes, ff_table *o
     ff_error err = {0};
     const char *to = cli_value(args, FLAG_REDUCE, NULL);
     read_options(args, &o);
-    const size_t n = count_files(args);
+    const size_t n = cli_joins_files(args->command) ? args->n_words : 1;
     ff_status failed = ff_table_read_all_into(n > 1 ? args->word : &path, n, &o, &t, &err);
     if (failed == FF_OK && to) failed = reduce(to, &t, &err);
     if (failed != FF_OK) {

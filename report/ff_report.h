@@ -76,6 +76,18 @@ typedef enum ff_table_form {
 } ff_table_form;
 const char *ff_table_form_name(int form); /**< "text", "csv", "tsv", "md", "latex"; NULL for a number that is none */
 
+/** A flag of a command that is suggested: another value than the person's own, a flag that was not given, or none of it. */
+typedef struct ff_report_change {
+    const char *flag;  /**< its name without dashes                 */
+    const char *value; /**< NULL: the flag is left out               */
+} ff_report_change;
+
+/** The person's own command line for another command, "plot residuals", on the same data read in the same way: with the changes
+ * [n], without what only writes. The model is that of a change: flags that choose models do not go along. Into out [size], quoted
+ * for a shell. 0: there is no such command line. */
+typedef int ff_report_again(const void *context, const char *command, const ff_report_change *change, size_t n, char *out,
+                            size_t size);
+
 /** Fits of one data set. A problem is a choice of channels: one for rgb and mean, one per channel for each. Every model is fitted
  *  to every problem; fit k belongs to problem k / (n_fits / n_problems). */
 typedef struct ff_report_fits {
@@ -95,6 +107,8 @@ typedef struct ff_report_fits {
     const ff_adaptive *adaptive;      /**< how the loss was chosen, where it was; else NULL; fit is its chosen one */
     size_t rows;                      /**< of a comparison's text, at most; 0 = all            */
     const ff_report_style *style;     /**< of text; NULL = plain                               */
+    ff_report_again *again;           /**< the command lines that it suggests; NULL: none      */
+    const void *again_context;        /**< of again                                            */
     int without_times;                /**< 1: the JSON says nothing of how long it took: equal fits, equal bytes */
 } ff_report_fits;
 

@@ -117,6 +117,57 @@ static void quantities(void)
     }
 }
 
+/* What the name of the values says holds whether the angles have our names, bare, or others with units; the file's own word in a
+ * comment goes before it, and a file that says that it is ours has names of channels and nothing else. */
+static void quantities_by_name(void)
+{
+    static const char *const angles[2] = {"theta_i,phi_i,theta_o,phi_o", "theta_i (deg),phi_i (deg),theta_o (deg),phi_o (deg)"};
+    static const struct {
+        const char *before, *name;
+        double divided_by;
+        int quantity;
+        const char *note; /* NULL: nothing has to be said */
+    } cases[] = {{"", "reflectance factor", 3.14159265358979323846, FF_REFLECTANCE_FACTOR, "is taken for pi times the BRDF"},
+                 {"", "Reflectance factor (%)", 314.159265358979323846, FF_REFLECTANCE_FACTOR, "in per cent"},
+                 {"", "Reflectance (%)", 100, FF_BRDF, "'Reflectance (%)' is taken for the BRDF in 1/sr, in per cent"},
+                 {"", "Reflectance", 1, FF_BRDF, "is taken for the BRDF"},
+                 {"", "BRDF cos", 0.5, FF_BRDF_COS, "times cos(theta_o)"},
+                 {"", "counts", 1, FF_BRDF, "proportional to the BRDF at best"},
+                 {"", "BRDF (%)", 100, FF_BRDF, "in per cent"},
+                 {"", "BRDF", 1, FF_BRDF, NULL}};
+    static const struct {
+        const char *before, *name;
+        double divided_by;
+        int quantity;
+    } said[] = {{"# quantity: brdf\n", "Reflectance factor", 1, FF_BRDF},
+                {"# quantity: reflectance-factor\n", "Reflectance (%)", 314.159265358979323846, FF_REFLECTANCE_FACTOR},
+                {"# facetfit-csv: 1\n", "reflectance factor", 1, FF_BRDF},
+                {"# facetfit-csv: 1\n", "Reflectance (%)", 1, FF_BRDF}};
+    char text[256];
+    ff_table t;
+    for (size_t k = 0; k < sizeof cases / sizeof cases[0]; k++)
+        for (size_t a = 0; a < 2; a++) {
+            snprintf(text, sizeof text, "%s%s,%s\n30,0,60,180,12\n50,0,60,180,6\n", cases[k].before, angles[a], cases[k].name);
+            if (!reads(text, text, &t)) continue;
+            FF_CHECK(fabs(value(&t, 0, 0) * cases[k].divided_by / 12 - 1) < 1e-12 && (int)t.quantity == cases[k].quantity, "%s: %g",
+                     text, value(&t, 0, 0));
+            FF_CHECK(!cases[k].note || strstr(t.note, cases[k].note), "%s: note '%s'", text, t.note);
+            ff_table_clear(&t);
+        }
+    for (size_t k = 0; k < sizeof said / sizeof said[0]; k++) {
+        snprintf(text, sizeof text, "%s%s,%s\n30,0,60,180,12\n50,0,60,180,6\n", said[k].before, angles[0], said[k].name);
+        if (!reads(text, text, &t)) continue;
+        FF_CHECK(fabs(value(&t, 0, 0) * said[k].divided_by / 12 - 1) < 1e-12 && (int)t.quantity == said[k].quantity, "%s: %g", text,
+                 value(&t, 0, 0));
+        FF_CHECK(!strstr(t.note, "is taken for pi") && !strstr(t.note, "is taken for the BRDF"), "%s: note '%s'", text, t.note);
+        ff_table_clear(&t);
+    }
+    if (reads("radians", "# angles: radians\ntheta_i,phi_i,theta_o,phi_o,Reflectance (%)\n0.5,0,1,3.1,1\n", &t)) {
+        FF_CHECK(t.radians_per_unit == 1, "the file's own word for its angles: %g", t.radians_per_unit);
+        ff_table_clear(&t);
+    }
+}
+
 static void not_measured(void)
 {
     ff_table t;
@@ -477,11 +528,23 @@ static void round_trips(void)
     test_round_trip(0, 0, 1);
 }
 
-static const ff_test_case cases[] = {
-    FF_TEST(decimal_comma), FF_TEST(test_columns), FF_TEST(variants),        FF_TEST(quantities),
-    FF_TEST(not_measured),  FF_TEST(codes),        FF_TEST(foreign_columns), FF_TEST(left_by_programs),
-    FF_TEST(radian_note),   FF_TEST(bad_headers),  FF_TEST(bad_rows),        FF_TEST(test_bytes),
-    FF_TEST(round_trips),   FF_TEST(prefixes),     FF_TEST(test_damage),     FF_TEST(names_that_cannot_be_written)};
+static const ff_test_case cases[] = {FF_TEST(decimal_comma),
+                                     FF_TEST(test_columns),
+                                     FF_TEST(variants),
+                                     FF_TEST(quantities),
+                                     FF_TEST(quantities_by_name),
+                                     FF_TEST(not_measured),
+                                     FF_TEST(codes),
+                                     FF_TEST(foreign_columns),
+                                     FF_TEST(left_by_programs),
+                                     FF_TEST(radian_note),
+                                     FF_TEST(bad_headers),
+                                     FF_TEST(bad_rows),
+                                     FF_TEST(test_bytes),
+                                     FF_TEST(round_trips),
+                                     FF_TEST(prefixes),
+                                     FF_TEST(test_damage),
+                                     FF_TEST(names_that_cannot_be_written)};
 
 int main(int argc, char **argv)
 {

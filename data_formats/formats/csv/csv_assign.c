@@ -381,9 +381,33 @@ static void adopt_stranger(ff_planner *p)
     ff_plan_assume(p, "column '%s' is taken for the values, since all others are known", p->column[only].name);
 }
 
+/* What the name of the values was taken to say of them, unless the file says it in our words. */
+static void say_quantity(ff_planner *p, const ff_plan_column *c)
+{
+    const char *in_percent = c->named.unit == FF_CSV_PERCENT ? ", in per cent" : "";
+    if (p->head.quantity_is_said)
+        return;
+    else if (c->named.quantity == FF_REFLECTANCE_FACTOR)
+        ff_plan_assume(p, "'%s' is taken for pi times the BRDF, reflectance-factor%s: say quantity brdf if it is not", c->name,
+                       in_percent);
+    else if (c->named.quantity == FF_BRDF_COS)
+        ff_plan_assume(p, "'%s' is taken for the BRDF times cos(theta_o), brdf-cos%s: say quantity brdf if it is not", c->name,
+                       in_percent);
+    else if (c->named.rank == FF_RANK_REFLECTANCE)
+        ff_plan_assume(p, "'%s' is taken for the BRDF in 1/sr%s: say quantity reflectance-factor if it is pi times that", c->name,
+                       in_percent);
+    else if (c->named.rank == FF_RANK_COUNTS)
+        ff_plan_assume(p,
+                       "'%s' is what a detector gave, proportional to the BRDF at best: say quantity brdf-cos if its power was not "
+                       "divided by the cosine",
+                       c->name);
+    else if (*in_percent)
+        ff_plan_assume(p, "'%s' is taken for the BRDF in 1/sr%s", c->name, in_percent);
+}
+
 static ff_status put_values(ff_planner *p)
 {
-    size_t n_values = 0;
+    size_t n_values = 0, said = 0;
     adopt_stranger(p);
     for (size_t k = 0; k < p->n; k++) n_values += is_channel(&p->column[k]) != 0;
     if (n_values == 0) return refuse_values(p);
@@ -402,16 +426,7 @@ static ff_status put_values(ff_planner *p)
         put_name(p->text, channel);
         fprintf(p->text, "=#%zu%s", k + 1, ff_plan_unit_text(one->unit));
         p->column[k].used = 1;
-        if (one->rank == FF_RANK_REFLECTANCE && one->unit != FF_CSV_PERCENT)
-            ff_plan_assume(p, "'%s' is taken for the BRDF in 1/sr: say quantity reflectance-factor if it is pi times that",
-                           p->column[k].name);
-        if (one->rank == FF_RANK_COUNTS)
-            ff_plan_assume(
-                p,
-                "'%s' is what a detector gave, proportional to the BRDF at best: say quantity brdf-cos if its power was not "
-                "divided by "
-                "the cosine",
-                p->column[k].name);
+        if (said++ == 0) say_quantity(p, &p->column[k]);
         if (sigmas) put_sigma_of(p, channel, n_values);
     }
     return FF_OK;

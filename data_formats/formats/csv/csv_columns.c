@@ -336,7 +336,7 @@ static void describe(const reader *r, const ff_read_options *o, ff_table *t)
 {
     strcpy(t->format, r->layout ? r->layout->format : "csv");
     if (r->layout && r->layout->note) ff_table_note(t, "%s", r->layout->note);
-    t->angles_are_open = !r->layout && !r->header.ours;
+    t->angles_are_open = !r->layout && !r->head.is_ours;
     if (r->plan) tell_plan(r, t);
     if (r->with_phase) settle_azimuth(r, t);
     t->isotropic = r->head.isotropic >= 0 ? r->head.isotropic : is_isotropic(r, t);
@@ -344,6 +344,7 @@ static void describe(const reader *r, const ff_read_options *o, ff_table *t)
     tell_rows(r, t);
     ff_table_leave_out_codes(t);
     ff_table_set_quantity(t, ff_read_quantity(o, r->layout                      ? r->layout->quantity
+                                                 : r->head.quantity_is_said     ? r->head.quantity
                                                  : r->plan && r->plan->quantity ? r->plan->quantity
                                                                                 : r->head.quantity));
 }
@@ -448,6 +449,7 @@ ff_status ff_csv_read_table(const char *path, const ff_read_options *o, ff_csv_l
     if (status != FF_OK) return status;
     reader r = {.err = err, .path = path, .plan = &plan, .look = *look, .head = {.radians_per_unit = degree, .isotropic = -1}};
     if (o->angles == FF_ANGLES_RADIANS) r.head.radians_per_unit = 1;
+    r.header.ours = look->our_angles;
     status = read_with(&r, plan.columns, o, out);
     ff_csv_plan_clear(&plan);
     return status;

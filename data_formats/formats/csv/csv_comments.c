@@ -27,6 +27,7 @@ static ff_status set_quantity(const comment *c)
     for (int q = 0; q < 3; q++)
         if (strcasecmp(c->value, name[q]) == 0) {
             c->head->quantity = (ff_quantity)q;
+            c->head->quantity_is_said = 1;
             return FF_OK;
         }
     return unexpected(c, "brdf, brdf-cos or reflectance-factor");
@@ -35,6 +36,7 @@ static ff_status set_quantity(const comment *c)
 static ff_status set_angles(const comment *c)
 {
     if (strcasecmp(c->value, "degrees") != 0 && strcasecmp(c->value, "radians") != 0) return unexpected(c, "degrees or radians");
+    c->head->angles_are_said = 1;
     c->head->radians_per_unit = strcasecmp(c->value, "radians") == 0 ? 1 : degree;
     return FF_OK;
 }

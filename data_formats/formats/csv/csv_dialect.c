@@ -228,7 +228,7 @@ ff_status ff_csv_look_at(const char *path, const ff_csv_dialect *given, ff_csv_l
         ff_csv_look_clear(&look);
         return status;
     }
-    look.is_ours = !given->separator && !given->decimal && ff_csv_is_ours(&look);
+    if (!given->separator && !given->decimal) ff_csv_look_for_ours(&look);
     if (look.n_lines && !look.is_ours) find_dialect(&look, given);
     *out = look;
     return FF_OK;

@@ -23,8 +23,15 @@ static int is_our_angle(const char *name)
     return strcmp(name, "theta_i") == 0 || strcmp(name, "phi_i") == 0 || strcmp(name, "theta_o") == 0 || strcmp(name, "phi_o") == 0;
 }
 
-/* Names of ours, values that are known and strangers beside them. */
-static int are_our_names(const char *text, size_t length)
+/* Does the name of a value say more than that it is the BRDF: another quantity, a unit, something that may be another? */
+static int says_what(const ff_named *named)
+{
+    return named->meaning == FF_MEANS_VALUE && (named->quantity != FF_BRDF || named->unit == FF_CSV_PERCENT ||
+                                                (named->rank != FF_RANK_BRDF && named->rank != FF_RANK_PLAIN));
+}
+
+/* Names of ours, values that are known and strangers beside them. *says: one of the values says what it is. */
+static int are_our_names(const char *text, size_t length, int *says)
 {
     size_t angles = 0, known = 0, strangers = 0;
     const size_t cells = ff_csv_count_cells(text, length, ',');
@@ -38,6 +45,7 @@ static int are_our_names(const char *text, size_t length)
             known++;
         } else if (*name) {
             ff_name_meaning(name, &named);
+            *says |= says_what(&named);
             const int beside =
                 named.meaning == FF_MEANS_SIGMA || named.meaning == FF_MEANS_WEIGHT || named.meaning == FF_MEANS_WAVELENGTH;
             if (named.meaning == FF_MEANS_VALUE && named.rank > FF_RANK_COUNTS)
@@ -70,9 +78,11 @@ static int is_foreign_row(const char *text, size_t length)
     return units >= 2;
 }
 
-int ff_csv_is_ours(const ff_csv_look *look)
+/* 1: our names and rows; 2: but for the names of values. */
+static int words_of(const ff_csv_look *look)
 {
     size_t k = 0, rows = 0;
+    int says = 0;
     for (; k < look->n_lines; k++) {
         const ff_csv_line *l = &look->line[k];
         const char *p = l->text, *stop = l->text + l->length;
@@ -80,7 +90,7 @@ int ff_csv_is_ours(const ff_csv_look *look)
         if (l->is_comment && memmem(p, (size_t)(stop - p), "facetfit-csv:", 13)) return 1;
         if (p == stop || (l->is_comment && !is_names_behind_comment(p, (size_t)(stop - p)))) continue;
         while (p < stop && (*p == '#' || ff_csv_is_blank(*p))) p++;
-        if (!are_our_names(p, (size_t)(stop - p)) || !ff_plain_is_utf8(p, (size_t)(stop - p))) return 0;
+        if (!are_our_names(p, (size_t)(stop - p), &says) || !ff_plain_is_utf8(p, (size_t)(stop - p))) return 0;
         break;
     }
     if (k == look->n_lines) return 0;
@@ -89,5 +99,12 @@ int ff_csv_is_ours(const ff_csv_look *look)
         if (is_foreign_row(look->line[k].text, look->line[k].length)) return 0;
         rows++;
     }
-    return 1;
+    return says ? 2 : 1;
+}
+
+void ff_csv_look_for_ours(ff_csv_look *look)
+{
+    const int words = words_of(look);
+    look->is_ours = words == 1;
+    look->our_angles = words == 2;
 }

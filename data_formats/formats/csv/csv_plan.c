@@ -217,6 +217,23 @@ static void look_for_settings(ff_planner *p)
     }
 }
 
+/* Comments in our words, where the angles are too. */
+static ff_status read_comments(ff_planner *p)
+{
+    for (size_t k = 0; k < p->look->n_lines && k + 1 < p->look->first_row && p->look->our_angles; k++) {
+        const ff_csv_line *l = &p->look->line[k];
+        if (!l->is_comment) continue;
+        char *text = strndup(l->text, l->length);
+        if (!text) return ff_error_set(p->err, FF_ERR_MEMORY, p->path, 0, -1, "no memory for a comment");
+        const ff_status status = ff_csv_comment(&p->head, text, 0, p->path, (long)k + 1, p->err);
+        free(text);
+        if (status != FF_OK) return status;
+    }
+    if (p->head.angles_are_said && p->angles == FF_ANGLES_AS_FORMAT)
+        p->angles = p->head.radians_per_unit == 1 ? FF_ANGLES_RADIANS : FF_ANGLES_DEGREES;
+    return FF_OK;
+}
+
 /* ---- making it -------------------------------------------------------------------------------------- */
 
 void ff_csv_plan_clear(ff_csv_plan *plan)
@@ -233,7 +250,8 @@ static ff_status make(ff_planner *p)
                             p->n, FF_PLAN_COLUMNS);
     if (status != FF_OK) return ff_error_set(p->err, status, p->path, 0, -1, "no memory for %zu columns", p->n);
     if (p->header_line) look_for_settings(p);
-    return ff_plan_assign(p);
+    status = read_comments(p);
+    return status == FF_OK ? ff_plan_assign(p) : status;
 }
 
 ff_status ff_csv_plan_make(const ff_csv_look *look, const char *path, int angles, ff_csv_plan *out, ff_error *err)

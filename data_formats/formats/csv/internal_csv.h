@@ -99,8 +99,9 @@ int ff_csv_setting(const char *text, size_t length, const char *name, const ff_c
 typedef struct ff_csv_head {
     ff_quantity quantity;
     double radians_per_unit;
-    int isotropic; /**< -1: not said */
-    int is_ours;   /**< it says "facetfit-csv": the angles are as docs/csv.md has them */
+    int isotropic;                         /**< -1: not said */
+    int quantity_is_said, angles_are_said; /**< the file has these words */
+    int is_ours;                           /**< it says "facetfit-csv": the angles are as docs/csv.md has them */
 } ff_csv_head;
 
 /** One comment line; it is changed. Comments that say nothing to us are FF_OK. FF_ERR_FORMAT. */
@@ -113,7 +114,7 @@ typedef struct ff_csv_header {
     ff_csv_dialect dialect;
     long line, passed_over; /**< its number; lines before it that are no comments                           */
     int loose;              /**< cells at the end that nobody asks for may be missing                     */
-    int ours;               /**< the file says "facetfit-csv": its comments are in our words                */
+    int ours;               /**< its comments are in our words: it says "facetfit-csv", or its angles are   */
     const char *first_row;  /**< the line found where the file has no header, valid until the next is read  */
     size_t first_row_length;
 } ff_csv_header;

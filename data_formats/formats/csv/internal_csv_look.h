@@ -23,6 +23,7 @@ typedef struct ff_csv_look {
     ff_csv_line *line; /**< line k has the number k + 1                        */
     ff_csv_dialect dialect;
     int is_ours;      /**< in our own words, comma-separated: the rest is not filled, since format_csv.c reads it */
+    int our_angles;   /**< else: in our own words but for names of values that say what these are, as "reflectance (%)" */
     long mixed;       /**< number of a line whose decimal mark is another than that of others; 0: all the same */
     size_t first_row; /**< number of the first line with numbers; 0: none      */
 } ff_csv_look;
@@ -43,8 +44,8 @@ size_t ff_csv_count_cells(const char *text, size_t length, char separator);
 /** 1 when the beginning of a file has a line with two numbers or more, whatever separates them; -1: no memory to tell. */
 int ff_csv_looks_like_table(const unsigned char *head, size_t n);
 
-/** csv_ours.c: 1 when the file is in our own words, comma-separated, so that format_csv.c reads it. Looks at lines alone. */
-int ff_csv_is_ours(const ff_csv_look *look);
+/** csv_ours.c: sets is_ours and our_angles. Looks at lines alone. */
+void ff_csv_look_for_ours(ff_csv_look *look);
 
 /** The probe of the format: 100 for our own, less for what looks like a table; JSON and XML are none. */
 int ff_csv_probe(const unsigned char *head, size_t n, int64_t file_size);

@@ -29,7 +29,8 @@ typedef struct ff_planner {
     const char *path;
     ff_error *err;
     double small;
-    int angles; /**< ff_angles: what the person says of them */
+    int angles;       /**< ff_angles: what the person says of them, else the file's own comments */
+    ff_csv_head head; /**< what these say                           */
     size_t header_line, n;
     ff_plan_column *column;                       /**< [n]                                       */
     ff_plan_setting setting[FF_MEANS_NUMBER + 1]; /**< by meaning                                */
