@@ -48,6 +48,8 @@ cli_words cli_words_loss, cli_words_loss_auto, cli_meaning_loss, cli_words_robus
 
 int cli_words_find(cli_words *words, const char *word, size_t length); /* index, -1 = none of them */
 size_t cli_words_count(cli_words *words);
+/* Is the word none of the list, but what several of it begin with, as "smith"? */
+int cli_words_is_group(cli_words *words, const char *word, size_t length);
 /* "a, b, c", as much as fits. */
 const char *cli_words_list(cli_words *words, char *out, size_t size);
 
@@ -154,6 +156,9 @@ const cli_flag *cli_flag_at(cli_flag_id flag);
 int cli_flag_has(const cli_flag *flag, const cli_command *command); /* does it belong to the command? */
 /* The flag as the command has it. */
 cli_flag cli_flag_of(cli_flag_id flag, const cli_command *command);
+/* The value of a flag of words in the writing of its list, with the words of a group for its name; rest of a WORD:DETAIL as it is.
+ * Into out [size]; 0: there is no room. Only for what was checked. */
+int cli_words_known(const cli_flag *f, const char *value, char *out, size_t size);
 const char *cli_flag_name(cli_flag_id flag);
 
 /* ---- a command line --------------------------------------------------------------------------------------------------------*/
@@ -176,6 +181,8 @@ typedef struct cli_args {
     ff_report_style style;      /* of text on stdout              */
     struct ff_outputs *outputs; /* of the command                 */
     const cli_job *job;         /* NULL: it is the only one       */
+    size_t n_own;
+    char **own; /* [n_own] values in the writing of their lists, "ggx" of "GGX"; what else is in `value` and `word` is argv's */
 } cli_args;
 
 /* Takes argv apart for `command` (argv[0] is its first word); every value is one of its kind. Exit status; cli_args_free

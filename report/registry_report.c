@@ -70,12 +70,21 @@ static const char *claims_text(uint32_t bits, char out[CLAIMS_TEXT])
     return at ? out : "nothing";
 }
 
+/* The other names, "a, b", of "a,b". */
+static void put_also(const char *before, const char *also, const char *after, FILE *out)
+{
+    fputs(before, out);
+    for (; *also; also++) fprintf(out, "%c%s", *also, *also == ',' ? " " : "");
+    fputs(after, out);
+}
+
 static ff_status put_term(const ff_term *term, const ff_report_style *style, FILE *out)
 {
     char claimed[CLAIMS_TEXT];
     fprintf(out, "  %s\n      %s\n", term->name, term->title);
     if (term->source[0]) fprintf(out, "      source: %s\n", term->source);
     fprintf(out, "      claims: %s\n", claims_text(term->claims, claimed));
+    if (term->also) put_also("      also: ", term->also, "\n", out);
     if (term->note[0]) fprintf(out, "      note: %s\n", term->note);
     if (term->n_params == 0) return FF_OK;
     return ff_columns_print(parameter_columns, FF_COUNT(parameter_columns), term, term->n_params, FF_TABLE_TEXT, "      ", style,
@@ -204,6 +213,7 @@ static void markdown_term(const ff_term *t, FILE *out)
         fputs("  \nSource: ", out);
         put_escaped(t->source, out);
     }
+    if (t->also) put_also("  \nAlso: ", t->also, "", out);
     fprintf(out, "  \nClaims: %s", claims_text(t->claims, claimed));
     if (t->note[0]) {
         fputs("  \nNote: ", out);
@@ -322,6 +332,13 @@ static void term_json(ff_json *j, ff_term_kind kind, const ff_term *term)
     ff_json_string(j, "title", term->title);
     ff_json_string(j, "source", term->source);
     ff_json_string(j, "note", term->note);
+    ff_json_array(j, "also", FF_JSON_LINE);
+    for (const char *name = term->also; name && *name; name += strcspn(name, ",") + (name[strcspn(name, ",")] == ',')) {
+        char one[64];
+        snprintf(one, sizeof one, "%.*s", (int)strcspn(name, ","), name);
+        ff_json_string(j, NULL, one);
+    }
+    ff_json_close(j);
     put_bits(j, "claims", term->claims, 1);
     ff_json_array(j, "parameters", FF_JSON_BLOCK);
     for (uint32_t i = 0; i < term->n_params; i++) {
