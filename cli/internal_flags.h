@@ -41,10 +41,10 @@ typedef const char *cli_words(size_t i);
 cli_words cli_words_loss, cli_words_loss_auto, cli_meaning_loss, cli_words_robust, cli_meaning_robust, cli_words_weighting,
     cli_words_errors, cli_words_shape, cli_words_channels, cli_words_channels_one, cli_words_isa, cli_words_quantity,
     cli_words_azimuth, cli_words_phi, cli_words_angles, cli_words_monotone, cli_words_negative, cli_words_ndf, cli_words_masking,
-    cli_words_masking_one, cli_words_fresnel, cli_words_diffuse, cli_words_model, cli_words_read, cli_words_written, cli_words_grid,
-    cli_words_reduce, cli_words_from, cli_words_to, cli_words_for, cli_words_export, cli_words_by, cli_words_table, cli_words_color,
-    cli_words_shell, cli_words_plot, cli_meaning_plot, cli_words_tone, cli_words_background, cli_words_environment, cli_words_sort,
-    cli_words_names;
+    cli_words_masking_one, cli_words_term, cli_words_fresnel, cli_words_diffuse, cli_words_model, cli_words_read, cli_words_written,
+    cli_words_grid, cli_words_reduce, cli_words_from, cli_words_to, cli_words_for, cli_words_export, cli_words_by, cli_words_table,
+    cli_words_color, cli_words_shell, cli_words_plot, cli_meaning_plot, cli_words_tone, cli_words_background, cli_words_environment,
+    cli_words_sort, cli_words_names;
 
 int cli_words_find(cli_words *words, const char *word, size_t length); /* index, -1 = none of them */
 size_t cli_words_count(cli_words *words);
@@ -181,6 +181,7 @@ typedef struct cli_args {
     ff_report_style style;      /* of text on stdout              */
     struct ff_outputs *outputs; /* of the command                 */
     const cli_job *job;         /* NULL: it is the only one       */
+    int help_in_short;          /* 1: -h and not --help */
     size_t n_own;
     char **own; /* [n_own] values in the writing of their lists, "ggx" of "GGX"; what else is in `value` and `word` is argv's */
 } cli_args;
@@ -244,8 +245,11 @@ void cli_wrap(FILE *out, const char *text, size_t at, size_t indent);
 /* "-o, --output FILE", "--[no-]progress" */
 const char *cli_flag_spelling(const cli_flag *flag, char *out, size_t size);
 
-void cli_help_command(const cli_command *command, FILE *out);
-void cli_help(FILE *out);
+/* Libraries, instruction sets, modules: about.c. */
+void cli_about(FILE *out);
+/* all: not just a line for each. */
+void cli_help_command(const cli_command *command, int all, FILE *out);
+void cli_help(int all, FILE *out);
 void cli_man(const char *version, FILE *out);
 void cli_man_command(const cli_command *command, const char *version, FILE *out);
 ff_status cli_page(FILE *out);           /* docs/flags.md */
@@ -269,6 +273,9 @@ extern volatile sig_atomic_t cli_progress_is_shown;
 /* ---- messages --------------------------------------------------------------------------------------------------------------*/
 
 void cli_message(const char *format, ...) __attribute__((format(printf, 1, 2))); /* "facetfit: ..." on stderr */
+/* "facetfit: note: ...": worth knowing, and nothing is wrong. Not said where notes are not wanted, which the first thread says. */
+void cli_note(const char *format, ...) __attribute__((format(printf, 1, 2)));
+void cli_notes_wanted(int wanted);
 /* From here on what this thread says goes to `out`, a line each, without "facetfit: ", and hints at --help nowhere; NULL: to stderr
  * again. */
 void cli_messages_into(FILE *out);

@@ -149,6 +149,7 @@ static int parse_flag(cli_args *args, int argc, char **argv, int *i)
     if (id < 0) return unknown_flag(args, word);
     if (!cli_flag_has(cli_flag_at((cli_flag_id)id), args->command)) return misplaced_flag(args, cli_flag_at((cli_flag_id)id));
     const cli_flag f = cli_flag_of((cli_flag_id)id, args->command);
+    if (id == FLAG_HELP) args->help_in_short = !is_long;
     const char *after = is_long && word[2 + length] == '=' ? word + 2 + length + 1 : NULL;
     int status = find_value(args, &f, off, after, argc, argv, i, &value);
     if (status == EXIT_DONE && value && is_long && length == 5 && !strncmp(word + 2, "table", length))

@@ -189,6 +189,16 @@ const char *cli_words_model(size_t i)
     return i - m < ff_preset_count() ? ff_preset_at(i - m)->name : NULL;
 }
 
+/* Terms of all kinds, and presets. */
+const char *cli_words_term(size_t i)
+{
+    for (int kind = 0; kind < FF_TERM_KINDS; kind++) {
+        if (i < ff_term_count((ff_term_kind)kind)) return term((ff_term_kind)kind, i);
+        i -= ff_term_count((ff_term_kind)kind);
+    }
+    return i < ff_preset_count() ? ff_preset_at(i)->name : NULL;
+}
+
 const char *cli_words_for(size_t i)
 {
     return i < ff_target_count() ? ff_target_at(i)->name : NULL;

@@ -91,6 +91,14 @@ static ff_status put_term(const ff_term *term, const ff_report_style *style, FIL
                             out);
 }
 
+static void put_preset(const ff_preset *p, FILE *out)
+{
+    fprintf(out, "  %s\n      %s\n      source: %s\n      stands for: %s", p->name, p->title, p->source, p->expression);
+    for (int k = 0; k < 3 && p->hold[k]; k++) fprintf(out, "%s%s", k ? ", " : " with ", p->hold[k]);
+    fputc('\n', out);
+    if (p->note[0]) fprintf(out, "      note: %s\n", p->note);
+}
+
 static void put_renderers(FILE *out)
 {
     fputs("\nrenderer, for --for\n", out);
@@ -120,15 +128,26 @@ ff_status ff_report_models_text(const ff_report_style *style, FILE *out)
             status = put_term(ff_term_at((ff_term_kind)kind, i), style, out);
     }
     fputs("\npreset\n", out);
-    for (size_t i = 0; i < ff_preset_count(); i++) {
-        const ff_preset *p = ff_preset_at(i);
-        fprintf(out, "  %s\n      %s\n      source: %s\n      stands for: %s", p->name, p->title, p->source, p->expression);
-        for (int k = 0; k < 3 && p->hold[k]; k++) fprintf(out, "%s%s", k ? ", " : " with ", p->hold[k]);
-        fputc('\n', out);
-        if (p->note[0]) fprintf(out, "      note: %s\n", p->note);
-    }
+    for (size_t i = 0; i < ff_preset_count(); i++) put_preset(ff_preset_at(i), out);
     put_renderers(out);
     return status;
+}
+
+ff_status ff_report_model_text(const char *name, const ff_report_style *style, FILE *out)
+{
+    const ff_preset *preset = ff_preset_find(name);
+    ff_status status = FF_ERR_UNKNOWN;
+    for (int kind = 0; kind < FF_TERM_KINDS; kind++) {
+        const int i = ff_term_find((ff_term_kind)kind, name);
+        if (i < 0) continue;
+        fprintf(out, "%s\n", ff_term_kind_name((ff_term_kind)kind));
+        status = put_term(ff_term_at((ff_term_kind)kind, (size_t)i), style, out);
+        if (status != FF_OK) return status;
+    }
+    if (!preset) return status;
+    fputs("preset\n", out);
+    put_preset(preset, out);
+    return FF_OK;
 }
 
 /* ---- the same as a table: terms of all kinds, one after another ------------------------------- */
