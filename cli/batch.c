@@ -360,7 +360,7 @@ static int finish(batch *b)
     const cli_batch_state state = {&b->jobs, b->rows, &b->shard};
     cli_batch_say(&state);
     int status = cli_batch_state_status(&state);
-    if (b->kept) cli_message("%zu of them were done before", b->kept);
+    if (b->kept) cli_note("%zu of them were done before", b->kept);
     if (b->lost.code) {
         status = cli_failed(b->lost.code, &b->lost);
         cli_message("what is missing is named above; where there is room again, the same command with --resume goes on");
@@ -381,8 +381,7 @@ static int run(batch *b)
     if (status != EXIT_DONE) return status;
     ff_status failed = list_jobs(b, &err);
     if (failed != FF_OK) return cli_failed(failed, &err);
-    for (size_t i = 0; i < b->jobs.inputs.n_passed; i++)
-        cli_message("%s: passed over: no format knows it", b->jobs.inputs.passed[i]);
+    for (size_t i = 0; i < b->jobs.inputs.n_passed; i++) cli_note("%s: passed over: no format knows it", b->jobs.inputs.passed[i]);
     status = check_outputs(b);
     if (status == EXIT_DONE) status = open_folder(b);
     if (status != EXIT_DONE) return status;

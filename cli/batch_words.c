@@ -162,6 +162,6 @@ int cli_batch_shard(const cli_args *args, batch_shard *out)
         return cli_usage(args, "task %zu of a Slurm array of %zu from %zu on in steps of %zu is none of it; say --shard I/N", id,
                          count, first, step);
     *out = (batch_shard){(id - first) / step + 1, count};
-    cli_message("shard %zu of %zu, as the Slurm array says", out->index, out->count);
+    cli_note("shard %zu of %zu, as the Slurm array says", out->index, out->count);
     return EXIT_DONE;
 }

@@ -205,8 +205,8 @@ static int evaluate(const cli_args *args, evaluation *e)
     put_header(e);
     failed = evaluate_all(e, &err);
     if (failed == FF_OK && e->n_rough)
-        cli_message("%zu of %zu means over the aperture are not known to %g of their value; the worst to %.1g", e->n_rough,
-                    e->n_rows, FF_APERTURE_TOLERANCE, e->worst);
+        cli_note("%zu of %zu means over the aperture are not known to %g of their value; the worst to %.1g", e->n_rough, e->n_rows,
+                 FF_APERTURE_TOLERANCE, e->worst);
     if (failed == FF_OK) return cli_rows_commit(&e->rows);
     cli_rows_abort(&e->rows);
     return cli_failed(failed, &err);

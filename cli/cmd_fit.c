@@ -125,7 +125,7 @@ static ff_status fit_model(cli_fitting *f, const ff_model *m, ff_fit_result *fit
     for (*n = 0; *n < f->n_problems; (*n)++) {
         const ff_status status = cli_fitting_run(f, *n, m, expression, &fit[*n], err);
         if (status == FF_ERR_UNSUPPORTED && *n == 0) {
-            cli_message("left out %s: %s", expression, err->message);
+            cli_note("left out %s: %s", expression, err->message);
             return FF_OK;
         }
         if (status != FF_OK) return status;

@@ -89,10 +89,10 @@ static void subtract(const float *from, const float *less, size_t n, float *out)
 static void say_guesses(const cli_args *args, const ff_render_summary *s)
 {
     if (s->guessed > 0.005)
-        cli_message("%s: %.0f %% of the values of the picture lie beyond the data; the nearest were taken", args->word[0],
-                    100 * s->guessed);
+        cli_note("%s: %.0f %% of the values of the picture lie beyond the data; the nearest were taken", args->word[0],
+                 100 * s->guessed);
     if (s->unknown > 0)
-        cli_message("%s: %.2g %% of the values of the picture are not known; they are black", args->word[0], 100 * s->unknown);
+        cli_note("%s: %.2g %% of the values of the picture are not known; they are black", args->word[0], 100 * s->unknown);
 }
 
 static int render_all(const cli_args *args, rendering *r)

@@ -79,8 +79,8 @@ static int compose_all(const cli_args *args, const cli_tables *tables, const ter
                 }
     if (all->n == 0) return cli_usage(args, "no combination of these terms has a meaning: %s", all->example);
     if (all->left_out && !says_all(args))
-        cli_message("left out %zu combination%s of terms that do not go together: %s%s", all->left_out,
-                    all->left_out == 1 ? "" : "s", all->example, all->left_out == 1 ? "" : ", ...");
+        cli_note("left out %zu combination%s of terms that do not go together: %s%s", all->left_out, all->left_out == 1 ? "" : "s",
+                 all->example, all->left_out == 1 ? "" : ", ...");
     return EXIT_DONE;
 }
 

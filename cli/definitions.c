@@ -32,6 +32,7 @@ const cli_command *cli_command_at(size_t i)
 
 const cli_command *cli_command_find(const char *name)
 {
+    if (!strcmp(name, "self-test")) name = "selftest"; /* as people spell it */
     const int i = cli_words_find(cli_words_commands, name, strlen(name));
     return i < 0 ? NULL : &commands[i];
 }
@@ -66,7 +67,7 @@ enum {
     C_BATCH = C(fit) | C(compare),
     C_REPORTS = C(fit) | C(compare) | C(ndf) | C(info) | C(models) | C(formats) | C(diff),
     C_ALL = (1u << COMMAND_COUNT) - 1,
-    C_JSON = C_ALL & ~(C(simulate) | C(plot) | C(man) | C(completion) | C(diff))
+    C_JSON = C_ALL & ~(C(simulate) | C(plot) | C(man) | C(completion) | C(diff) | C(selftest))
 };
 
 static const cli_flag flags[FLAG_COUNT] = {

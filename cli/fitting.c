@@ -103,7 +103,7 @@ static int diagnose(const cli_args *args, const char *path, const ff_table *t, d
         if (sure)
             cli_message("%s: %s, or --as-is to fit it as it stands", path, ff_words_finding(&g.finding[k], text));
         else if ((g.open && !g.finding[k].sure) || g.finding[k].kind == FF_DIAGNOSIS_BEYOND)
-            cli_message("%s: %s", path, ff_words_finding(&g.finding[k], text));
+            cli_note("%s: %s", path, ff_words_finding(&g.finding[k], text));
         stops |= sure;
     }
     return stops ? EXIT_ANSWER_IS_NO : EXIT_DONE;
@@ -188,7 +188,7 @@ static ff_status run(void *fitting, size_t problem, const ff_model *m, const cha
 static void hear(void *fitting, const char *sentence)
 {
     (void)fitting;
-    cli_message("%s", sentence);
+    cli_note("%s", sentence);
 }
 
 static void show_busy(void *fitting, const char *what)

@@ -41,13 +41,15 @@ typedef const char *cli_words(size_t i);
 cli_words cli_words_loss, cli_words_loss_auto, cli_meaning_loss, cli_words_robust, cli_meaning_robust, cli_words_weighting,
     cli_words_errors, cli_words_shape, cli_words_channels, cli_words_channels_one, cli_words_isa, cli_words_quantity,
     cli_words_azimuth, cli_words_phi, cli_words_angles, cli_words_monotone, cli_words_negative, cli_words_ndf, cli_words_masking,
-    cli_words_masking_one, cli_words_fresnel, cli_words_diffuse, cli_words_model, cli_words_read, cli_words_written, cli_words_grid,
-    cli_words_reduce, cli_words_from, cli_words_to, cli_words_for, cli_words_export, cli_words_by, cli_words_table, cli_words_color,
-    cli_words_shell, cli_words_plot, cli_meaning_plot, cli_words_tone, cli_words_background, cli_words_environment, cli_words_sort,
-    cli_words_names, cli_words_surface, cli_words_facets, cli_words_descent;
+    cli_words_masking_one, cli_words_term, cli_words_fresnel, cli_words_diffuse, cli_words_model, cli_words_read, cli_words_written,
+    cli_words_grid, cli_words_reduce, cli_words_from, cli_words_to, cli_words_for, cli_words_export, cli_words_by, cli_words_table,
+    cli_words_color, cli_words_shell, cli_words_plot, cli_meaning_plot, cli_words_tone, cli_words_background, cli_words_environment,
+    cli_words_sort, cli_words_names, cli_words_surface, cli_words_facets, cli_words_descent;
 
 int cli_words_find(cli_words *words, const char *word, size_t length); /* index, -1 = none of them */
 size_t cli_words_count(cli_words *words);
+/* Is the word none of the list, but what several of it begin with, as "smith"? */
+int cli_words_is_group(cli_words *words, const char *word, size_t length);
 /* "a, b, c", as much as fits. */
 const char *cli_words_list(cli_words *words, char *out, size_t size);
 
@@ -165,6 +167,9 @@ cli_bearing cli_flag_bearing(const cli_flag *flag);                 /* of one as
 int cli_flag_has(const cli_flag *flag, const cli_command *command); /* does it belong to the command? */
 /* The flag as the command has it. */
 cli_flag cli_flag_of(cli_flag_id flag, const cli_command *command);
+/* The value of a flag of words in the writing of its list, with the words of a group for its name; rest of a WORD:DETAIL as it is.
+ * Into out [size]; 0: there is no room. Only for what was checked. */
+int cli_words_known(const cli_flag *f, const char *value, char *out, size_t size);
 const char *cli_flag_name(cli_flag_id flag);
 
 /* ---- a command line --------------------------------------------------------------------------------------------------------*/
@@ -187,6 +192,9 @@ typedef struct cli_args {
     ff_report_style style;      /* of text on stdout              */
     struct ff_outputs *outputs; /* of the command                 */
     const cli_job *job;         /* NULL: it is the only one       */
+    int help_in_short;          /* 1: -h and not --help */
+    size_t n_own;
+    char **own; /* [n_own] values in the writing of their lists, "ggx" of "GGX"; what else is in `value` and `word` is argv's */
 } cli_args;
 
 /* Takes argv apart for `command` (argv[0] is its first word); every value is one of its kind. Exit status; cli_args_free
@@ -248,8 +256,11 @@ void cli_wrap(FILE *out, const char *text, size_t at, size_t indent);
 /* "-o, --output FILE", "--[no-]progress" */
 const char *cli_flag_spelling(const cli_flag *flag, char *out, size_t size);
 
-void cli_help_command(const cli_command *command, FILE *out);
-void cli_help(FILE *out);
+/* Libraries, instruction sets, modules: about.c. */
+void cli_about(FILE *out);
+/* all: not just a line for each. */
+void cli_help_command(const cli_command *command, int all, FILE *out);
+void cli_help(int all, FILE *out);
 void cli_man(const char *version, FILE *out);
 void cli_man_command(const cli_command *command, const char *version, FILE *out);
 ff_status cli_page(FILE *out);           /* docs/flags.md */
@@ -273,6 +284,9 @@ extern volatile sig_atomic_t cli_progress_is_shown;
 /* ---- messages --------------------------------------------------------------------------------------------------------------*/
 
 void cli_message(const char *format, ...) __attribute__((format(printf, 1, 2))); /* "facetfit: ..." on stderr */
+/* "facetfit: note: ...": worth knowing, and nothing is wrong. Not said where notes are not wanted, which the first thread says. */
+void cli_note(const char *format, ...) __attribute__((format(printf, 1, 2)));
+void cli_notes_wanted(int wanted);
 /* From here on what this thread says goes to `out`, a line each, without "facetfit: ", and hints at --help nowhere; NULL: to stderr
  * again. */
 FILE *cli_messages_into(FILE *out); /* returns where they went before */

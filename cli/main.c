@@ -8,20 +8,38 @@
 
 enum { STACK = 8 << 20 };
 
+/* Of a command, or with NULL of the program. */
+typedef struct help {
+    const cli_command *command;
+    int all;
+} help;
+
 static ff_status write_help(const void *context, FILE *out)
 {
-    if (context) {
-        cli_help_command(context, out);
-    } else {
-        cli_help(out);
-    }
+    const help *h = context;
+    if (h->command)
+        cli_help_command(h->command, h->all, out);
+    else
+        cli_help(h->all, out);
     return FF_OK;
 }
 
-static ff_status write_version(const void *context, FILE *out)
+static ff_status write_version(const void *verbose, FILE *out)
 {
-    fprintf(out, "facetfit %s\n", (const char *)context);
+    fprintf(out, "facetfit %s\n", ff_version());
+    if (verbose) cli_about(out);
     return FF_OK;
+}
+
+/* --version, or -V, and --verbose behind it. */
+static int print_version(int argc, char **argv)
+{
+    const int verbose = argc > 2 && (!strcmp(argv[2], "--verbose") || !strcmp(argv[2], "-v"));
+    if (argc > 2 && !verbose) {
+        cli_message("unexpected '%s': facetfit --version [--verbose]", argv[2]);
+        return EXIT_USAGE;
+    }
+    return cli_print(write_version, verbose ? argv : NULL);
 }
 
 static ff_status write_schema(const void *args, FILE *out)
@@ -50,10 +68,11 @@ static int run(const cli_command *command, int argc, char **argv)
     args.outputs = &outputs;
     args.head = (ff_report_head){ff_version(), (size_t)argc, (const char *const *)argv};
     args.style = cli_style(&args);
+    cli_notes_wanted(!cli_given(&args, FLAG_QUIET));
     if (status != EXIT_DONE) {
         /* a message has been written */
     } else if (cli_given(&args, FLAG_HELP)) {
-        status = cli_print(write_help, command);
+        status = cli_print(write_help, &(help){command, !args.help_in_short});
     } else if (cli_given(&args, FLAG_PRINT_SCHEMA)) {
         status = cli_print(write_schema, &args);
     } else if ((status = cli_files_check(&args)) == EXIT_DONE) {
@@ -76,14 +95,14 @@ static int run_words(int argc, char **argv)
     const char *word = argc > 1 ? argv[1] : NULL;
     cli_signals_catch();
     if (!word) {
-        cli_help(stderr);
+        cli_help(0, stderr);
         return EXIT_USAGE;
     }
     if (!strcmp(word, "--help") || !strcmp(word, "-h") || !strcmp(word, "help")) {
         const cli_command *command = argc > 2 ? cli_command_find(argv[2]) : NULL;
-        return argc > 2 && !command ? unknown_command(argv[2]) : cli_print(write_help, command);
+        return argc > 2 && !command ? unknown_command(argv[2]) : cli_print(write_help, &(help){command, strcmp(word, "-h") != 0});
     }
-    if (!strcmp(word, "--version")) return cli_print(write_version, ff_version());
+    if (!strcmp(word, "--version") || !strcmp(word, "-V")) return print_version(argc, argv);
     const cli_command *command = cli_command_find(word);
     return command ? run(command, argc, argv) : unknown_command(word);
 }

@@ -80,13 +80,14 @@ static void head(const char *command, const char *summary, const char *version, 
 
 static void exit_status(FILE *out)
 {
-    static const char *const meaning[][2] = {{"0", "done"},
-                                             {"1", "the answer is no: a fit did not converge, a check failed"},
-                                             {"2", "usage"},
-                                             {"3", "an input cannot be read, or not understood"},
-                                             {"4", "an output cannot be written"},
-                                             {"5", "internal"},
-                                             {"130", "ended by Ctrl-C"}};
+    static const char *const meaning[][2] = {
+        {"0", "done"},
+        {"1", "the answer is no: a fit did not converge, a check failed"},
+        {"2", "usage"},
+        {"3", "an input cannot be read, not understood, or is of a kind that cannot be fitted"},
+        {"4", "an output cannot be written"},
+        {"5", "internal"},
+        {"130", "ended by Ctrl-C"}};
     section(out, "EXIT STATUS");
     for (size_t i = 0; i < sizeof meaning / sizeof *meaning; i++) fprintf(out, ".TP\n.B %s\n%s\n", meaning[i][0], meaning[i][1]);
 }

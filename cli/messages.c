@@ -87,6 +87,25 @@ void cli_message(const char *format, ...)
     va_end(args);
 }
 
+static int notes_are_left_out;
+
+void cli_notes_wanted(int wanted)
+{
+    notes_are_left_out = !wanted;
+}
+
+void cli_note(const char *format, ...)
+{
+    char *text;
+    va_list args;
+    if (notes_are_left_out) return;
+    va_start(args, format);
+    text = message_of(format, args);
+    va_end(args);
+    if (text) cli_message("note: %s", text);
+    free(text);
+}
+
 int cli_usage(const cli_args *args, const char *format, ...)
 {
     va_list list;
@@ -133,8 +152,14 @@ int cli_failed(ff_status status, const ff_error *err)
     return cli_exit_status(status);
 }
 
+/* One message, however many sentences. */
 void cli_notes(const char *path, const ff_table *t)
 {
     char text[FF_WORDS_SENTENCE];
-    for (size_t k = 0; ff_words_note(t, k, text); k++) cli_message("%s: %s", path, text);
+    char *all = NULL;
+    size_t n = 0;
+    FILE *out = open_memstream(&all, &n);
+    for (size_t k = 0; out && ff_words_note(t, k, text); k++) fprintf(out, "%s%s", k ? "; " : "", text);
+    if (out && !fclose(out) && n) cli_note("%s: %s", path, all);
+    free(all);
 }

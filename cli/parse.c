@@ -1,8 +1,11 @@
 /* A command line taken apart by the table of flags. */
+#define _GNU_SOURCE /* strdup */
 #include "internal_flags.h"
 #include <stdlib.h>
 #include <string.h>
 #include <unistd.h>
+
+enum { LISTED = 4096 };
 
 /* ---- which flag ------------------------------------------------------------------------------ */
 
@@ -113,6 +116,18 @@ static int given_twice(const cli_args *args, const cli_flag *f, const char *befo
                      is_list ? ": a list, separated by commas" : "");
 }
 
+/* A word of a list in the writing of the list, and the words of a group in its place: what is done with it need not know others. */
+static int as_listed(cli_args *args, const cli_flag *f, const char **value)
+{
+    char known[LISTED];
+    if (!*value || !f->words || (f->kind != KIND_WORD && f->kind != KIND_WORDS && f->kind != KIND_WORD_DETAIL)) return EXIT_DONE;
+    if (!cli_words_known(f, *value, known, sizeof known) || !strcmp(known, *value)) return EXIT_DONE;
+    char *own = strdup(known);
+    if (!own) return cli_failed(FF_ERR_MEMORY, NULL);
+    *value = args->own[args->n_own++] = own;
+    return EXIT_DONE;
+}
+
 static int take(cli_args *args, int id, const char *value)
 {
     const cli_flag f = cli_flag_of((cli_flag_id)id, args->command);
@@ -120,7 +135,8 @@ static int take(cli_args *args, int id, const char *value)
     if (before && f.kind != KIND_SWITCH && !f.repeatable) return given_twice(args, &f, before, value);
     args->flag[args->n_given] = id;
     args->value[args->n_given++] = value;
-    return f.kind == KIND_SWITCH ? EXIT_DONE : cli_value_check(args, &f, value);
+    const int status = f.kind == KIND_SWITCH ? EXIT_DONE : cli_value_check(args, &f, value);
+    return status == EXIT_DONE ? as_listed(args, &f, &args->value[args->n_given - 1]) : status;
 }
 
 /* One word that starts with '-', and what belongs to it. */
@@ -133,6 +149,7 @@ static int parse_flag(cli_args *args, int argc, char **argv, int *i)
     if (id < 0) return unknown_flag(args, word);
     if (!cli_flag_has(cli_flag_at((cli_flag_id)id), args->command)) return misplaced_flag(args, cli_flag_at((cli_flag_id)id));
     const cli_flag f = cli_flag_of((cli_flag_id)id, args->command);
+    if (id == FLAG_HELP) args->help_in_short = !is_long;
     const char *after = is_long && word[2 + length] == '=' ? word + 2 + length + 1 : NULL;
     int status = find_value(args, &f, off, after, argc, argv, i, &value);
     if (status == EXIT_DONE && value && is_long && length == 5 && !strncmp(word + 2, "table", length))
@@ -157,7 +174,7 @@ static size_t most_words(const cli_command *command)
 }
 
 /* Is every positional word what stands in its place? Files are looked at when they are opened. */
-static int check_places(const cli_args *args)
+static int check_places(cli_args *args)
 {
     for (size_t k = 0; k < args->n_words && k < CLI_PLACES; k++) {
         const cli_place *p = &args->command->place[k];
@@ -172,6 +189,8 @@ static int check_places(const cli_args *args)
             status = cli_usage(args, "%s %s: expected one of %s%s%s%s", p->name, word, known, nearest ? "; did you mean '" : "",
                                nearest ? nearest : "", nearest ? "'?" : "");
         }
+        if (status == EXIT_DONE && p->kind == KIND_WORD)
+            status = as_listed(args, &(cli_flag){.kind = p->kind, .words = p->words}, &args->word[k]);
         if (status != EXIT_DONE) return status;
     }
     return EXIT_DONE;
@@ -190,7 +209,7 @@ static const char *who_took_it(const cli_args *args, char *out, size_t size)
     return out;
 }
 
-static int check_words(const cli_args *args)
+static int check_words(cli_args *args)
 {
     char usage[128], taken[512];
     const cli_command *command = args->command;
@@ -214,7 +233,8 @@ int cli_args_parse(const cli_command *command, int argc, char **argv, cli_args *
     out->word = malloc((n + 1) * sizeof *out->word);
     out->value = malloc(n * sizeof *out->value);
     out->flag = malloc(n * sizeof *out->flag);
-    if (!out->word || !out->value || !out->flag) return cli_failed(FF_ERR_MEMORY, NULL);
+    out->own = malloc((n + 1) * sizeof *out->own);
+    if (!out->word || !out->value || !out->flag || !out->own) return cli_failed(FF_ERR_MEMORY, NULL);
     for (int i = 1; i < argc && status == EXIT_DONE; i++) {
         const char *word = argv[i];
         if (!only_words && !strcmp(word, "--")) {
@@ -239,5 +259,7 @@ void cli_args_free(cli_args *args)
     free(args->word);
     free(args->value);
     free(args->flag);
+    for (size_t i = 0; i < args->n_own; i++) free(args->own[i]);
+    free(args->own);
     *args = (cli_args){.command = NULL};
 }

@@ -37,6 +37,17 @@ int cli_joins_files(const cli_command *command)
     return id == COMMAND_fit || id == COMMAND_compare || id == COMMAND_ndf || id == COMMAND_info;
 }
 
+/* Is a file that cannot be read one of a kind that there is no use for, as of transmission alone? What a flag asks of it in vain,
+ * and a pipe whose format a flag has to say, are usage. */
+static int is_the_input(const cli_args *args, const char *path, ff_status failed)
+{
+    static const cli_flag_id asks[] = {FLAG_COLUMNS, FLAG_DIALECT, FLAG_GRID, FLAG_PART, FLAG_QUANTITY};
+    if (failed != FF_ERR_UNSUPPORTED || (!strcmp(path, "-") && !cli_given(args, FLAG_FORMAT))) return 0;
+    for (size_t k = 0; k < sizeof asks / sizeof *asks; k++)
+        if (cli_given(args, asks[k])) return 0;
+    return 1;
+}
+
 int cli_read(const cli_args *args, const char *path, int with_notes, ff_table *out)
 {
     ff_read_options o;
@@ -46,10 +57,12 @@ int cli_read(const cli_args *args, const char *path, int with_notes, ff_table *o
     read_options(args, &o);
     const size_t n = cli_joins_files(args->command) ? args->n_words : 1;
     ff_status failed = ff_table_read_all_into(n > 1 ? args->word : &path, n, &o, &t, &err);
+    const int of_input = is_the_input(args, path, failed);
     if (failed == FF_OK && to) failed = reduce(to, &t, &err);
     if (failed != FF_OK) {
         if (!err.path[0]) snprintf(err.path, sizeof err.path, "%s", path);
-        return cli_failed(failed, &err);
+        const int status = cli_failed(failed, &err);
+        return of_input ? EXIT_INPUT : status;
     }
     if (with_notes) cli_notes(path, &t);
     *out = t;

@@ -14,5 +14,5 @@ ff_report_style cli_style(const cli_args *args)
 
 int cli_progress_wanted(const cli_args *args)
 {
-    return cli_switch(args, FLAG_PROGRESS, cli_terminal_is_smart(STDERR_FILENO));
+    return !cli_given(args, FLAG_QUIET) && cli_switch(args, FLAG_PROGRESS, cli_terminal_is_smart(STDERR_FILENO));
 }

@@ -100,7 +100,8 @@ static int check_words(const cli_args *args, const cli_flag *f, const char *valu
 {
     for (const char *word = value;; word++) {
         const size_t n = f->kind == KIND_WORD ? strlen(word) : strcspn(word, f->kind == KIND_WORDS ? "," : ":");
-        if (cli_words_find(f->words, word, n) < 0) return unknown_word(args, f, value, word, n);
+        const int is_group = f->kind == KIND_WORDS && cli_words_is_group(f->words, word, n);
+        if (!is_group && cli_words_find(f->words, word, n) < 0) return unknown_word(args, f, value, word, n);
         word += n;
         if (!*word || f->kind == KIND_WORD_DETAIL) return EXIT_DONE;
     }

@@ -1,5 +1,6 @@
 /* Closed lists of words, most of them from the registries of the library, and the nearest word of a list. */
 #include "internal_flags.h"
+#include "base/internal_name.h"
 #include "cli/batch/internal_batch.h"
 #include "ff_render.h"
 #include "targets/files/internal_files.h"
@@ -188,6 +189,16 @@ const char *cli_words_model(size_t i)
     return i - m < ff_preset_count() ? ff_preset_at(i - m)->name : NULL;
 }
 
+/* Terms of all kinds, and presets. */
+const char *cli_words_term(size_t i)
+{
+    for (int kind = 0; kind < FF_TERM_KINDS; kind++) {
+        if (i < ff_term_count((ff_term_kind)kind)) return term((ff_term_kind)kind, i);
+        i -= ff_term_count((ff_term_kind)kind);
+    }
+    return i < ff_preset_count() ? ff_preset_at(i)->name : NULL;
+}
+
 const char *cli_words_for(size_t i)
 {
     return i < ff_target_count() ? ff_target_at(i)->name : NULL;
@@ -282,11 +293,77 @@ size_t cli_words_count(cli_words *words)
     return n;
 }
 
+/* The name of the term that a word is another name of, as "trowbridge-reitz" is one of ggx; NULL: of none. */
+static const char *another_name(const char *word, size_t length)
+{
+    char bare[CLI_NAME];
+    if (length >= sizeof bare) return NULL;
+    snprintf(bare, sizeof bare, "%.*s", (int)length, word);
+    for (int kind = 0; kind < FF_TERM_KINDS; kind++) {
+        const int term = ff_term_find((ff_term_kind)kind, bare);
+        if (term >= 0) return ff_term_at((ff_term_kind)kind, (size_t)term)->name;
+    }
+    return NULL;
+}
+
 int cli_words_find(cli_words *words, const char *word, size_t length)
 {
     for (size_t i = 0; words(i); i++)
-        if (strlen(words(i)) == length && !strncmp(words(i), word, length)) return (int)i;
+        if (ff_name_is(words(i), word, length)) return (int)i;
+    const char *known = another_name(word, length);
+    for (size_t i = 0; known && words(i); i++)
+        if (!strcmp(words(i), known)) return (int)i;
     return -1;
+}
+
+/* Is it a masking that `all` leaves out? */
+static int is_for_furnace(const char *name)
+{
+    const int masking = ff_term_find(FF_MASKING, name);
+    return masking >= 0 && ff_term_at(FF_MASKING, (size_t)masking)->claims & FF_FURNACE_ONLY;
+}
+
+/* The k-th word of those that begin with this one and a hyphen, as "smith" begins several maskings; NULL: there are not so many. */
+static const char *begun_at(cli_words *words, const char *word, size_t length, size_t k)
+{
+    for (size_t i = 0; words(i); i++) {
+        const char *name = words(i);
+        if (strlen(name) <= length || name[length] != '-' || !ff_name_begins(name, word, length) || is_for_furnace(name)) continue;
+        if (k-- == 0) return name;
+    }
+    return NULL;
+}
+
+int cli_words_is_group(cli_words *words, const char *word, size_t length)
+{
+    return length && cli_words_find(words, word, length) < 0 && begun_at(words, word, length, 1);
+}
+
+/* One word as the list has it, or the words of a group with commas between; the rest of a WORD:DETAIL stays. */
+static size_t put_known(const cli_flag *f, const char *word, size_t length, char *out, size_t size)
+{
+    const int i = cli_words_find(f->words, word, length);
+    size_t used = 0;
+    const char *name;
+    if (i >= 0) return (size_t)snprintf(out, size, "%s", f->words((size_t)i));
+    for (size_t k = 0; (name = begun_at(f->words, word, length, k)) != NULL; k++)
+        used += (size_t)snprintf(out + used, used < size ? size - used : 0, "%s%s", k ? "," : "", name);
+    return used;
+}
+
+int cli_words_known(const cli_flag *f, const char *value, char *out, size_t size)
+{
+    const char *ends = f->kind == KIND_WORDS ? "," : f->kind == KIND_WORD_DETAIL ? ":" : "";
+    size_t used = 0;
+    for (const char *word = value;; word++) {
+        const size_t n = *ends ? strcspn(word, ends) : strlen(word);
+        used += put_known(f, word, n, out + used, size - used);
+        if (used >= size) return 0;
+        word += n;
+        if (!*word) return 1;
+        used += (size_t)snprintf(out + used, size - used, "%s", f->kind == KIND_WORD_DETAIL ? word : ",");
+        if (used >= size || f->kind == KIND_WORD_DETAIL) return used < size;
+    }
 }
 
 const char *cli_words_list(cli_words *words, char *out, size_t size)
@@ -356,6 +433,7 @@ const char *cli_words_nearest(cli_words *words, const char *word, size_t length)
     size_t n = 0;
     for (; n < MANY && words(n); n++) names[n] = words(n);
     snprintf(bare, sizeof bare, "%.*s", (int)length, word);
+    for (char *c = bare; *c; c++) *c = ff_name_char(*c);
     const char *nearest = cli_nearest(bare, names, n);
     return nearest ? nearest : begun_by(bare, names, n);
 }

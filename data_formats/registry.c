@@ -1,5 +1,6 @@
 /* The formats: list, detection by content, reading and writing by name. */
 #define _GNU_SOURCE
+#include "base/internal_name.h"
 #include "base/internal_input.h"
 #include "base/internal_options.h"
 #include "data_formats/table/internal_table.h"
@@ -35,7 +36,7 @@ const ff_format *ff_format_at(size_t i)
 const ff_format *ff_format_find(const char *name)
 {
     for (size_t i = 0; i < ff_format_count(); i++)
-        if (strcmp(formats[i]->name, name) == 0) return formats[i];
+        if (ff_name_is(formats[i]->name, name, strlen(name))) return formats[i];
     return NULL;
 }
 

@@ -40,8 +40,8 @@ extern "C" {
 
 /* ---- the registry: the terms a model is composed of ------------------------------------------ */
 
-/** The list of terms of a kind, in a fixed order; an index stays the same within a version. Names are what expressions are made of.
- */
+/** The list of terms of a kind, in a fixed order; an index stays the same within a version. Names are what expressions are made of;
+ * they are found in capitals too, with '_' for '-', and by the other names that people have for them (ff_term.also). */
 FF_API size_t ff_term_count(ff_term_kind kind);                /**< 0 for a kind that does not exist        */
 FF_API const ff_term *ff_term_at(ff_term_kind kind, size_t i); /**< NULL when i >= count                    */
 FF_API int ff_term_find(ff_term_kind kind, const char *name);  /**< index, or -1 when unknown          */

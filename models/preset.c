@@ -1,4 +1,5 @@
 /* Models by the names that people know: expressions with parameters held at the values their sources have. */
+#include "base/internal_name.h"
 #include "internal_model.h"
 #include <string.h>
 
@@ -63,6 +64,6 @@ const ff_preset *ff_preset_at(size_t i)
 const ff_preset *ff_preset_find(const char *name)
 {
     for (size_t i = 0; i < ff_preset_count(); i++)
-        if (strcmp(presets[i].name, name) == 0) return &presets[i];
+        if (ff_name_is(presets[i].name, name, strlen(name))) return &presets[i];
     return NULL;
 }

@@ -1,6 +1,7 @@
 /* The registry as people see it: every term of models.def by kind, index and name. */
 #define FF_ISA_SUFFIX scalar
 #include "internal_model.h"
+#include "base/internal_name.h"
 #include "models/terms/internal_terms.h"
 #include <string.h>
 
@@ -45,8 +46,11 @@ const ff_term *ff_term_at(ff_term_kind kind, size_t i)
 
 int ff_term_find(ff_term_kind kind, const char *name)
 {
+    const size_t n = strlen(name);
     for (size_t i = 0; i < ff_term_count(kind); i++)
-        if (strcmp(kinds[kind].terms[i]->name, name) == 0) return (int)i;
+        if (ff_name_is(kinds[kind].terms[i]->name, name, n)) return (int)i;
+    for (size_t i = 0; i < ff_term_count(kind); i++)
+        if (ff_name_is_one_of(kinds[kind].terms[i]->also, name, n)) return (int)i;
     return -1;
 }
 

@@ -197,6 +197,8 @@ void ff_report_resample_warning(const ff_resample_report *r, char out[FF_WORDS_S
 
 /** The registries. */
 ff_status ff_report_models_text(const ff_report_style *style, FILE *out);
+/** Those that are called so, of every kind; FF_ERR_UNKNOWN where there is none, and nothing was printed. */
+ff_status ff_report_model_text(const char *name, const ff_report_style *style, FILE *out);
 ff_status ff_report_models_markdown(FILE *out);                         /**< docs/models.md */
 ff_status ff_report_models_table(ff_table_form form, FILE *out);        /**< a row for every term */
 ff_status ff_report_models_json(const ff_report_head *head, FILE *out); /**< FF_SCHEMA_MODELS */

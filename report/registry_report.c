@@ -70,16 +70,33 @@ static const char *claims_text(uint32_t bits, char out[CLAIMS_TEXT])
     return at ? out : "nothing";
 }
 
+/* The other names, "a, b", of "a,b". */
+static void put_also(const char *before, const char *also, const char *after, FILE *out)
+{
+    fputs(before, out);
+    for (; *also; also++) fprintf(out, "%c%s", *also, *also == ',' ? " " : "");
+    fputs(after, out);
+}
+
 static ff_status put_term(const ff_term *term, const ff_report_style *style, FILE *out)
 {
     char claimed[CLAIMS_TEXT];
     fprintf(out, "  %s\n      %s\n", term->name, term->title);
     if (term->source[0]) fprintf(out, "      source: %s\n", term->source);
     fprintf(out, "      claims: %s\n", claims_text(term->claims, claimed));
+    if (term->also) put_also("      also: ", term->also, "\n", out);
     if (term->note[0]) fprintf(out, "      note: %s\n", term->note);
     if (term->n_params == 0) return FF_OK;
     return ff_columns_print(parameter_columns, FF_COUNT(parameter_columns), term, term->n_params, FF_TABLE_TEXT, "      ", style,
                             out);
+}
+
+static void put_preset(const ff_preset *p, FILE *out)
+{
+    fprintf(out, "  %s\n      %s\n      source: %s\n      stands for: %s", p->name, p->title, p->source, p->expression);
+    for (int k = 0; k < 3 && p->hold[k]; k++) fprintf(out, "%s%s", k ? ", " : " with ", p->hold[k]);
+    fputc('\n', out);
+    if (p->note[0]) fprintf(out, "      note: %s\n", p->note);
 }
 
 static void put_renderers(FILE *out)
@@ -111,15 +128,26 @@ ff_status ff_report_models_text(const ff_report_style *style, FILE *out)
             status = put_term(ff_term_at((ff_term_kind)kind, i), style, out);
     }
     fputs("\npreset\n", out);
-    for (size_t i = 0; i < ff_preset_count(); i++) {
-        const ff_preset *p = ff_preset_at(i);
-        fprintf(out, "  %s\n      %s\n      source: %s\n      stands for: %s", p->name, p->title, p->source, p->expression);
-        for (int k = 0; k < 3 && p->hold[k]; k++) fprintf(out, "%s%s", k ? ", " : " with ", p->hold[k]);
-        fputc('\n', out);
-        if (p->note[0]) fprintf(out, "      note: %s\n", p->note);
-    }
+    for (size_t i = 0; i < ff_preset_count(); i++) put_preset(ff_preset_at(i), out);
     put_renderers(out);
     return status;
+}
+
+ff_status ff_report_model_text(const char *name, const ff_report_style *style, FILE *out)
+{
+    const ff_preset *preset = ff_preset_find(name);
+    ff_status status = FF_ERR_UNKNOWN;
+    for (int kind = 0; kind < FF_TERM_KINDS; kind++) {
+        const int i = ff_term_find((ff_term_kind)kind, name);
+        if (i < 0) continue;
+        fprintf(out, "%s\n", ff_term_kind_name((ff_term_kind)kind));
+        status = put_term(ff_term_at((ff_term_kind)kind, (size_t)i), style, out);
+        if (status != FF_OK) return status;
+    }
+    if (!preset) return status;
+    fputs("preset\n", out);
+    put_preset(preset, out);
+    return FF_OK;
 }
 
 /* ---- the same as a table: terms of all kinds, one after another ------------------------------- */
@@ -204,6 +232,7 @@ static void markdown_term(const ff_term *t, FILE *out)
         fputs("  \nSource: ", out);
         put_escaped(t->source, out);
     }
+    if (t->also) put_also("  \nAlso: ", t->also, "", out);
     fprintf(out, "  \nClaims: %s", claims_text(t->claims, claimed));
     if (t->note[0]) {
         fputs("  \nNote: ", out);
@@ -322,6 +351,13 @@ static void term_json(ff_json *j, ff_term_kind kind, const ff_term *term)
     ff_json_string(j, "title", term->title);
     ff_json_string(j, "source", term->source);
     ff_json_string(j, "note", term->note);
+    ff_json_array(j, "also", FF_JSON_LINE);
+    for (const char *name = term->also; name && *name; name += strcspn(name, ",") + (name[strcspn(name, ",")] == ',')) {
+        char one[64];
+        snprintf(one, sizeof one, "%.*s", (int)strcspn(name, ","), name);
+        ff_json_string(j, NULL, one);
+    }
+    ff_json_close(j);
     put_bits(j, "claims", term->claims, 1);
     ff_json_array(j, "parameters", FF_JSON_BLOCK);
     for (uint32_t i = 0; i < term->n_params; i++) {

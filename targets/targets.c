@@ -1,4 +1,5 @@
 /* The registry of renderers, the models of their materials, and their controls. */
+#include "base/internal_name.h"
 #include "internal_target.h"
 #include "models/internal_model.h"
 #include <stdio.h>
@@ -26,10 +27,11 @@ const ff_target *ff_target_at(size_t i)
 
 const ff_target *ff_target_find(const char *name)
 {
+    const size_t n = strlen(name);
     for (size_t i = 0; i < ff_target_count(); i++) {
-        if (!strcmp(targets[i]->name, name)) return targets[i];
+        if (ff_name_is(targets[i]->name, name, n)) return targets[i];
         for (size_t k = 0; k < FF_TARGET_ALIASES && targets[i]->alias[k]; k++)
-            if (!strcmp(targets[i]->alias[k], name)) return targets[i];
+            if (ff_name_is(targets[i]->alias[k], name, n)) return targets[i];
     }
     return NULL;
 }

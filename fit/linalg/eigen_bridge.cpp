@@ -1,6 +1,7 @@
 /* Eigenvalues by Eigen, which Ceres brings along. */
 #include "internal_linalg.h"
 #include <Eigen/Eigenvalues>
+#include <cstdio>
 #include <new>
 
 using matrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
@@ -20,4 +21,10 @@ extern "C" ff_status ff_symmetric_eigen(const double *A, size_t n, double *value
         return FF_ERR_INTERNAL;
     }
     return FF_OK;
+}
+
+extern "C" const char *ff_eigen_version(char *out, size_t size)
+{
+    std::snprintf(out, size, "%d.%d.%d", EIGEN_WORLD_VERSION, EIGEN_MAJOR_VERSION, EIGEN_MINOR_VERSION);
+    return out;
 }

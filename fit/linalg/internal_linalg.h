@@ -39,6 +39,9 @@ double ff_bounded_least_squares(const double *gram, size_t n, const double *lo, 
  * FF_ERR_MEMORY; FF_ERR_INTERNAL where the iteration does not end, as with numbers that are not finite. */
 ff_status ff_symmetric_eigen(const double *A, size_t n, double *values, double *V);
 
+/* "3.4.0", the version of Eigen, into out. Returns out. */
+const char *ff_eigen_version(char *out, size_t size);
+
 #ifdef __cplusplus
 }
 #endif

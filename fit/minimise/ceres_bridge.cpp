@@ -6,6 +6,7 @@
 #include <vector>
 
 #include <ceres/ceres.h>
+#include <ceres/version.h>
 
 namespace
 {
@@ -176,4 +177,9 @@ extern "C" ff_status ff_ceres_solve(const ff_ceres_problem *p, double *x, ff_cer
     } catch (...) {
         return ff_error_set(err, FF_ERR_INTERNAL, nullptr, 0, -1, "the solver failed");
     }
+}
+
+extern "C" const char *ff_ceres_version(void)
+{
+    return CERES_VERSION_STRING;
 }

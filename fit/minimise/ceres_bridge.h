@@ -31,6 +31,9 @@ typedef struct ff_ceres_summary {
     double cost; /**< 1/2 |residual|^2 at the returned x */
 } ff_ceres_summary;
 
+/** The version of Ceres, with the libraries that it was built with. Static storage. */
+const char *ff_ceres_version(void);
+
 /** Minimises from x [n] (in, out). Arguments that Ceres would abort on are refused with FF_ERR_RANGE; no exception passes. */
 ff_status ff_ceres_solve(const ff_ceres_problem *p, double *x, ff_ceres_summary *out, ff_error *err);
 

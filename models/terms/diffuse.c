@@ -69,6 +69,7 @@ static const ff_param kd_params[] = {FF_KD};
 
 const ff_diffuse FF_ISA_NAME(ff_diffuse_lambert) = {
     .term = {.name = "lambert",
+             .also = "lambertian",
              .title = "the same in every direction: kd / pi",
              .source = "Lambert 1760",
              .note = "added to the lobes as it is, without coupling to their albedo",

@@ -61,5 +61,6 @@ typedef struct ff_term {
     uint32_t n_params;      /**< length of params                                             */
     const ff_param *params; /**< of this term alone; NULL when n_params = 0                   */
     ff_contains contains;   /**< {NULL} when it contains no other                             */
+    const char *also;       /**< other names that people have for it, separated by commas; NULL: none */
 } ff_term;
 #endif

@@ -195,6 +195,7 @@ static const ff_param schlick_f82_params[] = {{"f0", "1", "reflectance at normal
 
 const ff_fresnel FF_ISA_NAME(ff_fresnel_schlick_f82) = {
     .term = {.name = "schlick-f82",
+             .also = "f82,f82-tint",
              .title = "schlick with the dip or tint of metals near grazing incidence",
              .source = "Hoffman 2019; Kutz et al. 2021 (Adobe Standard Material)",
              .note = "F stays in [0, 1] for F82 from 0.511 times Schlick's own value there, 0.463 + 0.537 F0, up to that value; "

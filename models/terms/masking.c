@@ -142,6 +142,7 @@ const ff_masking FF_ISA_NAME(ff_masking_smith_masking_only) = {
 
 const ff_masking FF_ISA_NAME(ff_masking_smith_separable) = {
     .term = {.name = "smith-separable",
+             .also = "smith-uncorrelated",
              .title = "G1(wi) G1(wo): masking and shadowing independent",
              .source = "Smith 1967; Walter et al. 2007, eq. 23; Heitz 2014, eq. 20",
              .note = "",
@@ -151,6 +152,7 @@ const ff_masking FF_ISA_NAME(ff_masking_smith_separable) = {
 
 const ff_masking FF_ISA_NAME(ff_masking_smith_height_correlated) = {
     .term = {.name = "smith-height-correlated",
+             .also = "smith-correlated,smith-joint",
              .title = "correlated by the height of the microsurface",
              .source = "Ross et al. 2005; Heitz 2014, eq. 21",
              .note = "",
@@ -185,6 +187,7 @@ const ff_masking FF_ISA_NAME(ff_masking_smith_height_direction_correlated) = {
 
 const ff_masking FF_ISA_NAME(ff_masking_v_cavity) = {
     .term = {.name = "v-cavity",
+             .also = "cook-torrance,torrance-sparrow,v-groove",
              .title = "symmetric grooves",
              .source = "Torrance and Sparrow 1967; Cook and Torrance 1982; Heitz 2014, eq. 24",
              .note = "does not depend on the roughness; undefined with a mean slope",

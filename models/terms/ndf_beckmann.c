@@ -37,6 +37,7 @@ static const ff_param params[] = {FF_STRETCH_PARAMS};
 
 const ff_ndf FF_ISA_NAME(ff_ndf_beckmann) = {
     .term = {.name = "beckmann",
+             .also = "beckmann-spizzichino",
              .title = "Gaussian slopes",
              .source = "Beckmann and Spizzichino 1963; Walter et al. 2007, eq. 25; Heitz 2014, sections 3.2 to 3.4",
              .note = "alpha is sqrt(2) times the rms slope along an axis; the masking is exact, not Walter's rational fit",

@@ -33,6 +33,7 @@ static const ff_param params[] = {FF_STRETCH_PARAMS};
 
 const ff_ndf FF_ISA_NAME(ff_ndf_ggx) = {
     .term = {.name = "ggx",
+             .also = "trowbridge-reitz",
              .title = "Trowbridge-Reitz slopes, long tails",
              .source = "Trowbridge and Reitz 1975; Walter et al. 2007, eq. 33-34; Heitz 2014, sections 3.2 to 3.4",
              .note = "its slopes have no finite variance",

@@ -57,6 +57,7 @@ static const ff_param params[] = {
 
 const ff_ndf FF_ISA_NAME(ff_ndf_gtr) = {
     .term = {.name = "gtr",
+             .also = "generalized-trowbridge-reitz,generalised-trowbridge-reitz",
              .title = "generalised Trowbridge-Reitz, tails of any length",
              .source = "Burley 2012, appendix B (the distribution); Lambda by quadrature of Heitz 2014, section 3.4",
              .note = "isotropic; gamma = 2 is ggx, gamma = 1 Berry's; the masking is Smith's own, which the source does not give",

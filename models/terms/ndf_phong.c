@@ -19,6 +19,7 @@ static const ff_param params[] = {{"n", "1", "exponent n of (h.z)^n", 0, 2e6, 20
 
 const ff_ndf FF_ISA_NAME(ff_ndf_phong) = {
     .term = {.name = "phong",
+             .also = "blinn-phong,blinn",
              .title = "power of the cosine of the half vector",
              .source = "Walter et al. 2007, eq. 30; Heitz 2014, section 7; Lambda of student-t with gamma = n/2 + 2",
              .note = "isotropic; D = (n+2)/(2 pi) cos^n, the normalisation for distributions of normals",

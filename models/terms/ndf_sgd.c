@@ -61,6 +61,7 @@ static const ff_param params[] = {
 
 const ff_ndf FF_ISA_NAME(ff_ndf_sgd) = {
     .term = {.name = "sgd",
+             .also = "shifted-gamma",
              .title = "shifted gamma distribution",
              .source = "Bagher et al. 2012 (the distribution); Lambda by quadrature of Heitz 2014, section 3.4",
              .note =

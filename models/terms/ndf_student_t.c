@@ -12,6 +12,7 @@ static const ff_param params[] = {
 
 const ff_ndf FF_ISA_NAME(ff_ndf_student_t) = {
     .term = {.name = "student-t",
+             .also = "student",
              .title = "Student's t slopes: from longer tails than ggx to beckmann",
              .source = "Ribardiere et al. 2017 (the distribution); Lambda exact by the incomplete beta function",
              .note = "gamma = 2 is ggx; above 40 hardly to be told from beckmann",

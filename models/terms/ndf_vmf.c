@@ -46,6 +46,7 @@ static const ff_param params[] = {{"kappa", "1", "concentration kappa, about 2 /
 
 const ff_ndf FF_ISA_NAME(ff_ndf_vmf) = {
     .term = {.name = "vmf",
+             .also = "von-mises-fisher",
              .title = "von Mises-Fisher on the hemisphere",
              .source = "Mikkelsen 2009, eq. 29, as D = p / (h.n); Lambda by quadrature of Heitz 2014, section 3.4",
              .note =

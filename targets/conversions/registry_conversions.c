@@ -1,4 +1,5 @@
 /* The list of conversions, one of them applied, and ways from a convention to another along several. */
+#include "base/internal_name.h"
 #include "internal_conversions.h"
 #include <string.h>
 
@@ -28,11 +29,12 @@ static const struct {
 const char *ff_conversion_name(const char *word)
 {
     const ff_conversion *c;
+    const size_t n = strlen(word);
     for (size_t i = 0; (c = ff_conversion_at(i)); i++)
         for (int k = 0; k < 2; k++)
-            if (!strcmp(k ? c->to : c->from, word)) return k ? c->to : c->from;
+            if (ff_name_is(k ? c->to : c->from, word, n)) return k ? c->to : c->from;
     for (size_t i = 0; i < sizeof aliases / sizeof *aliases; i++)
-        if (!strcmp(aliases[i].word, word)) return aliases[i].name;
+        if (ff_name_is(aliases[i].word, word, n)) return aliases[i].name;
     return NULL;
 }
 

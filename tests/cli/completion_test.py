@@ -98,6 +98,18 @@ with tempfile.TemporaryDirectory() as directory:
     for command in commands:  # every flag of --help, and nothing else
         flags = re.findall(r"^ +(?:-\w, +)?--(\[no-\])?([\w-]+)", says(command, "--help"), re.M)
         expect(bash, directory, ["facetfit", command, "--"], ["--" + name for _, name in flags] + ["--no-" + name for no, name in flags if no])
+    for shell in ("zsh", "fish"):  # every flag of every command is in the script, installed or not
+        with open(os.path.join(directory, f"facetfit.{shell}")) as file:
+            script = file.read()
+        for command in commands:
+            flags = [name for _, name in re.findall(r"^ +(?:-\w, +)?--(\[no-\])?([\w-]+)", says(command, "--help"), re.M)]
+            own = [line for line in script.splitlines() if f"__fish_seen_subcommand_from {command}'" in line] if shell == "fish" else \
+                re.search(r"^ *%s\)\n(.*?);;" % command, script, re.M | re.S)
+            text = "\n".join(own) if isinstance(own, list) else own[1] if own else ""
+            for flag in flags:
+                asked += 1
+                if not re.search((r"-l %s\b" if shell == "fish" else r"--%s\b") % flag, text):
+                    failures.append(f"{shell}: the completion of {command} lacks --{flag}")
 for failure in failures:
     print("failed:", failure)
 print(f"{asked} completions, {len(failures)} failures")

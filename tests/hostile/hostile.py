@@ -66,7 +66,7 @@ def flags_of(program):
 # A line that works, for each command: what stands in the place of its words.
 PLAIN = {"fit": ["good.csv"], "compare": ["good.csv", "--ndf", "ggx", "--masking", "smith-separable"], "ndf": ["good.csv", "-o", "out"], "info": ["good.csv"],
          "eval": ["ggx"], "simulate": ["ggx", "-o", "out", "--format", "csv", "--grid", "goniometer:30"], "furnace": ["ggx"], "resample": ["good.csv", "out"],
-         "convert": ["--from", "beckmann", "--to", "phong", "m=0.25"], "sample": ["ggx", "--theta", "30", "-n", "5"], "models": [], "formats": [], "man": [],
+         "convert": ["--from", "beckmann", "--to", "phong", "m=0.25"], "sample": ["ggx", "--theta", "30", "-n", "5"], "models": [], "selftest": ["-q"], "formats": [], "man": [],
          "completion": ["bash"], "plot": ["slice", "good.csv", "-o", "out.svg"],
          "render": ["ggx", "--size", "8", "--samples", "4", "-o", "out.png"],
          "export": ["fit.json", "--to", "blender", "-o", "out.py"], "gather": ["fits", "--summary", "out.csv"], "diff": ["old.csv", "old.csv"]}
