@@ -12,22 +12,22 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { DEGREE = 3, TERMS = DEGREE + 1, AZIMUTHS = 3, KINDS = 3, STARTS = 1000, NODES = 64 };
+enum { TERMS = 4, TURNING = 3, PAIRS = TURNING * (TURNING + 1) / 2, KINDS = 3, STARTS = 1000, NODES = 64, SEEN = 1 << 18 };
 static const double alphas[] = {0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.85, 1, 1.25, 1.5, 2, 2.8, 4};
 enum { ALPHAS = sizeof alphas / sizeof alphas[0] };
-/* powers of mu for each cos(m phi) */
-static const int terms[AZIMUTHS] = {4, 3, 2};
-
-/* Orthonormal polynomials times sin^m, row k: coefficients of mu^0 ... */
+/* Orthonormal polynomials, row k: coefficients of mu^0 ... */
 typedef struct basis {
-    double q[AZIMUTHS][TERMS][TERMS];
+    double q[TERMS][TERMS];
 } basis;
 
-/* kinds: all orders from 2 on, order 2, order 3; and how many paths, of order 4 and more, 5 and more. */
+/* kinds: all orders from 2 on, order 2, order 3; normal equations of the cosine of the azimuth by symmetric products; and how many
+ * paths, of order 4 and more, 5 and more. */
 typedef struct sums {
     const basis *b;
     double mu;
-    double sum[KINDS][AZIMUTHS][TERMS][TERMS], n, n4, n5;
+    double sum[KINDS][TERMS][TERMS], gram[PAIRS][PAIRS], right[PAIRS], n, n4, n5;
+    size_t n_seen;
+    float seen[SEEN][3]; /* mu_i, mu_o and cos(phi) of some paths */
 } sums;
 
 static double power(double x, int n)
@@ -43,20 +43,19 @@ static double at(const double *c, int n, double x)
 }
 
 /* Gram and Schmidt, twice, under the weights w of the nodes x. */
-static void orthonormal(int m, size_t n, const double *x, const double *w, double q[TERMS][TERMS])
+static void orthonormal(size_t n, const double *x, const double *w, double q[TERMS][TERMS])
 {
     memset(q, 0, TERMS * sizeof *q);
-    for (int k = 0; k < terms[m]; k++) {
+    for (int k = 0; k < TERMS; k++) {
         q[k][k] = 1;
         for (int pass = 0; pass < 2; pass++)
             for (int j = 0; j < k; j++) {
                 double dot = 0;
-                for (size_t i = 0; i < n; i++)
-                    dot += w[i] * power(1 - x[i] * x[i], m) * at(q[k], TERMS, x[i]) * at(q[j], TERMS, x[i]);
+                for (size_t i = 0; i < n; i++) dot += w[i] * at(q[k], TERMS, x[i]) * at(q[j], TERMS, x[i]);
                 for (int c = 0; c < TERMS; c++) q[k][c] -= dot * q[j][c];
             }
         double norm = 0;
-        for (size_t i = 0; i < n; i++) norm += w[i] * power(1 - x[i] * x[i], m) * power(at(q[k], TERMS, x[i]), 2);
+        for (size_t i = 0; i < n; i++) norm += w[i] * power(at(q[k], TERMS, x[i]), 2);
         for (int c = 0; c < TERMS; c++) q[k][c] /= sqrt(norm);
     }
 }
@@ -66,101 +65,152 @@ static void count(void *context, uint32_t order, const double r[3], const double
     sums *s = context;
     (void)weight;
     if (order < 2) return;
-    const double side = hypot(r[0], r[1]), turn = side > 0 ? r[0] / side : 1;
-    const double cosine[AZIMUTHS] = {1, 2 * turn, 2 * (2 * turn * turn - 1)}, si = sqrt(1 - s->mu * s->mu);
+    const double side = hypot(r[0], r[1]), both = sqrt(1 - s->mu * s->mu) * side, turn = side > 0 ? r[0] / side : 0;
+    double product[PAIRS];
+    int t = 0;
+    const size_t place = (size_t)s->n * 2654435761u % SEEN; /* of all directions in the end */
+    s->seen[place][0] = (float)s->mu, s->seen[place][1] = (float)r[2], s->seen[place][2] = (float)turn;
+    if (s->n_seen < SEEN) s->n_seen++;
     s->n++;
     s->n4 += order >= 4;
     s->n5 += order >= 5;
-    for (int m = 0; m < AZIMUTHS; m++)
-        for (int a = 0; a < terms[m]; a++)
-            for (int b = 0; b < terms[m]; b++) {
-                const double x = cosine[m] * power(si * side, m) * at(s->b->q[m][a], TERMS, s->mu) * at(s->b->q[m][b], TERMS, r[2]);
-                s->sum[0][m][a][b] += x;
-                if (order <= 3) s->sum[order - 1][m][a][b] += x;
-            }
+    for (int a = 0; a < TERMS; a++)
+        for (int b = 0; b < TERMS; b++) {
+            const double x = at(s->b->q[a], TERMS, s->mu) * at(s->b->q[b], TERMS, r[2]);
+            s->sum[0][a][b] += x;
+            if (order <= 3) s->sum[order - 1][a][b] += x;
+        }
+    for (int a = 0; a < TURNING; a++)
+        for (int b = 0; b <= a; b++)
+            product[t++] = both * (power(s->mu, a) * power(r[2], b) + (a == b ? 0 : power(s->mu, b) * power(r[2], a)));
+    for (int a = 0; a < PAIRS; a++) {
+        s->right[a] += product[a] * turn;
+        for (int b = 0; b < PAIRS; b++) s->gram[a][b] += product[a] * product[b];
+    }
 }
 
-/* How much of the expansion is kept: powers, the part of what is not constant, and the part of what depends on the azimuth, all of
- * it where the sum is nowhere negative. */
+/* Gauss and Jordan; the equations are few and of full rank. */
+static void solve(const sums *s, double *out)
+{
+    double a[PAIRS][PAIRS + 1];
+    for (int i = 0; i < PAIRS; i++) {
+        for (int j = 0; j < PAIRS; j++) a[i][j] = s->gram[i][j] + (i == j ? 1e-9 * s->n : 0);
+        a[i][PAIRS] = s->right[i];
+    }
+    for (int k = 0; k < PAIRS; k++) {
+        int pivot = k;
+        for (int i = k; i < PAIRS; i++)
+            if (fabs(a[i][k]) > fabs(a[pivot][k])) pivot = i;
+        for (int j = 0; j <= PAIRS; j++) {
+            const double x = a[k][j];
+            a[k][j] = a[pivot][j];
+            a[pivot][j] = x;
+        }
+        for (int i = 0; i < PAIRS; i++) {
+            const double factor = i == k ? 0 : a[i][k] / a[k][k];
+            for (int j = k; j <= PAIRS; j++) a[i][j] -= factor * a[k][j];
+        }
+    }
+    for (int k = 0; k < PAIRS; k++) out[k] = a[k][PAIRS] / a[k][k];
+}
+
+/* The part of rho that brings A nearest to the azimuths of the paths in the mean square: the mean of A^2 is (1 + rho^2) / (1 -
+ * rho^2), and that of A times what is there the mean of A over the paths. A mean cosine that comes of a narrow peak has too wide an
+ * A. */
+static double damped(const sums *s, const double *R)
+{
+    double best = 0, least_rest = INFINITY;
+    for (double part = 0; part <= 1.001; part += 0.025) {
+        double rest = 0;
+        for (size_t k = 0; k < SEEN; k++) {
+            const double x = s->seen[k][0], y = s->seen[k][1], c = s->seen[k][2];
+            double rho = 0;
+            for (int a = 0, t = 0; a < TURNING; a++)
+                for (int b = 0; b <= a; b++, t++)
+                    rho += R[t] * (power(x, a) * power(y, b) + (a == b ? 0 : power(x, b) * power(y, a)));
+            rho = fmin(fmax(part * rho * sqrt((1 - x * x) * (1 - y * y)), -0.9), 0.9);
+            rest += (1 + rho * rho) / (1 - rho * rho) - 2 * (1 - rho * rho) / (1 - 2 * rho * c + rho * rho);
+        }
+        if (rest >= least_rest) continue;
+        least_rest = rest;
+        best = part;
+    }
+    return best;
+}
+
+/* How much of the expansion is kept: powers, and the part of what is not constant, all of it where the sum is nowhere negative. */
 typedef struct kept {
     int powers;
-    double changing, turning;
+    double changing;
 } kept;
 
 /* Coefficients of mu_i^a mu_o^b, symmetric. Those of all orders keep their integral over mu_o to the bit: the mean of a polynomial
  * that is orthogonal to 1 is 0. */
-static void expand(const sums *s, int kind, int m, const kept *k, double out[TERMS][TERMS])
+static void expand(const sums *s, int kind, const kept *k, double out[TERMS][TERMS])
 {
-    const int n = k->powers - m < terms[m] ? k->powers - m : terms[m];
     memset(out, 0, TERMS * sizeof *out);
-    for (int a = 0; a < n; a++)
-        for (int b = 0; b < n; b++) {
-            double c = 0.5 * (s->sum[kind][m][a][b] + s->sum[kind][m][b][a]) / s->n;
-            if (kind == 0 && m == 0 && (a == 0 || b == 0)) c = a == b;
-            if (m || a || b) c *= m ? k->turning : k->changing;
+    for (int a = 0; a < k->powers; a++)
+        for (int b = 0; b < k->powers; b++) {
+            double c = 0.5 * (s->sum[kind][a][b] + s->sum[kind][b][a]) / s->n;
+            if (kind == 0 && (a == 0 || b == 0)) c = a == b;
+            if (a || b) c *= k->changing;
             for (int i = 0; i < TERMS; i++)
-                for (int j = 0; j < TERMS; j++) out[i][j] += c * s->b->q[m][a][i] * s->b->q[m][b][j];
+                for (int j = 0; j < TERMS; j++) out[i][j] += c * s->b->q[a][i] * s->b->q[b][j];
         }
 }
 
-/* The least value of what all orders have, over mu and azimuths. */
+/* The least value of what all orders have. */
 static double least(const sums *s, const kept *k)
 {
-    enum { GRID = 32, TURNS = 16 };
-    double c[AZIMUTHS][TERMS][TERMS], low = INFINITY;
-    for (int m = 0; m < AZIMUTHS; m++) expand(s, 0, m, k, c[m]);
+    enum { GRID = 64 };
+    double c[TERMS][TERMS], low = INFINITY;
+    expand(s, 0, k, c);
     for (int a = 0; a <= GRID; a++)
-        for (int b = 0; b <= a; b++)
-            for (int t = 0; t <= TURNS; t++) {
-                const double x = (double)a / GRID, y = (double)b / GRID, cosine = cos(3.14159265358979323846 * t / TURNS);
-                const double side = sqrt((1 - x * x) * (1 - y * y)),
-                             turn[AZIMUTHS] = {1, cosine * side, (2 * cosine * cosine - 1) * side * side};
-                double sum = 0;
-                for (int m = 0; m < AZIMUTHS; m++)
-                    for (int i = 0; i < TERMS; i++)
-                        for (int j = 0; j < TERMS; j++) sum += turn[m] * c[m][i][j] * power(x, i) * power(y, j);
-                low = fmin(low, sum);
-            }
+        for (int b = 0; b <= a; b++) {
+            double sum = 0;
+            for (int i = 0; i < TERMS; i++)
+                for (int j = 0; j < TERMS; j++) sum += c[i][j] * power((double)a / GRID, i) * power((double)b / GRID, j);
+            low = fmin(low, sum);
+        }
     return low;
 }
 
 /* The largest part in [0, 1] that leaves nothing negative. */
-static void shrink(const sums *s, kept *k, double *part)
+static void shrink(const sums *s, kept *k)
 {
     double lo = 0, hi = 1;
-    *part = 1;
+    k->changing = 1;
     if (least(s, k) >= 0) return;
     for (int i = 0; i < 12; i++) {
-        *part = 0.5 * (lo + hi);
+        k->changing = 0.5 * (lo + hi);
         if (least(s, k) >= 0)
-            lo = *part;
+            lo = k->changing;
         else
-            hi = *part;
+            hi = k->changing;
     }
-    *part = lo;
+    k->changing = lo;
 }
 
-/* How much of the variance of T about 1 an expansion without azimuths has. */
+/* How much of the variance of T about 1 an expansion has. */
 static double explained(const sums *s, const kept *k)
 {
     double sum = 0;
     for (int a = 1; a < k->powers; a++)
-        for (int b = 1; b < k->powers; b++) sum += pow(0.5 * (s->sum[0][0][a][b] + s->sum[0][0][b][a]) / s->n, 2);
+        for (int b = 1; b < k->powers; b++) sum += pow(0.5 * (s->sum[0][a][b] + s->sum[0][b][a]) / s->n, 2);
     return sum * k->changing * (2 - k->changing);
 }
 
 static kept choose(const sums *s, int most)
 {
-    kept best = {1, 1, 0};
+    kept best = {1, 1};
     double most_explained = 0;
     for (int n = 2; n <= most; n++) {
-        kept k = {n, 1, 0};
-        shrink(s, &k, &k.changing);
+        kept k = {n, 1};
+        shrink(s, &k);
         if (explained(s, &k) <= most_explained) continue;
         most_explained = explained(s, &k);
         best = k;
     }
-    shrink(s, &best, &best.turning);
     return best;
 }
 
@@ -179,7 +229,8 @@ static void make(const char *ndf, double alpha, uint64_t paths)
     double shape[FF_MAX_SHAPE], channel[FF_MAX_CHANNEL_PARAMS], x[NODES], w[NODES], sum = 0;
     char text[80];
     static basis b;
-    sums s = {.b = &b};
+    static sums s;
+    s = (sums){.b = &b};
     snprintf(text, sizeof text, "%s/smith-height-correlated/none", ndf);
     if (ff_model_parse(text, &m, &err)) fail(&err);
     ff_model_defaults(&m, 1, shape, channel);
@@ -193,7 +244,7 @@ static void make(const char *ndf, double alpha, uint64_t paths)
         sum += w[i] = (1 - a.value) * mu * 2 * y;
     }
     for (int i = 0; i < NODES; i++) w[i] /= sum;
-    for (int k = 0; k < AZIMUTHS; k++) orthonormal(k, NODES, x, w, b.q[k]);
+    orthonormal(NODES, x, w, b.q);
     ff_walk_options_init(&o);
     o.paths = paths / STARTS;
     o.seed = 20;
@@ -210,18 +261,24 @@ static void make(const char *ndf, double alpha, uint64_t paths)
     free(lanes);
     ff_walk_free(walk);
     const kept keep = choose(&s, alpha <= 0.1 ? 1 : TERMS); /* at the first node the shape is that of Kulla and Conty */
-    fprintf(stderr, "%s %g: %d powers, %.3f of what changes, %.3f of what turns\n", ndf, alpha, keep.powers, keep.changing,
-            keep.turning);
+    fprintf(stderr, "%s %g: %d powers, %.3f of what changes\n", ndf, alpha, keep.powers, keep.changing);
     printf("    {%.9g, /* alpha = %g, %.0f paths */\n", s.n4 > 0 ? s.n5 / s.n4 : 0, alpha, s.n);
-    for (int kind = 0; kind < KINDS; kind++)
-        for (int k = 0; k < AZIMUTHS; k++) {
-            double c[TERMS][TERMS];
-            expand(&s, kind, k, &keep, c);
-            printf("    ");
-            for (int i = 0; i < terms[k]; i++)
-                for (int j = 0; j <= i; j++) printf(" %.9g,", c[i][j]);
-            printf("\n");
-        }
+    for (int kind = 0; kind < KINDS; kind++) {
+        double c[TERMS][TERMS];
+        expand(&s, kind, &keep, c);
+        printf("    ");
+        for (int i = 0; i < TERMS; i++)
+            for (int j = 0; j <= i; j++) printf(" %.9g,", c[i][j]);
+        printf("\n");
+    }
+    double rho[PAIRS];
+    solve(&s, rho);
+    const double part = alpha <= 0.1 ? 0 : damped(&s, rho);
+    fprintf(stderr, "%s %g: %.3f of what turns\n", ndf, alpha, part);
+    for (int k = 0; k < PAIRS; k++) rho[k] *= part;
+    printf("    ");
+    for (int k = 0; k < PAIRS; k++) printf(" %.9g,", rho[k]);
+    printf("\n");
     printf("    },\n");
     fflush(stdout);
 }

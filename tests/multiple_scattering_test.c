@@ -141,7 +141,8 @@ static void nearer_than_kulla_conty(void)
                 double term, kc;
                 snprintf(set, sizeof set, "alpha=%g f0=%g", alphas[a], f0s[f]);
                 compare_with_walk(ndfs[k], set, &term, &kc);
-                FF_CHECK(term < 0.5 * kc, "%s %s: %g, of kulla-conty %g", ndfs[k], set, term, kc);
+                /* where facets absorb both take the average of F for all facets, which is not what steep ones see */
+                FF_CHECK(term < (f ? 2. / 3 : 0.5) * kc, "%s %s: %g, of kulla-conty %g", ndfs[k], set, term, kc);
             }
 }
 

@@ -215,7 +215,8 @@ static void add_base_shape(const ff_prepared *p, size_t n, size_t c, uint32_t k,
         const uint32_t couples = p->kernels->diffuse[p->m->base[part->base].diffuse]->couples;
         if (column->base == (int)part->base) add_product(n, b->scale[at], b->d->d_part[at][column->base_param], j, out);
         if (column->base >= 0) continue; /* nothing else depends on it */
-        if ((couples & FF_COUPLE_ALPHA) && column->alpha != 0) add_product(n, column->alpha, b->d->d_part[at][FF_DD_ALPHA], j, out);
+        if ((couples & FF_COUPLE_ALPHA) && column->alpha != 0)
+            add_product(n, b->scale[at] * column->alpha, b->d->d_part[at][FF_DD_ALPHA], j, out);
         if (couples & FF_COUPLE_ALBEDO) add_through_albedo(n, &p->albedo[c], 1 + k, at, j, b, out);
         if (!(couples & FF_COUPLE_LOSS)) continue;
         if (column->lobe == part->lobe) add_through_albedo(n, &p->loss[part->lobe], 1 + k, at, j, b, out);

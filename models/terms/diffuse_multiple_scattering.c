@@ -2,8 +2,8 @@
  * Hanika, d'Eon and Dachsbacher 2016). With a the directional albedo of the lobe at F = 1, E its mean, and w(mu) = 2 mu (1 - a) /
  * (1 - E),
  *
- *   f = (1 - a_i)(1 - a_o) / (pi (1 - E)) sum over orders k >= 2 of F^k T_k
- *   T_k = sum over m = 0, 1, 2 of cos(m phi) (sin theta_i sin theta_o)^m P_km(mu_i, mu_o),  P symmetric polynomials
+ *   f = (1 - a_i)(1 - a_o) / (pi (1 - E)) A(phi) sum over orders k >= 2 of F^k P_k(mu_i, mu_o),  P_k symmetric polynomials
+ *   A(phi) = (1 - rho^2) / (1 - 2 rho cos(phi) + rho^2),  rho = sin theta_i sin theta_o R(mu_i, mu_o) the mean of cos(phi)
  *
  * Kulla and Conty 2017 have T = 1 for the sum of all T_k, which is made here so that its mean over mu_o with weight w is 1 for
  * every mu_i: at F = 1 lobe and term reflect all light. What orders share is not the same in all directions; 2 and 3 have
@@ -16,14 +16,13 @@
 #include "internal_optics.h"
 #include <string.h>
 
-/* m = 0: mu_i^a mu_o^b, b <= a <= 3; m = 1: to the power 2; m = 2: to 1. Three such lists: of all orders, of 2, of 3. The first
- * number of a node is q. */
-enum { FF_SCATTERING_LIST = 10 + 6 + 3, FF_SCATTERING_TERMS = 1 + 3 * FF_SCATTERING_LIST };
+/* Of P_k: mu_i^a mu_o^b, b <= a <= 3; of R: up to 2. Of a node: q, the P of all orders, of 2, of 3, then R. */
+enum { FF_SCATTERING_LIST = 10, FF_SCATTERING_TURN = 6, FF_SCATTERING_TERMS = 1 + 3 * FF_SCATTERING_LIST + FF_SCATTERING_TURN };
 #include "multiple_scattering_table.h"
 
 /* Coefficients of one alpha, or their derivatives by it. */
 typedef struct coefficients {
-    double q, all[FF_SCATTERING_LIST], two[FF_SCATTERING_LIST], three[FF_SCATTERING_LIST];
+    double q, all[FF_SCATTERING_LIST], two[FF_SCATTERING_LIST], three[FF_SCATTERING_LIST], turn[FF_SCATTERING_TURN];
 } coefficients;
 
 /* The slope at a node: of the parabola through it and its neighbours. */
@@ -55,6 +54,7 @@ static void coefficients_at(const double (*table)[FF_SCATTERING_TERMS], double a
         memcpy(to[j]->all, from[j] + 1, sizeof to[j]->all);
         memcpy(to[j]->two, from[j] + 1 + FF_SCATTERING_LIST, sizeof to[j]->two);
         memcpy(to[j]->three, from[j] + 1 + 2 * FF_SCATTERING_LIST, sizeof to[j]->three);
+        memcpy(to[j]->turn, from[j] + 1 + 3 * FF_SCATTERING_LIST, sizeof to[j]->turn);
     }
 }
 
@@ -94,15 +94,28 @@ static inline double symmetric(const double *c, int n, double x, double y)
     return sum;
 }
 
-static void shape(const double *c, const ff_geometry *g, size_t n, double *restrict out)
+static void shape(const double *c, int powers, const double *restrict iz, const double *restrict oz, size_t n, double *restrict out)
 {
-    const double *restrict iz = g->plane[FF_G_COS_I], *restrict oz = g->plane[FF_G_COS_O], *restrict phi = g->plane[FF_G_PHI];
+    for (size_t i = 0; i < n; i++) out[i] = symmetric(c, powers, iz[i] < 1 ? iz[i] : 1, oz[i] < 1 ? oz[i] : 1);
+}
+
+/* A and, where it is wanted, d ln A by alpha. rho keeps away from 1, where A is a needle. */
+static void azimuths(const coefficients *c, const coefficients *s, const ff_geometry *g, size_t n, double *restrict A,
+                     double *restrict d)
+{
+    const double *restrict iz = g->plane[FF_G_COS_I], *restrict oz = g->plane[FF_G_COS_O], most = 0.9;
+    double R[FF_BLOCK], dR[FF_BLOCK];
+    shape(c->turn, 3, iz, oz, n, R);
+    if (d) shape(s->turn, 3, iz, oz, n, dR);
     for (size_t i = 0; i < n; i++) {
+        const double x = iz[i] < 1 ? iz[i] : 1, y = oz[i] < 1 ? oz[i] : 1, both = sqrt((1 - x * x) * (1 - y * y)),
+                     free_rho = both * R[i];
+        const double rho = free_rho > most ? most : free_rho < -most ? -most : free_rho;
         double sine, cosine;
-        ff_sincos(phi[i], &sine, &cosine);
-        const double x = iz[i] < 1 ? iz[i] : 1, y = oz[i] < 1 ? oz[i] : 1, s2 = (1 - x * x) * (1 - y * y), s = sqrt(s2);
-        out[i] = symmetric(c, 4, x, y) + cosine * s * symmetric(c + 10, 3, x, y) +
-                 (2 * cosine * cosine - 1) * s2 * symmetric(c + 16, 2, x, y);
+        ff_sincos(g->plane[FF_G_PHI][i], &sine, &cosine);
+        const double bottom = 1 - 2 * rho * cosine + rho * rho, top = 1 - rho * rho;
+        A[i] = top / bottom;
+        if (d) d[i] = rho == free_rho ? (-2 * rho / top - 2 * (rho - cosine) / bottom) * both * dR[i] : 0;
     }
 }
 
@@ -110,31 +123,34 @@ static void multiple_scattering(const ff_diffuse_input *in, const ff_geometry *g
 {
     const double edge = 1e-6, F = in->f_average < 0 ? 0 : in->f_average < 1 ? in->f_average : 1;
     const double mean = in->mean < edge ? edge : in->mean > 1 - edge ? 1 - edge : in->mean, inv = 1 / (FF_PI * (1 - mean));
-    const double *restrict ai = in->ai, *restrict ao = in->ao;
-    double sum[FF_SCATTERING_LIST], by_F[FF_SCATTERING_LIST], by_alpha[FF_SCATTERING_LIST], T[FF_BLOCK], change[FF_BLOCK];
+    const double *restrict ai = in->ai, *restrict ao = in->ao, *restrict iz = g->plane[FF_G_COS_I],
+                           *restrict oz = g->plane[FF_G_COS_O];
+    double sum[FF_SCATTERING_LIST], by_F[FF_SCATTERING_LIST], by_alpha[FF_SCATTERING_LIST];
+    double P[FF_BLOCK], A[FF_BLOCK], turning[FF_BLOCK], change[FF_BLOCK];
     double *restrict dai = ff_wanted_plane(d, FF_DD_AI), *restrict dao = ff_wanted_plane(d, FF_DD_AO);
     double *restrict dmean = ff_wanted_plane(d, FF_DD_MEAN), *restrict dF = ff_wanted_plane(d, FF_DD_F_AVERAGE);
     double *restrict dalpha = ff_wanted_plane(d, FF_DD_ALPHA);
     coefficients c, s;
     coefficients_at(in->ndf && !strcmp(in->ndf->term.name, "beckmann") ? of_beckmann : of_ggx, in->alpha, &c, &s);
     combine(&c, &s, F, sum, by_F, by_alpha);
-    shape(sum, g, n, T);
+    shape(sum, 4, iz, oz, n, P);
+    azimuths(&c, &s, g, n, A, dalpha ? turning : NULL);
     for (size_t i = 0; i < n; i++) {
-        const double li = ai[i] < 1 ? 1 - ai[i] : 0, lo = ao[i] < 1 ? 1 - ao[i] : 0, t = T[i] > 0 ? T[i] : 0;
+        const double li = ai[i] < 1 ? 1 - ai[i] : 0, lo = ao[i] < 1 ? 1 - ao[i] : 0, t = P[i] > 0 ? P[i] * A[i] : 0;
         f[i] = inv * li * lo * t;
         if (dai) dai[i] = ai[i] < 1 ? -inv * lo * t : 0;
         if (dao) dao[i] = ao[i] < 1 ? -inv * li * t : 0;
         if (dmean) dmean[i] = in->mean > edge && in->mean < 1 - edge ? f[i] / (1 - mean) : 0;
+        A[i] = P[i] > 0 ? inv * li * lo * A[i] : 0; /* d f / d P */
     }
-    for (int which = 0; which < 2; which++) {
-        double *restrict out = which ? dalpha : dF;
-        const int held = !which && !(in->f_average > 0 && in->f_average <= 1);
-        if (!out) continue;
-        shape(which ? by_alpha : by_F, g, n, change);
-        for (size_t i = 0; i < n; i++) {
-            const double li = ai[i] < 1 ? 1 - ai[i] : 0, lo = ao[i] < 1 ? 1 - ao[i] : 0;
-            out[i] = T[i] > 0 && !held ? inv * li * lo * change[i] : 0;
-        }
+    if (dF) {
+        const double inside = in->f_average > 0 && in->f_average <= 1 ? 1 : 0;
+        shape(by_F, 4, iz, oz, n, change);
+        for (size_t i = 0; i < n; i++) dF[i] = inside * A[i] * change[i];
+    }
+    if (dalpha) {
+        shape(by_alpha, 4, iz, oz, n, change);
+        for (size_t i = 0; i < n; i++) dalpha[i] = A[i] * change[i] + f[i] * turning[i];
     }
 }
 
