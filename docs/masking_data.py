@@ -117,7 +117,7 @@ def diffuse():
             mu = ["--mu", mus([theta])]
             walk = rows("furnace", "ggx+lambert", "--walk", "--facets", "coupled", "--set", f"alpha={alpha},f0=0.04,kd=1", *mu, "--orders", "all", *paths(1000000))
             matte = rows("furnace", "ggx+lambert", "--walk", "--facets", "lambert", "--set", f"alpha={alpha},kd=0.5", *mu, "--orders", "all", *paths(1000000))
-            hammon = rows("furnace", "ggx/smith-height-correlated/schlick+hammon", "--set", f"alpha={alpha},f0=0.04,kd=1", *mu)
+            hammon = rows("furnace", "ggx/smith-height-correlated/schlick+hammon", "--set", f"alpha={alpha},f0=0.04,albedo=1", *mu)
             eon = rows("furnace", "eon", "--set", "rho=0.5,r=%g" % min(alpha, 1), *mu)
             found.append({"alpha": alpha, "theta": theta, "coupled": walk[0]["albedo"], "hammon": hammon[0]["albedo"],
                           "lambert facets": matte[0]["albedo"], "eon": eon[0]["albedo"]})

@@ -412,9 +412,8 @@ static void values_add_up(void)
         model_direction(55 * FIT_DEGREE, 40 * FIT_DEGREE, wi);
         for (int i = 0; i < PAIRS; i++) {
             double d[3];
-            model_direction(acos(1 - (i + fit_uniform(&state)) / PAIRS), 2 * MODEL_PI * fit_uniform(&state), d);
+            model_direction(acos(fmax(1 - (i + fit_uniform(&state)) / PAIRS, 1e-3)), 2 * MODEL_PI * fit_uniform(&state), d);
             for (int j = 0; j < 3; j++) w[j][i] = wi[j], w[3 + j][i] = d[j];
-            w[5][i] = fmax(w[5][i], 1e-3);
         }
         const ff_dirs dirs = {w[0], w[1], w[2], w[3], w[4], w[5]};
         FF_CHECK(ff_walk_values(s.walk, &dirs, PAIRS, 0, f[0][0], error[0][0], PAIRS, &err) == FF_OK, "%s", err.message);

@@ -34,7 +34,7 @@ typedef struct ff_height_field_options {
     ff_spectrum spectrum; /**< FF_SPECTRUM_GAUSSIAN; not looked at with a map                                        */
     double hurst;         /**< H of FF_SPECTRUM_POWER_LAW, in (0, 1]; 0.8                                            */
     double correlation;   /**< l in cells, 2 .. 1024; 16                                                             */
-    size_t cells;         /**< along each axis, 16 .. 8192; 512. A realisation takes about 250 bytes for each cell   */
+    size_t cells;         /**< along each axis, 16 .. 8192; 512. A realisation takes about 300 bytes for each cell   */
     size_t realisations;  /**< 2 .. 100000; 16. Of a map: the parts of its paths                                     */
     const char *map;      /**< file of a measured map, borrowed while the surface is made; NULL: a spectrum          */
     double pitch[2];      /**< of the map along x and y, in the unit of its heights, > 0; NaN: what the file says    */

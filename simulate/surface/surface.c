@@ -165,7 +165,7 @@ int ff_height_field_is_isotropic(const ff_height_field *s)
 
 static int is_up(double x, double y, double z)
 {
-    return z > FF_COS_MIN && fabs(x * x + y * y + z * z - 1) < 1e-6;
+    return z > FF_COS_MIN && fabs(x * x + y * y + z * z - 1) < 1e-8;
 }
 
 static ff_status not_up(ff_error *err, size_t k)

@@ -317,7 +317,7 @@ static ff_status no_memory(ff_error *err, size_t n)
 
 static int is_up(double x, double y, double z)
 {
-    return z > FF_COS_MIN && fabs(x * x + y * y + z * z - 1) < 1e-6;
+    return z > FF_COS_MIN && fabs(x * x + y * y + z * z - 1) < 1e-8;
 }
 
 static ff_status check_pairs(const ff_dirs *w, size_t n, size_t ld, ff_error *err)

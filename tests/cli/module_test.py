@@ -35,7 +35,12 @@ def main():
             p = subprocess.run([name, "info", "stack.csv"], executable=program, cwd=folder, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
             if p.returncode or "planted" in p.stderr:
                 failed.append(f"called {name!r}: ends with {p.returncode}: {p.stderr.strip()}")
-    print("\n".join(failed) or "5 names, one module")
+        os.mkdir(os.path.join(folder, "alone"))
+        alone = shutil.copy(program, os.path.join(folder, "alone", "facetfit"))
+        p = subprocess.run([alone, "furnace", "beckmann", "--surface", "gaussian"], cwd=folder, capture_output=True, text=True)
+        if p.returncode != 2 or "facetfit_rays.so" not in p.stderr or "./setup surfaces" not in p.stderr or p.stdout:
+            failed.append(f"rays without their module: ends with {p.returncode}: {p.stderr.strip()}")
+    print("\n".join(failed) or "5 names, one module; rays are missed without theirs")
     return 1 if failed else 0
 
 
