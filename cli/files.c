@@ -211,8 +211,8 @@ ff_status cli_files_ask(const void *args, const char *path, ff_error *err)
     for (size_t place = 0; place < PLACES; place++) {
         if (!take(args, place, &output) || output.use != KIND_OUTPUT_FILE || !same(&output.is, &input)) continue;
         if (may_replace(&output) && cli_switch(args, FLAG_FORCE, 0)) continue;
-        return ff_error_set(err, FF_ERR_UNSUPPORTED, NULL, 0, -1, "it is what %s would write; give another file to %s%s",
-                            output.label, output.label, may_replace(&output) ? ", or --force to replace it" : "");
+        return ff_error_set(err, FF_ERR_SYNTAX, NULL, 0, -1, "it is what %s would write; give another file to %s%s", output.label,
+                            output.label, may_replace(&output) ? ", or --force to replace it" : "");
     }
     return FF_OK;
 }

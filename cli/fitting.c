@@ -47,6 +47,33 @@ static int read_noise(const cli_args *args, cli_fitting *f)
     return EXIT_DONE;
 }
 
+/* "0.001", or "3sigma" where the data have standard deviations. */
+static int read_noise_floor(const cli_args *args, ff_fit_options *o)
+{
+    const char *text = cli_value(args, FLAG_NOISE_FLOOR, NULL), *sigma = text ? strstr(text, "sigma") : NULL;
+    char number[CLI_NAME];
+    double x = 0;
+    if (!text) return EXIT_DONE;
+    snprintf(number, sizeof number, "%.*s", (int)(sigma ? sigma - text : (ptrdiff_t)strlen(text)), text);
+    if (!cli_number_read(number, &x) || (sigma && (strcmp(sigma, "sigma") || !(x > 0))))
+        return cli_usage(args, "--noise-floor %s: expected a value in 1/sr, or a number of standard deviations as in 3sigma", text);
+    if (sigma)
+        o->noise_sigmas = x;
+    else
+        o->noise_floor = x;
+    return EXIT_DONE;
+}
+
+static int read_censoring(const cli_args *args, ff_fit_options *o)
+{
+    const int status = read_noise_floor(args, o);
+    if (status != EXIT_DONE) return status;
+    o->saturation = cli_number(args, FLAG_SATURATION, o->saturation);
+    o->drop_negative = cli_word(args, FLAG_NEGATIVE, 0);
+    if (!(o->noise_floor < o->saturation)) return cli_usage(args, "--noise-floor must lie below --saturation");
+    return EXIT_DONE;
+}
+
 /* What cannot go with --loss auto. */
 static int check_auto(const cli_args *args, const ff_fit_options *o)
 {
@@ -63,8 +90,7 @@ static int read_options(const cli_args *args, ff_fit_options *o, int *choose_los
     const int loss = cli_word(args, FLAG_LOSS, FF_LOSS_COSINE); /* "auto", which `fit` knows, is one more */
     int status;
     ff_fit_options_init(o);
-    if ((status = cli_isa(args, &o->isa)) || (status = read_robust(args, o)) || (status = cli_read_censoring(args, o)))
-        return status;
+    if ((status = cli_isa(args, &o->isa)) || (status = read_robust(args, o)) || (status = read_censoring(args, o))) return status;
     *choose_loss = loss == FF_LOSS_COUNT;
     o->loss = *choose_loss ? FF_LOSS_COSINE : (ff_loss)loss;
     o->weighting = (ff_weighting)cli_word(args, FLAG_WEIGHT, FF_WEIGHT_AUTO);

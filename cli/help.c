@@ -78,7 +78,7 @@ void cli_help(int all, FILE *out)
     }
     fputs("\n'facetfit COMMAND --help' or 'facetfit help COMMAND' explains the flags of a\n"
           "command, 'facetfit COMMAND -h' lists them; 'facetfit man COMMAND' is the manual;\n"
-          "'facetfit --version' prints the version, with --verbose also of what it is built of.\n\n"
+          "'facetfit --version' prints the version, with --verbose what it is built of.\n\n"
           "Exit status: 0 done, 1 the answer is no (not converged, a check failed),\n"
           "2 usage, 3 input, 4 output, 5 internal, 130 Ctrl-C.\n",
           out);

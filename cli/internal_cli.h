@@ -218,8 +218,6 @@ typedef struct cli_trust {
 
 /* --aperture and --source; what is not given is as in `otherwise`, NULL for a point. */
 int cli_aperture(const cli_args *args, const ff_aperture *otherwise, ff_aperture *out);
-/* --saturation, --noise-floor, --negative. Exit status, as all here. */
-int cli_read_censoring(const cli_args *args, ff_fit_options *o);
 int cli_trust_read(const cli_args *args, const ff_fit_options *o, cli_trust *out);
 /* After `fit`: fit i belongs to problem i; its errors and intervals are replaced as the flags ask. */
 int cli_trust_fit(cli_trust *t, cli_fitting *f, ff_fit_result *fit, size_t n_fits);

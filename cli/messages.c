@@ -1,6 +1,7 @@
 /* What the program says on stderr, and its exit status. */
 #define _GNU_SOURCE /* vasprintf */
 #include "internal_flags.h"
+#include "base/internal_kept.h"
 #include "report/internal_text.h"
 #include "report/words/words_struct.h"
 #include <signal.h>
@@ -156,10 +157,9 @@ int cli_failed(ff_status status, const ff_error *err)
 void cli_notes(const char *path, const ff_table *t)
 {
     char text[FF_WORDS_SENTENCE];
-    char *all = NULL;
-    size_t n = 0;
-    FILE *out = open_memstream(&all, &n);
+    ff_kept all;
+    FILE *out = ff_kept_open(&all);
     for (size_t k = 0; out && ff_words_note(t, k, text); k++) fprintf(out, "%s%s", k ? "; " : "", text);
-    if (out && !fclose(out) && n) cli_note("%s: %s", path, all);
-    free(all);
+    if (ff_kept_close(&all, out) == FF_OK && all.n) cli_note("%s: %s", path, all.text);
+    free(all.text);
 }

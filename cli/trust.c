@@ -8,33 +8,6 @@ static const double degree = 3.14159265358979323846 / 180;
 
 /* ---- options --------------------------------------------------------------------------------- */
 
-/* "0.001", or "3sigma" where the data have standard deviations. */
-static int read_noise_floor(const cli_args *args, ff_fit_options *o)
-{
-    const char *text = cli_value(args, FLAG_NOISE_FLOOR, NULL), *sigma = text ? strstr(text, "sigma") : NULL;
-    char number[CLI_NAME];
-    double x = 0;
-    if (!text) return EXIT_DONE;
-    snprintf(number, sizeof number, "%.*s", (int)(sigma ? sigma - text : (ptrdiff_t)strlen(text)), text);
-    if (!cli_number_read(number, &x) || (sigma && (strcmp(sigma, "sigma") || !(x > 0))))
-        return cli_usage(args, "--noise-floor %s: expected a value in 1/sr, or a number of standard deviations as in 3sigma", text);
-    if (sigma)
-        o->noise_sigmas = x;
-    else
-        o->noise_floor = x;
-    return EXIT_DONE;
-}
-
-int cli_read_censoring(const cli_args *args, ff_fit_options *o)
-{
-    const int status = read_noise_floor(args, o);
-    if (status != EXIT_DONE) return status;
-    o->saturation = cli_number(args, FLAG_SATURATION, o->saturation);
-    o->drop_negative = cli_word(args, FLAG_NEGATIVE, 0);
-    if (!(o->noise_floor < o->saturation)) return cli_usage(args, "--noise-floor must lie below --saturation");
-    return EXIT_DONE;
-}
-
 /* What is stated of the instrument. */
 static int read_instrument(const cli_args *args, const ff_fit_options *o, cli_trust *t)
 {

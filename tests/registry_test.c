@@ -1,5 +1,6 @@
 /* The registry, the expression language and the setting of parameters: everything that a person types or reads. */
 #include "model_samples.h"
+#include <ctype.h>
 
 static int same(const char *a, const char *b)
 {
@@ -34,6 +35,25 @@ static void check_param(const ff_term *t, const ff_param *p)
     FF_CHECK(isfinite(span) && span > 0, "%s.%s: its coordinate spans %g", t->name, p->name, span);
 }
 
+/* However a name is written, in capitals or with '_', and whichever of a term's other names it is, it is that term; of its kind no
+ * other has such a name, and no preset. */
+static void check_writings(ff_term_kind kind, size_t i)
+{
+    const ff_term *t = ff_term_at(kind, i);
+    char loud[64];
+    size_t k = 0;
+    for (; t->name[k] && k + 1 < sizeof loud; k++) loud[k] = t->name[k] == '-' ? '_' : (char)toupper((unsigned char)t->name[k]);
+    loud[k] = '\0';
+    FF_CHECK(ff_term_find(kind, loud) == (int)i, "%s is not found as %s", t->name, loud);
+    for (const char *also = t->also; also && *also; also += strcspn(also, ",") + (also[strcspn(also, ",")] == ',')) {
+        snprintf(loud, sizeof loud, "%.*s", (int)strcspn(also, ","), also);
+        FF_CHECK(is_name(loud, '-') && ff_term_find(kind, loud) == (int)i, "%s is not found as %s", t->name, loud);
+        for (size_t o = 0; o < ff_term_count(kind); o++)
+            FF_CHECK(!same(ff_term_at(kind, o)->name, loud), "%s is the name of another term", loud);
+        FF_CHECK(!ff_preset_find(loud), "%s is a preset", loud);
+    }
+}
+
 static void terms(void)
 {
     const uint32_t known =
@@ -58,7 +78,7 @@ static void terms(void)
         FF_CHECK(ff_term_at((ff_term_kind)kind, n) == NULL, "kind %d: a term beyond the last", kind);
         FF_CHECK(ff_term_find((ff_term_kind)kind, "no-such-term") == -1 && ff_term_find((ff_term_kind)kind, "") == -1, "kind %d",
                  kind);
-        FF_CHECK(ff_term_find((ff_term_kind)kind, "GGX") == -1, "names are case-sensitive");
+        for (size_t i = 0; i < n; i++) check_writings((ff_term_kind)kind, i);
     }
     FF_CHECK(ff_term_count((ff_term_kind)FF_TERM_KINDS) == 0 && ff_term_at((ff_term_kind)FF_TERM_KINDS, 0) == NULL,
              "a kind that does not exist");
@@ -186,7 +206,7 @@ static void refused_expressions(void)
     refuse("gxx", FF_ERR_UNKNOWN, "beckmann");
     refuse("gxx", FF_ERR_UNKNOWN, "lambert");
     refuse(" ggx", FF_ERR_UNKNOWN, "' ggx'");
-    refuse("GGX", FF_ERR_UNKNOWN, "'GGX'");
+    refuse("GGXX", FF_ERR_UNKNOWN, "'GGXX'");
     refuse("ggx/smith", FF_ERR_UNKNOWN, "v-cavity");
     refuse("ggx/v-cavity/fresnel", FF_ERR_UNKNOWN, "schlick");
     refuse("ggx+ggx+ggx+ggx", FF_ERR_UNSUPPORTED, "lobes");

@@ -187,7 +187,7 @@ const ff_masking FF_ISA_NAME(ff_masking_smith_height_direction_correlated) = {
 
 const ff_masking FF_ISA_NAME(ff_masking_v_cavity) = {
     .term = {.name = "v-cavity",
-             .also = "cook-torrance,torrance-sparrow,v-groove",
+             .also = "v-groove",
              .title = "symmetric grooves",
              .source = "Torrance and Sparrow 1967; Cook and Torrance 1982; Heitz 2014, eq. 24",
              .note = "does not depend on the roughness; undefined with a mean slope",

@@ -21,7 +21,7 @@ LINES = ["fit made.csv", "fit made.csv --robust huber", "fit made.csv --bootstra
          "compare made.csv --ndf ggx,beckmann --masking smith-height-correlated,v-cavity", "ndf made.csv", "info made.csv", "info stack.csv",
          "info made.rgl.bsdf", "resample one.csv made.zemax.bsdf --grid rotation:90,incidence:20,azimuth:30,radial:0/2/5/10",
          "simulate ggx+lambert --set alpha=0.3 --grid goniometer:15 -o one.csv", "sample ggx+lambert", "eval ggx+lambert directions.csv",
-         "furnace ggx/v-cavity", "plot slice made.csv -o a.svg", "plot profile made.csv -o a.pdf", "render ggx+lambert --environment sky --size 9 -o a.png", "render made.csv --size 9 -o a.exr", "plot bootstrap made.csv --bootstrap 20 -o b.csv", "convert --from beckmann --to phong m=0.3", "models", "formats", "fit --help", "completion bash", "man fit",
+         "furnace ggx/v-cavity", "plot slice made.csv -o a.svg", "plot profile made.csv -o a.pdf", "render ggx+lambert --environment sky --size 9 -o a.png", "render made.csv --size 9 -o a.exr", "plot bootstrap made.csv --bootstrap 20 -o b.csv", "convert --from beckmann --to phong m=0.3", "models", "models ggx", "formats", "selftest", "fit --help", "completion bash", "man fit",
          "fit made.csv --for blender --json fit.json", "export fit.json --to gltf -o made.gltf", "export fit.json --to c -o made.h",
          "fit made.csv one.csv -o fits --html index.html --summary old.csv", "gather fits", "diff old.csv old.csv"]
 # The made one first: others read it.

@@ -30,7 +30,7 @@ LINES = {
     "furnace": ["furnace ggx --mu 0.2,0.7", "furnace student-t --set alpha_x=0.1,alpha_y=1,r_xy=0.8 --weak --mu 0.5"], "sample": ["sample ggx -n 2000"],
     "info": ["info data.csv --json j.json"],
     "render": ["render data.csv --size 24 -o r.exr", "render ggx+lambert --environment sky --samples 16 --size 24 -o r.png --json j.json"],
-    "export": ["export fit.json --to gltf -o e.gltf"], "models": ["models", "models --markdown"], "formats": ["formats"], "man": ["man fit"], "completion": ["completion bash"],
+    "export": ["export fit.json --to gltf -o e.gltf"], "models": ["models", "models --markdown"], "selftest": ["selftest"], "formats": ["formats"], "man": ["man fit"], "completion": ["completion bash"],
 }
 STABLE = re.compile(rb'"time_s": [^,}\n]*|"threads": [^,}\n]*|--threads[",= ]*[14]|/CreationDate[^\n]*|[0-9][0-9.e+]* m?s(?=[,;\n])')
 failures = runs = 0
