@@ -231,10 +231,7 @@ static void channels_in_sentences(void)
     if (!s.problem) return;
     more.value[3] = 1.885;
     check_sentence(&s, on, "kd is on its upper bound, 1");
-    check_sentence(
-        &s, more,
-        "kd is on its upper bound, 1; the data reflect at least 1.89 of the light: are they in 1/sr? --quantity says what "
-        "they are, --free ks fits their scale");
+    check_sentence(&s, more, "kd is on its upper bound, 1"); /* once for all parameters, by the verdict */
     check_sentence(&s, some, "kd (400nm, 420nm) is on its upper bound, 1");
     check_sentence(&s, unknown, "kd (400nm, 420nm) is not determined by these data; --profile says how far it may go");
     check_sentence(&s, both, "kd and f0 are correlated by -0.9951: these data hardly tell them apart");
