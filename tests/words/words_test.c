@@ -290,6 +290,10 @@ static void hints_of_errors(void)
     FF_CHECK(!strcmp(text, "a:3: found x; say --columns 'y=#1'"), "'%s'", text);
     ff_words_error(&err, text, 28);
     FF_CHECK(strlen(text) == 27 && !strncmp(text, "a:3: found x; say columns ", 26), "'%s' is not cut to 27", text);
+    ff_error_hint(&err, ff_error_set(&err, FF_ERR_DATA, NULL, 0, -1, "the option 'columns' or the option 'part'; the option 'R 1'"),
+                  FF_HINT_NONE);
+    ff_words_error(&err, text, sizeof text);
+    FF_CHECK(!strcmp(text, "--columns or --part; the option 'R 1'"), "'%s'", text);
     static const char *const quoted[][2] = {
         {"found say x, say f; say columns 'theta_o=say x,f=say f'", "found say x, say f; say --columns 'theta_o=say x,f=say f'"},
         {"found a; say columns 'f=b; say angles c'", "found a; say --columns 'f=b; say angles c'"},
