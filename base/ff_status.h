@@ -37,9 +37,10 @@ typedef enum ff_hint {
     FF_HINT_QUANTITY = 2,         /**< what the file's numbers are: ff_read_options.quantity                       */
     FF_HINT_QUANTITY_BRDF = 3,    /**< that they are the BRDF, should they not be what was assumed                 */
     FF_HINT_SAY = 5,              /**< the message ends with "say OPTION VALUE": an option of ff_read_options and its value */
+    FF_HINT_RESULT = 6,           /**< the file is a result of fits, no measurement                                */
     FF_HINT_QUANTITY_BRDF_COS = 4 /**< that they are the BRDF times cos(theta_o), should they not be what was assumed */
 } ff_hint;
-enum { FF_HINT_COUNT = 6 };
+enum { FF_HINT_COUNT = 7 };
 
 enum { FF_ERROR_PATH = 512, FF_ERROR_MESSAGE = 768 };
 

@@ -205,6 +205,17 @@ char *ff_output_name(const char *path)
     return name;
 }
 
+/* Is it the folder that is missing? FF_OK: no. */
+static ff_status folder_is_missing(const char *path, char *target, ff_error *err)
+{
+    struct stat s;
+    char *slash = strrchr(target, '/');
+    if (!slash || slash == target) return FF_OK;
+    *slash = '\0';
+    if (stat(target, &s) == 0 || errno != ENOENT) return FF_OK;
+    return ff_error_set(err, FF_ERR_WRITE, path, 0, -1, "the folder %s does not exist", target);
+}
+
 /* A new file beside target, or beside the existing regular file that it will replace. */
 static ff_status open_replacing(const char *path, const struct stat *old, ff_output *out, ff_error *err)
 {
@@ -214,7 +225,9 @@ static ff_status open_replacing(const char *path, const struct stat *old, ff_out
     int fd = create_remembered(target, &temporary);
     if (fd < 0) {
         int reason = errno;
+        const ff_status no_folder = reason == ENOENT ? folder_is_missing(path, target, err) : FF_OK;
         free(target);
+        if (no_folder) return no_folder;
         return fail(err, path, "no file can be created beside it", reason);
     }
     ff_output o = {.target = target, .temporary = temporary, .mode = permissions_for(fd, old)};

@@ -124,18 +124,41 @@ static int find_models(line *l)
     return cli_exit_status(ff_model_parse(cli_value(&args, FLAG_MODEL, "ggx+lambert"), l->models.model, NULL));
 }
 
-/* Would the other command take this word of this flag? It is asked. */
-static int is_taken(const line *l, cli_flag_id flag, const char *word)
+static int is_taken_in(const line *l, const cli_args *args)
 {
-    int id = (int)flag;
-    const cli_args args = {.command = l->to, .n_given = 1, .flag = &id, .value = &word, .head = l->args->head};
     ff_model first = l->models.model[0];
     cli_constraints constraints = {.n_names = 0};
-    int status = cli_hold_and_free(&args, &first, l->where_present);
-    if (status == EXIT_DONE) status = cli_names_known(&args, l->models.model, l->models.n);
-    if (status == EXIT_DONE) status = cli_constraints_read(&args, l->models.model, l->models.n, l->where_present, &constraints);
+    int status = cli_hold_and_free(args, &first, l->where_present);
+    if (status == EXIT_DONE) status = cli_names_known(args, l->models.model, l->models.n);
+    if (status == EXIT_DONE) status = cli_constraints_read(args, l->models.model, l->models.n, l->where_present, &constraints);
     cli_constraints_free(&constraints);
     return status == EXIT_DONE;
+}
+
+/* Would the other command take this word of this flag? It is asked: for the word alone, and beside all that is said of other flags,
+ * since a bound may allow a value. */
+static int is_taken(const line *l, cli_flag_id flag, const char *word)
+{
+    const cli_args *given = l->args;
+    int id = (int)flag, *ids = malloc((given->n_given + 1) * sizeof *ids);
+    const char **values = malloc((given->n_given + 1) * sizeof *values);
+    cli_args args = {.command = l->to, .n_given = 1, .flag = &id, .value = &word, .head = given->head};
+    int taken = is_taken_in(l, &args);
+    if (!taken && ids && values) {
+        args.flag = ids;
+        args.value = values;
+        for (size_t k = 0; k < given->n_given; k++) {
+            if (given->flag[k] == id) continue;
+            ids[args.n_given] = given->flag[k];
+            values[args.n_given++] = given->value[k];
+        }
+        ids[0] = id;
+        values[0] = word;
+        taken = is_taken_in(l, &args);
+    }
+    free(values);
+    free(ids);
+    return taken;
 }
 
 typedef struct words {

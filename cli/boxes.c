@@ -41,6 +41,13 @@ static int may_reach(const ff_model *model, size_t n, const char *name, double m
     return 1;
 }
 
+int cli_boxes_are_open(const cli_args *args)
+{
+    int scaled = 0;
+    cli_each_word(args, FLAG_FREE, frees_scale, &scaled);
+    return scaled || !strncmp(cli_value(args, FLAG_REDUCE, ""), "srgb", 4);
+}
+
 void cli_boxes_assume(const cli_args *args, const ff_model *model, size_t n, cli_constraints *c)
 {
     const char *to = cli_value(args, FLAG_REDUCE, "");

@@ -1,6 +1,7 @@
 /* What the command line says of parameters besides the data: bounds, priors, ties, the conservation of energy. */
 #define _GNU_SOURCE
 #include "internal_cli.h"
+#include "models/internal_model.h"
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -190,6 +191,38 @@ static int free_one(const cli_args *args, const char *word, void *context)
     return said(FLAG_FREE, word, h, ff_model_vary(h->m, word, &err), &err);
 }
 
+/* What --bound lets a parameter reach. */
+typedef struct reach {
+    const char *name;
+    double most;
+} reach;
+
+static int look_at_bound(const cli_args *args, const char *word, void *context)
+{
+    reach *r = context;
+    cli_assignment a;
+    double x[2];
+    (void)args;
+    if (cli_assignment_read(word, &a) && a.rest && !strcmp(a.name, r->name) && cli_numbers_read(a.rest, ':', 2, x) == 2)
+        r->most = fmax(r->most, x[1]);
+    return EXIT_DONE;
+}
+
+/* A share of light is at most 1, unless a bound says that it may be more, or the data have a unit or a gamut of their own. */
+static int check_share(const cli_args *args, const ff_model *m, const char *word, const char *name, double value)
+{
+    const ff_param_ref at = ff_model_param_find(m, name);
+    reach r = {name, 1};
+    if (at.kind != FF_PARAM_CHANNEL || value <= 1 || cli_boxes_are_open(args)) return EXIT_DONE;
+    const ff_model_param *p = &m->channel[at.index];
+    if (ff_param_box_end(ff_model_param_domain(m, p)) != 1) return EXIT_DONE;
+    cli_each_word(args, FLAG_BOUND, look_at_bound, &r);
+    if (value <= r.most) return EXIT_DONE;
+    return cli_usage(args,
+                     "--fix %s: %g lies outside [%g, 1]: %s is a share of the light; --bound %s=0:%g says that it may be more",
+                     word, value, p->info->lo, name, name, value);
+}
+
 /* One value for all channels holds the parameter in the model; what is said of channels is a constraint of the fit. */
 static int fix_one(const cli_args *args, const char *word, void *context)
 {
@@ -200,7 +233,10 @@ static int fix_one(const cli_args *args, const char *word, void *context)
     const int read = cli_assignment_read(word, &a) && a.rest;
     const size_t n = x && read ? cli_numbers_read(a.rest, ':', CLI_VALUES, x) : 0;
     const double value = n == 1 ? x[0] : 0;
+    int status = EXIT_DONE;
+    for (size_t k = 0; k < n && status == EXIT_DONE; k++) status = check_share(args, h->m, word, a.name, x[k]);
     free(x);
+    if (status != EXIT_DONE) return status;
     if (!x) return cli_failed(FF_ERR_MEMORY, NULL);
     if (read && cli_is_list(a.rest))
         return cli_usage(

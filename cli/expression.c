@@ -10,11 +10,14 @@ static const char *meant(const char *text)
 {
     int part = 0;
     for (;;) {
-        const size_t n = strcspn(text, "/+");
+        text += strspn(text, " \t");
+        const size_t all = strcspn(text, "/+");
+        size_t n = all;
+        while (n && (text[n - 1] == ' ' || text[n - 1] == '\t')) n--;
         const int shared = part == 2 && n == 6 && !strncmp(text, "shared", n);
         if (part < 3 && !shared && cli_words_find(words_of_part[part], text, n) < 0)
             return cli_words_nearest(words_of_part[part], text, n);
-        text += n;
+        text += all;
         if (!*text) return NULL;
         part = *text++ == '/' ? part + 1 : 0;
     }

@@ -1,6 +1,7 @@
 /* What `fit` and `compare` share: options from flags, the data, problems, progress. */
 #define _GNU_SOURCE
 #include "internal_cli.h"
+#include "data_formats/analysis/internal_diagnosis.h"
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -108,14 +109,21 @@ static int read_options(const cli_args *args, ff_fit_options *o, int *choose_los
 /* The table's values are in the problems now; what the report needs of it is small. */
 static void release_samples(ff_table *t)
 {
-    ff_table small = {.n = t->n, .quantity = t->quantity, .isotropic = t->isotropic};
+    ff_table small = {.n = t->n, .grid = t->grid, .quantity = t->quantity, .isotropic = t->isotropic};
     memcpy(small.format, t->format, sizeof small.format);
     ff_table_clear(t);
     *t = small;
 }
 
-/* What the data say of their angles, before anything is fitted to them: where they leave no doubt and the file leaves open what its
- * angles are, nothing is, unless the person insists. Exit status. */
+/* Is a finding of values said by the verdict, where a report has one? */
+static int is_for_verdict(const cli_args *args, const ff_finding *f)
+{
+    const int has_verdict = args->command->id == COMMAND_fit || args->command->id == COMMAND_compare;
+    return has_verdict && (f->kind == FF_DIAGNOSIS_PERCENT || f->kind == FF_DIAGNOSIS_FACTOR || f->kind == FF_DIAGNOSIS_UNIT);
+}
+
+/* What the data say of their angles and values, before anything is fitted to them: where they leave no doubt and the file leaves
+ * open what these are, nothing is, unless the person insists. Exit status. */
 static int diagnose(const cli_args *args, const char *path, const ff_table *t, double max_theta)
 {
     ff_diagnosis g;
@@ -125,14 +133,17 @@ static int diagnose(const cli_args *args, const char *path, const ff_table *t, d
     const ff_status failed = ff_diagnosis_find(t, max_theta, &g);
     if (failed != FF_OK) return cli_failed(failed, NULL);
     for (size_t k = 0; k < g.n; k++) {
-        const int sure = g.open && g.finding[k].sure && g.finding[k].kind != FF_DIAGNOSIS_BEYOND;
-        if (sure)
-            cli_message("%s: %s, or --as-is to fit it as it stands", path, ff_words_finding(&g.finding[k], text));
-        else if ((g.open && !g.finding[k].sure) || g.finding[k].kind == FF_DIAGNOSIS_BEYOND)
-            cli_note("%s: %s", path, ff_words_finding(&g.finding[k], text));
-        stops |= sure;
+        const ff_finding *f = &g.finding[k];
+        const int open = ff_diagnosis_is_of_values(f) ? g.quantity_open : g.open;
+        const int stops_here = open && f->sure && f->kind != FF_DIAGNOSIS_BEYOND;
+        if (is_for_verdict(args, f)) continue;
+        if (stops_here)
+            cli_message("%s: %s, or --as-is to fit it as it stands", path, ff_words_finding(f, text));
+        else
+            cli_note("%s: %s", path, ff_words_finding(f, text));
+        stops |= stops_here;
     }
-    return stops ? EXIT_ANSWER_IS_NO : EXIT_DONE;
+    return stops ? EXIT_INPUT : EXIT_DONE;
 }
 
 int cli_fitting_open(const cli_args *args, const char *path, const ff_model *models, size_t n_models, int keep_samples,

@@ -60,6 +60,9 @@ void cli_constraints_free(cli_constraints *constraints);
  * there is room for. */
 void cli_boxes_assume(const cli_args *args, const ff_model *model, size_t n, cli_constraints *c);
 
+/* Do the flags let reflectances exceed 1? */
+int cli_boxes_are_open(const cli_args *args);
+
 /* A usage error for a name of --free or --fix that none of n models has. */
 int cli_names_known(const cli_args *args, const ff_model *model, size_t n);
 

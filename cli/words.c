@@ -375,22 +375,27 @@ const char *cli_words_list(cli_words *words, char *out, size_t size)
     return out;
 }
 
-/* Levenshtein's distance of two short words; long ones are not near. */
+/* Levenshtein's distance of two short words, where two letters that have changed places are one slip (Damerau); long ones are not
+ * near. */
 static size_t distance(const char *a, const char *b)
 {
     enum { LONGEST = 40 };
     const size_t na = strlen(a), nb = strlen(b);
-    size_t row[LONGEST + 1];
+    size_t row[LONGEST + 1], above[LONGEST + 1], higher[LONGEST + 1];
     if (na > LONGEST || nb > LONGEST) return LONGEST;
     for (size_t j = 0; j <= nb; j++) row[j] = j;
     for (size_t i = 1; i <= na; i++) {
         size_t diagonal = row[0];
+        memcpy(higher, above, sizeof higher);
+        memcpy(above, row, sizeof above);
         row[0] = i;
         for (size_t j = 1; j <= nb; j++) {
             const size_t replace = diagonal + (a[i - 1] != b[j - 1]), insert = row[j] + 1, drop = row[j - 1] + 1;
             diagonal = row[j];
             row[j] = replace < insert ? replace : insert;
             if (drop < row[j]) row[j] = drop;
+            const int swapped = i > 1 && j > 1 && a[i - 1] == b[j - 2] && a[i - 2] == b[j - 1];
+            if (swapped && higher[j - 2] + 1 < row[j]) row[j] = higher[j - 2] + 1;
         }
     }
     return row[nb];

@@ -155,6 +155,7 @@ static ff_status join(const ff_table *part, size_t n, const list *l, ff_table *o
         copy_in(&part[j], at, &t);
         at += part[j].n;
         t.angles_are_open |= part[j].angles_are_open;
+        t.quantity_is_open |= part[j].quantity_is_open;
         t.azimuth_from_mirror |= part[j].azimuth_from_mirror;
     }
     strcpy(t.format, part[0].format);

@@ -68,10 +68,29 @@ static ff_status most_confident(const unsigned char *head, size_t n, int64_t siz
     return FF_OK;
 }
 
+/* The schema of one of our own results, "facetfit.fit/2", at the beginning of its JSON; 0: it is none. */
+static int is_result(const unsigned char *head, size_t n, char out[64])
+{
+    static const char key[] = "\"schema\": \"";
+    const char *at = memmem(head, n < 256 ? n : 256, key, sizeof key - 1);
+    if (!at || *head != '{') return 0;
+    at += sizeof key - 1;
+    const char *end = memchr(at, '"', (size_t)((const char *)head + n - at));
+    if (!end || (size_t)(end - at) >= 64 || strncmp(at, "facetfit.", 9) != 0) return 0;
+    memcpy(out, at, (size_t)(end - at));
+    out[end - at] = '\0';
+    return 1;
+}
+
 static ff_status not_recognised(const char *path, const unsigned char *head, size_t n, ff_error *err)
 {
     char names[LIST], text[FF_QUOTE], hex[3 * 8 + 1] = "";
+    char schema[64];
     size_t shown = n < 24 ? n : 24;
+    if (is_result(head, n, schema))
+        return ff_error_hint(
+            err, ff_error_set(err, FF_ERR_FORMAT, path, 0, -1, "found a result as JSON (%s), expected measured data", schema),
+            FF_HINT_RESULT);
     for (size_t i = 0; i < n && i < 8; i++) snprintf(hex + 3 * i, 4, "%02x ", head[i]);
     return ff_error_set(err, FF_ERR_FORMAT, path, 0, 0, "no format recognises it: found bytes %s(%s), expected one of %s", hex,
                         ff_quote((const char *)head, shown, text), list_names(0, names));
@@ -102,9 +121,12 @@ ff_status ff_format_detect(const char *path, const ff_format **out, ff_error *er
     ff_status status = ff_input_look(path, &fd, &size, err);
     if (status != FF_OK) return status;
     if (size < 0) /* looking at the content of a pipe would use it up */
-        status = ff_error_set(
-            err, FF_ERR_UNSUPPORTED, path, 0, -1,
-            "found a pipe or device, whose format cannot be found by looking at it; expected a file or the name of its format");
+        status =
+            ff_error_hint(err,
+                          ff_error_set(err, FF_ERR_FORMAT, path, 0, -1,
+                                       "found a pipe or device, whose format cannot be found by looking at it, expected a file "
+                                       "or the name of its format: where it is a table, say format csv"),
+                          FF_HINT_SAY);
     else
         status = detect_in(fd, path, size, &looked_at, out, err);
     ff_input_unlook(path, fd, looked_at);

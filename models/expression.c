@@ -14,7 +14,15 @@ static void list_names(ff_term_kind kind, char *text, size_t size)
 
 static ff_status unknown(ff_term_kind kind, const char *word, ff_error *err)
 {
+    static const char *const a[] = {"a distribution", "a masking", "a Fresnel term", "a diffuse term"};
     char names[500] = "";
+    for (int other = FF_NDF; other <= FF_DIFFUSE; other++)
+        if (other != (int)kind && ff_term_find((ff_term_kind)other, word) >= 0 && !(kind == FF_NDF && other == FF_DIFFUSE))
+            return ff_error_set(
+                err, FF_ERR_UNKNOWN, NULL, 0, -1,
+                "'%s' is %s and stands where %s is expected; a lobe is NDF[/MASKING[/FRESNEL]], a diffuse term is added "
+                "with '+'",
+                word, a[other], a[kind]);
     list_names(kind, names, sizeof names);
     if (kind != FF_NDF)
         return ff_error_set(err, FF_ERR_UNKNOWN, NULL, 0, -1, "unknown %s '%s'; known are %s", ff_term_kind_name(kind), word,
@@ -89,6 +97,20 @@ static ff_status parse_preset(const ff_preset *preset, ff_model *out, ff_error *
     return status;
 }
 
+/* Blanks at the ends and about '/' and '+' are none. */
+static void drop_blanks(char *text)
+{
+    char *to = text;
+    for (const char *from = text; *from; from++) {
+        const size_t blanks = strspn(from, " \t");
+        const int at_edge = to == text || strchr("/+", to[-1]) || !from[blanks] || strchr("/+", from[blanks]);
+        if (blanks && at_edge) from += blanks;
+        if (!*from) break;
+        *to++ = *from;
+    }
+    *to = '\0';
+}
+
 ff_status ff_model_parse(const char *expr, ff_model *out, ff_error *err)
 {
     char text[FF_MODEL_NAME];
@@ -99,6 +121,9 @@ ff_status ff_model_parse(const char *expr, ff_model *out, ff_error *err)
         return ff_error_set(err, FF_ERR_SYNTAX, NULL, 0, -1, "the model expression is longer than %d characters",
                             FF_MODEL_NAME - 1);
     memcpy(text, expr, strlen(expr) + 1);
+    drop_blanks(text);
+    if ((preset = ff_preset_find(text))) return parse_preset(preset, out, err);
+    if (!*text) return ff_error_set(err, FF_ERR_SYNTAX, NULL, 0, -1, "the model expression is empty");
     ff_model m = {.n_lobes = 0};
     for (char *term = text, *next; term; term = next) {
         next = strchr(term, '+');

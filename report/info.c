@@ -136,7 +136,11 @@ static ff_status put_geometry(const ff_table *t, FILE *out)
     ff_diagnosis g;
     char text[FF_WORDS_SENTENCE];
     const ff_status status = ff_diagnosis_find(t, looked_at, &g);
-    for (size_t k = 0; status == FF_OK && k < g.n; k++) fprintf(out, "warning: %s\n", ff_words_finding(&g.finding[k], text));
+    for (size_t k = 0; status == FF_OK && k < g.n; k++) {
+        const ff_diagnosis_kind kind = g.finding[k].kind;
+        if (kind == FF_DIAGNOSIS_COSINE || kind == FF_DIAGNOSIS_NO_COSINE) continue; /* said where reciprocity is */
+        fprintf(out, "warning: %s\n", ff_words_finding(&g.finding[k], text));
+    }
     return status;
 }
 
@@ -168,13 +172,13 @@ static void put_cosine(const ff_survey *s, FILE *out)
         fprintf(
             out,
             "warning: is a cosine counted in the values? Taken as f cos(theta_o) they differ from reciprocity by %s %%, as they "
-            "are by %s %%; --quantity brdf-cos\n",
+            "are by %s %%; if so, say --quantity brdf-cos\n",
             ff_report_percent(s->with_cosine, a), ff_report_percent(s->reciprocity.deviation, b));
     if (cosine < 0)
         fprintf(
             out,
             "warning: was a cosine divided out that was not there? Multiplied by it the values differ from reciprocity by %s %%, "
-            "as they are by %s %%; --quantity brdf\n",
+            "as they are by %s %%; if so, say --quantity brdf\n",
             ff_report_percent(s->without_cosine, a), ff_report_percent(s->reciprocity.deviation, b));
 }
 
@@ -529,7 +533,7 @@ static void geometry_json(ff_json *j, const ff_diagnosis *g)
         ff_json_string(j, "kind", ff_words_finding_kind((int)g->finding[k].kind));
         ff_json_bool(j, "sure", g->finding[k].sure);
         ff_json_string(j, "option", option);
-        ff_json_string(j, "value", value);
+        ff_json_string(j, "value", option ? value : NULL);
         ff_json_string(j, "text", ff_words_finding(&g->finding[k], text));
         ff_json_close(j);
     }

@@ -21,7 +21,7 @@ typedef struct ff_verdict {
     char text[FF_WORDS_SENTENCE];
 } ff_verdict;
 
-enum { FF_VERDICT_MOST = 8 };
+enum { FF_VERDICT_MOST = 10 };
 /* The sentences about problem p: of a fit, or of a comparison. Returns how many. */
 size_t ff_verdict_of(const ff_report_fits *r, size_t p, ff_verdict out[FF_VERDICT_MOST]);
 

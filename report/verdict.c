@@ -135,6 +135,56 @@ static int say_failure(const ff_fit_result *f, ff_verdict *v)
     return 1;
 }
 
+#define MANY_LOST 0.2 /* of all samples */
+
+/* ---- in which unit ---------------------------------------------------------------------------- */
+
+/* Is there a scale that the fit looks for? Then the unit is no matter. */
+static int has_free_scale(const ff_fit_result *f)
+{
+    for (uint32_t k = 0; k < f->model.n_channel; k++) {
+        const char *dot = strrchr(f->model.channel[k].name, '.');
+        if (!strcmp(dot ? dot + 1 : f->model.channel[k].name, "ks") && !ff_report_all_held(f, k)) return 1;
+    }
+    return 0;
+}
+
+/* More is reflected than arrives: what follows is of values in another unit. */
+static int say_unit(const ff_report_fits *r, const ff_fit_result *f, ff_verdict *v)
+{
+    char number[FF_TEXT_NUMBER];
+    ff_selection s;
+    ff_problem_selection(r->problem[(size_t)(f - r->fit) / ff_verdict_models(r)], &s);
+    const double reflects = s.brightest.reflects;
+    v->code = FF_VERDICT_UNIT;
+    if (!(reflects > FF_REFLECTS_SOME) || has_free_scale(f)) return 0;
+    ff_verdict_put(v, "The values are not in 1/sr: they reflect at least %s times the light that arrives; ",
+                   ff_text_number(reflects, 3, number));
+    if (reflects > FF_REFLECTS_ODD)
+        ff_verdict_put(v, "--scale takes the factor that makes 1/sr of them");
+    else if (reflects > FF_REFLECTS_FACTOR)
+        ff_verdict_put(v, "if they are in per cent, say --scale 0.01");
+    else
+        ff_verdict_put(v, "if they are pi times the BRDF, say --quantity reflectance-factor");
+    ff_verdict_put(v, ", --free ks fits %s", reflects > FF_REFLECTS_ODD ? "it" : "another scale");
+    return 1;
+}
+
+/* So many scattered samples below the horizon are angles that were taken for something else. Grids have corners there. */
+static int say_lost(const ff_report_fits *r, const ff_fit_result *f, ff_verdict *v)
+{
+    ff_selection s;
+    ff_problem_selection(r->problem[(size_t)(f - r->fit) / ff_verdict_models(r)], &s);
+    v->code = FF_VERDICT_LOST;
+    if (r->table->grid || !((double)s.below_horizon > MANY_LOST * (double)s.samples)) return 0;
+    ff_verdict_put(
+        v,
+        "%zu of %zu samples lie below the horizon by their angles, and are left out: are these in degrees and counted from "
+        "the normal? --angles says otherwise",
+        s.below_horizon, s.samples);
+    return 1;
+}
+
 /* ---- what cannot be told --------------------------------------------------------------------- */
 
 /* A roughness that may be three times as much or as little. */
@@ -435,6 +485,8 @@ size_t ff_verdict_of(const ff_report_fits *r, size_t p, ff_verdict out[FF_VERDIC
     const int compared = ff_verdict_models(r) > 1;
     const ff_fit_result *best = ff_report_best(r, p), *f = compared ? ff_report_simplest(r, best) : best;
     size_t n = 0;
+    say(say_unit, r, f, out, &n);
+    say(say_lost, r, f, out, &n);
     out[n] = (ff_verdict){.quality = FF_QUALITY_UNKNOWN};
     if (say_failure(f, &out[n])) {
         n++;
@@ -462,7 +514,9 @@ static ff_ink ink_of(const ff_verdict *v)
 {
     static const ff_ink of[] = {
         [FF_QUALITY_POOR] = FF_INK_BAD, [FF_QUALITY_FAIR] = FF_INK_WARNING, [FF_QUALITY_GOOD] = FF_INK_GOOD};
-    if (v->code == FF_VERDICT_NOT_CONVERGED || v->code == FF_VERDICT_NOTHING_FOUND) return FF_INK_BAD;
+    if (v->code == FF_VERDICT_NOT_CONVERGED || v->code == FF_VERDICT_NOTHING_FOUND || v->code == FF_VERDICT_UNIT ||
+        v->code == FF_VERDICT_LOST)
+        return FF_INK_BAD;
     if (v->code == FF_VERDICT_QUALITY) return of[v->quality];
     return is_command(v) ? FF_INK_FAINT : FF_INK_PLAIN;
 }

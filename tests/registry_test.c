@@ -151,6 +151,7 @@ static void round_trips(void)
 static void defaults_of_expressions(void)
 {
     static const char *const pairs[][2] = {{"ggx", "ggx/smith-height-correlated/schlick"},
+                                           {" ggx / v-cavity+\tlambert ", "ggx/v-cavity/schlick+lambert"},
                                            {"ggx/v-cavity", "ggx/v-cavity/schlick"},
                                            {"lambert+ggx", "ggx/smith-height-correlated/schlick+lambert"},
                                            {"beckmann+ggx/none/none", "beckmann/smith-height-correlated/schlick+ggx/none/none"}};
@@ -205,7 +206,7 @@ static void refused_expressions(void)
     refuse("gxx", FF_ERR_UNKNOWN, "'gxx'");
     refuse("gxx", FF_ERR_UNKNOWN, "beckmann");
     refuse("gxx", FF_ERR_UNKNOWN, "lambert");
-    refuse(" ggx", FF_ERR_UNKNOWN, "' ggx'");
+    refuse("gg x", FF_ERR_UNKNOWN, "'gg x'");
     refuse("GGXX", FF_ERR_UNKNOWN, "'GGXX'");
     refuse("ggx/smith", FF_ERR_UNKNOWN, "v-cavity");
     refuse("ggx/v-cavity/fresnel", FF_ERR_UNKNOWN, "schlick");

@@ -153,7 +153,7 @@ static void put_line(const batch_summary *s, const batch_line *l, FILE *out)
     static const batch_row nothing = {.samples = NAN, .explained = NAN, .objective = NAN, .rmse = NAN};
     const batch_row *r = l->row ? l->row : &nothing;
     put_text(s->inputs->at[l->job].path, out);
-    put_cell(s->inputs->at[l->job].name, out);
+    put_cell(l->rows->state == BATCH_DONE ? s->inputs->at[l->job].name : "", out); /* what failed has no result */
     put_cell(batch_state_name((int)l->rows->state), out);
     put_cell(r->model, out);
     put_cell(r->channels, out);
@@ -252,7 +252,7 @@ ff_status batch_summary_json(const void *summary, FILE *out)
     for (size_t k = 0; k < n; k++) {
         ff_json_object(&j, NULL, FF_JSON_BLOCK);
         ff_json_string(&j, "file", s->inputs->at[l[k].job].path);
-        ff_json_string(&j, "json", s->inputs->at[l[k].job].name);
+        ff_json_string(&j, "json", l[k].rows->state == BATCH_DONE ? s->inputs->at[l[k].job].name : NULL);
         ff_json_string(&j, "state", batch_state_name((int)l[k].rows->state));
         ff_json_string(&j, "message", l[k].rows->message);
         if (l[k].row) put_row(&j, l[k].row);

@@ -96,6 +96,22 @@ static double least_about(const double *least, int cell, double floor)
     return value;
 }
 
+/* Samples about a peak alone say nothing of what lies elsewhere, whose least is taken where there are none: an incidence has to be
+ * seen over at least 40 degrees, across the normal or along one side. */
+static int is_spread(const double *least)
+{
+    enum { FEWEST = 5, WIDE = 8 };
+    int first = POLAR, last = -POLAR, seen = 0;
+    for (int cell = 0; cell < CELLS; cell++) {
+        if (isinf(least[cell])) continue;
+        const int band = cell / AZIMUTHS, signed_band = cell % AZIMUTHS < AZIMUTHS / 2 ? -band : band;
+        first = signed_band < first ? signed_band : first;
+        last = signed_band > last ? signed_band : last;
+        seen++;
+    }
+    return seen >= FEWEST && last - first >= WIDE;
+}
+
 /* Integral of the least values times the cosine. NaN: there is no sample. */
 static double least_reflectance(const double *least)
 {
@@ -130,7 +146,8 @@ ff_status ff_brightest_find(const ff_table *t, double max_theta, ff_brightest *o
         b.count[b.side[row]]++;
     }
     for (size_t k = 0; k < t->n_channels * ROWS; k++)
-        if (!isnan(l.theta_i[k % ROWS])) b.reflects = fmax(b.reflects, least_reflectance(l.least + k * CELLS));
+        if (!isnan(l.theta_i[k % ROWS]) && is_spread(l.least + k * CELLS))
+            b.reflects = fmax(b.reflects, least_reflectance(l.least + k * CELLS));
     free(l.least);
     *out = b;
     return FF_OK;

@@ -1,7 +1,8 @@
 /* Whether angles and values are what they were taken for. Each way of taking the angles is tried: that share of the differences of
  * ln f within an incidence which theta_h explains says how well it does. */
-#include "ff_diagnosis.h"
+#include "internal_diagnosis.h"
 #include "ff_brightest.h"
+#include "survey_struct.h"
 #include "data_formats/table/internal_table.h"
 #include "models/model_struct.h"
 #include <math.h>
@@ -219,11 +220,33 @@ static void look_at_side(const ff_table *t, const ff_brightest *b, ff_diagnosis 
 
 static void look_at_values(const ff_brightest *b, ff_diagnosis *g)
 {
-    if (b->reflects > 110) return; /* counts, or another unit */
-    if (b->reflects > 1.1 * pi)
+    if (b->reflects > FF_REFLECTS_ODD)
+        put(g, FF_DIAGNOSIS_UNIT, 0, b->reflects, 0);
+    else if (b->reflects > FF_REFLECTS_FACTOR)
         put(g, FF_DIAGNOSIS_PERCENT, 0, b->reflects, 0);
-    else if (b->reflects > 1.1)
+    else if (b->reflects > FF_REFLECTS_SOME)
         put(g, FF_DIAGNOSIS_FACTOR, 0, b->reflects, 0);
+}
+
+/* Reciprocity says whether a cosine is counted, where the angles are not in doubt. Sure of much that nearly all of goes. */
+static ff_status look_at_cosine(const ff_table *t, ff_diagnosis *g)
+{
+    enum { LOOKED_AT_HERE = 20000 };
+    ff_survey s;
+    if (t->grid || g->n) return FF_OK;
+    const ff_status status = ff_survey_reciprocity(t, LOOKED_AT_HERE, &s);
+    const int cosine = status == FF_OK ? ff_survey_cosine(&s) : 0;
+    const double mended = cosine > 0 ? s.with_cosine : s.without_cosine;
+    if (cosine)
+        put(g, cosine > 0 ? FF_DIAGNOSIS_COSINE : FF_DIAGNOSIS_NO_COSINE, s.reciprocity.deviation > 0.1, s.reciprocity.deviation,
+            mended);
+    return status;
+}
+
+int ff_diagnosis_is_of_values(const ff_finding *f)
+{
+    return f->kind == FF_DIAGNOSIS_PERCENT || f->kind == FF_DIAGNOSIS_FACTOR || f->kind == FF_DIAGNOSIS_UNIT ||
+           f->kind == FF_DIAGNOSIS_COSINE || f->kind == FF_DIAGNOSIS_NO_COSINE;
 }
 
 /* The least largest angle that a sample has, or one that is within max_theta; infinite where none is above the horizon. */
@@ -242,7 +265,7 @@ static double least_angle(const ff_table *t, double max_theta)
 ff_status ff_diagnosis_find(const ff_table *t, double max_theta, ff_diagnosis *out)
 {
     ff_brightest b;
-    ff_diagnosis g = {.open = t->angles_are_open};
+    ff_diagnosis g = {.open = t->angles_are_open, .quantity_open = t->quantity_is_open};
     ff_status status = ff_brightest_find(t, max_theta, &b);
     if (status != FF_OK) return status;
     if (!t->grid) {
@@ -251,6 +274,8 @@ ff_status ff_diagnosis_find(const ff_table *t, double max_theta, ff_diagnosis *o
         if (status != FF_OK) return status;
     }
     if (g.n == 0) look_at_side(t, &b, &g);
+    status = look_at_cosine(t, &g);
+    if (status != FF_OK) return status;
     const double least = least_angle(t, max_theta);
     if (isfinite(least) && least > max_theta * (1 + 1e-12)) put(&g, FF_DIAGNOSIS_BEYOND, 1, least * 180 / pi, 0);
     look_at_values(&b, &g);
@@ -271,8 +296,10 @@ const char *ff_diagnosis_option(const ff_finding *f, char value[32])
                                 [FF_DIAGNOSIS_RADIANS] = {"angles", "radians"},
                                 [FF_DIAGNOSIS_PERCENT] = {"scale", "0.01"},
                                 [FF_DIAGNOSIS_FACTOR] = {"quantity", "reflectance-factor"},
-                                [FF_DIAGNOSIS_BEYOND] = {"max-theta", ""}};
-    if ((unsigned)f->kind >= FF_DIAGNOSIS_KINDS) return NULL;
+                                [FF_DIAGNOSIS_BEYOND] = {"max-theta", ""},
+                                [FF_DIAGNOSIS_COSINE] = {"quantity", "brdf-cos"},
+                                [FF_DIAGNOSIS_NO_COSINE] = {"quantity", "brdf"}};
+    if ((unsigned)f->kind >= FF_DIAGNOSIS_KINDS || !of[f->kind].option) return NULL;
     strcpy(value, of[f->kind].value);
     if (f->kind == FF_DIAGNOSIS_BEYOND) snprintf(value, 32, "%g", fmin(90, ceil(f->value[0]) + 5));
     return of[f->kind].option;

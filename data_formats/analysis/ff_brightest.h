@@ -16,6 +16,12 @@ extern "C" {
 typedef enum ff_side { FF_SIDE_NONE = 0, FF_SIDE_MIRROR = 1, FF_SIDE_LIGHT = 2, FF_SIDE_ACROSS = 3 } ff_side;
 enum { FF_SIDES = 4, FF_BRIGHTEST_ROWS = 18 };
 
+/** What a surface cannot reflect of what arrives, with a tenth for noise; what it reflects in values of pi f at the most, and in
+ * per cent. */
+#define FF_REFLECTS_SOME   1.1
+#define FF_REFLECTS_FACTOR (1.1 * 3.14159265358979323846)
+#define FF_REFLECTS_ODD    110.0
+
 /** Made by ff_brightest_find and only looked at; later versions may have more members at its end. */
 typedef struct ff_brightest {
     size_t count[FF_SIDES];            /**< incidences of each kind, in bands of 5 degrees                            */

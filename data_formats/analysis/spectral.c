@@ -429,6 +429,9 @@ static ff_status copy_frame(const reduction *r, ff_table *out)
     out->radians_per_unit = t->radians_per_unit;
     out->isotropic = t->isotropic;
     out->quantity = t->quantity;
+    out->angles_are_open = t->angles_are_open;
+    out->quantity_is_open = t->quantity_is_open;
+    out->azimuth_from_mirror = t->azimuth_from_mirror;
     if (t->cells) out->cells = t->cells->share(t->cells);
     if (t->kept_incidence && t->kept_share) { /* the quadrature, without what would write the channels of the file again */
         out->kept = t->kept_share(t->kept);

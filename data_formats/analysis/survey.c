@@ -102,6 +102,7 @@ typedef struct surveyor {
     const ff_table *t;
     const ff_interpolant *p; /* by regression */
     double *value;           /* [n_channels]  */
+    size_t most;             /* pairs, PAIRS at the most */
     deviations pairs, with_cosine, without_cosine, alone;
 } surveyor;
 
@@ -145,16 +146,17 @@ static void start(surveyor *s)
 }
 
 /* Every so many samples are enough. */
-static size_t stride_of(const ff_table *t)
+static size_t stride_of(const surveyor *s)
 {
-    return t->n / (4 * PAIRS) + 1;
+    return s->t->n / (4 * s->most) + 1;
 }
 
 /* The exchanged pair is best compared where its incidence is one that was measured: then only the exits are interpolated. */
 static void compare_exchanged(surveyor *s, int only_measured)
 {
+    const size_t stride = only_measured && s->most == PAIRS ? 1 : stride_of(s);
     start(s);
-    for (size_t i = 0; i < s->t->n && s->pairs.n < PAIRS; i += only_measured ? 1 : stride_of(s->t)) {
+    for (size_t i = 0; i < s->t->n && s->pairs.n < s->most; i += stride) {
         const pair p = pair_at(s->t, i);
         if (!usable(s->t, i, &p)) continue;
         const double theta_i = polar(p.wi), theta_o = polar(p.wo), f = sample_mean(s->t, i);
@@ -190,7 +192,7 @@ static void survey_isotropy(surveyor *s, ff_survey *out)
 {
     static const double angle[3] = {0.6457718232379019, 1.5707963267948966, 2.4958208303518914}; /* 37, 90, 143 degrees */
     start(s);
-    for (size_t i = 0, k = 0; i < s->t->n && s->pairs.n < PAIRS; i += stride_of(s->t), k++) {
+    for (size_t i = 0, k = 0; i < s->t->n && s->pairs.n < PAIRS; i += stride_of(s), k++) {
         const pair p = pair_at(s->t, i);
         double wi[3], wo[3];
         if (!usable(s->t, i, &p) || polar(p.wi) < 5 || fmax(polar(p.wi), polar(p.wo)) > 80) continue;
@@ -204,16 +206,17 @@ static void survey_isotropy(surveyor *s, ff_survey *out)
     out->isotropy = (ff_symmetry){0, s->pairs.n, median(&s->pairs), median(&s->alone)};
 }
 
-static ff_status survey_symmetries(const ff_table *t, const ff_interpolant *p, ff_survey *out, ff_error *err)
+/* Of so many pairs; fewer than PAIRS are of reciprocity alone. */
+static ff_status survey_symmetries(const ff_table *t, const ff_interpolant *p, size_t most, ff_survey *out, ff_error *err)
 {
-    surveyor s = {.t = t, .p = p};
+    surveyor s = {.t = t, .p = p, .most = most};
     double *room = malloc((4 * PAIRS + t->n_channels) * sizeof *room);
     if (!room) return ff_error_set(err, FF_ERR_MEMORY, NULL, 0, -1, "no memory for %zu channels", t->n_channels);
     deviations *const all[4] = {&s.pairs, &s.with_cosine, &s.without_cosine, &s.alone};
     for (int k = 0; k < 4; k++) all[k]->at = room + k * PAIRS;
     s.value = room + 4 * PAIRS;
     survey_reciprocity(&s, out);
-    if (!t->isotropic) survey_isotropy(&s, out);
+    if (!t->isotropic && most == PAIRS) survey_isotropy(&s, out);
     free(room);
     return FF_OK;
 }
@@ -261,7 +264,7 @@ static ff_status survey_values(const ff_table *all, const ff_table *t, ff_survey
     if (status == FF_OK) status = survey_reflectance(ff_reflectance_is_own(all) ? all : t, best, s, err);
     if (status == FF_OK && !s->reciprocity.given) {
         if (!ff_interpolant_regresses(best)) status = ff_interpolant_new(t, 1, &regression, err);
-        if (status == FF_OK) status = survey_symmetries(t, regression ? regression : best, s, err);
+        if (status == FF_OK) status = survey_symmetries(t, regression ? regression : best, PAIRS, s, err);
     }
     ff_interpolant_free(best);
     ff_interpolant_free(regression);
@@ -307,6 +310,23 @@ ff_status ff_survey_init(const ff_table *t, ff_survey *out, ff_error *err)
         *out = s;
     else
         ff_survey_clear(&s);
+    return status;
+}
+
+ff_status ff_survey_reciprocity(const ff_table *t, size_t most, ff_survey *out)
+{
+    enum { FEWER = 200 };
+    ff_survey s = {.with_cosine = NAN, .without_cosine = NAN, .reciprocity = {t->grid == &ff_grid_merl, 0, NAN, NAN}};
+    ff_interpolant *p = NULL;
+    ff_table few = {0};
+    s.every = t->n > most ? (t->n - 1) / most + 1 : 1;
+    ff_status status = s.every > 1 ? thin_out(t, s.every, &few, NULL) : FF_OK;
+    if (status == FF_OK && !s.reciprocity.given) status = ff_interpolant_new(s.every > 1 ? &few : t, 1, &p, NULL);
+    if (status == FF_OK && p) status = survey_symmetries(s.every > 1 ? &few : t, p, FEWER, &s, NULL);
+    if (status == FF_ERR_DATA) status = FF_OK;
+    ff_interpolant_free(p);
+    ff_table_clear(&few);
+    if (status == FF_OK) *out = s;
     return status;
 }
 

@@ -11,6 +11,10 @@ extern "C" {
 ff_status ff_survey_init(const ff_table *t, ff_survey *out, ff_error *err);
 void ff_survey_clear(ff_survey *s);
 
+/* The reciprocity alone, with and without a cosine, of at most `most` of the samples: nothing else of *out means anything, and it
+ * needs not be released. FF_ERR_MEMORY. */
+ff_status ff_survey_reciprocity(const ff_table *t, size_t most, ff_survey *out);
+
 #ifdef __cplusplus
 }
 #endif

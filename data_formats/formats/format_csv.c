@@ -41,6 +41,7 @@ typedef struct csv {
     const char *path;
     ff_csv_head head;
     ff_names names;
+    int angles; /* ff_angles: what the person says, which goes before what the file says */
     size_t n_channels;
     int with_sigma, with_weight;
     size_t n_errors;             /* cells with the word of an error of a spreadsheet */
@@ -294,7 +295,7 @@ static ff_status bad_cell(const csv *f, size_t place, double found, const char *
 
 static ff_status check_row(csv *f, const double *row)
 {
-    int radians = f->head.radians_per_unit == 1;
+    int radians = f->head.radians_per_unit == 1 && f->angles != FF_ANGLES_DEGREES;
     double theta_max = radians ? pi + 1e-9 : 180; /* files round pi to the digits they have */
     for (size_t k = 0; k < 4; k += 2) {
         if (fabs(row[k]) > theta_max)
@@ -345,10 +346,20 @@ static void divide_by_cosine(const csv *f, ff_table *t)
     }
 }
 
-static void describe(const csv *f, ff_table *t)
+/* Has nobody said what the values are? A column that is called BRDF says it. */
+static int is_open(const csv *f, const ff_read_options *o)
+{
+    if (f->head.is_ours || f->head.quantity_is_said || o->quantity >= 0) return 0;
+    for (size_t c = 0; c < f->n_channels; c++)
+        if (ff_csv_names_brdf(f->names.name[f->column[4 + c]])) return 0;
+    return 1;
+}
+
+static void describe(const csv *f, const ff_read_options *o, ff_table *t)
 {
     strcpy(t->format, "csv");
     t->angles_are_open = !f->head.is_ours;
+    t->quantity_is_open = is_open(f, o);
     ff_table_leave_out_codes(t);
     if (f->n_errors)
         ff_table_note(t, "%zu %s a word in place of a number, as nan or #DIV/0!: not measured", f->n_errors,
@@ -401,8 +412,9 @@ static ff_status read_all(csv *f, const ff_read_options *o, ff_table *out)
     if (status == FF_OK && has_row_per_wavelength(f)) return read_by_wavelength(f, o, out);
     f->head.quantity = ff_read_quantity(o, f->head.quantity);
     if (status == FF_OK && o->part)
-        status = ff_error_set(f->err, FF_ERR_UNSUPPORTED, f->path, 0, -1,
-                              "found the option 'part', expected it where 'columns' names a wavelength that it can choose");
+        status =
+            ff_error_set(f->err, FF_ERR_UNSUPPORTED, f->path, 0, -1,
+                         "found the option 'part', expected it where the option 'columns' names a wavelength that it can choose");
     if (status == FF_OK) status = read_rows(f);
     if (status == FF_OK && f->rows.n == 0)
         status =
@@ -411,7 +423,7 @@ static ff_status read_all(csv *f, const ff_read_options *o, ff_table *out)
     ff_table t;
     status = ff_rows_to_table(&f->rows, f->n_channels, f->with_sigma, f->with_weight, &t, f->err);
     if (status != FF_OK) return status;
-    describe(f, &t);
+    describe(f, o, &t);
     if (o->angles == FF_ANGLES_AS_FORMAT && !f->head.is_ours && ff_table_has_radian_azimuths(&t)) {
         ff_table_clear(&t);
         return ff_error_hint(
@@ -427,7 +439,10 @@ static ff_status read_all(csv *f, const ff_read_options *o, ff_table *out)
 static ff_status read_csv(const char *path, const ff_read_options *o, ff_table *out, ff_error *err)
 {
     if (o->columns) return ff_csv_read_columns(path, o, NULL, out, err);
-    csv f = {.err = err, .path = path, .head = {.radians_per_unit = o->angles == FF_ANGLES_RADIANS ? 1 : degree, .isotropic = -1}};
+    csv f = {.err = err,
+             .path = path,
+             .angles = o->angles,
+             .head = {.radians_per_unit = o->angles == FF_ANGLES_RADIANS ? 1 : degree, .isotropic = -1}};
     ff_csv_look look;
     ff_csv_dialect given;
     ff_status status = ff_csv_dialect_read(o->dialect, path, &given, err);

@@ -111,7 +111,8 @@ ff_status ff_table_orient(ff_table *t, const ff_read_options *o, ff_error *err)
     forget_structure(t);
     if (other_unit) {
         t->radians_per_unit = o->angles == FF_ANGLES_RADIANS ? 1 : pi / 180;
-        ff_table_note(t, "angles are in %s, as asked", ff_angles_name(o->angles));
+        ff_table_note(t, "angles are read as %s, as asked, where the file says that they are in %s", ff_angles_name(o->angles),
+                      ff_angles_name(o->angles == FF_ANGLES_RADIANS ? FF_ANGLES_DEGREES : FF_ANGLES_RADIANS));
     }
     if (elevations) take_elevations(t, o->angles);
     if (phi == FF_PHI_CLOCKWISE || phi == FF_PHI_CLOCKWISE_IN) negate(t->angle[1], t->n);

@@ -52,6 +52,7 @@ struct ff_table {
     double *weight;                          /**< [n] solid-angle weights of scattered samples; NULL when the file defines none  */
     int isotropic;                           /**< 1: only azimuth differences were measured (3D parametrisation, or one phi_i)   */
     int angles_are_open;                     /**< 1: nothing in the file says how its angles are counted, as in most CSVs      */
+    int quantity_is_open;                    /**< 1: nor what its values are, and nobody has said it                           */
     int azimuth_from_mirror;                 /**< 1: taken from a file whose azimuth 0 is the mirror direction; turned already */
     ff_quantity quantity;                    /**< as the file declared; `value` is converted already where not a constant factor */
     size_t n_invalid;                        /**< samples with valid = 0                                                         */

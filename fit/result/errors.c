@@ -1,5 +1,6 @@
 /* Standard errors, correlations and intervals of a result, from the information at its point. */
 #include "internal_result.h"
+#include <float.h>
 #include <math.h>
 #include <stdlib.h>
 
@@ -58,6 +59,15 @@ static void correlations_of_channel(const ff_layout *l, const ff_information *in
     }
 }
 
+/* Where the residuals vanish, the digits of the value itself are what is left. */
+static void raise_errors(const ff_plan *plan, ff_fit_result *r)
+{
+    for (size_t k = 0; k < plan->l.P; k++) {
+        ff_fit_value *v = ff_result_value(&plan->l, r, k);
+        if (v->std_error < DBL_EPSILON * fabs(v->value)) v->std_error = DBL_EPSILON * fabs(v->value);
+    }
+}
+
 static ff_status make_room(const ff_layout *l, ff_fit_result *r)
 {
     const size_t N = l->m->n_channel;
@@ -91,6 +101,7 @@ ff_status ff_result_errors(const ff_plan *plan, ff_point *at, ff_fit_result *r)
     status = ff_intervals_fill(plan, at, r);
     if (!status) status = ff_condition_fill(plan, at, r);
     ff_result_forget_weightless(plan, r);
+    raise_errors(plan, r);
     ff_result_copy_tied(l, r);
     return status;
 }

@@ -15,6 +15,8 @@ const char *ff_words_hint(ff_hint hint)
         return "; --quantity brdf says otherwise";
     case FF_HINT_QUANTITY_BRDF_COS:
         return "; --quantity brdf-cos says otherwise";
+    case FF_HINT_RESULT:
+        return "; 'facetfit plot' draws it, 'facetfit export' writes it for a renderer, and --from takes its model";
     default:
         return "";
     }
@@ -23,7 +25,7 @@ const char *ff_words_hint(ff_hint hint)
 /* Where "say OPTION " stands before an option of ff_read_options, a clause of its own; NULL. */
 static char *clause_after(char *text, char *from)
 {
-    static const char *const option[] = {"columns ", "angles ", "quantity ", "dialect "};
+    static const char *const option[] = {"columns ", "angles ", "quantity ", "dialect ", "format "};
     for (char *at = from; (at = strstr(at, "say ")); at += 4) {
         if (at - text < 2 || at[-1] != ' ' || !strchr(";:,?", at[-2])) continue;
         for (size_t k = 0; k < sizeof option / sizeof option[0]; k++)
@@ -49,6 +51,23 @@ static void say_flags(char *text, size_t size)
     say[4] = say[5] = '-';
 }
 
+/* "the option 'columns'" of the library is --columns of the program. */
+static void name_flags(char *text)
+{
+    static const char words[] = "the option '";
+    for (char *at = text; (at = strstr(at, words));) {
+        const size_t n = strspn(at + sizeof words - 1, "abcdefghijklmnopqrstuvwxyz-");
+        char *after = at + sizeof words - 1 + n;
+        if (!n || *after != '\'') {
+            at = after;
+            continue;
+        }
+        at[0] = at[1] = '-';
+        memmove(at + 2, at + sizeof words - 1, n);
+        memmove(at + 2 + n, after + 1, strlen(after + 1) + 1);
+    }
+}
+
 void ff_words_error(const ff_error *err, char *out, size_t size)
 {
     if (size == 0) return;
@@ -56,6 +75,7 @@ void ff_words_error(const ff_error *err, char *out, size_t size)
     const size_t used = strlen(out);
     snprintf(out + used, size - used, "%s", ff_words_hint(err->hint));
     if (err->hint == FF_HINT_SAY) say_flags(out, size);
+    name_flags(out);
 }
 
 const char *ff_words_note(const ff_table *t, size_t k, char out[FF_WORDS_SENTENCE])
@@ -65,6 +85,7 @@ const char *ff_words_note(const ff_table *t, size_t k, char out[FF_WORDS_SENTENC
     const size_t used = strlen(out);
     snprintf(out + used, FF_WORDS_SENTENCE - used, "%s", ff_words_hint(hint));
     if (hint == FF_HINT_SAY) say_flags(out, FF_WORDS_SENTENCE);
+    name_flags(out);
     return out;
 }
 
@@ -89,8 +110,9 @@ const char *ff_words_side_hint(ff_side side)
 
 const char *ff_words_finding_kind(int kind)
 {
-    static const char *const name[FF_DIAGNOSIS_KINDS] = {"turned",    "unturned", "elevation", "elevation-in", "elevation-out",
-                                                         "clockwise", "radians",  "percent",   "factor",       "beyond"};
+    static const char *const name[FF_DIAGNOSIS_KINDS] = {"turned",    "unturned",  "elevation", "elevation-in", "elevation-out",
+                                                         "clockwise", "radians",   "percent",   "factor",       "beyond",
+                                                         "cosine",    "no-cosine", "unit"};
     return kind >= 0 && kind < FF_DIAGNOSIS_KINDS ? name[kind] : NULL;
 }
 
@@ -131,10 +153,27 @@ static void put_finding(const ff_finding *f, char *out, size_t size)
         snprintf(out, size, "the largest polar angle is %.4g; if the angles are in radians", f->value[0]);
         break;
     case FF_DIAGNOSIS_PERCENT:
-        snprintf(out, size, "at least %.3g of the light would be reflected; if the values are in per cent", f->value[0]);
+        snprintf(out, size, "at least %.3g times the light would be reflected; if the values are in per cent", f->value[0]);
         break;
     case FF_DIAGNOSIS_FACTOR:
-        snprintf(out, size, "at least %.3g of the light would be reflected; if the values are pi times the BRDF", f->value[0]);
+        snprintf(out, size, "at least %.3g times the light would be reflected; if the values are pi times the BRDF", f->value[0]);
+        break;
+    case FF_DIAGNOSIS_UNIT:
+        snprintf(out, size,
+                 "at least %.3g times the light would be reflected: the values are not in 1/sr; --scale takes what makes "
+                 "1/sr of them, --quantity what they are",
+                 f->value[0]);
+        break;
+    case FF_DIAGNOSIS_COSINE:
+        snprintf(out, size,
+                 "light and detector exchanged the values differ by %.0f %%, taken as f cos(theta_o) by %.1f %%; if they are",
+                 100 * expm1(f->value[0]), 100 * expm1(f->value[1]));
+        break;
+    case FF_DIAGNOSIS_NO_COSINE:
+        snprintf(out, size,
+                 "light and detector exchanged the values differ by %.0f %%, taken without a cosine in them by %.1f %%; if there "
+                 "is none",
+                 100 * expm1(f->value[0]), 100 * expm1(f->value[1]));
         break;
     default:
         snprintf(out, size, "every sample has an angle of %.4g degrees or more; to fit them", f->value[0]);

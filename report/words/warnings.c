@@ -97,24 +97,11 @@ static void lower_objective(sentence *s)
     put(s, "the profile met an objective that is lower by %.2g of itself: the fit is not the best one", s->w->value[0]);
 }
 
-/* What multiplies the data and would be larger than it can be, of data that reflect more than arrives. */
-static int is_too_bright(const sentence *s)
-{
-    const ff_warning_parameter *p = &s->w->parameter[0];
-    return p->parameter.kind == FF_PARAM_CHANNEL && s->w->value[1] > 0 && s->w->value[2] == 0 && s->w->value[3] > 1 &&
-           (param_of(s->of->fit, p)->info->flags & FF_PARAM_LINEAR) != 0;
-}
-
 static void at_bound(sentence *s)
 {
     const double *v = s->w->value;
     put_parameters(s, ", ");
     put(s, " is on %s %s bound, %g", v[2] != 0 ? "the given" : "its", v[1] < 0 ? "lower" : "upper", v[0]);
-    if (is_too_bright(s))
-        put(s,
-            "; the data reflect at least %.3g of the light: are they in 1/sr? --quantity says what they are, --free ks fits their "
-            "scale",
-            v[3]);
 }
 
 /* A profile is for parameters that are looked at one by one. */

@@ -87,7 +87,7 @@ static void messages(void)
     check_fails("missing file, named format", path, "csv", FF_ERR_OPEN, 0, WORDS("No such file"));
     check_fails("directory", ff_test_dir, NULL, FF_ERR_OPEN, 0, WORDS("directory", "expected a file"));
     check_fails("directory as merl", ff_test_dir, "merl", FF_ERR_OPEN, 0, WORDS("directory"));
-    check_fails("device", "/dev/zero", NULL, FF_ERR_UNSUPPORTED, 0, WORDS("device", "expected a file"));
+    check_fails("device", "/dev/zero", NULL, FF_ERR_FORMAT, 0, WORDS("device", "expected a file"));
     ff_test_write(path, "", 0);
     check_fails("empty", path, NULL, FF_ERR_READ, 0, WORDS("byte 0", "empty"));
     ff_test_write(path, "\xEF\xBB\xBF", 3);

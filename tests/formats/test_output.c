@@ -292,7 +292,7 @@ static void expect_refusal(const char *label, const char *path, const char *word
 static void refusals(void)
 {
     expect_refusal("directory", ff_test_dir, "directory");
-    expect_refusal("missing directory", ff_test_path("none/x.txt"), "No such file");
+    expect_refusal("missing directory", ff_test_path("none/x.txt"), "none does not exist");
     char name[300];
     memset(name, 'n', sizeof name - 1);
     name[sizeof name - 1] = '\0';

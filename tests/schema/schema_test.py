@@ -120,6 +120,7 @@ info few.csv --quantity brdf-cos
 info few.csv --quantity reflectance-factor
 info nothing_usable.csv
 info sigma.csv --reduce mean
+info paint.csv --scale 100
 resample paint.csv out.astm
 resample grey.csv out.txt --to zemax --extrapolate
 resample few.csv out.csv

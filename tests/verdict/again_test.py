@@ -99,6 +99,7 @@ LINES = [
     "fit two.csv --loss auto " + B,
     "fit two.csv --robust huber " + B,
     "fit two.csv --fix f0=0.4 --bound alpha=0.05:0.5 --prior kd=0.05+-0.01 --max-iterations 60 --threads 2 " + B,
+    "fit two.csv --fix f0=1.5 --bound f0=0:2 " + B,
     "fit rgb.csv --tie f0 --free ks --fix kd=0.05:0.06:0.07 --model beckmann/smith-separable/schlick+lambert",
     "fit two.csv --model beckmann/smith-separable/conductor+oren-nayar",
     "fit two.csv --aperture 1:square --source 0.5 --saturation 100 --noise-floor 0.001 --negative drop " + B,

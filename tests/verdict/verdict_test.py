@@ -89,6 +89,43 @@ def rewritten(name, to, change):
 # ---- when each is said ---------------------------------------------------------------------------------------------------------
 
 
+def sentences_of_units():
+    """Values in another unit: said first, once, with how many times too bright they are."""
+    for times, flag in ((math.pi, "--quantity reflectance-factor"), (100, "--scale 0.01"), (1000, "--scale takes")):
+        path = rewritten("good.csv", "bright.csv", lambda row: row[:4] + [times * row[4]])
+        for words in (("fit",), ("compare", "--ndf", "ggx,beckmann", "--masking", "v-cavity")):
+            document = report(words[0], path, *words[1:])
+            first = document["verdict"][0]
+            verdict(document)
+            said = re.search(r"reflect at least ([\d.]+) times the light", first["text"])
+            check(first["code"] == "unit" and said and flag in first["text"], "%s, %g times: %s" % (words[0], times, first))
+            text = run(words[0], path, *words[1:])[0]
+            check(text.count("times the light") == 1 and text.startswith("The values are not in 1/sr"), "%s, %g times: said %d times" % (words[0], times, text.count("times the light")))
+        least = float(said.group(1)) / times
+        check(0.1 < least < 0.6, "%g times: at least %s" % (times, least))
+    check("unit" not in verdict(report("fit", path, "--free", "ks")), "a scale is fitted: %s" % verdict(report("fit", path, "--free", "ks")))
+    peak = rewritten("good.csv", "peak.csv", lambda row: row)
+    with open(peak, encoding="utf-8") as file:
+        lines = [line for line in file if not line[0].isdigit() or abs(float(line.split(",")[2]) - float(line.split(",")[0])) < 12 and abs(float(line.split(",")[3]) - 180) < 20]
+    with open(peak, "w", encoding="utf-8") as file:
+        file.writelines(lines)
+    rewritten(peak, "brighter.csv", lambda row: row[:4] + [20 * row[4]])
+    check("unit" not in verdict(report("fit", "brighter.csv")), "a peak alone proves nothing: %s" % verdict(report("fit", "brighter.csv")))
+
+
+def sentences_of_lost_samples():
+    """Degrees that are read as radians lie below the horizon, most of them."""
+    _, status = run("info", "good.csv")
+    text = run("fit", "good.csv", "--angles", "radians", "--max-iterations", "5")[0]
+    said = re.match(r"(?:The values .*\n)?(\d+) of (\d+) samples lie below the horizon", text)
+    check(said and int(said.group(1)) > 0.5 * int(said.group(2)), "lost samples: %s" % text[:200])
+    document = report("fit", "good.csv", "--angles", "radians", "--max-iterations", "5")
+    check(said and int(said.group(1)) == document["data"]["rejected"]["below_horizon"] and "lost" in verdict(document), "beneath: %s" % document["data"])
+    noted = subprocess.run([PROGRAM, "fit", "good.csv", "--angles", "radians", "--max-iterations", "1"], stderr=subprocess.PIPE, stdout=subprocess.DEVNULL, check=False).stderr
+    check(b"as asked, where the file says that they are in degrees" in noted, "the file says otherwise: %s" % noted)
+    check("lost" not in verdict(report("fit", "good.csv")), "nothing is lost: %s" % verdict(report("fit", "good.csv")))
+
+
 def sentences_of_fits():
     good = report("fit", "good.csv", "--weight", "noise")
     check(set(verdict(good)) == {"found", "quality"}, "a good fit: %s" % verdict(good))
@@ -360,6 +397,8 @@ def main():
         for name, words in FILES.items():
             _, status = run("simulate", *words.split(), "-o", name)
             check(status == 0, "simulate %s" % words)
+        sentences_of_units()
+        sentences_of_lost_samples()
         sentences_of_fits()
         sentences_of_comparisons()
         sentences_of_what_to_measure()

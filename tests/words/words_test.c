@@ -231,10 +231,7 @@ static void channels_in_sentences(void)
     if (!s.problem) return;
     more.value[3] = 1.885;
     check_sentence(&s, on, "kd is on its upper bound, 1");
-    check_sentence(
-        &s, more,
-        "kd is on its upper bound, 1; the data reflect at least 1.89 of the light: are they in 1/sr? --quantity says what "
-        "they are, --free ks fits their scale");
+    check_sentence(&s, more, "kd is on its upper bound, 1"); /* once for all parameters, by the verdict */
     check_sentence(&s, some, "kd (400nm, 420nm) is on its upper bound, 1");
     check_sentence(&s, unknown, "kd (400nm, 420nm) is not determined by these data; --profile says how far it may go");
     check_sentence(&s, both, "kd and f0 are correlated by -0.9951: these data hardly tell them apart");
@@ -293,6 +290,10 @@ static void hints_of_errors(void)
     FF_CHECK(!strcmp(text, "a:3: found x; say --columns 'y=#1'"), "'%s'", text);
     ff_words_error(&err, text, 28);
     FF_CHECK(strlen(text) == 27 && !strncmp(text, "a:3: found x; say columns ", 26), "'%s' is not cut to 27", text);
+    ff_error_hint(&err, ff_error_set(&err, FF_ERR_DATA, NULL, 0, -1, "the option 'columns' or the option 'part'; the option 'R 1'"),
+                  FF_HINT_NONE);
+    ff_words_error(&err, text, sizeof text);
+    FF_CHECK(!strcmp(text, "--columns or --part; the option 'R 1'"), "'%s'", text);
     static const char *const quoted[][2] = {
         {"found say x, say f; say columns 'theta_o=say x,f=say f'", "found say x, say f; say --columns 'theta_o=say x,f=say f'"},
         {"found a; say columns 'f=b; say angles c'", "found a; say --columns 'f=b; say angles c'"},

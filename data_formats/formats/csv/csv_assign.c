@@ -232,7 +232,7 @@ static long first_value(const ff_planner *p)
 /* What is missing of the polar angles: the first column that nothing is known of may be it, the last one the values. */
 static ff_status refuse_polar(ff_planner *p, const char *key)
 {
-    char why[128], say[640];
+    char why[192 + FF_PLAN_NAME], say[640];
     const int is_i = strcmp(key, "theta_i") == 0;
     const long o = ff_plan_find(p, FF_MEANS_THETA_O), phi_known = ff_plan_find(p, FF_MEANS_PHI_O) != FF_PLAN_NONE
                                                                       ? ff_plan_find(p, FF_MEANS_PHI_O)
@@ -247,7 +247,8 @@ static ff_status refuse_polar(ff_planner *p, const char *key)
     } else {
         const char *made = ff_plan_so_far(p);
         size_t used = (size_t)snprintf(say, sizeof say, "%.200s%s", made, *made ? "," : "");
-        used += (size_t)(free != FF_PLAN_NONE ? snprintf(say + used, sizeof say - used, "%s=#%ld", key, free + 1)
+        used += (size_t)(free != FF_PLAN_NONE ? snprintf(say + used, sizeof say - used, "%s=#%ld%s", key, free + 1,
+                                                         p->column[free].named.is_elevation ? ":elevation" : "")
                                               : snprintf(say + used, sizeof say - used, "%s=20", key));
         if (is_i)
             used += (size_t)snprintf(say + used, sizeof say - used, ",theta_o=#%ld%s", o + 1,
@@ -257,8 +258,11 @@ static ff_status refuse_polar(ff_planner *p, const char *key)
                                                         ff_plan_unit_text(p->column[phi].named.unit)));
         snprintf(say + used, sizeof say - used, ",f=#%ld%s", value + 1, ff_plan_unit_text(p->column[value].named.unit));
     }
-    snprintf(why, sizeof why, "none of them is %s%s", key,
-             free == FF_PLAN_NONE ? ", here as if it were 20 degrees everywhere" : "");
+    if (free == FF_PLAN_NONE)
+        snprintf(why, sizeof why, "none of them is %s, here as if it were 20 degrees everywhere", key);
+    else
+        snprintf(why, sizeof why, "none of them is %s: '%s' is %s", key, p->column[free].name,
+                 p->column[free].named.is_elevation ? "an elevation of what is not known" : "not known");
     return ff_plan_refuse(p, why, say);
 }
 
@@ -421,6 +425,7 @@ static ff_status put_values(ff_planner *p)
         if (n_values == 1 && !*channel && lambda->count == 1 && lambda->value > 0)
             ff_csv_wavelength_name(lambda->value * (lambda->unit == FF_CSV_UM ? 1e3 : lambda->unit == FF_CSV_M ? 1e9 : 1), channel);
         p->plan.quantity = one->quantity;
+        p->plan.says_quantity |= one->quantity != FF_BRDF || ff_csv_names_brdf(p->column[k].name);
         ff_plan_put_separator(p);
         fputs(*channel ? "f_" : "f", p->text);
         put_name(p->text, channel);

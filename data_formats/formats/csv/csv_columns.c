@@ -332,11 +332,18 @@ static int is_isotropic(const reader *r, const ff_table *t)
     return ff_table_one_incidence_azimuth(t);
 }
 
+/* Has nobody said what the values are, neither the file nor the names that a plan went by nor the person? */
+static int quantity_is_open(const reader *r, const ff_read_options *o)
+{
+    return o->quantity < 0 && !r->layout && !r->head.is_ours && !r->head.quantity_is_said && !(r->plan && r->plan->says_quantity);
+}
+
 static void describe(const reader *r, const ff_read_options *o, ff_table *t)
 {
     strcpy(t->format, r->layout ? r->layout->format : "csv");
     if (r->layout && r->layout->note) ff_table_note(t, "%s", r->layout->note);
     t->angles_are_open = !r->layout && !r->head.is_ours;
+    t->quantity_is_open = quantity_is_open(r, o);
     if (r->plan) tell_plan(r, t);
     if (r->with_phase) settle_azimuth(r, t);
     t->isotropic = r->head.isotropic >= 0 ? r->head.isotropic : is_isotropic(r, t);
@@ -403,8 +410,9 @@ static ff_status read_all(reader *r, const ff_read_options *o, ff_table *out)
     ff_status status = find_header(r);
     if (status == FF_OK) status = place_columns(r);
     if (status == FF_OK && o->part && !r->with_wavelength)
-        status = ff_error_set(r->err, FF_ERR_UNSUPPORTED, r->path, 0, -1,
-                              "found the option 'part', expected it where 'columns' names a wavelength that it can choose");
+        status =
+            ff_error_set(r->err, FF_ERR_UNSUPPORTED, r->path, 0, -1,
+                         "found the option 'part', expected it where the option 'columns' names a wavelength that it can choose");
     if (status == FF_OK) status = ff_csv_rows_read(r);
     return status == FF_OK ? make_table(r, o, out) : status;
 }

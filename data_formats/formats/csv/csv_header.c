@@ -122,10 +122,27 @@ int ff_csv_layout_probe(const ff_csv_layout *layout, const unsigned char *head, 
     return status == FF_ERR_MEMORY ? -1 : found;
 }
 
+/* "theta_i:grad" where the file has a column theta_i, or "20:grad": what stands behind the ':' is meant for a unit. */
+static const char *unit_meant(const ff_csv_item *item, const ff_csv_header *h)
+{
+    const char *colon = item->exact || item->number >= 0 ? NULL : strrchr(item->column, ':');
+    if (!colon) return NULL;
+    double v;
+    const size_t n = (size_t)(colon - item->column);
+    const char *end = ff_number_read(item->column, &v);
+    int known = end == colon;
+    for (size_t k = 0; k < h->names.n; k++) known |= strlen(h->names.name[k]) == n && !strncmp(h->names.name[k], item->column, n);
+    return known ? colon + 1 : NULL;
+}
+
 ff_status ff_csv_missing_column(const ff_csv_item *item, const ff_csv_header *h, const char *path, ff_error *err)
 {
     char found[FF_NAMES_LIST], quoted[FF_QUOTE];
     const char *hint = item->column == item->text ? "; say which it is, as in phi_i=0" : "";
+    const char *unit = unit_meant(item, h);
+    if (unit)
+        return ff_error_set(err, FF_ERR_FORMAT, path, h->line, -1, "%s: found the unit %s, expected %s", item->text,
+                            ff_quote(unit, strlen(unit), quoted), FF_CSV_UNITS);
     if (item->number >= 0)
         return ff_error_set(err, FF_ERR_FORMAT, path, h->line, -1, "found %zu columns, expected a column %ld for %s", h->names.n,
                             item->number + 1, item->text);
@@ -201,7 +218,7 @@ static ff_status not_found(const search *s)
     int twice;
     if (!s->h.names.n)
         return ff_error_set(s->err, FF_ERR_READ, s->lines->path, s->lines->line, -1,
-                            "found the end of the file, expected a header line with the columns that 'columns' names");
+                            "found the end of the file, expected a header line with the columns that the option 'columns' names");
     for (size_t k = 0; k < s->map->n; k++)
         if (s->map->item[k].column && ff_csv_item_find(&s->map->item[k], &s->h.names, &twice) == SIZE_MAX)
             return ff_csv_missing_column(&s->map->item[k], &s->h, s->lines->path, s->err);

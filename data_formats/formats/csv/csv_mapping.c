@@ -166,7 +166,7 @@ static ff_status read_column(const parser *p, char *text, ff_csv_item *item)
     } else if (*text == '#' && ff_whole_number(text + 1, FF_NAMES_MAX, &number) && number > 0) {
         item->number = (long)number - 1;
     } else if (*text == '#') {
-        return syntax(p, text, "'#' and the number of a column, from 1");
+        return syntax(p, text, "'#' and the number of a column, from 1, and behind it no unit but " FF_CSV_UNITS);
     } else {
         const char *end = item->key == FF_CSV_VALUE ? NULL : ff_number_read(text, &item->constant);
         if (end && !*end && isfinite(item->constant)) return FF_OK;

@@ -357,6 +357,7 @@ void ff_name_meaning(const char *name, ff_named *out)
     size_t n_words = 0;
     for (size_t k = 0; k < t.n; k++) n_words += isnan(t.at[k].number) && unit_of_word(t.at[k].word) < 0 && !t.at[k].bracket;
     if (n_words == 1) s.says = says_alone(&t, s.says);
+    out->is_elevation = (s.says & ELEVATION) != 0;
     if (s.numbers > 1) return;
     const int valued = s.says & (ANY_VALUE & ~(COSINE | FACTOR));
     if (valued || (s.says & SIGMA)) look_for_channel(&t, folded, name, &s, out);
@@ -392,6 +393,11 @@ void ff_name_meaning(const char *name, ff_named *out)
         else if (out->meaning != FF_MEANS_NUMBER)
             out->meaning = FF_MEANS_NOTHING;
     }
+}
+
+int ff_csv_names_brdf(const char *name)
+{
+    return strcasestr(name, "brdf") || strcasestr(name, "bsdf");
 }
 
 int ff_name_incidence(const char *path, double *degrees)

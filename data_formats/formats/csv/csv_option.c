@@ -110,6 +110,15 @@ static int is_wide(const ff_plan_column *c)
     return c->hi > 90.01 || c->lo < -90.01;
 }
 
+/* The unit of column k as the option has it, as far as its name or its numbers say it; an elevation is one of theta. */
+static const char *unit_of(const ff_planner *p, size_t k, int theta, int radians)
+{
+    const ff_named *one = &p->column[k].named;
+    const int rad = one->unit == FF_CSV_RADIANS || (one->unit == FF_CSV_PLAIN && radians);
+    if (theta && one->is_elevation) return rad ? ":elevation-rad" : ":elevation";
+    return rad ? ":rad" : "";
+}
+
 /* The first columns in the order that most tables have, for those whose names say nothing. */
 void ff_plan_guess(const ff_planner *p, char *out, size_t size)
 {
@@ -119,28 +128,46 @@ void ff_plan_guess(const ff_planner *p, char *out, size_t size)
                                          "theta_i=#1,phi_i=0,theta_o=#2,phi_o=180,f=#3",
                                          "theta_i=#1,phi_i=0,theta_o=#2,phi_o=#3,f=#4",
                                          "theta_i=#1,phi_i=#2,theta_o=#3,phi_o=#4,f=#5"};
-    static const char *const usual_radians[6] = {"",
-                                                 "",
-                                                 "theta_i=20,phi_i=0,theta_o=#1:rad,phi_o=180,f=#2",
-                                                 "theta_i=#1:rad,phi_i=0,theta_o=#2:rad,phi_o=180,f=#3",
-                                                 "theta_i=#1:rad,phi_i=0,theta_o=#2:rad,phi_o=#3:rad,f=#4",
-                                                 "theta_i=#1:rad,phi_i=#2:rad,theta_o=#3:rad,phi_o=#4:rad,f=#5"};
-    size_t n = p->n;
+    static const char by_light[] = "theta_i=#1,theta_o=#2,phi_i=#3,phi_o=#4,f=#5";
+    size_t n = p->n, used = 0;
     double largest = 0;
     for (size_t k = 0; k + 1 < n; k++) largest = fmax(largest, fmax(fabs(p->column[k].lo), fabs(p->column[k].hi)));
     const int radians = largest <= 6.2832;
     if (n > 5) n = 5;
-    if (n == 5 && is_wide(&p->column[2]) && !is_wide(&p->column[1])) {
-        snprintf(out, size, "theta_i=#1,theta_o=#2,phi_i=#3,phi_o=#4,f=#5");
-        return;
+    const char *item = n == 5 && is_wide(&p->column[2]) && !is_wide(&p->column[1]) ? by_light : usual[n];
+    for (out[0] = '\0'; *item && used < size;) {
+        const size_t length = strcspn(item, ","), sign = strcspn(item, "#");
+        const int goes_by_number = sign < length && *item != 'f';
+        const char *unit = goes_by_number ? unit_of(p, (size_t)(item[sign + 1] - '1'), *item == 't', radians) : "";
+        used += (size_t)snprintf(out + used, size - used, "%s%.*s%s", used ? "," : "", (int)length, item, unit);
+        item += length + (item[length] == ',');
     }
-    snprintf(out, size, "%s", radians ? usual_radians[n] : usual[n]);
+}
+
+/* The last line of words above the rows, as many cells as these have; 0: none. */
+static size_t line_of_words(const ff_planner *p)
+{
+    for (size_t k = p->look->first_row - 1; k-- > 0;) {
+        const ff_csv_line *l = &p->look->line[k];
+        if (!l->is_comment && !l->is_row && l->full >= 2 && l->full == p->n) return k + 1;
+    }
+    return 0;
 }
 
 ff_status ff_plan_refuse_unnamed(ff_planner *p)
 {
-    char say[256];
+    char say[256], words[FF_QUOTE];
     ff_plan_guess(p, say, sizeof say);
+    const size_t line = line_of_words(p);
+    const ff_csv_line *l = line ? &p->look->line[line - 1] : NULL;
+    if (l)
+        return ff_error_hint(
+            p->err,
+            ff_error_set(p->err, FF_ERR_FORMAT, p->path, (long)line, -1,
+                         "found the names %s, none of which says which angle it is; if the columns are in the usual "
+                         "order, say columns '%s'",
+                         ff_quote(l->text, l->length, words), say),
+            FF_HINT_SAY);
     return ff_error_hint(
         p->err,
         ff_error_set(p->err, FF_ERR_FORMAT, p->path, (long)p->look->first_row, -1,

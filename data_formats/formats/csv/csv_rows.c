@@ -137,17 +137,24 @@ static ff_status read_cells(reader *r, const char *text, size_t length, double *
     return FF_OK;
 }
 
-/* `found` is what stands in the row; of a percentage the message has what stands in the file. */
+/* `found` is what stands in the row; the message has what stands in the file, too. */
 static ff_status bad_value(const reader *r, size_t place, double found, const char *expected)
 {
     char text[FF_NUMBER_TEXT + 1] = "an empty cell";
     const char *name = "a constant";
+    double in_file = found;
+    int percent = 0;
     for (size_t w = 0; w < r->n_wants; w++) {
         if (r->wants[w].place != place) continue;
         name = r->wants[w].item->text;
-        if (r->wants[w].item->unit == FF_CSV_PERCENT) found /= r->wants[w].factor;
+        in_file = (found - r->wants[w].offset) / r->wants[w].factor;
+        percent |= r->wants[w].item->unit == FF_CSV_PERCENT;
     }
+    if (percent) found = in_file;
     if (isfinite(found)) text[ff_number_write(found, text)] = '\0';
+    if (isfinite(found) && fabs(in_file - found) > 1e-9 * fabs(found))
+        return ff_error_set(r->err, FF_ERR_DATA, r->path, r->lines.line, -1, "%s: found %.12g, which makes %.12g, expected %s",
+                            name, in_file, found, expected);
     return ff_error_set(r->err, FF_ERR_DATA, r->path, r->lines.line, -1, "%s: found %s, expected %s", name, text, expected);
 }
 

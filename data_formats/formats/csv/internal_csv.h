@@ -107,6 +107,12 @@ typedef struct ff_csv_head {
 /** One comment line; it is changed. Comments that say nothing to us are FF_OK. FF_ERR_FORMAT. */
 ff_status ff_csv_comment(ff_csv_head *h, char *text, int after_header, const char *path, long line, ff_error *err);
 
+/** What may stand behind the ':' of a column. */
+#define FF_CSV_UNITS ":deg, :rad, :elevation or :elevation-rad of an angle, :nm, :um or :m of a wavelength, :% of a value"
+
+/** 1 for the name of a column that says that its values are the BRDF. */
+int ff_csv_names_brdf(const char *name);
+
 /* ---- csv_header.c ---------------------------------------------------------------------------------- */
 
 typedef struct ff_csv_header {

@@ -56,8 +56,9 @@ typedef struct ff_csv_plan {
     size_t header_line; /**< 0: none                                            */
     size_t first_row;
     ff_quantity quantity;
-    char notes[1024]; /**< sentences, a line each                               */
-    int scan;         /**< no azimuth: a scan in the plane of incidence, positive on the side of the mirror direction */
+    int says_quantity; /**< 1: a name says that this is what the values are */
+    char notes[1024];  /**< sentences, a line each                               */
+    int scan;          /**< no azimuth: a scan in the plane of incidence, positive on the side of the mirror direction */
 } ff_csv_plan;
 
 /** angles: an ff_angles. FF_ERR_FORMAT: what the columns mean cannot be told; the message has the option that would. FF_ERR_MEMORY.

@@ -70,6 +70,7 @@ typedef struct ff_named {
     ff_csv_unit unit;              /**< FF_CSV_PLAIN: the name has none that goes with its meaning       */
     double number;                 /**< of "BRDF 20 deg" or "550 nm"; NaN: none                       */
     ff_csv_unit number_unit;       /**< its unit                                                      */
+    int is_elevation;              /**< it has a word for an elevation, whether or not one for a side     */
     char channel[FF_CHANNEL_NAME]; /**< what is left of the name of a value: "R" of "BRDF_R", "" of "BRDF" */
 } ff_named;
 
