@@ -44,7 +44,7 @@ def words():
         refused(USAGE, ".png or .exr", "ggx", output=name)
     for flag, values in {"--size": ("0", "-1", "8193", "nan", "1e9", "x", ""), "--samples": ("0", "-1", "65537", "1e30", "x"), "--seed": ("-1", "x"),
                          "--exposure": ("nan", "65", "-inf", "x"), "--clip": ("0", "-1", "nan"), "--perspective": ("-1", "166", "nan"), "--turn": ("nan", "x"),
-                         "--tone": ("gamma", "", "SRGB"), "--background": ("red", ""), "--threads": ("-1", "1025")}.items():
+                         "--tone": ("gamma", "", "SRGBS"), "--background": ("red", ""), "--threads": ("-1", "1025")}.items():
         for value in values:
             refused(USAGE, flag, "ggx", flag, value)
     refused(USAGE, "did you mean 'filmic'", "ggx", "--tone", "filmik")
