@@ -4,6 +4,7 @@
 #include "ff_isa.h"
 #include "fit/linalg/internal_linalg.h"
 #include "fit/minimise/ceres_bridge.h"
+#include "simulate/surface/rays_bridge.h"
 #include <OpenEXRConfig.h>
 #include <expat.h>
 #include <string.h>
@@ -34,6 +35,12 @@ static void put_modules(FILE *out)
 #else
     fputs("module images    left out of this build: libopenimageio-dev was not there\n", out);
 #endif
+    const ff_rays *rays;
+    ff_error why = {0};
+    if (ff_rays_get(&rays, &why) == FF_OK)
+        fputs("module rays      there: light on surfaces whose heights are known\n", out);
+    else
+        fprintf(out, "module rays      not there: %s\n", why.message);
 }
 
 void cli_about(FILE *out)

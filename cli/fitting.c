@@ -115,11 +115,14 @@ static void release_samples(ff_table *t)
     *t = small;
 }
 
-/* Is a finding of values said by the verdict, where a report has one? */
-static int is_for_verdict(const cli_args *args, const ff_finding *f)
+/* Is a finding said by the report, where the command has one that goes on? By its verdict, or where all that is known is the side
+ * of the brightest samples, by a warning of the fit. */
+static int is_for_report(const cli_args *args, const ff_finding *f)
 {
+    const int of_side = (f->kind == FF_DIAGNOSIS_TURNED || f->kind == FF_DIAGNOSIS_UNTURNED) && isnan(f->value[0]);
     const int has_verdict = args->command->id == COMMAND_fit || args->command->id == COMMAND_compare;
-    return has_verdict && (f->kind == FF_DIAGNOSIS_PERCENT || f->kind == FF_DIAGNOSIS_FACTOR || f->kind == FF_DIAGNOSIS_UNIT);
+    return has_verdict &&
+           (of_side || f->kind == FF_DIAGNOSIS_PERCENT || f->kind == FF_DIAGNOSIS_FACTOR || f->kind == FF_DIAGNOSIS_UNIT);
 }
 
 /* What the data say of their angles and values, before anything is fitted to them: where they leave no doubt and the file leaves
@@ -136,7 +139,7 @@ static int diagnose(const cli_args *args, const char *path, const ff_table *t, d
         const ff_finding *f = &g.finding[k];
         const int open = ff_diagnosis_is_of_values(f) ? g.quantity_open : g.open;
         const int stops_here = open && f->sure && f->kind != FF_DIAGNOSIS_BEYOND;
-        if (is_for_verdict(args, f)) continue;
+        if (!stops_here && is_for_report(args, f)) continue;
         if (stops_here)
             cli_message("%s: %s, or --as-is to fit it as it stands", path, ff_words_finding(f, text));
         else

@@ -183,9 +183,9 @@ def look_at(line):
 
 def batch():
     """What a batch writes of a file is of that file alone."""
-    done = run(["fit", "two.csv", "cos.csv", *B.split(), "--loss", "log", "-o", "fits", "--summary", "all.csv", "-j", "1"])
+    done = run(["fit", "two.csv", "rgb.csv", *B.split(), "--loss", "log", "-o", "fits", "--summary", "all.csv", "-j", "1"])
     check(done.returncode == 0, done.stderr.decode())
-    for name in ("two.csv", "cos.csv"):
+    for name in ("two.csv", "rgb.csv"):
         with open("fits/%s.json" % name, encoding="utf-8") as file:
             said = suggested(json.load(file))
         check(said.get("next") == ["compare", name, "--loss", "log"], "a batch: %s" % said)
