@@ -137,9 +137,9 @@ static ff_status put_geometry(const ff_table *t, FILE *out)
     char text[FF_WORDS_SENTENCE];
     const ff_status status = ff_diagnosis_find(t, looked_at, &g);
     for (size_t k = 0; status == FF_OK && k < g.n; k++) {
-        const ff_diagnosis_kind kind = g.finding[k].kind;
-        if (kind == FF_DIAGNOSIS_COSINE || kind == FF_DIAGNOSIS_NO_COSINE) continue; /* said where reciprocity is */
-        fprintf(out, "warning: %s\n", ff_words_finding(&g.finding[k], text));
+        const int kind = (int)g.finding[k].kind; /* a cosine is said where reciprocity is */
+        if (kind != FF_DIAGNOSIS_COSINE && kind != FF_DIAGNOSIS_NO_COSINE)
+            fprintf(out, "warning: %s\n", ff_words_finding(&g.finding[k], text));
     }
     return status;
 }

@@ -122,6 +122,9 @@ static ff_status evaluate(scene *s)
     for (size_t k = 0; k < ff_term_count(FF_DIFFUSE) && !status; k++) {
         snprintf(expression, sizeof expression, "ggx+beckmann+%s", ff_term_at(FF_DIFFUSE, k)->name);
         status = evaluate_one(expression);
+        if (status != FF_ERR_UNSUPPORTED) continue;
+        snprintf(expression, sizeof expression, "ggx+%s", ff_term_at(FF_DIFFUSE, k)->name); /* one that goes with one lobe alone */
+        status = evaluate_one(expression);
     }
     return status;
 }

@@ -228,13 +228,13 @@ static void look_at_values(const ff_brightest *b, ff_diagnosis *g)
         put(g, FF_DIAGNOSIS_FACTOR, 0, b->reflects, 0);
 }
 
-/* Reciprocity says whether a cosine is counted, where the file leaves that open and the angles are not in doubt. Sure of much that
- * nearly all of goes. It is looked at through so many samples that a fit takes no longer for it. */
+/* Reciprocity says whether a cosine is counted, where the angles are not in doubt. Sure of much that nearly all of goes. It is
+ * looked at through so few samples that a fit takes no longer for it. */
 static ff_status look_at_cosine(const ff_table *t, ff_diagnosis *g)
 {
-    enum { LOOKED_AT_HERE = 4000 };
+    enum { LOOKED_AT_HERE = 1500 };
     ff_survey s;
-    if (t->grid || g->n || !t->quantity_is_open) return FF_OK;
+    if (t->grid || g->n) return FF_OK;
     const ff_status status = ff_survey_reciprocity(t, LOOKED_AT_HERE, &s);
     const int cosine = status == FF_OK ? ff_survey_cosine(&s) : 0;
     const double mended = cosine > 0 ? s.with_cosine : s.without_cosine;

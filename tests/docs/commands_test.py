@@ -8,6 +8,7 @@ words of it may be left out; numbers may differ in their last digit, `...` stand
   <!-- not run: REASON -->     the next block has no commands that can be run
   <!-- file: NAME -->          the next block is a file
   <!-- exit status: N -->      the commands of the next block end with N
+  <!-- with the module: NAME -->  the commands of the next block run where `facetfit --version --verbose` has that module
   <!-- a file for NAME: FILE -->  the commands of the next block run with FILE, made below, where the page says NAME
 """
 import os
@@ -61,7 +62,7 @@ def blocks(text):
             if block is not None:
                 yield block
                 block, comments = None, []
-            said = re.match(r"^<!-- (not run|file|exit status|a file for \S+): (.*) -->$", line)
+            said = re.match(r"^<!-- (not run|file|exit status|with the module|a file for \S+): (.*) -->$", line)
             comments = comments + [said.groups()] if said else comments if not line.strip() else []
         before = line
     if block is not None:
@@ -94,6 +95,9 @@ def check_block(page, number, comments, lines, folder):
     said = dict(comments)
     if "not run" in said:
         check(len(said["not run"]) > 3, f"{page}:{number}: a block is not run, and there is no reason")
+        return
+    if "with the module" in said and not re.search(rf"^module {said['with the module']} +there:", run("facetfit --version --verbose", folder).stdout, re.M):
+        print(f"{page}:{number}: not run, the module {said['with the module']} is not there")
         return
     if "file" in said:
         with open(os.path.join(folder, said["file"]), "w", encoding="utf-8") as f:
