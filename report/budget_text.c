@@ -25,17 +25,18 @@ static void number_cell(ff_cell *out, ff_where w)
     ff_cell_number(out, of[w.row], 2);
 }
 
-/* The sources that were stated, between the random error and the whole. */
+/* The sources that were stated, between the random error and the whole. The whole is to be seen to be their sum: only what it does
+ * not count, each reading, is left out where there is no room. */
 static size_t put_columns(const ff_budget *b, ff_column *out)
 {
-    static const char *const head[FF_BUDGET_SOURCES] = {"scale",        "zero of theta_i", "zero of theta_o",
-                                                        "each theta_i", "each theta_o",    "aperture"};
+    static const char *const head[FF_BUDGET_SOURCES] = {"scale", "zero i", "zero o", "each i", "each o", "aperture"};
     size_t n = 0;
-    out[n++] = (ff_column){.head = "std uncertainty", .cell = parameter_cell};
+    out[n++] = (ff_column){.head = "", .cell = parameter_cell};
     out[n++] = (ff_column){.head = "random", .align = FF_RIGHT, .cell = number_cell, .index = RANDOM};
     for (size_t s = 0; s < FF_BUDGET_SOURCES; s++)
         if (b->by[s])
-            out[n++] = (ff_column){.head = head[s], .align = FF_RIGHT, .cell = number_cell, .index = s, .drop = 1 + (unsigned)s};
+            out[n++] =
+                (ff_column){.head = head[s], .align = FF_RIGHT, .cell = number_cell, .index = s, .drop = s == FF_BUDGET_READINGS};
     out[n++] = (ff_column){.head = "combined", .align = FF_RIGHT, .cell = number_cell, .index = COMBINED};
     return n;
 }
@@ -48,18 +49,18 @@ static void put_angle(const char *what, double radians, const char **separator, 
     *separator = ", ";
 }
 
-/* "uncertainties stated: scale 2 %, each angle 0.05 deg" */
+/* "standard uncertainties, of what was stated: scale 2 %, each angle 0.05 deg" */
 static void put_stated(const ff_budget_options *u, FILE *out)
 {
     char number[FF_TEXT_NUMBER];
     const char *separator = "";
-    fputs("\n  uncertainties stated: ", out);
+    fputs("\n  standard uncertainties, of what was stated: ", out);
     if (u->scale > 0) {
         fprintf(out, "scale %s %%", ff_text_number(100 * u->scale, 3, number));
         separator = ", ";
     }
-    put_angle("zeros of the angles", u->offset, &separator, out);
-    put_angle("each angle", u->angle, &separator, out);
+    put_angle("zero of theta_i and of theta_o", u->offset, &separator, out);
+    put_angle("each theta_i and theta_o", u->angle, &separator, out);
     put_angle("aperture", u->aperture, &separator, out);
     fputc('\n', out);
 }
