@@ -136,11 +136,9 @@ static ff_status put_geometry(const ff_table *t, FILE *out)
     ff_diagnosis g;
     char text[FF_WORDS_SENTENCE];
     const ff_status status = ff_diagnosis_find(t, looked_at, &g);
-    for (size_t k = 0; status == FF_OK && k < g.n; k++) {
-        const int kind = (int)g.finding[k].kind; /* a cosine is said where reciprocity is */
-        if (kind != FF_DIAGNOSIS_COSINE && kind != FF_DIAGNOSIS_NO_COSINE)
+    for (size_t k = 0; status == FF_OK && k < g.n; k++) /* a cosine is said where reciprocity is */
+        if (g.finding[k].kind != FF_DIAGNOSIS_COSINE && g.finding[k].kind != FF_DIAGNOSIS_NO_COSINE)
             fprintf(out, "warning: %s\n", ff_words_finding(&g.finding[k], text));
-    }
     return status;
 }
 

@@ -1,11 +1,14 @@
-/* A surface inside: its realisations as tiles, and rays on a tile. Files in the order of their calls: map, spectrum, rays_module <
- * tile < paths < surface. */
+/* A surface inside: its realisations as tiles, and rays on a tile. Files in the order of their calls: options, map, spectrum,
+ * rays_module < tile < paths < surface. */
 #ifndef FF_INTERNAL_SURFACE_H
 #define FF_INTERNAL_SURFACE_H
 #include "ff_height_field.h"
 #include "rays_bridge.h"
 #include "base/internal_pool.h"
 #include "models/internal_model.h"
+
+/* FF_ERR_RANGE, naming the option. */
+ff_status ff_height_field_check(const ff_height_field_options *o, ff_error *err);
 
 /* ---- heights --------------------------------------------------------------------------------- */
 
