@@ -108,7 +108,7 @@ static double mean_of_fits(const setting *t)
 /* What fits take for a mean is within their tolerance, and what eval says within its own. */
 static void against_brute_force(void)
 {
-    const long settings = fit_repeats(40);
+    const long settings = fit_repeats(40, 1000);
     for (long k = 0; k < settings; k++) {
         setting t;
         double f, error;

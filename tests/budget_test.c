@@ -232,7 +232,7 @@ static void sums(void)
  * $FACETFIT_REPEATS sets their number; what a standard deviation of so many scatters by, five times. */
 static void scatter(void)
 {
-    const int repeats = fit_repeats(150);
+    const int repeats = fit_repeats(150, 600);
     bench b;
     ff_budget *budget = NULL;
     uint64_t state = ff_test_seeded(5);

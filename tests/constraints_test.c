@@ -781,8 +781,7 @@ static void prior_for_what_the_data_do_not_say(void)
  * they say, which are narrower than without. */
 static void cover_with_a_prior(const char *what, const fit_sampling *sampling, double sd)
 {
-    const int repeats =
-        fit_repeats(600); /* the bounds are four standard deviations of a binomial, and of a mean of squares, away */
+    const int repeats = fit_repeats(200, 600); /* the bounds: four standard deviations of a binomial and of a mean of squares */
     const double around = 4 * sqrt(0.95 * 0.05 / repeats), around_square = 4 * sqrt(2.0 / repeats);
     const fit_surface s = fit_surface_make("ggx+lambert", 1, "alpha=0.3 f0=0.5 kd=0.2");
     ff_fit_options o = by_residuals();

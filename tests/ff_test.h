@@ -68,6 +68,13 @@ static inline void ff_test_unreached(void)
 }
 #endif
 
+/** Whether the long tier asks, by $FF_TEST_THOROUGH: what an ordinary run draws a part of it then does whole. */
+static inline int ff_test_is_thorough(void)
+{
+    const char *set = getenv("FF_TEST_THOROUGH");
+    return set && *set;
+}
+
 /** Counts a failure; the first FF_TEST_SHOWN are printed, so that a check inside a loop does not flood the log. */
 static inline int ff_test_failed(const char *file, int line, const char *what)
 {
@@ -168,6 +175,27 @@ static inline uint64_t ff_test_next(uint64_t *state)
 static inline uint64_t ff_test_random(void)
 {
     return ff_test_next(&ff_test_count.random);
+}
+
+/** ff_test_drawn(one_in, format, ...): whether the case of that name, of many alike, is tried: one in so many, by its name and the
+ *  seed of the run; every one in the long tier. */
+FF_TEST_PRINTF(2, 3) static inline int ff_test_drawn(unsigned one_in, const char *format, ...)
+{
+    char name[1024];
+    va_list args;
+    va_start(args, format);
+    vsnprintf(name, sizeof name, format, args);
+    va_end(args);
+    uint64_t state = ff_test_stream("drawn %s", name);
+    return ff_test_is_thorough() || ff_test_next(&state) % one_in == 0;
+}
+
+/** ff_test_turn(one_in, k, name): whether the k-th of a list of cases is tried: one of every so many that follow each other, of
+ * which the name and the seed of the run say which; every one in the long tier. */
+static inline int ff_test_turn(unsigned one_in, size_t k, const char *name)
+{
+    uint64_t state = ff_test_stream("turn of %s", name);
+    return ff_test_is_thorough() || k % one_in == ff_test_next(&state) % one_in;
 }
 
 /** In [0, 1). */

@@ -213,11 +213,11 @@ static inline const ff_fit_value *fit_parameter(const ff_fit_result *r, size_t k
 
 /* How often a measurement is repeated where errors are judged by their scatter: as often, or $FACETFIT_REPEATS, of which a slow
  * build may have fewer. */
-static inline int fit_repeats(int usual)
+static inline int fit_repeats(int ordinary, int thorough)
 {
     const char *set = getenv("FACETFIT_REPEATS");
     const int n = set ? atoi(set) : 0;
-    return n > 0 ? n : usual;
+    return n > 0 ? n : ff_test_is_thorough() ? thorough : ordinary;
 }
 
 #endif

@@ -309,7 +309,8 @@ static void astm(void)
     const size_t n = astm_files(file);
     if (n == 0) FF_SKIP("no .astm file in data/astm");
     print_heading();
-    for (size_t i = 0; i < n; i++) read_and_fit(&file[i]);
+    for (size_t i = 0; i < n; i++)
+        if (ff_test_turn(2, i, "fit")) read_and_fit(&file[i]);
 }
 
 static void merl(void)
@@ -317,21 +318,24 @@ static void merl(void)
     const size_t n = merl_files(file);
     if (n < 3) FF_SKIP("tools/make_merl.py made %zu of 3 files: it needs python3 with numpy and data/merl", n);
     print_heading();
-    for (size_t i = 0; i < n; i++) read_and_fit(&file[i]);
+    for (size_t i = 0; i < n; i++)
+        if (ff_test_turn(3, i, "fit")) read_and_fit(&file[i]);
 }
 
 static void astm_starts(void)
 {
     const size_t n = astm_files(file);
     if (n == 0) FF_SKIP("no .astm file in data/astm");
-    for (size_t i = 0; i < n; i++) read_and_restart(&file[i]);
+    for (size_t i = 0; i < n; i++)
+        if (ff_test_turn(2, i, "starts")) read_and_restart(&file[i]);
 }
 
 static void merl_starts(void)
 {
     const size_t n = merl_files(file);
     if (n < 3) FF_SKIP("tools/make_merl.py made %zu of 3 files: it needs python3 with numpy and data/merl", n);
-    for (size_t i = 0; i < n; i++) read_and_restart(&file[i]);
+    for (size_t i = 0; i < n; i++)
+        if (ff_test_turn(3, i, "starts")) read_and_restart(&file[i]);
 }
 
 FF_TEST_MAIN(FF_TEST(made), FF_TEST(made_starts), FF_TEST(astm), FF_TEST(merl), FF_TEST(astm_starts), FF_TEST(merl_starts))

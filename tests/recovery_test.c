@@ -195,9 +195,10 @@ static void every_distribution_masking_and_loss(void)
                 snprintf(model, sizeof model, "%s/%s/schlick+lambert", ndf->name, masking->name);
                 if (ff_model_parse(model, &parsed, NULL)) continue; /* they do not go together */
                 parameters_of(&parsed, set, sizeof set);
+                snprintf(what, sizeof what, "%s, %s", model, ff_loss_name(loss));
+                if (!ff_test_drawn(3, "%s", what)) continue;
                 experiment e = experiment_make(model, set, 2, 6000, 0, 1e-5);
                 e.o.loss = (ff_loss)loss;
-                snprintf(what, sizeof what, "%s, %s", model, ff_loss_name(loss));
                 run(what, &e);
             }
 }

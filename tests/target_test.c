@@ -258,7 +258,9 @@ static void recovery(void)
 /* The stated error of controls first .. first + 2 of a material against their scatter over measurements. */
 static void check_scatter(const char *target, const char *material, size_t first, ff_shape shape)
 {
-    enum { REPEATS = 120, SHOWN = 3 };
+    enum { SHOWN = 3 };
+    const int repeats = fit_repeats(60, 240);
+    const double known_to = 5 / sqrt(2.0 * repeats); /* five standard deviations of the standard deviation of so many */
     const ff_material *m = ff_material_find(ff_target_find(target), material, strlen(material));
     double control[FF_TARGET_CONTROLS * CHANNELS], sum[SHOWN] = {0}, squares[SHOWN] = {0}, stated[SHOWN] = {0};
     ff_model model;
@@ -266,7 +268,7 @@ static void check_scatter(const char *target, const char *material, size_t first
     if (!FF_CHECK(ff_material_model(m, &model, NULL) == FF_OK, "the material has no model")) return;
     uint64_t state = ff_test_stream("scatter of controls of %s", target);
     draw(m, &model, &state, control, &s);
-    for (int i = 0; i < REPEATS; i++) {
+    for (int i = 0; i < repeats; i++) {
         ff_fit_result fit;
         ff_error err = {0};
         ff_fit_options o = fit_options();
@@ -285,10 +287,9 @@ static void check_scatter(const char *target, const char *material, size_t first
         ff_table_clear(&table);
     }
     for (size_t k = 0; k < SHOWN; k++) {
-        const double sd = sqrt((squares[k] - sum[k] * sum[k] / REPEATS) / (REPEATS - 1)), ratio = stated[k] / REPEATS / sd;
+        const double sd = sqrt((squares[k] - sum[k] * sum[k] / repeats) / (repeats - 1)), ratio = stated[k] / repeats / sd;
         printf("  %s: scatter %.2g, stated %.2f times that\n", m->control[first + k].made.name, sd, ratio);
-        /* the standard deviation of 120 is known to 6.5 %: five of these */
-        FF_CHECK(ratio > 1 / 1.33 && ratio < 1.33, "%s: stated %.3f times the scatter", m->control[first + k].made.name, ratio);
+        FF_CHECK(fabs(log(ratio)) < log1p(known_to), "%s: stated %.3f times the scatter", m->control[first + k].made.name, ratio);
     }
 }
 

@@ -12,7 +12,7 @@ import tempfile
 
 program = os.path.abspath(sys.argv[1])
 little = "--little" in sys.argv
-SAMPLES = 600 if little else 20000
+SAMPLES = 600 if little else 20000 if os.environ.get("FF_TEST_THOROUGH") else 4000
 DATA = "simulate ggx+lambert --set alpha=0.3,f0=0.5:0.4:0.3,kd=0.2 --noise 0.03 --seed 3 -o data.csv --grid scattered:%d" % SAMPLES
 KINDS = {"slice": "data.csv", "polar": "data.csv", "profile": "data.csv", "image": "data.csv", "residuals": "data.csv", "coverage": "data.csv", "ndf": "ggx beckmann",
          "masking": "ggx beckmann", "fresnel": "ggx", "albedo": "ggx+lambert", "forest": "data.csv", "correlation": "data.csv", "likelihood": "data.csv",

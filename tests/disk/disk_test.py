@@ -3,7 +3,7 @@
 
 Whatever happens, the target has what it had or all of what it was to have: never neither, never a part. Where a step fails, the program
 says so with status 4, names the file, and leaves the old file and no temporary one; where it says that it is done the new one is there.
-Without --all the first two steps, the last four and one between."""
+Without --all the first step, the last two and one between; with $FF_TEST_THOROUGH the first two and the last four."""
 import errno
 import json
 import os
@@ -21,6 +21,7 @@ OLD = b"what was here before\n" * 50
 def main():
     program, shim = os.path.abspath(sys.argv[1]), os.path.abspath(sys.argv[2])
     every = "--all" in sys.argv
+    more = bool(os.environ.get("FF_TEST_THOROUGH"))
     folder = tempfile.mkdtemp(prefix="disk-")
     wrong, runs, crashes = [], 0, 0
 
@@ -75,7 +76,7 @@ def main():
             check(new != OLD and steps >= 5, f"{name}: {steps} steps on a sound disk")
             stable = re.compile(rb'"time_s": [^,}]*|"date": [^,}]*|"made[^"]*": [^,}]*')
             same = lambda a: a is not None and stable.sub(b"", a) == stable.sub(b"", new)
-            chosen = [n for n in range(1, steps + 2) if every or n == steps // 2 or n == steps + 1 or (n in (2, steps - 1) if slow else n <= 2 or n > steps - 4)]
+            chosen = [n for n in range(1, steps + 2) if every or n in (1, steps // 2, steps - 1, steps + 1) or more and not slow and (n <= 2 or n > steps - 4)]
             for n in chosen:
                 for old in (OLD, None) if every else (OLD,) if n % 2 else (None,):
                     for reason in FAILURES[:1 + 2 * every] if n <= steps else []:

@@ -187,10 +187,11 @@ static void real_file(const char *path, size_t *number)
     ff_error err = {0};
     const ff_format *f = NULL;
     if (ff_format_detect(path, &f, &err) != FF_OK) return; /* a description, a licence */
+    const char *name = strrchr(path, '/') + 1;
+    if (!every_format && !ff_test_drawn(3, "file %s", name)) return;
     ff_read_options_init(&o);
     if (strcmp(f->name, "pgii") == 0) o.scale = 1e-3;
     if (ff_table_read_with_into(path, &o, &t, &err) != FF_OK) return; /* a table of parameters */
-    const char *name = strrchr(path, '/') + 1;
     if (every_format)
         all_formats(name, &t, *number);
     else

@@ -6,7 +6,7 @@
 #include "memory/failing.h"
 #include "report/html/ff_html.h"
 
-enum { TRIED = 120, MODELS = 2 };
+enum { MODELS = 2 };
 
 typedef struct made {
     ff_table table;
@@ -17,6 +17,11 @@ typedef struct made {
     ff_fit_trust trust[MODELS];
     ff_report_fits report;
 } made;
+
+static int tried(void)
+{
+    return ff_test_is_thorough() ? 120 : 40;
+}
 
 /* What is written is counted and summed up (FNV-1a), and kept nowhere. */
 static FILE *nowhere;
@@ -101,7 +106,7 @@ static void fail_some(const made *m, const char *name, ff_status (*write)(const 
     const uint64_t whole = ended();
     const long n = atomic_load(&failing_count);
     FF_CHECK(n > 100, "%s: %ld allocations", name, n);
-    for (int k = 0; k < TRIED; k++) {
+    for (int k = 0; k < tried(); k++) {
         const long at = k < 20 ? k : (long)(ff_test_next(&state) % (uint64_t)n), before = atomic_load(&failing_live);
         memset(&err, 0, sizeof err);
         failing_begin(at, k % 2);
@@ -115,7 +120,7 @@ static void fail_some(const made *m, const char *name, ff_status (*write)(const 
         FF_CHECK(atomic_load(&failing_live) == before, "%s, allocation %ld: %ld blocks are lost", name, at,
                  atomic_load(&failing_live) - before);
     }
-    FF_CHECK(refusals > TRIED / 2, "%s: %ld of %d were refused", name, refusals, TRIED);
+    FF_CHECK(refusals > tried() / 2, "%s: %ld of %d were refused", name, refusals, tried());
 }
 
 static void every_allocation(void)

@@ -84,19 +84,25 @@ def source_of(top, build, path):
     return source
 
 
-def symbols(nm, path):
-    """What an object defines for others and what it takes from them. Weak definitions, C++ templates, are everybody's own."""
-    said = subprocess.run([nm, "-P", "-g", path], capture_output=True, text=True, check=True).stdout
-    kinds = [line.split()[:2] for line in said.splitlines() if len(line.split()) >= 2]
-    return [name for name, kind in kinds if kind in "TDBRCSG"], [name for name, kind in kinds if kind in "Uwv"]
+def symbols(nm, paths):
+    """{path: what it defines for others, what it takes from them}. Weak definitions, C++ templates, are everybody's own. One run of
+    nm for all, each line of which begins with the path."""
+    found = {path: ([], []) for path in paths}
+    for line in subprocess.run([nm, "-A", "-P", "-g", *paths], capture_output=True, text=True, check=True).stdout.splitlines():
+        path, _, rest = line.partition(": ")
+        words = rest.split()
+        if len(words) >= 2 and words[1] in "TDBRCSGUwv":
+            found[path][words[1] in "Uwv"].append(words[0])
+    return found
 
 
 def links(nm, top, build, objects):
     """{(file, file whose symbol it uses): the symbols}."""
     defined, wanted, arrows = {}, {}, {}
+    both = symbols(nm, objects)
     for path in objects:
         source = source_of(top, build, path)
-        own, taken = symbols(nm, path)
+        own, taken = both[path]
         for name in own:
             if defined.setdefault(name, source) != source:
                 raise Wrong(f"{name} is defined by {defined[name]} and by {source}")

@@ -27,15 +27,20 @@ def read_list(text):
     return why, exceptions
 
 
-def imported(nm, path):
-    said = subprocess.run([nm, "-P", "-u", path], capture_output=True, text=True, check=True).stdout
-    return {re.split(r"[@\s]", line)[0] for line in said.splitlines() if line.strip()}
+def imported(nm, paths):
+    """{path: the names it imports}; one run of nm for all, each line of which begins with the path."""
+    found = {path: set() for path in paths}
+    for line in subprocess.run([nm, "-A", "-P", "-u", *paths], capture_output=True, text=True, check=True).stdout.splitlines():
+        path, _, rest = line.partition(": ")
+        found[path].add(re.split(r"[@\s]", rest)[0])
+    return found
 
 
 def check(nm, objects, text):
     """objects: [(source, path)]. What is wrong, a sentence each."""
     why, exceptions = read_list(text)
-    used = {(source, name) for source, path in objects for name in imported(nm, path) & set(why)}
+    names = imported(nm, [path for _, path in objects])
+    used = {(source, name) for source, path in objects for name in names[path] & set(why)}
     bad = [f"{source} imports {name}: {why[name]}" for source, name in sorted(used - exceptions)]
     return bad + [f"the exception of {source} for {name} is not in use" for source, name in sorted(exceptions - used)]
 

@@ -192,7 +192,7 @@ static void pictures_are_quadratures(void)
     o.environment = e;
     twenty(&s, o, &got);
     size_t looked_at = 0;
-    for (size_t k = 0; k < PIXELS; k += 7) {
+    for (size_t k = 0; k < PIXELS; k += ff_test_is_thorough() ? 7 : 23) {
         /* a pixel is a mean over its area: of small ones, near enough to their middle */
         if (!normal_at(k, SIZE, n) || n[2] < 0.5) continue;
         double area[3] = {0};
@@ -209,7 +209,7 @@ static void pictures_are_quadratures(void)
                      "pixel %zu, channel %zu: %g +- %g, by quadrature %g", k, c, got.mean[k][c], error, area[c]);
         }
     }
-    FF_CHECK(looked_at > 30, "%zu pixels", looked_at);
+    FF_CHECK(looked_at > 10, "%zu pixels", looked_at);
     ff_environment_free(e);
     ff_model_free(s.m);
 }
