@@ -3,6 +3,7 @@
 #include "data_formats/table/ff_calibration.h"
 #include "data_formats/table/internal_table.h"
 #include <math.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -67,13 +68,18 @@ static int calibrate(const cli_args *args, const ff_read_options *o, ff_calibrat
         status = read_second(args, o, "--reference", path, reference);
         c->reference = reference;
     }
+    if (status == EXIT_DONE && signal && !*signal) status = cli_usage(args, "--dark: expected a file or a number");
     if (status == EXIT_DONE && signal && !cli_number_read(signal, &c->dark_signal)) {
         status = read_second(args, o, "--dark", signal, dark);
         c->dark = dark;
     }
     if (status != EXIT_DONE) return status;
     const ff_status failed = ff_table_calibrate(t, c, &done, &err);
-    if (failed != FF_OK) return cli_failed(failed, &err);
+    if (failed != FF_OK) {
+        const int of_dark = signal && (!standard || !strncmp(err.message, "the dark", strlen("the dark")));
+        snprintf(err.path, sizeof err.path, "%s %.400s", of_dark ? "--dark" : "--reference", of_dark ? signal : path);
+        return cli_failed(failed, &err);
+    }
     note(c, &done, path, t);
     return EXIT_DONE;
 }

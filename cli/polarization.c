@@ -61,9 +61,32 @@ static int is_tied(const cli_constraints *c, const char *name)
     return 0;
 }
 
+/* Is the share what a name is to say, and not what the person has said of it? */
+static int is_open(const cli_constraints *c, const ff_model_param *p)
+{
+    return (p->flags & FF_PARAM_HELD) && p->init == 0.5 && !is_fixed(c, p->name);
+}
+
+/* Channels of s and p light that are fitted as if it were the same light: the index would be another one of each. */
+static void note_names(const ff_table *t)
+{
+    const char *s = NULL, *p = NULL;
+    for (size_t c = 0; c < t->n_channels; c++) {
+        const double share = ff_polarization_of_name(t->channels[c].name);
+        if (share == 1 && !s) s = t->channels[c].name;
+        if (share == 0 && !p) p = t->channels[c].name;
+    }
+    if (s && p)
+        cli_note(
+            "channels %s and %s are named like polarized light, and are fitted as if they were not: --polarization both, with the "
+            "Fresnel term dielectric or conductor, tells them apart",
+            s, p);
+}
+
 int cli_polarize_channels(const cli_args *args, const ff_table *table, const ff_model *model, size_t n, cli_constraints *c)
 {
     int status;
+    if (!cli_given(args, FLAG_POLARIZATION)) note_names(table);
     if (strcmp(cli_value(args, FLAG_POLARIZATION, ""), "both") != 0) return EXIT_DONE;
     double *share = shares_of(args, table, &status);
     if (!share) return status;
@@ -85,7 +108,7 @@ int cli_polarize_channels(const cli_args *args, const ff_table *table, const ff_
     for (size_t i = 0; i < n; i++)
         for (uint32_t k = 0; k < model[i].n_channel; k++) {
             const ff_model_param *p = &model[i].channel[k];
-            if (!strcmp(p->info->name, "s_share") && !is_fixed(c, p->name))
+            if (!strcmp(p->info->name, "s_share") && is_open(c, p))
                 c->fixed[c->c.n_fixed++] = (ff_fixed){p->name, n_shares, share, NULL};
             const int is_index = !strcmp(p->info->name, "eta") || !strcmp(p->info->name, "k");
             if (one && table->n_channels > 1 && is_index && !is_fixed(c, p->name) && !is_tied(c, p->name))
