@@ -23,6 +23,7 @@ static double *shares_of(const cli_args *args, const ff_table *t, int *status)
 {
     double *share = malloc(t->n_channels * sizeof *share);
     *status = share ? EXIT_DONE : cli_failed(FF_ERR_MEMORY, NULL);
+    if (!share) return NULL;
     for (size_t c = 0; c < t->n_channels && *status == EXIT_DONE; c++) {
         share[c] = ff_polarization_of_name(t->channels[c].name);
         if (isnan(share[c]))

@@ -165,10 +165,10 @@ static int by_pairs(const ff_table *t, const ff_table *other, const finder *f, c
             for (size_t k = 0; k < n; k++) {
                 const size_t from = channel[c] * other->n + at[k];
                 sum += other->value[from];
-                if (other->sigma) variance += other->sigma[from] * other->sigma[from];
+                if (s->variance) variance += other->sigma[from] * other->sigma[from];
             }
             s->signal[c * t->n + i] = sum / (double)n;
-            if (other->sigma) s->variance[c * t->n + i] = variance / (double)(n * n);
+            if (s->variance) s->variance[c * t->n + i] = variance / (double)(n * n);
         }
     }
     s->how = FF_MATCHED_PAIRS;
