@@ -132,7 +132,8 @@ static int compare_file(const cli_args *args)
     if (status == EXIT_DONE) status = cli_fitting_open(args, args->word[0], all.model, all.n, 1, &f);
     if (status == EXIT_DONE) {
         f.options.constraints = &constraints.c;
-        status = compare(args, &f, &all);
+        status = cli_polarize_channels(args, &f.table, all.model, all.n, &constraints);
+        if (status == EXIT_DONE) status = compare(args, &f, &all);
         cli_fitting_close(&f);
     }
     free(all.model);

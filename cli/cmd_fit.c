@@ -236,7 +236,8 @@ static int fit_for_renderer(const cli_args *args)
     if (status == EXIT_DONE) status = cli_fitting_open(args, args->word[0], all.model, all.n + 1, 1, &f);
     if (status == EXIT_DONE) {
         f.options.constraints = &constraints.c;
-        status = fit_for(args, &f, &all, &all.model[all.n]);
+        status = cli_polarize_channels(args, &f.table, all.model, all.n + 1, &constraints);
+        if (status == EXIT_DONE) status = fit_for(args, &f, &all, &all.model[all.n]);
         cli_fitting_close(&f);
     }
     cli_constraints_free(&constraints);
@@ -270,7 +271,8 @@ static int fit_file(const cli_args *args)
         return status;
     }
     f.options.constraints = &constraints.c;
-    status = f.choose_loss ? fit_adaptive(args, &f, &model, expression) : fit_all(args, &f, &model);
+    status = cli_polarize_channels(args, &f.table, &model, 1, &constraints);
+    if (status == EXIT_DONE) status = f.choose_loss ? fit_adaptive(args, &f, &model, expression) : fit_all(args, &f, &model);
     cli_fitting_close(&f);
     cli_constraints_free(&constraints);
     cli_tables_free(&tables);

@@ -251,7 +251,8 @@ static int fix_one(const cli_args *args, const char *word, void *context)
 int cli_hold_and_free(const cli_args *args, ff_model *m, int where_present)
 {
     holding h = {m, where_present};
-    const int status = cli_each_word(args, FLAG_FREE, free_one, &h);
+    int status = cli_polarize(args, m);
+    if (status == EXIT_DONE) status = cli_each_word(args, FLAG_FREE, free_one, &h);
     return status == EXIT_DONE ? cli_each_word(args, FLAG_FIX, fix_one, &h) : status;
 }
 
@@ -321,8 +322,8 @@ int cli_constraints_read(const cli_args *args, const ff_model *model, size_t n, 
     out->bound = calloc(out->n_room, sizeof *out->bound);
     out->because = calloc(out->n_room, sizeof *out->because);
     out->prior = calloc(words + 1, sizeof *out->prior);
-    out->tie = calloc(words + 1, sizeof *out->tie);
-    out->fixed = calloc(words + 1, sizeof *out->fixed);
+    out->tie = calloc(out->n_room, sizeof *out->tie); /* some are assumed here too */
+    out->fixed = calloc(out->n_room, sizeof *out->fixed);
     if (!out->bound || !out->because || !out->prior || !out->tie || !out->fixed) return cli_failed(FF_ERR_MEMORY, NULL);
     out->c.bound = out->bound;
     out->c.because = out->because;

@@ -111,6 +111,8 @@ static void release_samples(ff_table *t)
 {
     ff_table small = {.n = t->n, .grid = t->grid, .quantity = t->quantity, .isotropic = t->isotropic};
     memcpy(small.format, t->format, sizeof small.format);
+    small.n_channels = t->n_channels, small.channels = t->channels;
+    t->channels = NULL;
     ff_table_clear(t);
     *t = small;
 }

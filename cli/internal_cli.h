@@ -56,6 +56,12 @@ typedef struct cli_constraints {
 int cli_constraints_read(const cli_args *args, const ff_model *model, size_t n, int where_present, cli_constraints *out);
 void cli_constraints_free(cli_constraints *constraints);
 
+/* --polarization: the model becomes one of such light; with `both` each channel's share of s light is held at what its name says,
+ * and all channels have one index of refraction, which is for the constraints of n models that fit `table`. A file whose names say
+ * nothing, or a model whose Fresnel term knows no polarization, is a usage error. */
+int cli_polarize(const cli_args *args, ff_model *m);
+int cli_polarize_channels(const cli_args *args, const ff_table *table, const ff_model *model, size_t n, cli_constraints *c);
+
 /* Adds the bounds beyond 1 that --reduce srgb and --free ks ask for, of n models, which must outlive the constraints; as many as
  * there is room for. */
 void cli_boxes_assume(const cli_args *args, const ff_model *model, size_t n, cli_constraints *c);
@@ -113,6 +119,9 @@ int cli_renderers_read(const cli_args *args, int several, cli_combinations *out)
 int cli_again(const void *args, const char *command, const ff_report_change *change, size_t n, char *out, size_t size);
 
 /* ---- measured data -----------------------------------------------------------------------------------------------------------*/
+
+/* --reference and --dark, of signals that were read with these options: t is changed, and notes what was done. Exit status. */
+int cli_calibrate(const cli_args *args, const ff_read_options *o, ff_table *t);
 
 /* Reads `path` with the options of the flags, reduced as --reduce says; notes as messages when with_notes. Exit status; the table
  * is to be freed after EXIT_DONE. */

@@ -39,12 +39,13 @@ int cli_kind_is_file(cli_kind kind);
 /* The i-th word of a closed list, NULL after the last. */
 typedef const char *cli_words(size_t i);
 cli_words cli_words_loss, cli_words_loss_auto, cli_meaning_loss, cli_words_robust, cli_meaning_robust, cli_words_weighting,
-    cli_words_errors, cli_words_shape, cli_words_channels, cli_words_channels_one, cli_words_isa, cli_words_quantity,
-    cli_words_azimuth, cli_words_phi, cli_words_angles, cli_words_monotone, cli_words_negative, cli_words_ndf, cli_words_masking,
-    cli_words_masking_one, cli_words_term, cli_words_fresnel, cli_words_diffuse, cli_words_model, cli_words_read, cli_words_written,
-    cli_words_grid, cli_words_reduce, cli_words_from, cli_words_to, cli_words_for, cli_words_export, cli_words_by, cli_words_table,
-    cli_words_color, cli_words_shell, cli_words_plot, cli_meaning_plot, cli_words_tone, cli_words_background, cli_words_environment,
-    cli_words_sort, cli_words_names, cli_words_surface, cli_words_facets, cli_words_descent;
+    cli_words_errors, cli_words_shape, cli_words_polarization, cli_words_channels, cli_words_channels_one, cli_words_isa,
+    cli_words_quantity, cli_words_azimuth, cli_words_phi, cli_words_angles, cli_words_monotone, cli_words_negative, cli_words_ndf,
+    cli_words_masking, cli_words_masking_one, cli_words_term, cli_words_fresnel, cli_words_diffuse, cli_words_model, cli_words_read,
+    cli_words_written, cli_words_grid, cli_words_reduce, cli_words_from, cli_words_to, cli_words_for, cli_words_export,
+    cli_words_by, cli_words_table, cli_words_color, cli_words_shell, cli_words_plot, cli_meaning_plot, cli_words_tone,
+    cli_words_background, cli_words_environment, cli_words_sort, cli_words_names, cli_words_surface, cli_words_facets,
+    cli_words_descent;
 
 int cli_words_find(cli_words *words, const char *word, size_t length); /* index, -1 = none of them */
 size_t cli_words_count(cli_words *words);

@@ -95,6 +95,8 @@ int cli_fits_draw(const cli_args *args, const char *path, const ff_plot_kind *ki
     if (status != EXIT_DONE) return status;
     d->is_open = 1;
     d->f.options.constraints = &d->constraints.c;
+    if ((status = cli_polarize_channels(args, &d->f.table, d->models.model, d->models.n, &d->constraints)) != EXIT_DONE)
+        return status;
     d->fit = calloc(d->models.n, sizeof *d->fit);
     ff_status failed = d->fit ? fit_models(d, &err) : FF_ERR_MEMORY;
     if (failed != FF_OK) return cli_failed(failed, &err);

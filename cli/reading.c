@@ -58,6 +58,13 @@ int cli_read(const cli_args *args, const char *path, int with_notes, ff_table *o
     const size_t n = cli_joins_files(args->command) ? args->n_words : 1;
     ff_status failed = ff_table_read_all_into(n > 1 ? args->word : &path, n, &o, &t, &err);
     const int of_input = is_the_input(args, path, failed);
+    if (failed == FF_OK) {
+        const int status = cli_calibrate(args, &o, &t);
+        if (status != EXIT_DONE) {
+            ff_table_clear(&t);
+            return status;
+        }
+    }
     if (failed == FF_OK && to) failed = reduce(to, &t, &err);
     if (failed != FF_OK) {
         if (!err.path[0]) snprintf(err.path, sizeof err.path, "%s", path);

@@ -51,6 +51,12 @@ const char *cli_words_errors(size_t i)
     return ff_error_source_name((int)i);
 }
 
+const char *cli_words_polarization(size_t i)
+{
+    static const char *const words[] = {"s", "p", "both"};
+    return i < sizeof words / sizeof *words ? words[i] : NULL;
+}
+
 const char *cli_words_shape(size_t i)
 {
     return ff_shape_name((int)i);

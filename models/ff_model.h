@@ -90,6 +90,12 @@ FF_API ff_status ff_model_vary(ff_model *m, const char *name, ff_error *err);
  * range), or when the parameter is held outside them. m is changed only on FF_OK. */
 FF_API ff_status ff_model_bound(ff_model *m, const char *name, double lo, double hi, ff_error *err);
 
+/** Makes the model one of polarized light: every Fresnel factor, dielectric or conductor, becomes that of its own for a source of
+ * which the share s_share (0 to 1) is polarized perpendicular to the plane of incidence of the sample, and held there; the detector
+ * takes light of both kinds (Priest and Meier 2002). What was held, let vary or bounded before stays so. FF_ERR_RANGE;
+ * FF_ERR_UNSUPPORTED where a Fresnel factor says nothing of polarization, or there is none. m is changed only on FF_OK. */
+FF_API ff_status ff_model_polarize(ff_model *m, double s_share, ff_error *err);
+
 struct ff_profile_table;
 /** Gives every `tabulated` lobe its table (ff_profile.h), which must outlive m and its copies; the count of such lobes. */
 FF_API uint32_t ff_model_set_table(ff_model *m, const struct ff_profile_table *table);

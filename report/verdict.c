@@ -437,6 +437,20 @@ static void put_incidences(const ff_next *next, ff_verdict *v)
 #define WORTH_WHILE 0.7  /* of a standard error that new incidences leave                */
 #define KNOWN_WELL  0.03 /* of a value: its error needs no more measurements             */
 
+/* "A from B": by distribution and masking, or where these are the same with the other terms. */
+static void put_rivals(const ff_fit_result *a, const ff_fit_result *b, ff_verdict *v)
+{
+    char whole[2][FF_MODEL_NAME];
+    if (strcmp(ff_report_ndf_name(a), ff_report_ndf_name(b)) || strcmp(ff_report_masking_name(a), ff_report_masking_name(b))) {
+        ff_verdict_put(v, "%s/%s from %s/%s", ff_report_ndf_name(a), ff_report_masking_name(a), ff_report_ndf_name(b),
+                       ff_report_masking_name(b));
+        return;
+    }
+    ff_model_expression(&a->model, whole[0], sizeof whole[0]);
+    ff_model_expression(&b->model, whole[1], sizeof whole[1]);
+    ff_verdict_put(v, "%s from %s", whole[0], whole[1]);
+}
+
 static int say_measure(const ff_report_fits *r, const ff_fit_result *f, ff_verdict *v)
 {
     const ff_fit_result *best = ff_report_best(r, (size_t)(f - r->fit) / ff_verdict_models(r));
@@ -450,8 +464,7 @@ static int say_measure(const ff_report_fits *r, const ff_fit_result *f, ff_verdi
         const int tells = next->then >= TELLS;
         ff_verdict_put(v, tells ? "To tell " : "No three incidences up to theta_i %s degrees would tell ",
                        ff_text_number(ff_report_degrees(next->reach), 3, then));
-        ff_verdict_put(v, "%s/%s from %s/%s", ff_report_ndf_name(best), ff_report_masking_name(best), ff_report_ndf_name(rival),
-                       ff_report_masking_name(rival));
+        put_rivals(best, rival, v);
         if (!tells) ff_verdict_put(v, "; --reach says how far the instrument goes");
         if (!tells) return 1;
         ff_verdict_put(v, ", measure at theta_i ");

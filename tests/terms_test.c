@@ -253,6 +253,7 @@ static void fresnel_starts(void)
             const ff_fresnel *f = kernels()->fresnel[t];
             double params[4];
             if (!f->like_schlick) continue;
+            for (uint32_t k = 0; k < f->term.n_params; k++) params[k] = f->term.params[k].init; /* what is held stays */
             f->like_schlick(f0, params);
             for (uint32_t k = 0; k < f->term.n_params; k++)
                 FF_CHECK(params[k] >= f->term.params[k].lo && params[k] <= f->term.params[k].hi, "%s: %s = %g", f->term.name,

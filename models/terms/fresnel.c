@@ -10,6 +10,8 @@
  *
  * At c = 1 every one of them is exact: m = 0 and w = eta + i k. */
 #include "internal_terms.h"
+#include "internal_complex.h"
+#include "internal_index.h"
 #include "internal_optics.h"
 #include "base/internal_vector_math.h"
 
@@ -72,100 +74,29 @@ static void dielectric(FF_ARGS)
     for (size_t i = 0; i < n; i++) deta[i] = ff_dielectric_slope(eta, c[i]);
 }
 
-typedef struct complex_number {
-    double re, im;
-} complex_number;
-
-static inline complex_number times(complex_number a, complex_number b)
-{
-    return (complex_number){a.re * b.re - a.im * b.im, a.re * b.im + a.im * b.re};
-}
-
-static inline complex_number conjugate(complex_number a)
-{
-    return (complex_number){a.re, -a.im};
-}
-
-static inline double norm(complex_number a)
-{
-    return a.re * a.re + a.im * a.im;
-}
-
-/* Principal square root of x + i y, y >= 0: the larger part by a sum of equal signs, the other from the product of both, y / 2. */
-static inline complex_number root(double x, double y)
-{
-    const double length2 = ff_floored(x * x + y * y), larger2 = 0.5 * (length2 * ff_rsqrt(length2) + fabs(x));
-    const double inv = ff_rsqrt(larger2), larger = larger2 * inv, smaller = 0.5 * y * inv;
-    return x < 0 ? (complex_number){smaller, larger} : (complex_number){larger, smaller};
-}
-
-/* conj(r) r' for r = (q - w) / (q + w), where r' = numerator / (q + w)^2. */
-static inline complex_number slope(complex_number q, complex_number w, complex_number numerator)
-{
-    const complex_number difference = {q.re - w.re, q.im - w.im}, sum = {q.re + w.re, q.im + w.im};
-    const double inv = ff_recip(ff_floored(norm(sum)));
-    const complex_number product = times(times(conjugate(difference), conjugate(sum)), numerator);
-    return (complex_number){product.re * inv * inv, product.im * inv * inv};
-}
-
-static inline double reflected(complex_number q, complex_number w)
-{
-    const complex_number difference = {q.re - w.re, q.im - w.im}, sum = {q.re + w.re, q.im + w.im};
-    return norm(difference) * ff_recip(ff_floored(norm(sum)));
-}
-
 /* F is the squared modulus of functions that are analytic in eta + i k: with r' their derivative by it, d|r|^2/d eta = 2 Re(conj(r)
  * r') and d|r|^2/d k = -2 Im(conj(r) r'); and w' = (eta + i k) / w. */
 static void conductor(FF_ARGS)
 {
     const double eta = params[0], k = params[1], *restrict c = g->plane[FF_G_C];
-    const complex_number index = {eta, k}, N = {(eta - k) * (eta + k), 2 * eta * k};
+    const ff_complex index = {eta, k}, N = {(eta - k) * (eta + k), 2 * eta * k};
     const double excess = (eta - 1) * (eta + 1) - k * k;
     for (size_t i = 0; i < n; i++) {
-        const complex_number w = root(excess + c[i] * c[i], N.im), qs = {c[i], 0}, qp = {N.re * c[i], N.im * c[i]};
-        f[i] = 0.5 * (reflected(qs, w) + reflected(qp, w));
+        const ff_complex w = ff_complex_root(excess + c[i] * c[i], N.im), qs = {c[i], 0}, qp = {N.re * c[i], N.im * c[i]};
+        f[i] = 0.5 * (ff_reflected(qs, w) + ff_reflected(qp, w));
     }
     if (!d) return;
     double *restrict deta = d[0], *restrict dk = d[1];
     for (size_t i = 0; i < n; i++) {
-        const complex_number w = root(excess + c[i] * c[i], N.im), qs = {c[i], 0}, qp = {N.re * c[i], N.im * c[i]};
-        const complex_number w2 = {excess + c[i] * c[i], N.im}, inner = {2 * w2.re - N.re, 2 * w2.im - N.im};
-        const double twice = 2 * c[i] * ff_recip(ff_floored(norm(w)));
-        const complex_number ratio = times(index, conjugate(w)), step = {twice * ratio.re, twice * ratio.im}; /* 2 c index / w */
-        const complex_number ds = slope(qs, w, step), dp = slope(qp, w, times(step, inner));
+        const ff_complex w = ff_complex_root(excess + c[i] * c[i], N.im), qs = {c[i], 0}, qp = {N.re * c[i], N.im * c[i]};
+        const ff_complex w2 = {excess + c[i] * c[i], N.im}, inner = {2 * w2.re - N.re, 2 * w2.im - N.im};
+        const double twice = 2 * c[i] * ff_recip(ff_floored(ff_complex_norm(w)));
+        const ff_complex ratio = ff_complex_times(index, ff_complex_conjugate(w)),
+                         step = {twice * ratio.re, twice * ratio.im}; /* 2 c index / w */
+        const ff_complex ds = ff_reflected_slope(qs, w, step), dp = ff_reflected_slope(qp, w, ff_complex_times(step, inner));
         deta[i] = dp.re - ds.re;
         dk[i] = ds.im - dp.im;
     }
-}
-
-/* ---- where a fit starts ---------------------------------------------------------------------- */
-
-static double clamped(double x, double lo, double hi)
-{
-    return x < lo ? lo : x > hi ? hi : x;
-}
-
-/* The boxes: real media at one end, the published fits of tables of measured materials (eta up to 100) at the other. */
-#define FF_DIELECTRIC_MAX 100
-#define FF_CONDUCTOR_MIN  0.01
-#define FF_CONDUCTOR_MAX  100
-
-/* F0 = ((eta - 1) / (eta + 1))^2 */
-static void dielectric_like(double f0, double *params)
-{
-    const double r = sqrt(clamped(f0, 0, 0.999));
-    params[0] = clamped((1 + r) / (1 - r), 1, FF_DIELECTRIC_MAX);
-}
-
-/* Among the (eta, k) with this F0, from the lowest eta to the dielectric (Gulbrandsen 2014), one whose curve follows Schlick's: for
- * F0 in [0.02, 0.98] their cosine-weighted mean distance is at most 0.015. k > 0, for F has no slope by k at 0. */
-static void conductor_like(double f0, double *params)
-{
-    const double r = clamped(f0, 1e-4, 0.999), root_r = sqrt(r), lowest = (1 - r) / (1 + r), highest = (1 + root_r) / (1 - root_r);
-    const double dielectric_share = (1 - r) * (1 - r) * sqrt(1 - r);
-    const double eta = clamped(lowest + dielectric_share * (highest - lowest), FF_CONDUCTOR_MIN, FF_CONDUCTOR_MAX);
-    params[0] = eta;
-    params[1] = clamped(sqrt((r * (eta + 1) * (eta + 1) - (eta - 1) * (eta - 1)) / (1 - r)), 0, FF_CONDUCTOR_MAX);
 }
 
 /* ---- descriptors ----------------------------------------------------------------------------- */
@@ -219,7 +150,7 @@ const ff_fresnel FF_ISA_NAME(ff_fresnel_dielectric) = {.term = {.name = "dielect
                                                                 .params = dielectric_params},
                                                        .planes = 1u << FF_G_C,
                                                        .eval = dielectric,
-                                                       .like_schlick = dielectric_like};
+                                                       .like_schlick = ff_dielectric_like};
 
 static const ff_param conductor_params[] = {
     {"eta", "1", "real part of the index of refraction, eta", FF_CONDUCTOR_MIN, FF_CONDUCTOR_MAX, 1,
@@ -238,7 +169,7 @@ const ff_fresnel FF_ISA_NAME(ff_fresnel_conductor) = {
              .params = conductor_params},
     .planes = 1u << FF_G_C,
     .eval = conductor,
-    .like_schlick = conductor_like};
+    .like_schlick = ff_conductor_like};
 
 static const ff_param sgd_params[] = {{"f0", "1", "F0 of the source; at normal incidence F = F0 - F1", 0, 10, 0.5, FF_LINEAR, 0},
                                       {"f1", "1", "slope by the cosine, F1", -2, 10, 0, FF_LINEAR, 0}};

@@ -121,7 +121,8 @@ typedef struct ff_fresnel {
     uint32_t planes;
     /* Value and derivatives by the term's parameters, d[k] planes; d may be NULL. */
     void (*eval)(const double *params, const ff_geometry *g, size_t n, double *restrict f, double *const *d);
-    /* Parameters whose F is like that of Schlick with this F0: where a fit starts. NULL where they are solved for (linear). */
+    /* Parameters whose F is like that of Schlick with this F0: where a fit starts; those that are held stay. NULL where they are
+     * solved for (linear). */
     void (*like_schlick)(double f0, double *params);
 } ff_fresnel;
 

@@ -9,7 +9,7 @@ import sys
 
 # What may call only what stands before it in this list; all cmd_*.c are one place, since none may call another.
 ORDER = ["terminal", "messages", "fields", "inputs", "jobs", "journal", "rows", "summary", "changes", "thumbnail", "index", "engine", "words", "forms", "expression", "definitions", "values", "style", "files", "parse", "text", "help", "about", "man", "page", "completion",
-         "outputs", "shared", "reading", "boxes", "constraints", "combinations", "renderers", "again", "fitting", "trust", "pages", "figure", "plot_fits", "sources", "plot_subject", "render_scene", "render_subject", "signals", "walking", "batch_words", "batch_summary", "batch", "cmd_", "commands", "main"]
+         "outputs", "shared", "calibration", "reading", "boxes", "polarization", "constraints", "combinations", "renderers", "again", "fitting", "trust", "pages", "figure", "plot_fits", "sources", "plot_subject", "render_scene", "render_subject", "signals", "walking", "batch_words", "batch_summary", "batch", "cmd_", "commands", "main"]
 
 
 def symbols(nm, path):

@@ -10,7 +10,7 @@ import tempfile
 program = os.path.abspath(sys.argv[1])
 FOLDER = tempfile.TemporaryDirectory()  # where a flag that is taken would write
 # Values, of which every flag takes one.
-VALUES = ["1", "20", "30", "0.5", "text", "csv", "merl", "rgb", "srgb", "ggx", "smith-uncorrelated", "schlick", "lambert", "none", "log",
+VALUES = ["1", "s", "20", "30", "0.5", "text", "csv", "merl", "rgb", "srgb", "ggx", "smith-uncorrelated", "schlick", "lambert", "none", "log",
           "huber", "sample", "noise", "isotropic", "scalar", "brdf", "d", "D", "slopes", "keep", "drop", "x=1", "f0=0.5", "f0", "f0=0.1:0.5",
           "beckmann", "phong", "relative=0.1", "30,0", "goniometer", "bash", "zemax", "never", "black", "out.png", "blender", "mirror",
           "clockwise", "radians", "decimal=comma", "file", "projected", "1-2"]
