@@ -52,6 +52,9 @@ static void note(const ff_calibration *c, const ff_calibrated *done, const char 
             t,
             "the standard's means are known to %.2g %%, which all values share: --scale-uncertainty %.2g%% adds it to the errors",
             100 * done->reference_error, 100 * done->reference_error);
+    else if (isnan(done->reference_error) && done->reference != FF_MATCHED_PAIRS)
+        ff_table_note(t, "the standard was read once: how well its signal is known is not said, and is in no error; "
+                         "--scale-uncertainty takes it");
     if (done->n_lost)
         ff_table_note(t, "%zu samples whose standard reads no more than the dark count as not measured", done->n_lost);
 }

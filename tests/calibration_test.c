@@ -139,6 +139,35 @@ static void by_incidence(void)
     }
 }
 
+/* The error of a standard's means: of one reading it is the file's, or not known; above the dark, which may be most of the signal.
+ * What was not measured needs no standard. */
+static void error_of_the_standard(void)
+{
+    for (int with_sigma = 0; with_sigma < 2; with_sigma++) {
+        size_t order[INCIDENCES];
+        for (size_t k = 0; k < INCIDENCES; k++) order[k] = k * EXITS * AZIMUTHS + 7;
+        ff_table t = signals(0, 0, 1, 0), reference = signals(1, 0, 1, with_sigma);
+        reorder(&reference, order, INCIDENCES);
+        for (size_t i = 0; i < N * CHANNELS; i++) t.value[i] += 1e5;
+        for (size_t i = 0; i < INCIDENCES * CHANNELS; i++) reference.value[i] += 1e5;
+        for (size_t i = 0; i < INCIDENCES * CHANNELS && with_sigma; i++) reference.sigma[i] = 30;
+        t.valid[3] = 0, t.angle[0][3] = 33; /* where the standard was not */
+        double least = INFINITY;
+        for (size_t c = 0; c < CHANNELS; c++)
+            for (size_t i = 0; i < N; i++) least = fmin(least, gain(c, i) * R);
+        const ff_calibration c = {&reference, R, NULL, 1e5 + 12};
+        ff_calibrated done;
+        ff_error err = {0};
+        if (FF_CHECK(ff_table_calibrate(&t, &c, &done, &err) == FF_OK, "%s", err.message)) {
+            if (with_sigma)
+                FF_CHECK_CLOSE(done.reference_error, 30 / least, 2e-3, 0);
+            else
+                FF_CHECK(isnan(done.reference_error), "one reading is known to %g", done.reference_error);
+        }
+        ff_table_clear(&t), ff_table_clear(&reference);
+    }
+}
+
 /* Standard deviations against the scatter of many calibrations of noisy signals. */
 static void errors_are_the_scatter(void)
 {
@@ -218,5 +247,5 @@ static void lost_samples(void)
     ff_table_clear(&t), ff_table_clear(&reference);
 }
 
-FF_TEST_MAIN(FF_TEST(pair_by_pair), FF_TEST(by_incidence), FF_TEST(errors_are_the_scatter), FF_TEST(refusals),
-             FF_TEST(lost_samples))
+FF_TEST_MAIN(FF_TEST(pair_by_pair), FF_TEST(by_incidence), FF_TEST(error_of_the_standard), FF_TEST(errors_are_the_scatter),
+             FF_TEST(refusals), FF_TEST(lost_samples))

@@ -121,15 +121,16 @@ static size_t finder_find(const finder *f, const ff_table *t, const pair *p, siz
 
 /* signal and variance [n_channels][n] of the first table's samples and channels. */
 typedef struct signals {
-    double *signal, *variance; /* variance NULL: unknown, or common to many */
+    double *signal, *variance,
+        *common; /* variance of a pair's own readings, standard deviation of a mean that many share; or NULL */
     ff_matched how;
-    double error;
 } signals;
 
 static void signals_free(signals *s)
 {
     free(s->signal);
     free(s->variance);
+    free(s->common);
     *s = (signals){.how = FF_MATCHED_NOT};
 }
 
@@ -175,57 +176,125 @@ static int by_pairs(const ff_table *t, const ff_table *other, const finder *f, c
     return 1;
 }
 
-/* Mean of a channel of `other` over the samples at an incidence (NaN: all of them), and its relative error; how many there are. */
-static size_t mean_at(const ff_table *other, const finder *f, size_t channel, double theta_i, double *mean, double *error)
+/* ---- means at incidences ------------------------------------------------------------------------ */
+
+/* A sample that was measured, by its incidence. */
+typedef struct reading {
+    double theta_i;
+    size_t sample;
+} reading;
+
+/* Readings [from, to) of a sorted list, whose incidences are one. */
+typedef struct incidence {
+    double lo, hi;
+    size_t from, to;
+} incidence;
+
+static int by_theta(const void *a, const void *b)
 {
-    double sum = 0, squares = 0;
-    size_t n = 0;
-    for (size_t i = 0; i < other->n; i++) {
-        if (!ff_table_is_measured(other, i) || (!isnan(theta_i) && !same_angle(f->pair[i].at[0], theta_i, 0))) continue;
-        const double v = other->value[channel * other->n + i];
-        sum += v;
-        squares += v * v;
-        n++;
+    const reading *x = a, *y = b;
+    if (x->theta_i != y->theta_i) return x->theta_i < y->theta_i ? -1 : 1;
+    return x->sample < y->sample ? -1 : x->sample > y->sample;
+}
+
+/* The incidences of the measured samples, ascending; `all` [n] and `out` [n] have room for one each. Their number. */
+static size_t incidences_of(const ff_table *other, const finder *f, reading *all, incidence *out)
+{
+    size_t n = 0, count = 0;
+    for (size_t i = 0; i < other->n; i++)
+        if (ff_table_is_measured(other, i)) all[n++] = (reading){f->pair[i].at[0], i};
+    qsort(all, n, sizeof *all, by_theta);
+    for (size_t k = 0; k < n; k++) {
+        if (count == 0 || all[k].theta_i - out[count - 1].hi > TOLERANCE) out[count++] = (incidence){all[k].theta_i, 0, k, 0};
+        out[count - 1].hi = all[k].theta_i;
+        out[count - 1].to = k + 1;
     }
-    *mean = n ? sum / (double)n : NAN;
-    const double spread = n > 1 ? (squares - sum * *mean) / (double)(n - 1) : 0;
-    *error = n > 1 && *mean != 0 ? sqrt(fmax(spread, 0) / (double)n) / fabs(*mean) : 0;
-    return n;
+    return count;
 }
 
-static int has_one_incidence(const ff_table *other, const finder *f)
+/* Where an incidence is among n; n when nowhere. */
+static size_t incidence_at(const incidence *x, size_t n, double theta_i)
 {
-    for (size_t i = 1; i < other->n; i++)
-        if (!same_angle(f->pair[0].at[0], f->pair[i].at[0], 0)) return 0;
-    return 1;
+    size_t lo = 0, hi = n;
+    while (lo < hi) { /* the first that does not end below */
+        const size_t middle = lo + (hi - lo) / 2;
+        if (x[middle].hi + TOLERANCE < theta_i)
+            lo = middle + 1;
+        else
+            hi = middle;
+    }
+    return lo < n && x[lo].lo - TOLERANCE <= theta_i ? lo : n;
 }
 
-/* Means at the incidences of t, of which neighbouring samples mostly have the same. */
+/* Mean of a channel of `other` at an incidence, and its standard deviation: by the scatter, and no less than by the file's; NaN of
+ * one reading of which the file says nothing. */
+static void mean_at(const ff_table *other, const reading *all, const incidence *x, size_t channel, double *mean, double *sd)
+{
+    const double n = (double)(x->to - x->from);
+    double sum = 0, squares = 0, variance = 0;
+    for (size_t k = x->from; k < x->to; k++) {
+        const size_t at = channel * other->n + all[k].sample;
+        sum += other->value[at];
+        if (other->sigma) variance += other->sigma[at] * other->sigma[at];
+    }
+    *mean = sum / n;
+    for (size_t k = x->from; k < x->to; k++) {
+        const double off = other->value[channel * other->n + all[k].sample] - *mean;
+        squares += off * off;
+    }
+    const double by_scatter = n > 1 ? sqrt(squares / (n - 1) / n) : other->sigma ? 0 : NAN;
+    *sd = fmax(by_scatter, other->sigma ? sqrt(variance) / n : by_scatter);
+}
+
+/* The means [n][n_channels], then their standard deviations, as said. */
+static void all_means(const ff_table *t, const ff_table *other, const reading *all, const incidence *x, size_t n,
+                      const size_t *channel, double *mean)
+{
+    for (size_t k = 0; k < n; k++)
+        for (size_t c = 0; c < t->n_channels; c++)
+            mean_at(other, all, &x[k], channel[c], &mean[k * t->n_channels + c], &mean[(n + k) * t->n_channels + c]);
+}
+
+static ff_status take_means(const ff_table *t, const incidence *x, size_t n, const double *mean, const char *what, int isotropic,
+                            signals *s, ff_error *err)
+{
+    if (n == 0) return ff_error_set(err, FF_ERR_DATA, NULL, 0, -1, "%s has no measured sample", what);
+    s->how = n == 1 ? FF_MATCHED_ALL : FF_MATCHED_INCIDENCE;
+    for (size_t i = 0; i < t->n; i++) {
+        if (!t->valid[i]) continue;
+        const double theta_i = pair_at(t, i, isotropic).at[0];
+        const size_t k = n == 1 ? 0 : incidence_at(x, n, theta_i);
+        if (k == n)
+            return ff_error_set(err, FF_ERR_DATA, NULL, 0, -1,
+                                "%s was not measured at theta_i = %g degrees, as sample %zu was; expected all incidences of the "
+                                "data, or one alone",
+                                what, theta_i, i + 1);
+        for (size_t c = 0; c < t->n_channels; c++) {
+            s->signal[c * t->n + i] = mean[k * t->n_channels + c];
+            s->common[c * t->n + i] = mean[(n + k) * t->n_channels + c];
+        }
+    }
+    return FF_OK;
+}
+
 static ff_status by_means(const ff_table *t, const ff_table *other, const finder *f, const char *what, const size_t *channel,
                           int isotropic, signals *s, ff_error *err)
 {
-    const int one = has_one_incidence(other, f);
-    double at = NAN;
-    s->how = one ? FF_MATCHED_ALL : FF_MATCHED_INCIDENCE;
-    for (size_t i = 0; i < t->n; i++) {
-        const double theta_i = pair_at(t, i, isotropic).at[0];
-        const size_t from = i ? i - 1 : 0;
-        const int again = i && (one || theta_i == at);
-        for (size_t c = 0; c < t->n_channels; c++) {
-            double error = 0;
-            if (again)
-                s->signal[c * t->n + i] = s->signal[c * t->n + from];
-            else if (!mean_at(other, f, channel[c], one ? NAN : theta_i, &s->signal[c * t->n + i], &error))
-                return ff_error_set(
-                    err, FF_ERR_DATA, NULL, 0, -1,
-                    "%s was not measured at theta_i = %g degrees, as sample %zu was; expected all incidences of the "
-                    "data, or one alone",
-                    what, theta_i, i + 1);
-            s->error = fmax(s->error, error);
-        }
-        at = theta_i;
-    }
-    return FF_OK;
+    reading *all = malloc(other->n * sizeof *all);
+    incidence *x = malloc(other->n * sizeof *x);
+    const size_t n = all && x ? incidences_of(other, f, all, x) : 0;
+    double *mean = malloc((2 * n + 1) * t->n_channels * sizeof *mean);
+    s->common = calloc(t->n * t->n_channels, sizeof *s->common);
+    ff_status status = FF_ERR_MEMORY;
+    if (all && x && mean && s->common) {
+        all_means(t, other, all, x, n, channel, mean);
+        status = take_means(t, x, n, mean, what, isotropic, s, err);
+    } else
+        ff_error_set(err, FF_ERR_MEMORY, NULL, 0, -1, "no memory for the incidences of %zu samples", other->n);
+    free(all);
+    free(x);
+    free(mean);
+    return status;
 }
 
 static ff_status signals_of(const ff_table *t, const ff_table *other, const char *what, signals *s, ff_error *err)
@@ -279,6 +348,20 @@ static int calibrate_one(double scale, const signals *reference, const signals *
     if (t->sigma)
         t->sigma[k] = sqrt(scale * scale * vs + f * f * at_or(reference->variance, k, 0) + by_dark * by_dark * vd) / above;
     return 1;
+}
+
+/* The largest relative standard deviation of the standard's means above the dark; NaN where one is not known, and of pairs. */
+static double error_of_means(const ff_table *t, const ff_calibration *c, const signals *reference, const signals *dark)
+{
+    double most = 0;
+    if (!reference->common) return NAN;
+    for (size_t k = 0; k < t->n * t->n_channels; k++) {
+        const double above = reference->signal[k] - at_or(dark->signal, k, c->dark_signal);
+        if (!t->valid[k % t->n] || !(above > 0)) continue;
+        if (isnan(reference->common[k])) return NAN;
+        most = fmax(most, reference->common[k] / above);
+    }
+    return most;
 }
 
 static ff_status calibrate(ff_table *t, const ff_calibration *c, const signals *reference, const signals *dark, size_t *n_lost,
@@ -335,10 +418,10 @@ ff_status ff_table_calibrate(ff_table *t, const ff_calibration *c, ff_calibrated
             "were read, or a file of the dark");
     ff_status status = c->reference ? signals_of(t, c->reference, "the standard", &reference, err) : FF_OK;
     if (!status && c->dark) status = signals_of(t, c->dark, "the dark", &dark, err);
+    const double error = status ? NAN : error_of_means(t, c, &reference, &dark);
     if (!status) status = calibrate(t, c, &reference, &dark, &n_lost, err);
     if (!status) count_again(t);
-    if (!status && out)
-        *out = (ff_calibrated){reference.how, dark.how, reference.how == FF_MATCHED_PAIRS ? NAN : reference.error, n_lost};
+    if (!status && out) *out = (ff_calibrated){reference.how, dark.how, error, n_lost};
     signals_free(&reference);
     signals_free(&dark);
     return status;

@@ -30,9 +30,10 @@ typedef enum ff_matched {
 /** What was done. */
 typedef struct ff_calibrated {
     ff_matched reference, dark;
-    double
-        reference_error; /**< relative standard deviation of its means (FF_MATCHED_INCIDENCE, _ALL), the largest; NaN: of pairs */
-    size_t n_lost;       /**< samples whose standard reads no more than the dark: not measured now       */
+    /** Largest relative standard deviation of the standard's means above the dark, by their scatter and the file's own; NaN: of
+     * pairs, or of one reading of which the file says nothing. */
+    double reference_error;
+    size_t n_lost; /**< samples whose standard reads no more than the dark: not measured now       */
 } ff_calibrated;
 
 /** Calibrates the values of t, which are in 1/sr afterwards where there is a reference; standard deviations, where t has them, get
