@@ -1,7 +1,7 @@
 /* What the uncertainties of an instrument add to the errors of a fit: what they change in the score, J^T r, by H^-1. */
 #include "fit/losses/internal_loss.h"
 #include "fit/noise/internal_noise.h"
-#include "internal_trust.h"
+#include "fit/trust/internal_trust.h"
 #include "models/tools/internal_aperture.h"
 #include <math.h>
 #include <stdlib.h>
