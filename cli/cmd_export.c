@@ -62,16 +62,9 @@ static int export_refit(job *j, const ff_target *t, const ff_scene_file *file, f
     const ff_status failed = ff_refit_controls(r, control);
     if (failed != FF_OK) return cli_failed(failed, NULL);
     const ff_scene scene = {t, r->material, r->n_channels, control, j->args->head.version};
-    j->report.target = t;
-    j->report.material = r->material;
     j->report.as = file->name;
     j->report.title = file->title;
-    j->report.n_channels = r->n_channels;
-    j->report.control = control;
-    j->report.is_own = r->is_own;
-    j->report.left = r->left;
-    j->report.n_lost = r->n_lost;
-    j->report.lost = r->lost;
+    ff_report_export_take(t, r, control, &j->report);
     int status = cli_write(j->args, j->path, write_scene, &(scene_job){&scene, file});
     if (status == EXIT_DONE) status = report(j);
     j->report.control = NULL; /* they end here */

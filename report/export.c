@@ -6,6 +6,18 @@
 #include <math.h>
 #include <string.h>
 
+void ff_report_export_take(const ff_target *target, const ff_refit *r, const double *control, ff_report_export *out)
+{
+    out->target = target;
+    out->material = r->material;
+    out->n_channels = r->n_channels;
+    out->control = control;
+    out->is_own = r->is_own;
+    out->left = r->left;
+    out->n_lost = r->n_lost;
+    out->lost = r->lost;
+}
+
 /* ---- controls -------------------------------------------------------------------------------- */
 
 static const ff_control *control_at(const ff_report_export *r, size_t row, size_t *c)

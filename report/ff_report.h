@@ -160,6 +160,9 @@ typedef struct ff_report_export {
     size_t n_lost;
     const struct ff_lost *lost; /**< [n_lost]                                                             */
 } ff_report_export;
+struct ff_refit;
+/** Sets what a material's fit says, which it borrows, as control [ff_control_count][n_channels]. */
+void ff_report_export_take(const ff_target *target, const struct ff_refit *r, const double *control, ff_report_export *out);
 ff_status ff_report_export_text(const ff_report_export *r, FILE *out);
 ff_status ff_report_export_json(const ff_report_export *r, FILE *out); /**< FF_SCHEMA_EXPORT */
 

@@ -74,16 +74,9 @@ static ff_status no_file(const job *j, const ff_target *t)
 
 static void report_refit(job *j, const ff_target *t, const ff_scene_file *file, const ff_refit *r, const double *control)
 {
-    j->report.target = t;
-    j->report.material = r->material;
     j->report.as = file->name;
     j->report.title = file->title;
-    j->report.n_channels = r->n_channels;
-    j->report.control = control;
-    j->report.is_own = r->is_own;
-    j->report.left = r->left;
-    j->report.n_lost = r->n_lost;
-    j->report.lost = r->lost;
+    ff_report_export_take(t, r, control, &j->report);
 }
 
 static ff_status write_about(const void *report, FILE *out)
