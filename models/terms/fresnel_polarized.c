@@ -74,8 +74,7 @@ static void conductor(FF_ARGS)
 
 #define FF_SHARE                                                                                                                   \
     {                                                                                                                              \
-        "s_share", "1", "share of the light that is polarized perpendicular to the plane of incidence: 1 s, 0 p", 0, 1, 0.5,       \
-            FF_PARAM_PER_CHANNEL | FF_PARAM_HELD, 0                                                                                \
+        "s_share", "1", "share of s polarized light: 1 s, 0 p", 0, 1, 0.5, FF_PARAM_PER_CHANNEL | FF_PARAM_HELD, 0                 \
     }
 
 static const ff_param dielectric_params[] = {{"eta", "1", "index of refraction over that of the medium outside, eta", 1,
