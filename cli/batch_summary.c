@@ -144,6 +144,11 @@ void cli_batch_say(const cli_batch_state *s)
 {
     char *text, *line;
     if (ff_text_capture(cli_batch_state_write, s, &text) == FF_OK)
-        for (char *rest = text; (line = strsep(&rest, "\n")) && *line;) cli_message("%s", line);
+        for (char *rest = text; (line = strsep(&rest, "\n")) && *line;) {
+            if (*rest)
+                cli_error("%s", line);
+            else /* the last counts them */
+                cli_message("%s", line);
+        }
     free(text);
 }

@@ -226,7 +226,7 @@ static int follow_all(answers *all, size_t n, const ff_conversion_path *path, do
         failed = follow(all, a, theta, &err);
         if (failed != FF_OK && (failed != FF_ERR_RANGE || n == 1)) return cli_failed(failed, &err);
         if (failed != FF_OK)
-            cli_message("%s: %s", criteria(a, by), err.message);
+            cli_warning("%s: %s", criteria(a, by), err.message);
         else
             all->n++;
     }
@@ -278,7 +278,7 @@ static void say_what_it_means(const answers *all)
             cli_message("%s  assumes: %s", several ? "  " : "", c->assumes);
             cli_message("%s  valid: %s", several ? "  " : "", c->limits);
         }
-        if (a->doubt) cli_message("  doubtful here: %s", a->doubt);
+        if (a->doubt) cli_warning("doubtful here: %s", a->doubt);
     }
 }
 
@@ -463,7 +463,7 @@ int cmd_convert(const cli_args *args)
         return cli_write_both(args, write_list_json, write_list, args);
     int status = find_answers(args, &all);
     if (status == EXIT_DONE) status = cli_write_both(args, write_json, write_text, &all);
-    if (status == EXIT_DONE) say_what_it_means(&all);
+    if (status == EXIT_DONE && !cli_given(args, FLAG_QUIET)) say_what_it_means(&all);
     free(all.at);
     return status;
 }

@@ -51,7 +51,7 @@ static int report(const job *j)
     const char *json = cli_value(j->args, FLAG_JSON, NULL);
     if (strcmp(j->path, "-")) return cli_write_both(j->args, write_json, write_text, &j->report);
     for (size_t i = 0; i < j->report.n_lost; i++)
-        cli_message("%s: lost: %s, %.2g %%", j->report.from, j->report.lost[i].what, 100 * j->report.lost[i].share);
+        cli_warning("%s: lost: %s, %.2g %%", j->report.from, j->report.lost[i].what, 100 * j->report.lost[i].share);
     const int status = json ? cli_write(j->args, json, write_json, &j->report) : EXIT_DONE;
     return status == EXIT_DONE ? cli_outputs_commit(j->args) : status;
 }

@@ -95,7 +95,7 @@ static ff_status put_walks(furnace *u, ff_error *err)
         double lost;
         status = ff_walk_lobe(walk, wi, lobe, &lost, err);
         if (!status) put_lobes(u, u->mu[i], lobe);
-        if (!status && lost > 1e-6) cli_message("warning: paths from mu = %g were ended with %.2g of the light", u->mu[i], lost);
+        if (!status && lost > 1e-6) cli_warning("paths from mu = %g were ended with %.2g of the light", u->mu[i], lost);
     }
     if (u->walk.progress) cli_progress_end();
     ff_walk_free(walk);
@@ -123,7 +123,7 @@ static ff_status put_traced(furnace *u, const ff_height_field *s, const double *
                                           : ff_error_set(err, FF_ERR_MEMORY, NULL, 0, -1, "no memory for %zu directions", u->n);
     for (size_t i = 0; i < u->n && !status; i++) {
         put_lobes(u, u->mu[i], lobe + i * planes);
-        if (lost[i] > 1e-4) cli_message("warning: %.2g of the paths from mu = %g were lost at edges", lost[i], u->mu[i]);
+        if (lost[i] > 1e-4) cli_warning("%.2g of the paths from mu = %g were lost at edges", lost[i], u->mu[i]);
     }
     free(lost);
     free(lobe);
@@ -261,7 +261,7 @@ static int integrate(const cli_args *args, furnace *u)
     }
     status = cli_rows_commit(&u->rows);
     if (status != EXIT_DONE || !u->missed) return status;
-    cli_message("the weak white furnace integral misses 1 by more than %g", furnace_tolerance);
+    cli_error("the weak white furnace integral misses 1 by more than %g", furnace_tolerance);
     return EXIT_ANSWER_IS_NO;
 }
 

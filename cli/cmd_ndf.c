@@ -340,7 +340,7 @@ int cmd_ndf(const cli_args *args)
         const ndf_report n = {args, &f, &o, &r};
         status = report(&n);
         if (r.outcome != FF_CONVERGED) {
-            cli_message("the retrieval did not converge: %s after %d iterations", ff_outcome_name((int)r.outcome), r.iterations);
+            cli_error("the retrieval did not converge: %s after %d iterations", ff_outcome_name((int)r.outcome), r.iterations);
             if (status == EXIT_DONE) status = EXIT_ANSWER_IS_NO;
         }
         ff_ndf_result_clear(&r);

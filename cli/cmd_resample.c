@@ -32,7 +32,7 @@ static int report_conversion(const result *r)
     if (status == EXIT_DONE) status = cli_outputs_commit(r->args);
     if (status != EXIT_DONE) return status;
     ff_report_resample_warning(r->report, warning);
-    if (warning[0]) cli_message("%s: warning: %s", r->args->word[0], warning);
+    if (warning[0]) cli_warning("%s: %s", r->args->word[0], warning);
     cli_notes(r->args->word[0], r->out);
     return EXIT_DONE;
 }

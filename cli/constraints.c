@@ -179,7 +179,7 @@ typedef struct holding {
 static int said(cli_flag_id flag, const char *word, const holding *h, ff_status status, const ff_error *err)
 {
     if (status == FF_OK || (status == FF_ERR_UNKNOWN && h->where_present)) return EXIT_DONE;
-    cli_message("--%s %s: %s", cli_flag_name(flag), word, err->message);
+    cli_error("--%s %s: %s", cli_flag_name(flag), word, err->message);
     return cli_exit_status(status);
 }
 

@@ -30,7 +30,7 @@ int cli_expression_check(const char *flag, const char *text)
     const ff_status status = ff_model_parse(text, &m, &err);
     if (status == FF_OK) return EXIT_DONE;
     const char *nearest = status == FF_ERR_UNKNOWN ? meant(text) : NULL;
-    cli_message("%s%s%s%s%s%s%s", flag ? "--" : "", flag ? flag : "", flag ? ": " : "", err.message,
+    cli_error("%s%s%s%s%s%s%s", flag ? "--" : "", flag ? flag : "", flag ? ": " : "", err.message,
                 nearest ? "; did you mean '" : "", nearest ? nearest : "", nearest ? "'?" : "");
     return cli_exit_status(status);
 }

@@ -143,7 +143,7 @@ static int diagnose(const cli_args *args, const char *path, const ff_table *t, d
         const int stops_here = open && f->sure && f->kind != FF_DIAGNOSIS_BEYOND;
         if (!stops_here && is_for_report(args, f)) continue;
         if (stops_here)
-            cli_message("%s: %s, or --as-is to fit it as it stands", path, ff_words_finding(f, text));
+            cli_error("%s: %s, or --as-is to fit it as it stands", path, ff_words_finding(f, text));
         else
             cli_note("%s: %s", path, ff_words_finding(f, text));
         stops |= stops_here;
@@ -283,7 +283,7 @@ int cli_fitting_say_determined(const ff_fit_result *fit)
     const char *name = first_weightless(fit);
     if (!name) return EXIT_DONE;
     ff_model_expression(&fit->model, expression, sizeof expression);
-    cli_message("%s: %s is not determined: what it belongs to reflects nothing in these data", expression, name);
+    cli_error("%s: %s is not determined: what it belongs to reflects nothing in these data", expression, name);
     return EXIT_ANSWER_IS_NO;
 }
 
@@ -293,9 +293,9 @@ int cli_fitting_say_outcome(const ff_fit_result *fit)
     if (fit->outcome == FF_CONVERGED) return EXIT_DONE;
     ff_model_expression(&fit->model, expression, sizeof expression);
     if (fit->outcome == FF_LIMIT) {
-        cli_message("%s did not converge within %d iteration%s", expression, fit->iterations, fit->iterations == 1 ? "" : "s");
+        cli_error("%s did not converge within %d iteration%s", expression, fit->iterations, fit->iterations == 1 ? "" : "s");
     } else {
-        cli_message("%s did not converge: %s after %d iteration%s", expression, ff_outcome_name((int)fit->outcome), fit->iterations,
+        cli_error("%s did not converge: %s after %d iteration%s", expression, ff_outcome_name((int)fit->outcome), fit->iterations,
                     fit->iterations == 1 ? "" : "s");
     }
     return EXIT_ANSWER_IS_NO;

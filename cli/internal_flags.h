@@ -284,11 +284,16 @@ extern volatile sig_atomic_t cli_progress_is_shown;
 
 /* ---- messages --------------------------------------------------------------------------------------------------------------*/
 
-void cli_message(const char *format, ...) __attribute__((format(printf, 1, 2))); /* "facetfit: ..." on stderr */
+/* "facetfit: ..." on stderr: what was done, and what else there is. */
+void cli_message(const char *format, ...) __attribute__((format(printf, 1, 2)));
+/* "facetfit: error: ...": why the exit status is not 0. */
+void cli_error(const char *format, ...) __attribute__((format(printf, 1, 2)));
+/* "facetfit: warning: ...": done, but a number may be wrong or a part is missing. */
+void cli_warning(const char *format, ...) __attribute__((format(printf, 1, 2)));
 /* "facetfit: note: ...": worth knowing, and nothing is wrong. Not said where notes are not wanted, which the first thread says. */
 void cli_note(const char *format, ...) __attribute__((format(printf, 1, 2)));
 void cli_notes_wanted(int wanted);
-/* From here on what this thread says goes to `out`, a line each, without "facetfit: ", and hints at --help nowhere; NULL: to stderr
+/* From here on what this thread says goes to `out`, a line each, without "facetfit: error: ", and hints at --help nowhere; NULL: to stderr
  * again. */
 FILE *cli_messages_into(FILE *out); /* returns where they went before */
 int cli_usage(const cli_args *args, const char *format, ...) __attribute__((format(printf, 2, 3))); /* with a hint; EXIT_USAGE */

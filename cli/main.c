@@ -36,7 +36,7 @@ static int print_version(int argc, char **argv)
 {
     const int verbose = argc > 2 && (!strcmp(argv[2], "--verbose") || !strcmp(argv[2], "-v"));
     if (argc > 2 && !verbose) {
-        cli_message("unexpected '%s': facetfit --version [--verbose]", argv[2]);
+        cli_error("unexpected '%s': facetfit --version [--verbose]", argv[2]);
         return EXIT_USAGE;
     }
     return cli_print(write_version, verbose ? argv : NULL);
@@ -52,9 +52,9 @@ static int unknown_command(const char *word)
 {
     const char *nearest = cli_command_nearest(word);
     if (nearest) {
-        cli_message("unknown command '%s'; did you mean '%s'?", word, nearest);
+        cli_error("unknown command '%s'; did you mean '%s'?", word, nearest);
     } else {
-        cli_message("unknown command '%s'", word);
+        cli_error("unknown command '%s'", word);
     }
     cli_message("see 'facetfit --help'");
     return EXIT_USAGE;

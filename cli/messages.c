@@ -88,6 +88,33 @@ void cli_message(const char *format, ...)
     va_end(args);
 }
 
+/* Said to a person, "facetfit: error: ..."; whoever else listens knows what it is. */
+static void put_as(const char *kind, const char *format, va_list args)
+{
+    char *text = message_of(format, args);
+    if (text)
+        cli_message("%s%s%s", listener ? "" : kind, listener ? "" : ": ", text);
+    else
+        cli_message("%s: no memory left for the message", kind);
+    free(text);
+}
+
+void cli_error(const char *format, ...)
+{
+    va_list args;
+    va_start(args, format);
+    put_as("error", format, args);
+    va_end(args);
+}
+
+void cli_warning(const char *format, ...)
+{
+    va_list args;
+    va_start(args, format);
+    put_as("warning", format, args);
+    va_end(args);
+}
+
 static int notes_are_left_out;
 
 void cli_notes_wanted(int wanted)
@@ -97,21 +124,18 @@ void cli_notes_wanted(int wanted)
 
 void cli_note(const char *format, ...)
 {
-    char *text;
     va_list args;
     if (notes_are_left_out) return;
     va_start(args, format);
-    text = message_of(format, args);
+    put_as("note", format, args);
     va_end(args);
-    if (text) cli_message("note: %s", text);
-    free(text);
 }
 
 int cli_usage(const cli_args *args, const char *format, ...)
 {
     va_list list;
     va_start(list, format);
-    put_message(format, list);
+    put_as("error", format, list);
     va_end(list);
     if (!listener) cli_message("see 'facetfit %s --help'", args->command->name);
     return EXIT_USAGE;
@@ -149,7 +173,7 @@ int cli_failed(ff_status status, const ff_error *err)
         if (!strcmp(named.path, "-")) strcpy(named.path, status == FF_ERR_WRITE ? "standard output" : "standard input");
         ff_words_error(&named, text, sizeof text);
     }
-    cli_message("%s", *text ? text : ff_status_str(status));
+    cli_error("%s", *text ? text : ff_status_str(status));
     return cli_exit_status(status);
 }
 

@@ -45,7 +45,7 @@ static int read_lights(const cli_args *args, cli_light *l)
 static int failed_about(const char *text, ff_status status, ff_error *err)
 {
     if (status != FF_ERR_RANGE) return cli_failed(status, err);
-    cli_message("--environment %s: %s", text, err->message);
+    cli_error("--environment %s: %s", text, err->message);
     return cli_exit_status(status);
 }
 

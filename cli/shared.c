@@ -110,7 +110,7 @@ static int assign(const cli_args *args, const char *word, void *context)
     const ff_status status = ff_model_set(&s->model, s->n_channels, word, s->shape, s->channel, &err);
     if (status == FF_OK || (status == FF_ERR_UNKNOWN && is_of_another(s, a.name))) return EXIT_DONE;
     const char *nearest = status == FF_ERR_UNKNOWN ? cli_param_nearest(&s->model, 1, a.name) : NULL;
-    cli_message("--set %s: %s%s%s%s", word, err.message, nearest ? "; did you mean '" : "", nearest ? nearest : "",
+    cli_error("--set %s: %s%s%s%s", word, err.message, nearest ? "; did you mean '" : "", nearest ? nearest : "",
                 nearest ? "'?" : "");
     return cli_exit_status(status);
 }
@@ -171,7 +171,7 @@ static int assign_own(const char *own, cli_scene *s)
         const ff_status status = length < (int)sizeof one ? ff_model_set(&s->model, s->n_channels, one, s->shape, s->channel, &err)
                                                           : ff_error_set(&err, FF_ERR_SYNTAX, NULL, 0, -1, "expected NAME=VALUE");
         if (status != FF_OK) {
-            cli_message("%s: %s", one, err.message);
+            cli_error("%s: %s", one, err.message);
             return cli_exit_status(status);
         }
         word += n + (word[n] == ',');

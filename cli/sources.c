@@ -36,7 +36,7 @@ int cli_source_of(const char *word, cli_source *out)
         const ff_status status = cli_model_parse(word, expression, &own, &m, &err);
         if (status == FF_OK) return EXIT_DONE;
         if (!looks_like_path(word)) {
-            cli_message("'%s' is neither a file nor a model: %s", word, err.message);
+            cli_error("'%s' is neither a file nor a model: %s", word, err.message);
             return status == FF_ERR_MEMORY ? cli_exit_status(status) : EXIT_INPUT;
         }
     }

@@ -424,22 +424,6 @@ ff_status ff_report_compare_table(const ff_report_fits *r, ff_table_form form, F
 
 /* ---- what stands under it -------------------------------------------------------------------- */
 
-/* The fits of problem p that are the best of their masking, by rank: *row [*n], to be freed. */
-static ff_status best_of_maskings(const ff_report_fits *r, size_t p, size_t **row, size_t *n)
-{
-    const size_t all = r->n_fits / r->n_problems;
-    *row = malloc((all ? all : 1) * sizeof **row);
-    *n = 0;
-    if (!*row) return FF_ERR_MEMORY;
-    ff_report_rank(r, p, *row);
-    for (size_t i = 0; i < all; i++) {
-        int seen = 0;
-        for (size_t k = 0; k < *n; k++) seen |= r->fit[(*row)[k]].model.lobe[0].masking == r->fit[(*row)[i]].model.lobe[0].masking;
-        if (!seen) (*row)[(*n)++] = (*row)[i];
-    }
-    return FF_OK;
-}
-
 typedef struct maskings {
     const ff_report_fits *r;
     const size_t *row; /* the winner first */
@@ -475,7 +459,7 @@ static ff_status put_maskings(const ff_report_fits *r, size_t p, FILE *out)
 {
     if (r->target) return FF_OK; /* renderers are what they are: nobody chooses their masking */
     size_t *row, n;
-    ff_status status = best_of_maskings(r, p, &row, &n);
+    ff_status status = ff_report_best_of_maskings(r, p, &row, &n);
     if (status != FF_OK) return status;
     const maskings t = {r, row};
     status = ff_columns_print(masking_columns, FF_COUNT(masking_columns), &t, n, FF_TABLE_TEXT, "", r->style, out);

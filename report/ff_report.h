@@ -115,6 +115,11 @@ typedef struct ff_report_fits {
 /** As ff_fits_rank, of the fits of problem p: their numbers among all, into rank [n_fits / n_problems]. */
 void ff_report_rank(const ff_report_fits *r, size_t p, size_t *rank);
 
+/** The fits of problem p that are the best of their masking, the best of all first: their numbers among all, *row [*n], which the
+ *  caller frees.
+ *  @returns FF_OK, or FF_ERR_MEMORY with *row NULL. */
+ff_status ff_report_best_of_maskings(const ff_report_fits *r, size_t p, size_t **row, size_t *n);
+
 /** Warnings of s: a line each, "  warning: ...", or the key "warnings" of the open object of j, an array of {"code", "severity",
  *  "parameter" or "parameters", "channel" or "channels", "values": {name: number}, "text"}; those that do not apply are absent. */
 void ff_report_warnings_text(const ff_words_subject *s, const ff_warnings *w, FILE *out);

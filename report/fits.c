@@ -1,6 +1,7 @@
 #include "internal_report.h"
 #include <math.h>
 #include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
 
 const char *ff_report_key(const char *name, const char *channel, char out[FF_REPORT_KEY])
@@ -28,6 +29,21 @@ void ff_report_rank(const ff_report_fits *r, size_t p, size_t *rank)
     const size_t n = r->n_fits / r->n_problems;
     ff_fits_rank(r->problem[p], r->fit + p * n, n, rank);
     for (size_t i = 0; i < n; i++) rank[i] += p * n;
+}
+
+ff_status ff_report_best_of_maskings(const ff_report_fits *r, size_t p, size_t **row, size_t *n)
+{
+    const size_t all = r->n_fits / r->n_problems;
+    *row = malloc((all ? all : 1) * sizeof **row);
+    *n = 0;
+    if (!*row) return FF_ERR_MEMORY;
+    ff_report_rank(r, p, *row);
+    for (size_t i = 0; i < all; i++) {
+        int seen = 0;
+        for (size_t k = 0; k < *n; k++) seen |= r->fit[(*row)[k]].model.lobe[0].masking == r->fit[(*row)[i]].model.lobe[0].masking;
+        if (!seen) (*row)[(*n)++] = (*row)[i];
+    }
+    return FF_OK;
 }
 
 const char *ff_report_channel_param(const ff_problem *p, const ff_fit_result *f, uint32_t k, size_t c, char out[FF_REPORT_NAME])

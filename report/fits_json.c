@@ -1,6 +1,7 @@
 /* FF_SCHEMA_FIT: one document for `fit` and `compare`. */
 #include "ff_report.h"
 #include "internal_controls_report.h"
+#include "internal_fits_text.h"
 #include "internal_report.h"
 #include "internal_verdict.h"
 #include "models/tools/internal_aperture.h"
@@ -478,6 +479,30 @@ static void put_next(ff_json *j, const ff_report_fits *r)
     ff_json_close(j);
 }
 
+/* What a comparison is made for: how well each masking can do, with whatever distribution suits it best. */
+static ff_status put_maskings(ff_json *j, const ff_report_fits *r)
+{
+    ff_status status = FF_OK;
+    if (r->target || r->n_fits == r->n_problems) return FF_OK;
+    ff_json_array(j, "by_masking", FF_JSON_BLOCK);
+    for (size_t p = 0; p < r->n_problems && status == FF_OK; p++) {
+        size_t *row, n;
+        status = ff_report_best_of_maskings(r, p, &row, &n);
+        for (size_t k = 0; k < n; k++) {
+            const double best = r->fit[row[0]].residual.objective, own = r->fit[row[k]].residual.objective;
+            ff_json_object(j, NULL, FF_JSON_LINE);
+            ff_json_string(j, "masking", ff_report_masking_name(&r->fit[row[k]]));
+            ff_json_string(j, "ndf", ff_report_ndf_name(&r->fit[row[k]]));
+            ff_json_integer(j, "fit", (int64_t)row[k]);
+            ff_json_number(j, "ratio", own == best ? 1 : own / best);
+            ff_json_close(j);
+        }
+        free(row);
+    }
+    ff_json_close(j);
+    return status;
+}
+
 ff_status ff_report_fits_json(const ff_report_fits *r, FILE *out)
 {
     ff_json j;
@@ -504,6 +529,7 @@ ff_status ff_report_fits_json(const ff_report_fits *r, FILE *out)
         for (size_t i = 0; i < models; i++) ff_json_integer(&j, NULL, (int64_t)rank[i]);
     }
     ff_json_close(&j);
+    if (status == FF_OK) status = put_maskings(&j, r);
     ff_json_close(&j);
     ff_json_end(&j);
     free(rank);

@@ -99,7 +99,7 @@ def damaged():
     for name in list(ways) + ["absent.csv", "m0019.csv.link"]:
         row = table["mixed/" + name]
         lib.check(row["state"] == "failed" and len(row["message"]) > len(name) + 10 and not row["model"] and not row["json"], f"{name}: {row['state']}, {row['message']}")
-        lib.check(any(line.startswith(f"facetfit: mixed/{name}:") for line in done.err.splitlines()), f"{name} is not named: {done.err}")
+        lib.check(any(line.startswith(f"facetfit: error: mixed/{name}:") for line in done.err.splitlines()), f"{name} is not named: {done.err}")
     lib.check({row["json"] for row in table.values() if row["json"]} == set(lib.results("damaged")), "the results that the summary names are not those that there are")
     lib.check(len(lib.results("damaged")) == 16 and sum(row["state"] == "done" for row in table.values()) == 16, "all others are done")
     done = lib.run("fit", *words, "-o", "stopped", "--no-keep-going", "--jobs", "1", "--summary", "stopped.csv", expected=1, said=["missing"])

@@ -25,7 +25,7 @@ for step in range(1, steps + 1):
     lib.check(tried <= letters[:step].count(b"o") + 2, f"step {step}: {tried} files are opened, though nothing can be written any more")
     lib.check(done.returncode == 4 and "No space left" in done.err, f"step {step}: status {done.returncode}, {done.err}")
     made = lib.results(folder) if os.path.exists(lib.at(folder)) else {}
-    missing = set(re.findall(r"^facetfit: lib/(m\d+\.csv): missing$", done.err, re.M))
+    missing = set(re.findall(r"^facetfit: error: lib/(m\d+\.csv): missing$", done.err, re.M))
     lib.check(all(data == expected[name] for name, data in made.items()), f"step {step}: a result is cut")
     summary_only = "completely" in done.err and f"{folder}.csv" in done.err
     begun = "files: " in done.err
