@@ -13,7 +13,7 @@ TOP = os.path.abspath(sys.argv[1])
 WIDTH, README_LINES = 100, 120
 SOURCES = (".c", ".h", ".cpp", ".def")  # and the Python package
 NAMED = re.compile(r"^[\w./-]+\.(?:c|h|cpp|def|py|cmake|svg|md|transcript)$")
-FLAGS_OF_OTHERS = {"--array", "--install", "--prefix", "--cflags", "--libs", "--output-on-failure", "--update"}
+FLAGS_OF_OTHERS = {"--array", "--with-modules", "--install", "--prefix", "--cflags", "--libs", "--output-on-failure", "--update"}
 # Placeholders of a naming rule (`ff_x_new`), and what a recipe adds or a user of the library would write.
 EXAMPLES = re.compile(r"^ff_(x|noun)\b|^ff_x_")
 INSTALLED = ("include/", "lib/", "share/")
