@@ -31,6 +31,6 @@ int cli_expression_check(const char *flag, const char *text)
     if (status == FF_OK) return EXIT_DONE;
     const char *nearest = status == FF_ERR_UNKNOWN ? meant(text) : NULL;
     cli_error("%s%s%s%s%s%s%s", flag ? "--" : "", flag ? flag : "", flag ? ": " : "", err.message,
-                nearest ? "; did you mean '" : "", nearest ? nearest : "", nearest ? "'?" : "");
+              nearest ? "; did you mean '" : "", nearest ? nearest : "", nearest ? "'?" : "");
     return cli_exit_status(status);
 }

@@ -296,7 +296,7 @@ int cli_fitting_say_outcome(const ff_fit_result *fit)
         cli_error("%s did not converge within %d iteration%s", expression, fit->iterations, fit->iterations == 1 ? "" : "s");
     } else {
         cli_error("%s did not converge: %s after %d iteration%s", expression, ff_outcome_name((int)fit->outcome), fit->iterations,
-                    fit->iterations == 1 ? "" : "s");
+                  fit->iterations == 1 ? "" : "s");
     }
     return EXIT_ANSWER_IS_NO;
 }

@@ -293,8 +293,8 @@ void cli_warning(const char *format, ...) __attribute__((format(printf, 1, 2)));
 /* "facetfit: note: ...": worth knowing, and nothing is wrong. Not said where notes are not wanted, which the first thread says. */
 void cli_note(const char *format, ...) __attribute__((format(printf, 1, 2)));
 void cli_notes_wanted(int wanted);
-/* From here on what this thread says goes to `out`, a line each, without "facetfit: error: ", and hints at --help nowhere; NULL: to stderr
- * again. */
+/* From here on what this thread says goes to `out`, a line each, without "facetfit: error: ", and hints at --help nowhere; NULL: to
+ * stderr again. */
 FILE *cli_messages_into(FILE *out); /* returns where they went before */
 int cli_usage(const cli_args *args, const char *format, ...) __attribute__((format(printf, 2, 3))); /* with a hint; EXIT_USAGE */
 int cli_exit_status(ff_status status);

@@ -47,7 +47,7 @@ static int apply(const cli_args *args, cli_flag_id flag, const cli_sweep *sweep,
     if (status != FF_OK) {
         const char *nearest = status == FF_ERR_UNKNOWN ? cli_param_nearest(ball->model, 1, sweep->name) : NULL;
         cli_error("--%s %s: %s%s%s%s", cli_flag_name(flag), cli_value(args, flag, ""), err.message,
-                    nearest ? "; did you mean '" : "", nearest ? nearest : "", nearest ? "'?" : "");
+                  nearest ? "; did you mean '" : "", nearest ? nearest : "", nearest ? "'?" : "");
         return cli_exit_status(status);
     }
     say(ball, ", ", "%s%s = %s", sweep->name, number);

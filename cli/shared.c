@@ -111,7 +111,7 @@ static int assign(const cli_args *args, const char *word, void *context)
     if (status == FF_OK || (status == FF_ERR_UNKNOWN && is_of_another(s, a.name))) return EXIT_DONE;
     const char *nearest = status == FF_ERR_UNKNOWN ? cli_param_nearest(&s->model, 1, a.name) : NULL;
     cli_error("--set %s: %s%s%s%s", word, err.message, nearest ? "; did you mean '" : "", nearest ? nearest : "",
-                nearest ? "'?" : "");
+              nearest ? "'?" : "");
     return cli_exit_status(status);
 }
 

@@ -18,6 +18,7 @@ from ._errors import ArgumentError, Code, Error, FileError, NoMemoryError
 from ._fit import Comparison, Covariance, Export, Fit, Parameter, Residuals, Warning, compare, fit, fit_each
 from ._measurement import Channel, Finding, Measurement, formats, measurement, read
 from ._model import Model, ModelParameter, Noise, Profile, Samples, directions, models, simulate
+from ._ndf import Retrieval, RetrievedChannel, retrieve_ndf
 from ._plot import Figure, plot, plot_kinds
 from ._tools import Conversion, ConversionStep, conversions, convert, targets
 
@@ -45,6 +46,8 @@ __all__ = [
     "Parameter",
     "Profile",
     "Residuals",
+    "Retrieval",
+    "RetrievedChannel",
     "Samples",
     "Warning",
     "__version__",
@@ -60,6 +63,7 @@ __all__ = [
     "plot",
     "plot_kinds",
     "read",
+    "retrieve_ndf",
     "simulate",
     "targets",
 ]

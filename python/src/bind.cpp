@@ -205,4 +205,5 @@ PYBIND11_MODULE(_core, m)
     bind::add_models(m);
     bind::add_tools(m);
     bind::add_studies(m);
+    bind::add_retrievals(m);
 }

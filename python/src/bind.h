@@ -111,5 +111,6 @@ void add_tables(py::module_ &m);
 void add_models(py::module_ &m);
 void add_tools(py::module_ &m);
 void add_studies(py::module_ &m);
+void add_retrievals(py::module_ &m);
 } // namespace bind
 #endif

@@ -1,10 +1,9 @@
 /* Fits: made, looked at, written, drawn, exported. */
 #include "model.h"
+#include "options.h"
 #include "table.h"
 #include <cmath>
-#include <list>
 #include <mutex>
-#include "ff_aperture.h"
 #include "ff_words.h"
 
 namespace bind
@@ -15,20 +14,13 @@ using text = std::optional<std::string>;
 
 /* A study, with all that it borrows. */
 struct study {
+    explicit study(const py::dict &o) : asked_of_fits(o)
+    {
+    }
     py::object measured; /* keeps the table */
     std::vector<std::shared_ptr<model>> models;
-    std::list<std::string> words;
-    std::list<std::vector<double>> lists;
-    std::vector<ff_bound> bound;
-    std::vector<ff_prior> prior;
-    std::vector<ff_tie> tie;
-    std::vector<ff_fixed> fixed;
-    ff_constraints constraints = {};
-    std::shared_ptr<noise> of;
-    ff_aperture aperture = {};
-    ff_fit_options options;
+    asking asked_of_fits;
     ff_study_options asked;
-    ear ears;
     std::mutex one_at_a_time;
     study_ptr s;
 };
@@ -49,110 +41,12 @@ class turn
 
 /* ---- options --------------------------------------------------------------------------------- */
 
-const char *keep(study &s, const std::string &word)
-{
-    s.words.push_back(word);
-    return s.words.back().c_str();
-}
-
-const char *keep_channel(study &s, const py::handle &channel)
-{
-    return channel.is_none() ? nullptr : keep(s, py::cast<std::string>(channel));
-}
-
-/* (name, lo, hi, channel) ... as fit.py makes them of what a person says. */
-void take_constraints(study &s, const py::dict &o)
-{
-    for (const auto &one : py::cast<py::list>(o["bounds"])) {
-        const auto b = py::cast<py::tuple>(one);
-        s.bound.push_back(
-            {keep(s, py::cast<std::string>(b[0])), py::cast<double>(b[1]), py::cast<double>(b[2]), keep_channel(s, b[3])});
-    }
-    for (const auto &one : py::cast<py::list>(o["priors"])) {
-        const auto p = py::cast<py::tuple>(one);
-        s.prior.push_back(
-            {keep(s, py::cast<std::string>(p[0])), py::cast<double>(p[1]), py::cast<double>(p[2]), keep_channel(s, p[3])});
-    }
-    for (const auto &one : py::cast<py::list>(o["ties"])) {
-        const auto t = py::cast<py::tuple>(one);
-        s.tie.push_back({keep(s, py::cast<std::string>(t[0])), keep_channel(s, t[1])});
-    }
-    for (const auto &one : py::cast<py::list>(o["fixed"])) {
-        const auto f = py::cast<py::tuple>(one);
-        s.lists.push_back(py::cast<std::vector<double>>(f[1]));
-        s.fixed.push_back(
-            {keep(s, py::cast<std::string>(f[0])), s.lists.back().size(), s.lists.back().data(), keep_channel(s, f[2])});
-    }
-    s.constraints.n_bounds = s.bound.size();
-    s.constraints.n_priors = s.prior.size();
-    s.constraints.n_ties = s.tie.size();
-    s.constraints.n_fixed = s.fixed.size();
-    s.constraints.bound = s.bound.data();
-    s.constraints.prior = s.prior.data();
-    s.constraints.tie = s.tie.data();
-    s.constraints.fixed = s.fixed.data();
-    s.constraints.energy_conserving = py::cast<bool>(o["energy_conserving"]);
-    s.constraints.where_present = py::cast<bool>(o["where_present"]);
-}
-
-/* The number of a word; what is known is said by the library's list. */
-template <class E>
-E found(const py::dict &o, const char *key, int (*find)(const char *), const char *(*name)(int))
-{
-    const std::string word = py::cast<std::string>(o[key]);
-    const int k = find(word.c_str());
-    std::string known;
-    ff_error err = {};
-    if (k >= 0) return (E)k;
-    for (int i = 0; name(i); i++) known += (i ? ", " : "") + std::string(name(i));
-    check(ff_error_set(&err, FF_ERR_UNKNOWN, nullptr, 0, -1, "%s '%.40s'; known are %s", key, word.c_str(), known.c_str()), err);
-    return (E)0;
-}
-
-void take_fit(study &s, const py::dict &o)
-{
-    ff_fit_options &f = s.options;
-    ff_fit_options_init(&f);
-    f.loss = found<ff_loss>(o, "loss", ff_loss_find, ff_loss_name);
-    f.robust = found<ff_robust>(o, "robust", ff_robust_find, ff_robust_name);
-    f.robust_scale = py::cast<double>(o["robust_scale"]);
-    f.weighting = found<ff_weighting>(o, "weight", ff_weighting_find, ff_weighting_name);
-    f.shape = found<ff_shape>(o, "shape", ff_shape_find, ff_shape_name);
-    f.channels = found<ff_channel_mode>(o, "channels", ff_channel_mode_find, ff_channel_mode_name);
-    f.errors = found<ff_error_source>(o, "errors", ff_error_source_find, ff_error_source_name);
-    f.max_theta = py::cast<double>(o["max_theta"]);
-    f.saturation = py::cast<double>(o["saturation"]);
-    f.noise_floor = py::cast<double>(o["noise_floor"]);
-    f.noise_sigmas = py::cast<double>(o["noise_sigmas"]);
-    f.drop_negative = py::cast<bool>(o["drop_negative"]);
-    f.mean_slope = py::cast<bool>(o["mean_slope"]);
-    f.threads = py::cast<int>(o["threads"]);
-    f.max_iterations = py::cast<int>(o["max_iterations"]);
-    s.of = py::cast<std::shared_ptr<noise>>(o["noise"]);
-    f.noise = s.of ? s.of->n.get() : nullptr;
-    if (!o["aperture"].is_none()) {
-        const std::string words = py::cast<std::string>(o["aperture"]);
-        ff_error err = {};
-        const ff_status status = ff_aperture_parse(words.c_str(), &s.aperture);
-        if (status)
-            ff_error_set(&err, status, nullptr, 0, -1,
-                         "aperture '%.40s': expected half angles in degrees, as 0.75, 0.75:square or 0.5x1", words.c_str());
-        check(status, err);
-    }
-    s.aperture.source = py::cast<double>(o["source"]);
-    f.aperture = &s.aperture;
-    f.constraints = &s.constraints;
-    f.cancel = &s.ears.cancel;
-    f.progress = ear::hear_progress;
-    f.progress_context = &s.ears;
-}
-
 void take_study(study &s, const py::dict &o)
 {
     ff_study_options &a = s.asked;
     ff_study_options_init(&a);
-    a.path = keep(s, s.measured.cast<table &>().path);
-    if (!o["command"].is_none()) a.command = keep(s, py::cast<std::string>(o["command"]));
+    a.path = s.asked_of_fits.keep(s.measured.cast<table &>().path);
+    if (!o["command"].is_none()) a.command = s.asked_of_fits.keep(py::cast<std::string>(o["command"]));
     a.compare = py::cast<bool>(o["compare"]);
     a.choose_loss = py::cast<bool>(o["choose_loss"]);
     a.bootstrap = py::cast<size_t>(o["bootstrap"]);
@@ -163,17 +57,15 @@ void take_study(study &s, const py::dict &o)
     a.reach = py::cast<double>(o["reach"]);
     a.errors_asked = py::cast<bool>(o["errors_asked"]);
     a.busy = ear::hear_busy;
-    a.busy_context = &s.ears;
+    a.busy_context = &s.asked_of_fits.ears;
 }
 
 std::shared_ptr<study> new_study(const py::object &measured, const std::vector<std::shared_ptr<model>> &models, const py::dict &o,
                                  const py::object &progress)
 {
-    auto s = std::make_shared<study>();
+    auto s = std::make_shared<study>(o);
     s->measured = measured;
     s->models = models;
-    take_constraints(*s, o);
-    take_fit(*s, o);
     take_study(*s, o);
     std::vector<const ff_model *> all;
     for (const auto &m : models) all.push_back(m->m.get());
@@ -181,7 +73,8 @@ std::shared_ptr<study> new_study(const py::object &measured, const std::vector<s
     ff_study *made = nullptr;
     ff_error err = {};
     ff_status status = FF_OK;
-    s->ears.work([&] { status = ff_study_new(t, all.data(), all.size(), &s->options, &s->asked, &made, &err); }, progress);
+    s->asked_of_fits.ears.work(
+        [&] { status = ff_study_new(t, all.data(), all.size(), &s->asked_of_fits.fit, &s->asked, &made, &err); }, progress);
     check(status, err);
     s->s.reset(made);
     return s;
@@ -477,7 +370,7 @@ py::bytes plot_study(study &s, const std::string &kind, const py::dict &d)
     ff_error err = {};
     ff_status status = FF_OK;
     const turn mine(s);
-    s.ears.work([&] { status = ff_study_plot(s.s.get(), kind.c_str(), &p.o, &c.c, &err); }, py::none());
+    s.asked_of_fits.ears.work([&] { status = ff_study_plot(s.s.get(), kind.c_str(), &p.o, &c.c, &err); }, py::none());
     check(status, err);
     return c.bytes();
 }
@@ -523,7 +416,7 @@ py::tuple write_export(study &s, size_t i, const std::string &to, const text &pa
     ff_error err = {};
     ff_status status = FF_OK;
     const turn mine(s);
-    s.ears.work(
+    s.asked_of_fits.ears.work(
         [&] {
             status =
                 ff_study_export(s.s.get(), i, to.c_str(), path ? path->c_str() : nullptr, path ? nullptr : &file.c, &about.c, &err);

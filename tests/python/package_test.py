@@ -445,6 +445,55 @@ class Fits(unittest.TestCase):
         self.assertGreater(ticks[0], 20 * taken, f"{ticks[0]} ticks in {taken:.2f} s")
 
 
+class Retrievals(unittest.TestCase):
+    def test_same_as_program(self):
+        """Rows, channels, measures and the fits beside it are those of `facetfit ndf`, to the bit."""
+        data = facetfit.simulate("ggx+lambert", "goniometer:15", alpha=0.3, f0=[0.5, 0.3], kd=0.1, relative=0.02, seed=3)
+        found = facetfit.retrieve_ndf(data)
+        with tempfile.TemporaryDirectory() as folder:
+            path = os.path.join(folder, "a.csv")
+            data.write(path)
+            with open(os.path.join(folder, "out.json"), "w", encoding="utf-8") as f:
+                f.write(run("ndf", path, "--json", "-"))
+            found = facetfit.retrieve_ndf(path)
+            with open(os.path.join(folder, "out.json"), encoding="utf-8") as f:
+                said = json.load(f)
+        rows = np.array(said["rows"], dtype=float)
+        np.testing.assert_array_equal(found.D, rows[:, 1])
+        np.testing.assert_array_equal(found.error, rows[:, 2])
+        np.testing.assert_array_equal(found.known, rows[:, 4] != 0)
+        self.assertEqual([c.f0 for c in found.channels], said["parameters"]["f0"])
+        self.assertEqual([c.kd for c in found.channels], said["parameters"]["kd"])
+        self.assertEqual(found.numbers["objective"], said["objective"])
+        self.assertEqual(found.numbers["alpha_peak"], said["roughness"]["alpha_same_peak"])
+        self.assertEqual(found.objectives["beckmann"], said["fits"][0]["objective"])
+        self.assertEqual([w.code for w in found.warnings], [w["code"] for w in said["warnings"]])
+        self.assertEqual([w.text for w in found.warnings], [w["text"] for w in said["warnings"]])
+
+    def test_model(self):
+        """The model of what was found is the data, and so is one that is made of its table; the formula is near the truth."""
+        data = facetfit.simulate("ggx+lambert", "goniometer:15", alpha=0.3, f0=0.5, kd=0.1, relative=0.01, seed=5)
+        found = facetfit.retrieve_ndf(data)
+        high = (data.wi[:, 2] > 0.3) & (data.wo[:, 2] > 0.3)
+        model = np.squeeze(found.model(data.wi[high], data.wo[high]))
+        self.assertLess(np.median(np.abs(model / np.squeeze(data.f)[high] - 1)), 0.01)
+        again = facetfit.Model(
+            "tabulated+lambert", table=found.profile, alpha=1, f0=found.channels[0].f0, kd=found.channels[0].kd
+        )
+        np.testing.assert_allclose(np.squeeze(again(data.wi[high], data.wo[high])), model, rtol=1e-5)
+        self.assertAlmostEqual(float(found.beside("ggx").values["alpha_x"]), 0.3, delta=0.01)
+
+    def test_refusals(self):
+        data = paint()
+        for words in ({"masking": "nonsense"}, {"monotone": "nonsense"}, {"weight": "nonsense"}, {"nodes": 7}):
+            with self.assertRaises(facetfit.Error):
+                facetfit.retrieve_ndf(data, **words)
+        with self.assertRaises(TypeError):
+            facetfit.retrieve_ndf(data, shape="correlated")
+        with self.assertRaises(facetfit.ArgumentError):
+            facetfit.retrieve_ndf(data).beside("phong")
+
+
 class Forms(unittest.TestCase):
     @classmethod
     def setUpClass(cls):

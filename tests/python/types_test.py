@@ -28,7 +28,7 @@ WRONG = [
 ]
 # pybind11 makes classes of its own kind, and one that Python cannot make has no __init__ of its own.
 ALLOWED = r"""
-facetfit\._core\.(Model|Noise|Profile|Study|Table)
+facetfit\._core\.(Model|Noise|Profile|Retrieval|Study|Table)
 facetfit\._core\.Table\.__init__
 """
 
