@@ -2,7 +2,7 @@
 """commands_test.py PROGRAM SOURCE_DIR [PAGE...]: the commands of the manual run, and print what the manual says.
 
 Of README.md and docs/*.md every line of a block of code that begins with `facetfit` or `build/bin/facetfit` is run, page by page in a
-folder of its own, in order. After `$ facetfit ...` what follows in the block is output: each line must be one of the program's, though
+folder of its own, in order. --times says how long a page takes a person's machine, up to the first answer and to its end. After `$ facetfit ...` what follows in the block is output: each line must be one of the program's, though
 words of it may be left out; numbers may differ in their last digit, `...` stands for anything. Comments in the page say what is not so:
 
   <!-- not run: REASON -->     the next block has no commands that can be run
@@ -17,7 +17,11 @@ import shutil
 import subprocess
 import sys
 import tempfile
+import time
 
+TIMES = "--times" in sys.argv
+if TIMES:
+    sys.argv.remove("--times")
 PROGRAM, TOP = map(os.path.abspath, sys.argv[1:3])
 # A file like a goniometer's, for examples about files that somebody has.
 MEASURED = ("facetfit simulate ggx/v-cavity+lambert --set alpha=0.25,f0=0.6:0.5:0.3,kd=0.05:0.1:0.1 --grid goniometer:10 "
@@ -30,6 +34,8 @@ GIVEN = {"README.md": [MEASURED], "docs/fitting.md": [MEASURED], "docs/flags.md"
 COMMAND = re.compile(r"^(\$ )?(?:build/bin/)?(facetfit .*)$")
 TOLERANCE = 0.006
 failures = ran = 0
+taken = []  # (page, command, seconds)
+PREPARES = ("simulate", "info", "--version")  # what is done before there is an answer
 
 
 def check(condition, text):
@@ -113,7 +119,9 @@ def check_block(page, number, comments, lines, folder):
             print(f"{page}:{number + k}: not run, jq is not installed")
             output = None
         elif match:
+            begin = time.monotonic()
             done = run(match[2], folder)
+            taken.append((page, match[2], time.monotonic() - begin))
             ran += 1
             check(done.returncode == int(said.get("exit status", 0)), f"{page}:{number + k}: {match[2]}\n  ends with {done.returncode}: {done.stderr[-600:]}")
             output, at_line = ((done.stdout + done.stderr).splitlines() if match[1] else None), 0
@@ -151,5 +159,11 @@ pages = sys.argv[3:] or ["README.md"] + sorted("docs/" + name for name in os.lis
 for name in pages:
     check_page(name)
 check(ran >= 20 or len(sys.argv) > 3, f"only {ran} commands")
+for name in pages if TIMES else []:
+    of = [(command, seconds) for page, command, seconds in taken if page == name]
+    first = next((k for k, (command, _) in enumerate(of) if command.split()[1] not in PREPARES), None)
+    if first is not None:
+        print(f"{name}: {first + 1} commands and {sum(s for _, s in of[:first + 1]):.2f} s to the first answer ({of[first][0]}); "
+              f"{len(of)} commands, {sum(s for _, s in of):.1f} s in all")
 print(f"{len(pages)} pages, {ran} commands, {failures} failures")
 sys.exit(1 if failures else 0)
