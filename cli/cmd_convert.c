@@ -76,7 +76,7 @@ static int read_numbers(const cli_args *args, const char *word, const char *numb
         if (*n == CHANNELS) return cli_usage(args, "%s has more than %d values", v->name, (int)CHANNELS);
         snprintf(part, sizeof part, "%.*s", (int)(length < sizeof part ? length : sizeof part - 1), at);
         if (length >= sizeof part || !cli_number_read(part, &out[*n]))
-            return cli_usage(args, "'%s': expected a number after '=', or one for each channel with ':' between", word);
+            return cli_usage(args, "'%s': expected a number, or one for each channel with ':' between", word);
         if (is_angle(v)) out[*n] *= pi / 180;
         at += length;
         (*n)++;
@@ -97,18 +97,31 @@ static const char *names_of(const ff_conversion *c, char out[CLI_NAME])
     return out;
 }
 
+/* The value that a word is for: by its name, or the only one that has to be given where the word is a number alone. n_in: none. */
+static uint32_t value_of(const ff_conversion *c, const char *word)
+{
+    const size_t length = strcspn(word, "=");
+    uint32_t named = c->n_in, needed = c->n_in, n_needed = 0;
+    for (uint32_t k = 0; k < c->n_in; k++) {
+        if (word[length] == '=' && is_called(&c->in[k], word, length)) named = k;
+        if (c->in[k].optional) continue;
+        needed = k;
+        n_needed++;
+    }
+    if (word[length] == '=') return named;
+    return n_needed == 1 && strchr("0123456789.+-", *word) ? needed : c->n_in;
+}
+
 static int read_value(const cli_args *args, const ff_conversion *c, const char *word, given *g)
 {
     char names[CLI_NAME];
     const size_t length = strcspn(word, "=");
-    if (word[length] != '=') return cli_usage(args, "'%s': expected NAME=VALUE", word);
-    for (uint32_t k = 0; k < c->n_in; k++) {
-        if (!is_called(&c->in[k], word, length)) continue;
-        if (g->n[k])
-            return cli_usage(args, "%s is given twice; expected %s=VALUE once", shown_name(&c->in[k]), shown_name(&c->in[k]));
-        return read_numbers(args, word, word + length + 1, &c->in[k], g->at[k], &g->n[k]);
-    }
-    return cli_usage(args, "%s needs %s, not '%.*s'", c->from, names_of(c, names), (int)length, word);
+    const uint32_t k = value_of(c, word);
+    if (k == c->n_in && word[length] != '=')
+        return cli_usage(args, "'%s': expected NAME=VALUE; %s needs %s", word, c->from, names_of(c, names));
+    if (k == c->n_in) return cli_usage(args, "%s needs %s, not '%.*s'", c->from, names_of(c, names), (int)length, word);
+    if (g->n[k]) return cli_usage(args, "%s is given twice; expected %s=VALUE once", shown_name(&c->in[k]), shown_name(&c->in[k]));
+    return read_numbers(args, word, word[length] == '=' ? word + length + 1 : word, &c->in[k], g->at[k], &g->n[k]);
 }
 
 /* The words of the command line as values of each channel. */
@@ -261,6 +274,15 @@ static int find_answers(const cli_args *args, answers *all)
     return status == EXIT_DONE ? follow_all(all, n, path, theta) : status;
 }
 
+/* Is it a step of a way before the n-th? Then it was said there. */
+static int was_said(const answers *all, size_t n, const ff_conversion *step)
+{
+    for (size_t i = 0; i < n; i++)
+        for (size_t k = 0; k < all->at[i].path.n; k++)
+            if (all->at[i].path.step[k] == step) return 1;
+    return 0;
+}
+
 static void say_what_it_means(const answers *all)
 {
     for (size_t i = 0; i < all->n; i++) {
@@ -273,6 +295,7 @@ static void say_what_it_means(const answers *all)
         if (several) cli_message("%s%s%s", by, *by ? ": " : "", way);
         for (size_t k = 0; k < a->path.n; k++) {
             const ff_conversion *c = a->path.step[k];
+            if (was_said(all, i, c)) continue;
             cli_message("%s%s%s%s (%s)", several ? "  " : "", several ? "" : by, *by && !several ? ": " : "", c->formula,
                         c->source);
             cli_message("%s  assumes: %s", several ? "  " : "", c->assumes);

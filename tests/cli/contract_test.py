@@ -17,7 +17,7 @@ program = os.path.abspath(sys.argv[1])
 # What is done, with FILE for each input and OUT for an output; a command is tried with all that it has.
 LINES = {
     "fit": "fit FILE", "compare": "compare FILE --ndf ggx,beckmann --masking v-cavity", "gather": "gather fits", "diff": "diff old.csv old.csv",
-    "ndf": "ndf FILE -o OUT", "resample": "resample FILE OUT", "plot": "plot slice FILE -o OUT.svg", "convert": "convert --from phong --to alpha n=60",
+    "ndf": "ndf FILE -o OUT", "resample": "resample FILE OUT", "plot": "plot slice FILE -o OUT.svg", "convert": "convert --from phong --to alpha 60",
     "eval": "eval ggx FILE.directions", "simulate": "simulate ggx --grid goniometer:30 -o OUT", "furnace": "furnace ggx --mu 0.5", "sample": "sample ggx -n 10",
     "info": "info FILE", "render": "render FILE --size 16 -o OUT.png", "export": "export FILE.json --to gltf -o OUT.gltf", "models": "models",
     "selftest": "selftest", "formats": "formats", "man": "man fit", "completion": "completion bash",
