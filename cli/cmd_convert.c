@@ -101,14 +101,16 @@ static const char *names_of(const ff_conversion *c, char out[CLI_NAME])
 static uint32_t value_of(const ff_conversion *c, const char *word)
 {
     const size_t length = strcspn(word, "=");
-    uint32_t named = c->n_in, needed = c->n_in, n_needed = 0;
-    for (uint32_t k = 0; k < c->n_in; k++) {
-        if (word[length] == '=' && is_called(&c->in[k], word, length)) named = k;
+    uint32_t k = 0, needed = 0, n_needed = 0;
+    if (word[length] == '=') {
+        while (k < c->n_in && !is_called(&c->in[k], word, length)) k++;
+        return k;
+    }
+    for (k = 0; k < c->n_in; k++) {
         if (c->in[k].optional) continue;
         needed = k;
         n_needed++;
     }
-    if (word[length] == '=') return named;
     return n_needed == 1 && strchr("0123456789.+-", *word) ? needed : c->n_in;
 }
 

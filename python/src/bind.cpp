@@ -35,7 +35,7 @@ struct heard {
 };
 } // namespace
 
-struct ear::inside {
+struct ear::hearing {
     std::mutex lock;
     std::condition_variable changed;
     std::deque<heard> queue;
@@ -43,14 +43,14 @@ struct ear::inside {
     bool listens = false, done = false;
 };
 
-ear::ear() : in(new inside)
+ear::ear() : in(new hearing)
 {
 }
 ear::~ear() = default;
 
 void ear::hear_progress(void *self, int iteration, double objective)
 {
-    inside &in = *static_cast<ear *>(self)->in;
+    hearing &in = *static_cast<ear *>(self)->in;
     const std::lock_guard<std::mutex> hold(in.lock);
     if (!in.listens) return;
     in.queue.push_back({in.what, iteration, objective});
@@ -59,7 +59,7 @@ void ear::hear_progress(void *self, int iteration, double objective)
 
 void ear::hear_busy(void *self, const char *what)
 {
-    inside &in = *static_cast<ear *>(self)->in;
+    hearing &in = *static_cast<ear *>(self)->in;
     const std::lock_guard<std::mutex> hold(in.lock);
     in.what = what;
     if (!in.listens || !*what) return;
@@ -144,7 +144,7 @@ static numbers vectors(const py::object &w, const char *name)
     return a;
 }
 
-directions::directions(const py::object &wi, const py::object &wo)
+direction_pairs::direction_pairs(const py::object &wi, const py::object &wo)
 {
     const numbers in = vectors(wi, "wi"), out = vectors(wo, "wo");
     const numbers &longer = in.ndim() >= out.ndim() ? in : out;
@@ -168,7 +168,7 @@ directions::directions(const py::object &wi, const py::object &wo)
     planes = {p, p + count, p + 2 * count, p + 3 * count, p + 4 * count, p + 5 * count};
 }
 
-std::vector<py::ssize_t> directions::shape(size_t channels) const
+std::vector<py::ssize_t> direction_pairs::shape(size_t channels) const
 {
     std::vector<py::ssize_t> all = leading;
     if (channels > 1) all.push_back((py::ssize_t)channels);

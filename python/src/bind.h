@@ -74,15 +74,15 @@ class ear
     ~ear();
 
   private:
-    struct inside;
-    std::unique_ptr<inside> in;
+    struct hearing;
+    std::unique_ptr<hearing> in;
 };
 
 /* Vectors [n][3] as six planes [n], as the library takes them; one vector stands for n. */
-class directions
+class direction_pairs
 {
   public:
-    directions(const py::object &wi, const py::object &wo);
+    direction_pairs(const py::object &wi, const py::object &wo);
     size_t n() const
     {
         return count;

@@ -211,14 +211,14 @@ py::list parameters_of(const model &self)
 
 /* ---- evaluation ------------------------------------------------------------------------------ */
 
-ff_status evaluate(const model &self, const values &v, const directions &w, double *f, double *df)
+ff_status evaluate(const model &self, const values &v, const direction_pairs &w, double *f, double *df)
 {
     return ff_model_eval(self.m.get(), FF_ISA_BEST, v.channels, v.shape.data(), v.channel.data(), w.dirs(), w.n(), f, df, w.n());
 }
 
 py::array call(const model &self, const py::object &wi, const py::object &wo, const py::kwargs &said)
 {
-    const directions w(wi, wo);
+    const direction_pairs w(wi, wo);
     const values v = self.with(said);
     std::unique_ptr<double[]> f(new double[v.channels * w.n() + 1]);
     ff_status status;
@@ -231,7 +231,7 @@ py::array call(const model &self, const py::object &wi, const py::object &wo, co
 }
 
 /* Planes [channels] that lie `step` planes apart, as an array. */
-py::array taken(const double *planes, size_t step, const directions &w, size_t channels)
+py::array taken(const double *planes, size_t step, const direction_pairs &w, size_t channels)
 {
     std::unique_ptr<double[]> own(new double[channels * w.n() + 1]);
     for (size_t c = 0; c < channels; c++)
@@ -242,7 +242,7 @@ py::array taken(const double *planes, size_t step, const directions &w, size_t c
 /* f, and {name: d f / d parameter}. */
 py::tuple gradient(const model &self, const py::object &wi, const py::object &wo, const py::kwargs &said)
 {
-    const directions w(wi, wo);
+    const direction_pairs w(wi, wo);
     const values v = self.with(said);
     const size_t shape = self.count(FF_PARAM_SHAPE), columns = shape + self.count(FF_PARAM_CHANNEL);
     std::unique_ptr<double[]> f(new double[v.channels * w.n() + 1]), df(new double[v.channels * columns * w.n() + 1]);
@@ -264,7 +264,7 @@ py::tuple gradient(const model &self, const py::object &wi, const py::object &wo
 /* D, Lambda of both directions, G2 and F of a lobe. */
 py::dict terms(const model &self, const py::object &wi, const py::object &wo, uint32_t lobe, size_t channel, const py::kwargs &said)
 {
-    const directions w(wi, wo);
+    const direction_pairs w(wi, wo);
     const values v = self.with(said);
     std::unique_ptr<double[]> plane[5];
     for (auto &p : plane) p.reset(new double[w.n() + 1]);

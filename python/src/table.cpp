@@ -100,7 +100,7 @@ std::unique_ptr<table> make(const py::object &wi, const py::object &wo, const py
                             const py::object &weight, const std::vector<std::string> &names, const std::vector<double> &wavelengths,
                             bool isotropic)
 {
-    const directions w(wi, wo);
+    const direction_pairs w(wi, wo);
     const numbers values = numbers::ensure(f);
     if (!values) throw py::error_already_set();
     if (w.n() == 0 || values.size() == 0 || (size_t)values.size() % w.n())

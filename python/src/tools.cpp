@@ -50,7 +50,7 @@ py::array sd(const noise &self, const numbers &f, const numbers &cos_i, const nu
 /* Directions wi for each wo, with their density and weights: uniform numbers of streams 0 to 2 of the seed. */
 py::tuple sample(const model &self, const py::object &wo, uint64_t seed, const py::kwargs &said)
 {
-    const directions w(wo, wo);
+    const direction_pairs w(wo, wo);
     const values v = self.with(said);
     const size_t n = w.n();
     ff_sampler *s = nullptr;
@@ -78,7 +78,7 @@ py::tuple sample(const model &self, const py::object &wo, uint64_t seed, const p
 
 py::array pdf_of(const model &self, const py::object &wi, const py::object &wo, const py::kwargs &said)
 {
-    const directions w(wi, wo);
+    const direction_pairs w(wi, wo);
     const values v = self.with(said);
     ff_sampler *s = nullptr;
     ff_error err = {};
@@ -99,7 +99,7 @@ py::array pdf_of(const model &self, const py::object &wi, const py::object &wo, 
 /* Values and errors, in the shape of wo and the channels. */
 py::tuple albedo(const model &self, const py::object &wo, const py::kwargs &said)
 {
-    const directions w(wo, wo);
+    const direction_pairs w(wo, wo);
     const values v = self.with(said);
     const size_t n = w.n();
     std::unique_ptr<double[]> value(new double[v.channels * n + 1]), error(new double[v.channels * n + 1]);
