@@ -89,13 +89,22 @@ def written(name, args):
     interrupted(name + ", twice", args, signal.SIGINT, unfinished, 2)
 
 
+NO_FILES = (resource.RLIMIT_FSIZE, (0, resource.RLIM_INFINITY))
+
+
+def can_start_without_files():
+    """ThreadSanitizer makes a file of its own before main."""
+    return start("--version", preexec_fn=lambda: resource.setrlimit(*NO_FILES)).wait(PATIENCE) == 0
+
+
 def short(name, args, output):
     """What writes in a moment is stopped at its first byte: by a file size of nothing, then by a pipe that nobody reads."""
-    limits = (resource.RLIMIT_FSIZE, (0, resource.RLIM_INFINITY))
     before = state()
-    p = start(args, preexec_fn=lambda: resource.setrlimit(*limits))
+    p = start(args, preexec_fn=lambda: resource.setrlimit(*NO_FILES))
     err = p.communicate(timeout=PATIENCE)[1]
-    if p.returncode != 4 or b"File too large" not in err or state() != before:
+    if not can_start_without_files():
+        print("SIGXFSZ: not tried, for a sanitizer ends the program at its start")
+    elif p.returncode != 4 or b"File too large" not in err or state() != before:
         fail("%s, SIGXFSZ: status %d, %s, left %s" % (name, p.returncode, err[-200:], set(state()) - set(before)))
     read, write = os.pipe()
     os.close(read)
