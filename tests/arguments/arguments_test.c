@@ -732,6 +732,12 @@ static int is_among(value v, const value *all, size_t n)
     return 0;
 }
 
+/* A whole number beside x, which may be more than any of them. */
+static long long whole_near(double x, int by)
+{
+    return (long long)fmin(fmax(x, -0x1p62), 0x1p62) + by;
+}
+
 static size_t values_of_kind(const probe *p, limits l, value out[MOST_VALUES])
 {
     const double real[] = {NAN,
@@ -747,10 +753,17 @@ static size_t values_of_kind(const probe *p, limits l, value out[MOST_VALUES])
                            l.hi,
                            nextafter(l.lo, -INFINITY),
                            nextafter(l.hi, INFINITY)};
-    const long long whole[] = {
-        0, 1, -1, INT_MIN, INT_MAX, (long long)l.lo, (long long)l.hi, (long long)l.lo - 1, (long long)fmin(l.hi, INT_MAX - 1) + 1};
+    const long long whole[] = {0,
+                               1,
+                               -1,
+                               INT_MIN,
+                               INT_MAX,
+                               whole_near(l.lo, 0),
+                               whole_near(l.hi, 0),
+                               whole_near(l.lo, -1),
+                               whole_near(fmin(l.hi, INT_MAX - 1), 1)};
     const long long size[] = {
-        0, 1, -1, LLONG_MAX, 1LL << 40, (long long)l.lo, (long long)l.hi, (long long)l.lo - 1, (long long)l.hi + 1};
+        0, 1, -1, LLONG_MAX, 1LL << 40, whole_near(l.lo, 0), whole_near(l.hi, 0), whole_near(l.lo, -1), whole_near(l.hi, 1)};
     const size_t n = p->kind == REAL ? sizeof real / sizeof *real : sizeof whole / sizeof *whole;
     size_t used = 0;
     for (size_t i = 0; i < n; i++) {
