@@ -82,8 +82,10 @@ int cli_index_write(const cli_args *args, const char *folder, const batch_jobs *
     if (!path) return EXIT_DONE;
     const char **head = malloc((jobs->n_words + 1) * sizeof *head);
     char *has_page = calloc(jobs->inputs.n + 1, 1), *way = way_between(path, folder);
-    int status = head && has_page && way ? EXIT_DONE : cli_failed(FF_ERR_MEMORY, NULL);
-    if (status == EXIT_DONE) {
+    int status;
+    if (!head || !has_page || !way) {
+        status = cli_failed(FF_ERR_MEMORY, NULL);
+    } else {
         find_pages(folder, jobs, has_page);
         batch_index index = {cli_summary_of(args, jobs, rows, shard, head), way, has_page};
         if (!cli_given(args, FLAG_SORT)) index.s.order = BATCH_BY_VERDICT;

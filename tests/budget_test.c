@@ -163,10 +163,10 @@ static ff_budget_options uncertainties(int aperture)
     return u;
 }
 
-/* H leaves out the residuals times the model's second derivatives. They are random, and change with the seed: a contribution that is
- * the difference of larger ones, as kd's of the scale, is off by 1.3 % in the mean square at this noise and by up to 5 % at six times
- * that; where others are so much larger, by 1e-3 of the whole. Fits know means over an aperture to FF_APERTURE_OF_FITS, and so their
- * parameters. */
+/* H leaves out the residuals times the model's second derivatives. They are random, and change with the seed: a contribution that
+ * is the difference of larger ones, as kd's of the scale, is off by 1.3 % in the mean square at this noise and by up to 5 % at six
+ * times that; where others are so much larger, by 1e-3 of the whole. Fits know means over an aperture to FF_APERTURE_OF_FITS, and
+ * so their parameters. */
 static void compare_with_refits(double alpha, double half)
 {
     bench b;
