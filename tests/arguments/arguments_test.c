@@ -194,11 +194,13 @@ static ff_status difference(const scene *s, const double *shape, const double *c
 
 enum { BALL = 3 }; /* pixels of a side */
 
+enum { SMALLEST = 4 }; /* pixels across that a picture may have, which are tried as well */
+
 /* Three channels of the scene's two, or as many as are asked for of them. */
 static ff_status ball(const scene *s, const ff_table *t, const ff_render_options *o, size_t n_channels, const double *shape,
                       const double *channel)
 {
-    float rgba[4 * BALL * BALL] = {-7};
+    float rgba[4 * SMALLEST * SMALLEST] = {-7};
     double own[3 * N_CHANNEL_MOST];
     ff_render_options small;
     ff_render_options_init(&small);
