@@ -16,7 +16,7 @@ import tempfile
 program = os.path.abspath(sys.argv[1])
 # What is done, with FILE for each input and OUT for an output; a command is tried with all that it has.
 LINES = {
-    "fit": "fit FILE", "compare": "compare FILE --ndf ggx,beckmann --masking v-cavity", "gather": "gather fits", "diff": "diff old.csv old.csv",
+    "fit": "fit FILE", "compare": "compare FILE --ndf ggx,beckmann --masking v-cavity,smith-separable,none", "gather": "gather fits", "diff": "diff old.csv old.csv",
     "ndf": "ndf FILE -o OUT", "resample": "resample FILE OUT", "plot": "plot slice FILE -o OUT.svg", "convert": "convert --from phong --to alpha 60",
     "eval": "eval ggx FILE.directions", "simulate": "simulate ggx --grid goniometer:30 -o OUT", "furnace": "furnace ggx --mu 0.5", "sample": "sample ggx -n 10",
     "info": "info FILE", "render": "render FILE --size 16 -o OUT.png", "export": "export FILE.json --to gltf -o OUT.gltf", "models": "models",
@@ -74,6 +74,21 @@ def try_command(command):
         is_refused(line.replace("out.csv", "nowhere/out.csv"), 4, "nowhere/out.csv")
 
 
+def check_maskings():
+    """by_masking is what a person would make of the fits: of each masking the lowest objective, the best first."""
+    said = json.loads(run(LINES["compare"].replace("FILE", "paint.csv") + " --json -")[1])
+    best = {}
+    for k, fit in enumerate(said["fits"]):
+        if fit["masking"] not in best or fit["residual"]["objective"] < said["fits"][best[fit["masking"]]]["residual"]["objective"]:
+            best[fit["masking"]] = k
+    objective = {masking: said["fits"][k]["residual"]["objective"] for masking, k in best.items()}
+    wanted = sorted(best, key=objective.get)
+    check(len(wanted) == 3 and [m["masking"] for m in said["by_masking"]] == wanted, f"by_masking: {said['by_masking']}, expected {wanted}")
+    for m in said["by_masking"]:
+        check(m["fit"] == best[m["masking"]] and m["ndf"] == said["fits"][m["fit"]]["ndf"], f"by_masking: {m} is not the best of its masking")
+        check(abs(m["ratio"] * objective[wanted[0]] - objective[m["masking"]]) <= 1e-12 * objective[m["masking"]], f"by_masking: the ratio of {m}")
+
+
 def main():
     made = subprocess.run([program, "simulate", "ggx+lambert", "--set", "alpha=0.3,f0=0.5,kd=0.1", "--grid", "goniometer:15", "--noise", "0.02", "-o", "paint.csv"],
                           stdout=subprocess.DEVNULL, check=True)
@@ -87,6 +102,7 @@ def main():
         if command in LINES:
             try_command(command)
     is_refused("nonsense", 2, "nonsense")
+    check_maskings()
     print("%d runs, %d failures" % (runs, failures))
     return 1 if failures or runs < 60 or made.returncode else 0
 
